@@ -1,0 +1,75 @@
+//! Closures: a cause that makes segments, nodes or pads unusable, and from when until when.
+
+use super::hits::Hits;
+use super::zone::{Window, Zone};
+use crate::network::{NodeIx, SegmentIx, Topology};
+use std::sync::Arc;
+
+/// Why something is closed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cause {
+    /// A no-fly zone meets it.
+    Zone(Arc<Zone>),
+    /// A drone reported a failure there.
+    Report {
+        /// Id of the failure report.
+        report: String,
+    },
+    /// An operator said so.
+    Operator {
+        /// The operator's words.
+        reason: String,
+    },
+}
+
+/// A cause with what it closes. Things are open when their last cause has ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closure {
+    /// Unique among the closures of an airspace; that of a zone is the zone's.
+    pub id: String,
+    /// Why.
+    pub cause: Cause,
+    /// When; empty for always.
+    pub windows: Vec<Window>,
+    /// The segments and nodes it closes, worked out beforehand on the topology of the airspace.
+    pub hits: Hits,
+    /// The nodes whose recharging pads it closes, though they can be overflown.
+    pub pads: Vec<NodeIx>,
+}
+
+impl Closure {
+    /// The closure of a zone on a topology. This is where geometry is decided; it belongs outside the writer.
+    pub fn of_zone(topology: &Topology, zone: Arc<Zone>) -> Self {
+        Self {
+            id: zone.id().to_owned(),
+            windows: zone.windows().to_vec(),
+            hits: Hits::of(topology, &zone),
+            pads: Vec::new(),
+            cause: Cause::Zone(zone),
+        }
+    }
+
+    /// An operator's closure of nodes and segments, without end.
+    pub fn of_operator(
+        id: String,
+        reason: String,
+        nodes: Vec<NodeIx>,
+        segments: Vec<SegmentIx>,
+    ) -> Self {
+        Self {
+            id,
+            cause: Cause::Operator { reason },
+            windows: Vec::new(),
+            hits: Hits::new(segments, nodes),
+            pads: Vec::new(),
+        }
+    }
+
+    /// The zone behind it, if a zone is the cause.
+    pub fn zone(&self) -> Option<&Arc<Zone>> {
+        match &self.cause {
+            Cause::Zone(zone) => Some(zone),
+            Cause::Report { .. } | Cause::Operator { .. } => None,
+        }
+    }
+}

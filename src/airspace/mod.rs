@@ -1,0 +1,21 @@
+//! What is closed, why, from when until when: zones, closures, and the immutable snapshots of them.
+
+mod bits;
+mod closed;
+mod closure;
+mod counts;
+mod hits;
+mod snapshot;
+mod zone;
+mod zone_geometry;
+
+pub use bits::Bits;
+pub use closed::{Closed, ClosedSet, RequestClosures};
+pub use closure::{Cause, Closure};
+pub use hits::Hits;
+pub use snapshot::{Airspace, Change};
+pub use zone::{
+    DEFAULT_MARGIN_M, MAX_ID_BYTES, MAX_MARGIN_M, MAX_TEXT_BYTES, MAX_WINDOWS, Window,
+    WindowReversed, Zone, ZoneDraft, ZoneFault, ZoneText,
+};
+pub use zone_geometry::{GeometryError, GeometryFault, WrittenRing, ZoneGeometry};

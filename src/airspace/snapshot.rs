@@ -1,0 +1,286 @@
+//! The airspace: one immutable snapshot of what is closed, and the one function that makes the next.
+//!
+//! A reader holds one snapshot for a whole request. A single writer applies [`Change`]s, which share the
+//! topology and all that did not change with the snapshot before.
+
+use super::bits::Bits;
+use super::closed::ClosedSet;
+use super::closure::Closure;
+use super::counts::Counts;
+use crate::network::{NodeIx, SegmentIx, Topology};
+use jiff::{SignedDuration, Timestamp};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The one vocabulary of change: what is not a `Change` cannot alter an airspace.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// Puts a closure, in place of the one with its id if there is one. Putting the same twice changes nothing.
+    Put(Arc<Closure>),
+    /// Lifts the closure of an id; lifting what is not there changes nothing.
+    Lift(String),
+}
+
+/// A closure in an airspace, and whether it counts at the snapshot's time.
+#[derive(Clone, Debug)]
+struct Held {
+    closure: Arc<Closure>,
+    in_force: bool,
+}
+
+/// One immutable snapshot of network and closures.
+#[derive(Clone, Debug)]
+pub struct Airspace {
+    topology: Arc<Topology>,
+    topology_revision: u64,
+    revision: u64,
+    opened_at: u64,
+    as_of: Timestamp,
+    horizon: SignedDuration,
+    closures: BTreeMap<String, Held>,
+    closed: ClosedSet,
+    closed_pads: Bits,
+    segment_causes: Counts,
+    node_causes: Counts,
+    pad_causes: Counts,
+}
+
+impl Airspace {
+    /// An open airspace over a topology, at revision 0.
+    ///
+    /// Until a search computes arrival times, a closure counts when one of its windows meets
+    /// `[as_of, as_of + horizon]`.
+    pub fn open(
+        topology: Arc<Topology>,
+        topology_revision: u64,
+        as_of: Timestamp,
+        horizon: SignedDuration,
+    ) -> Self {
+        Self {
+            closed: ClosedSet::empty(&topology),
+            closed_pads: Bits::empty(topology.node_count()),
+            segment_causes: Counts::zero(topology.segment_count()),
+            node_causes: Counts::zero(topology.node_count()),
+            pad_causes: Counts::zero(topology.node_count()),
+            topology,
+            topology_revision,
+            revision: 0,
+            opened_at: 0,
+            as_of,
+            horizon,
+            closures: BTreeMap::new(),
+        }
+    }
+
+    /// The next snapshot: changes in their order, then windows that have opened or closed by `now`.
+    ///
+    /// Where nothing changes but the time, the revision stays. Costs what the changes hit, plus a pass
+    /// over the closures; see `docs/performance.md`.
+    pub fn apply(&self, changes: &[Change], now: Timestamp) -> Self {
+        let mut next = self.clone();
+        next.as_of = now;
+        let mut effect = Effect::default();
+        for change in changes {
+            match change {
+                Change::Put(closure) => next.put(closure, &mut effect),
+                Change::Lift(id) => next.lift(id, &mut effect),
+            }
+        }
+        next.follow_windows(&mut effect);
+        if effect.changed {
+            next.revision += 1;
+        }
+        if effect.opened {
+            next.opened_at = next.revision;
+        }
+        next
+    }
+
+    /// The network.
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// Changes with nodes and segments.
+    pub fn topology_revision(&self) -> u64 {
+        self.topology_revision
+    }
+
+    /// Changes with everything: network, zones, closures, windows that open or close.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// The revision of the last change that opened anything.
+    pub fn opened_at(&self) -> u64 {
+        self.opened_at
+    }
+
+    /// The time this snapshot was made for.
+    pub fn as_of(&self) -> Timestamp {
+        self.as_of
+    }
+
+    /// How far ahead a window counts as closing already.
+    pub fn horizon(&self) -> SignedDuration {
+        self.horizon
+    }
+
+    /// What is closed.
+    pub fn closed(&self) -> &ClosedSet {
+        &self.closed
+    }
+
+    /// True when a node's recharging pads are closed, or the node is.
+    pub fn closes_pads(&self, node: NodeIx) -> bool {
+        self.closed_pads.contains(node.0) || self.closed.nodes.contains(node.0)
+    }
+
+    /// The closure of an id, in force or not.
+    pub fn closure(&self, id: &str) -> Option<&Arc<Closure>> {
+        self.closures.get(id).map(|held| &held.closure)
+    }
+
+    /// All closures by id, each with whether it counts now.
+    pub fn closures(&self) -> impl Iterator<Item = (&Arc<Closure>, bool)> {
+        let all = self.closures.values();
+        all.map(|held| (&held.closure, held.in_force))
+    }
+
+    /// The closures that count now, by id.
+    pub fn in_force(&self) -> impl Iterator<Item = &Arc<Closure>> {
+        let counting = self.closures().filter(|&(_, in_force)| in_force);
+        counting.map(|(closure, _)| closure)
+    }
+
+    /// The next instant after this snapshot's time at which a window begins or ceases to count.
+    pub fn next_change(&self) -> Option<Timestamp> {
+        let windows = self
+            .closures
+            .values()
+            .flat_map(|held| &held.closure.windows);
+        windows
+            .filter_map(|window| window.next_change_after(self.as_of, self.horizon))
+            .min()
+    }
+
+    fn put(&mut self, closure: &Arc<Closure>, effect: &mut Effect) {
+        if self
+            .closures
+            .get(&closure.id)
+            .is_some_and(|held| held.closure == *closure)
+        {
+            return;
+        }
+        self.lift(&closure.id, effect);
+        let held = Held {
+            closure: closure.clone(),
+            in_force: false,
+        };
+        self.closures.insert(closure.id.clone(), held);
+        effect.changed = true;
+    }
+
+    fn lift(&mut self, id: &str, effect: &mut Effect) {
+        if let Some(held) = self.closures.remove(id) {
+            if held.in_force {
+                self.release(&held.closure);
+                effect.opened = true;
+            }
+            effect.changed = true;
+        }
+    }
+
+    fn follow_windows(&mut self, effect: &mut Effect) {
+        let (now, horizon) = (self.as_of, self.horizon);
+        let mut turned = Vec::new();
+        for held in self.closures.values_mut() {
+            let windows = &held.closure.windows;
+            let counts =
+                windows.is_empty() || windows.iter().any(|window| window.counts(now, horizon));
+            if counts != held.in_force {
+                held.in_force = counts;
+                turned.push((held.closure.clone(), counts));
+            }
+        }
+        for (closure, counts) in turned {
+            match counts {
+                true => self.engage(&closure),
+                false => self.release(&closure),
+            }
+            effect.changed = true;
+            effect.opened |= !counts;
+        }
+    }
+
+    fn engage(&mut self, closure: &Closure) {
+        for &segment in &closure.hits.segments {
+            if self.segment_causes.raise(segment.0) {
+                self.closed.segments.insert(segment.0);
+                self.block(segment);
+            }
+        }
+        let topology = self.topology.clone();
+        for &node in &closure.hits.nodes {
+            if self.node_causes.raise(node.0) {
+                self.closed.nodes.insert(node.0);
+                self.closed.closed_nodes += 1;
+                for arc in topology.arcs(node) {
+                    self.block(arc.segment);
+                }
+            }
+        }
+        for &node in &closure.pads {
+            if self.pad_causes.raise(node.0) {
+                self.closed_pads.insert(node.0);
+            }
+        }
+    }
+
+    fn release(&mut self, closure: &Closure) {
+        for &segment in &closure.hits.segments {
+            if self.segment_causes.lower(segment.0) {
+                self.closed.segments.remove(segment.0);
+                self.unblock_if_open(segment);
+            }
+        }
+        let topology = self.topology.clone();
+        for &node in &closure.hits.nodes {
+            if self.node_causes.lower(node.0) {
+                self.closed.nodes.remove(node.0);
+                self.closed.closed_nodes -= 1;
+                for arc in topology.arcs(node) {
+                    self.unblock_if_open(arc.segment);
+                }
+            }
+        }
+        for &node in &closure.pads {
+            if self.pad_causes.lower(node.0) {
+                self.closed_pads.remove(node.0);
+            }
+        }
+    }
+
+    fn block(&mut self, segment: SegmentIx) {
+        if self.closed.blocked.insert(segment.0) {
+            self.closed.blocked_segments += 1;
+        }
+    }
+
+    fn unblock_if_open(&mut self, segment: SegmentIx) {
+        let ends = self.topology.segment(segment);
+        let is_open = !self.closed.segments.contains(segment.0)
+            && !self.closed.nodes.contains(ends.from.0)
+            && !self.closed.nodes.contains(ends.to.0);
+        if is_open && self.closed.blocked.remove(segment.0) {
+            self.closed.blocked_segments -= 1;
+        }
+    }
+}
+
+/// What applying changes has done so far.
+#[derive(Debug, Default)]
+struct Effect {
+    changed: bool,
+    opened: bool,
+}

@@ -1,0 +1,341 @@
+//! No-fly zones: a shape, a band of altitudes, windows in time, and who closed it why.
+//!
+//! A [`ZoneDraft`] is what a file or a caller says; [`Zone::new`] checks it. A zone is immutable: a
+//! change makes a new one under the same id.
+
+use super::zone_geometry::{GeometryError, ZoneGeometry};
+use crate::geo::{Altitude, AltitudeBand, Frame, Point, PreparedShape};
+use jiff::{SignedDuration, Timestamp};
+use thiserror::Error;
+
+/// By how much a zone is widened on all sides where it does not say, in metres.
+pub const DEFAULT_MARGIN_M: f64 = 10.0;
+/// The widest margin, in metres.
+pub const MAX_MARGIN_M: f64 = 10_000.0;
+/// At most this many windows in one zone.
+pub const MAX_WINDOWS: usize = 1_000;
+/// At most this many bytes in an id.
+pub const MAX_ID_BYTES: usize = 200;
+/// At most this many bytes in a name, a reason or an authority; ED-269 allows a condition as many letters.
+pub const MAX_TEXT_BYTES: usize = 10_000;
+
+/// A span of time, both ends included; a missing end is unlimited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    from: Option<Timestamp>,
+    until: Option<Timestamp>,
+}
+
+/// A window that ends before it begins, or as it begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the window ends at {until}, not after it begins at {from}")]
+pub struct WindowReversed {
+    /// When it would begin.
+    pub from: Timestamp,
+    /// When it would end.
+    pub until: Timestamp,
+}
+
+impl Window {
+    /// A window from when until when.
+    ///
+    /// # Errors
+    /// When both ends are given and the first is not before the second.
+    pub fn new(from: Option<Timestamp>, until: Option<Timestamp>) -> Result<Self, WindowReversed> {
+        match (from, until) {
+            (Some(from), Some(until)) if from >= until => Err(WindowReversed { from, until }),
+            _ => Ok(Self { from, until }),
+        }
+    }
+
+    /// When it begins; `None` when it always has been.
+    pub fn from(&self) -> Option<Timestamp> {
+        self.from
+    }
+
+    /// When it ends; `None` when it never will.
+    pub fn until(&self) -> Option<Timestamp> {
+        self.until
+    }
+
+    /// True when the window shares an instant with `now..=until`: touching counts.
+    pub fn meets(&self, now: Timestamp, until: Timestamp) -> bool {
+        self.from.is_none_or(|from| from <= until) && self.until.is_none_or(|end| end >= now)
+    }
+
+    /// True when it meets `now ..= now + horizon`.
+    ///
+    /// So long as no arrival times are computed, what it closes then counts as closed.
+    pub fn counts(&self, now: Timestamp, horizon: SignedDuration) -> bool {
+        let until = now.saturating_add(horizon).unwrap_or(Timestamp::MAX);
+        self.meets(now, until)
+    }
+
+    /// The next instant after `now` at which [`Window::counts`] answers otherwise than just before.
+    ///
+    /// That is when it comes within the horizon, or the first nanosecond after it has ended, as its end
+    /// belongs to it. `None` when nothing will change any more.
+    pub fn next_change_after(&self, now: Timestamp, horizon: SignedDuration) -> Option<Timestamp> {
+        let begins = self
+            .from
+            .map(|from| from.saturating_sub(horizon).unwrap_or(Timestamp::MIN));
+        let just_after = SignedDuration::from_nanos(1);
+        let has_ended = self
+            .until
+            .and_then(|until| until.checked_add(just_after).ok());
+        let changes = [begins, has_ended].into_iter().flatten();
+        changes.filter(|&instant| instant > now).min()
+    }
+}
+
+/// A zone as stated, not yet checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZoneDraft {
+    /// The zone's id, unique among zones.
+    pub id: String,
+    /// A name for people.
+    pub name: Option<String>,
+    /// Why it is closed.
+    pub reason: Option<String>,
+    /// Who closed it.
+    pub authority: Option<String>,
+    /// What it covers, in the coordinates of the network's file.
+    pub geometry: ZoneGeometry,
+    /// The altitudes it closes.
+    pub band: AltitudeBand,
+    /// When it counts; always, when there are none.
+    pub windows: Vec<Window>,
+    /// By how much it is widened on all sides, in metres.
+    pub margin_m: f64,
+}
+
+/// A text of a zone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ZoneText {
+    /// The id.
+    Id,
+    /// The name for people.
+    Name,
+    /// Why it is closed.
+    Reason,
+    /// Who closed it.
+    Authority,
+}
+
+impl ZoneText {
+    /// The name of the field.
+    pub const fn field(self) -> &'static str {
+        match self {
+            Self::Id => "id",
+            Self::Name => "name",
+            Self::Reason => "reason",
+            Self::Authority => "authority",
+        }
+    }
+}
+
+/// Why a zone is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ZoneFault {
+    /// The id is empty.
+    #[error("the id is empty")]
+    EmptyId,
+    /// A text is too long.
+    #[error("{} has {bytes} bytes, more than the {limit} allowed", text.field())]
+    TextTooLong {
+        /// Which.
+        text: ZoneText,
+        /// How long it is.
+        bytes: usize,
+        /// How long it may be.
+        limit: usize,
+    },
+    /// The geometry is not valid.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// An altitude is not a finite number.
+    #[error("an altitude is not a finite number")]
+    AltitudeNotFinite,
+    /// The lower limit is above the upper one.
+    #[error("the lower limit {lower_m} m is above the upper limit {upper_m} m")]
+    BandReversed {
+        /// The lower limit, in metres above the reference of both.
+        lower_m: f64,
+        /// The upper limit, likewise.
+        upper_m: f64,
+    },
+    /// More windows than [`MAX_WINDOWS`].
+    #[error("{count} windows are more than the {limit} allowed")]
+    TooManyWindows {
+        /// How many there are.
+        count: usize,
+        /// How many are allowed.
+        limit: usize,
+    },
+    /// A margin that is negative, not a number, or above [`MAX_MARGIN_M`].
+    #[error("the margin {margin_m} m is not between 0 and {limit_m} m")]
+    Margin {
+        /// The margin given, in metres.
+        margin_m: f64,
+        /// The widest allowed, in metres.
+        limit_m: f64,
+    },
+}
+
+/// A no-fly zone that has passed every check, ready to be asked what it closes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zone {
+    draft: ZoneDraft,
+    shape: PreparedShape,
+}
+
+impl Zone {
+    /// Checks a draft; `frame` says what the coordinates of its geometry mean.
+    ///
+    /// Limits of different references are not compared with each other: nothing is known of the ground.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the draft, of its geometry as far as [`ZoneGeometry::to_shape`] tells.
+    pub fn new(draft: ZoneDraft, frame: &Frame) -> Result<Self, Vec<ZoneFault>> {
+        let mut faults = Vec::new();
+        check_texts(&draft, &mut faults);
+        let shape = match draft.geometry.to_shape(frame) {
+            Ok(shape) => Some(shape),
+            Err(errors) => {
+                faults.extend(errors.into_iter().map(ZoneFault::from));
+                None
+            }
+        };
+        faults.extend(band_fault(&draft.band));
+        let (count, limit) = (draft.windows.len(), MAX_WINDOWS);
+        if count > limit {
+            faults.push(ZoneFault::TooManyWindows { count, limit });
+        }
+        let (margin_m, limit_m) = (draft.margin_m, MAX_MARGIN_M);
+        if !(0.0..=limit_m).contains(&margin_m) {
+            faults.push(ZoneFault::Margin { margin_m, limit_m });
+        }
+        match shape {
+            Some(shape) if faults.is_empty() => Ok(Self {
+                draft,
+                shape: PreparedShape::new(shape),
+            }),
+            _ => Err(faults),
+        }
+    }
+
+    /// The zone's id.
+    pub fn id(&self) -> &str {
+        &self.draft.id
+    }
+
+    /// The name for people.
+    pub fn name(&self) -> Option<&str> {
+        self.draft.name.as_deref()
+    }
+
+    /// Why it is closed.
+    pub fn reason(&self) -> Option<&str> {
+        self.draft.reason.as_deref()
+    }
+
+    /// Who closed it.
+    pub fn authority(&self) -> Option<&str> {
+        self.draft.authority.as_deref()
+    }
+
+    /// The geometry as it was written.
+    pub fn geometry(&self) -> &ZoneGeometry {
+        &self.draft.geometry
+    }
+
+    /// The shape on the network's plane, not widened by the margin.
+    pub fn shape(&self) -> &PreparedShape {
+        &self.shape
+    }
+
+    /// The altitudes it closes.
+    pub fn band(&self) -> &AltitudeBand {
+        &self.draft.band
+    }
+
+    /// When it counts; always, when there are none.
+    pub fn windows(&self) -> &[Window] {
+        &self.draft.windows
+    }
+
+    /// By how much it is widened on all sides, in metres.
+    pub fn margin_m(&self) -> f64 {
+        self.draft.margin_m
+    }
+
+    /// True when it closes a node at this place; a node of unknown altitude counts as within its band.
+    pub fn closes_point(&self, position: Point, altitude: Option<Altitude>) -> bool {
+        self.draft.band.may_meet(&AltitudeBand::at(altitude))
+            && self.shape.covers_point(position, self.draft.margin_m)
+    }
+
+    /// True when it closes a segment between these places, flown in this band.
+    pub fn closes_line(&self, from: Point, to: Point, band: &AltitudeBand) -> bool {
+        self.draft.band.may_meet(band) && self.shape.meets_segment(from, to, self.draft.margin_m)
+    }
+
+    /// The parts of a line that lie in it, whatever the altitude; see [`PreparedShape::coverage`].
+    pub fn coverage(&self, from: Point, to: Point) -> Vec<(f64, f64)> {
+        self.shape.coverage(from, to, self.draft.margin_m)
+    }
+
+    /// True when any of its windows counts (see [`Window::counts`]), or it has none.
+    pub fn counts_at(&self, now: Timestamp, horizon: SignedDuration) -> bool {
+        let windows = &self.draft.windows;
+        windows.is_empty() || windows.iter().any(|window| window.counts(now, horizon))
+    }
+
+    /// The next instant after `now` at which [`Zone::counts_at`] may answer otherwise than just before;
+    /// `None` when nothing will change any more.
+    pub fn next_change_after(&self, now: Timestamp, horizon: SignedDuration) -> Option<Timestamp> {
+        let windows = self.draft.windows.iter();
+        windows
+            .filter_map(|window| window.next_change_after(now, horizon))
+            .min()
+    }
+}
+
+fn check_texts(draft: &ZoneDraft, faults: &mut Vec<ZoneFault>) {
+    if draft.id.is_empty() {
+        faults.push(ZoneFault::EmptyId);
+    }
+    let texts = [
+        (ZoneText::Id, Some(&draft.id), MAX_ID_BYTES),
+        (ZoneText::Name, draft.name.as_ref(), MAX_TEXT_BYTES),
+        (ZoneText::Reason, draft.reason.as_ref(), MAX_TEXT_BYTES),
+        (
+            ZoneText::Authority,
+            draft.authority.as_ref(),
+            MAX_TEXT_BYTES,
+        ),
+    ];
+    for (text, value, limit) in texts {
+        let bytes = value.map_or(0, String::len);
+        if bytes > limit {
+            faults.push(ZoneFault::TextTooLong { text, bytes, limit });
+        }
+    }
+}
+
+fn band_fault(band: &AltitudeBand) -> Option<ZoneFault> {
+    let limits = [band.lower, band.upper];
+    if limits
+        .iter()
+        .flatten()
+        .any(|limit| !limit.value_m.is_finite())
+    {
+        return Some(ZoneFault::AltitudeNotFinite);
+    }
+    let (lower, upper) = (band.lower?, band.upper?);
+    let reversed = lower.reference == upper.reference && lower.value_m > upper.value_m;
+    reversed.then_some(ZoneFault::BandReversed {
+        lower_m: lower.value_m,
+        upper_m: upper.value_m,
+    })
+}

@@ -1,0 +1,249 @@
+//! A recomposition, measured, and as a table for people.
+
+use super::clock;
+use super::output::{
+    Align, Output, facts_table, metres, metres_or_dash, overhead, percent_or_dash, time,
+    titled_table,
+};
+use super::stop::Stop;
+use crate::formats::{ReadWarning, answer_json, warning_text};
+use crate::network::{NodeIx, Topology};
+use crate::recompose::{
+    Outcome, Recomposition, Request, Scratch, Severance, Stage, World, recompose,
+};
+use serde_json::{Map, Value, json};
+
+/// An answer and how long it took.
+#[derive(Debug)]
+pub(super) struct Answered {
+    pub(super) recomposition: Recomposition,
+    /// The construction of search areas included, optima and explanations not.
+    pub(super) elapsed_us: f64,
+}
+
+/// Answers a request, and measures the answer alone: what is asked for beside it is computed afterwards.
+pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> Answered {
+    let bare = Request {
+        optimum: false,
+        explain: false,
+        ..request.clone()
+    };
+    let (recomposition, elapsed) = clock::timed(|| recompose(world, &bare, scratch));
+    let asks_for_more = request.optimum || request.explain;
+    Answered {
+        recomposition: match asks_for_more {
+            true => recompose(world, request, scratch),
+            false => recomposition,
+        },
+        elapsed_us: clock::microseconds(elapsed),
+    }
+}
+
+impl Answered {
+    /// The answer under the names of the wire.
+    pub(super) fn json(&self, world: &World<'_>, warnings: &[ReadWarning]) -> Map<String, Value> {
+        let mut fields = answer_json(world.airspace, &self.recomposition, warnings);
+        fields.insert("elapsed_us".to_owned(), json!(self.elapsed_us));
+        fields
+    }
+}
+
+/// Prints an answer for people.
+pub(super) fn print(
+    topology: &Topology,
+    answered: &Answered,
+    explain: bool,
+    output: &Output,
+) -> Result<(), Stop> {
+    let answer = &answered.recomposition;
+    output.table(&facts_table(facts(topology, answered)))?;
+    if !answer.path.segments.is_empty() {
+        output.line("")?;
+        print_path(topology, answer, output)?;
+    }
+    if !answer.repairs.is_empty() {
+        output.line("")?;
+        print_repairs(topology, answer, output)?;
+    }
+    if explain && !answer.stages.is_empty() {
+        output.line("")?;
+        print_stages(answer, output)?;
+    }
+    for warning in &answer.warnings {
+        let (_, message) = warning_text(topology, warning);
+        output.warn(&message);
+    }
+    Ok(())
+}
+
+fn facts(topology: &Topology, answered: &Answered) -> Vec<(&'static str, String)> {
+    let answer = &answered.recomposition;
+    let best_m = answer.remaining_optimum_m;
+    let percent = overhead(answer.remaining_length_m, best_m);
+    let overhead = match answer.outcome {
+        Outcome::Rerouted | Outcome::Unaffected => percent_or_dash(percent),
+        Outcome::Diverted | Outcome::NoRoute => "-".to_owned(),
+    };
+    let area = format!(
+        "{} nodes, {} segments",
+        answer.area_nodes, answer.area_segments
+    );
+    let mut facts = vec![("outcome", outcome_text(topology, answer))];
+    if !answer.severed_by.is_empty() {
+        facts.push(("cut off by", causes_text(answer)));
+    }
+    facts.extend([
+        ("strategy", strategy_text(answer)),
+        ("recomposed", metres_or_dash(answer.recomposed_length_m)),
+        ("remaining", metres_or_dash(answer.remaining_length_m)),
+        ("first stretch", metres(answer.first_stretch_m)),
+        (
+            "overhead",
+            format!("{overhead} of {}", metres_or_dash(best_m)),
+        ),
+        ("stage", stage_name(answer.stage).to_owned()),
+        ("searches", answer.searches.to_string()),
+        ("area", area),
+        ("settled", format!("{} nodes", answer.settled_nodes)),
+        ("time", time(answered.elapsed_us)),
+    ]);
+    facts
+}
+
+fn outcome_text(topology: &Topology, answer: &Recomposition) -> String {
+    let last = answer.path.nodes.last();
+    let last = last.map_or_else(String::new, |&node| node_text(topology, node));
+    match answer.outcome {
+        Outcome::Rerouted => "rerouted".to_owned(),
+        Outcome::Unaffected => "unaffected: the plan stands".to_owned(),
+        Outcome::Diverted => format!("diverted to {last}"),
+        Outcome::NoRoute => "no route".to_owned(),
+    }
+}
+
+fn causes_text(answer: &Recomposition) -> String {
+    let causes: Vec<String> = answer
+        .severed_by
+        .iter()
+        .map(|cause| match cause {
+            Severance::Report => "the failure itself".to_owned(),
+            Severance::Closure(id) => format!("closure '{id}'"),
+            Severance::Network => "the network, which ends there".to_owned(),
+        })
+        .collect();
+    causes.join(", ")
+}
+
+/// The strategy that answered, and why, where it is not the one that was asked for.
+pub(super) fn strategy_text(answer: &Recomposition) -> String {
+    let (asked, used) = (answer.strategy.name(), answer.strategy_used.name());
+    match &answer.fallback {
+        Some(reason) => format!("{used} instead of {asked}: {reason}"),
+        None => used.to_owned(),
+    }
+}
+
+/// The name of a stage, as on the wire.
+pub(super) fn stage_name(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Circle => "circle",
+        Stage::Cells => "cells",
+        Stage::Triangle => "triangle",
+        Stage::Rhombus => "rhombus",
+        Stage::Rectangle => "rectangle",
+        Stage::Grown => "grown",
+        Stage::Local => "local",
+        Stage::Global => "global",
+    }
+}
+
+/// The name of an outcome, as on the wire.
+pub(super) fn outcome_name(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Rerouted => "rerouted",
+        Outcome::Unaffected => "unaffected",
+        Outcome::Diverted => "diverted",
+        Outcome::NoRoute => "no_route",
+    }
+}
+
+/// A node as people call it: its id, and its name where it has one.
+pub(super) fn node_text(topology: &Topology, node: NodeIx) -> String {
+    let id = topology.node_id(node);
+    match topology.node_name(node) {
+        Some(name) => format!("{id} ({name})"),
+        None => id.to_owned(),
+    }
+}
+
+fn print_path(topology: &Topology, answer: &Recomposition, output: &Output) -> Result<(), Stop> {
+    let columns = [
+        ("leg", Align::Right),
+        ("from", Align::Left),
+        ("to", Align::Left),
+        ("length", Align::Right),
+        ("flown", Align::Right),
+    ];
+    let mut table = titled_table(&columns);
+    let mut flown_m = answer.first_stretch_m;
+    let ends = answer.path.nodes.windows(2);
+    for (leg, (ends, &segment)) in (1..).zip(ends.zip(&answer.path.segments)) {
+        let length_m = topology.segment(segment).length_m;
+        flown_m += length_m;
+        table.add_row([
+            leg.to_string(),
+            node_text(topology, ends[0]),
+            node_text(topology, ends[1]),
+            metres(length_m),
+            metres(flown_m),
+        ]);
+    }
+    output.table(&table)
+}
+
+fn print_repairs(topology: &Topology, answer: &Recomposition, output: &Output) -> Result<(), Stop> {
+    let columns = [
+        ("repair", Align::Left),
+        ("length", Align::Right),
+        ("stage", Align::Left),
+        ("searches", Align::Right),
+        ("area nodes", Align::Right),
+        ("settled", Align::Right),
+    ];
+    let mut table = titled_table(&columns);
+    for repair in &answer.repairs {
+        let [from, to] = [repair.from, repair.to].map(|node| topology.node_id(node));
+        table.add_row([
+            format!("{from} to {to}"),
+            metres_or_dash(repair.length_m),
+            stage_name(repair.stage).to_owned(),
+            repair.searches.to_string(),
+            repair.area_nodes.to_string(),
+            repair.settled_nodes.to_string(),
+        ]);
+    }
+    output.table(&table)
+}
+
+fn print_stages(answer: &Recomposition, output: &Output) -> Result<(), Stop> {
+    let columns = [
+        ("stage", Align::Left),
+        ("nodes", Align::Right),
+        ("what happened", Align::Left),
+    ];
+    let mut table = titled_table(&columns);
+    for stage in &answer.stages {
+        let what_happened = match (stage.skipped, stage.searched, stage.path_found) {
+            (true, ..) => "skipped: few nodes",
+            (_, _, true) => "searched, path found",
+            (_, true, false) => "searched, no path",
+            (_, false, false) => "not searched",
+        };
+        table.add_row([
+            stage_name(stage.stage).to_owned(),
+            stage.nodes.len().to_string(),
+            what_happened.to_owned(),
+        ]);
+    }
+    output.table(&table)
+}

@@ -1,0 +1,110 @@
+//! Files and standard input: the only door to them.
+//!
+//! `-` is standard input or output. What is compressed with gzip is read as what it holds; what is
+//! written to a name that ends in `.gz` is compressed. Errors name the path.
+
+use super::output::Output;
+use super::stop::Stop;
+use flate2::Compression;
+use flate2::read::MultiGzDecoder;
+use flate2::write::GzEncoder;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::path::Path;
+
+/// Nothing larger is read, compressed or not.
+const MAX_FILE_BYTES: u64 = 1 << 30;
+/// The two bytes that every gzip file begins with (RFC 1952).
+const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+/// What stands for standard input or output.
+const STANDARD_STREAM: &str = "-";
+
+/// Reads a whole file as text.
+pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
+    let mut bytes = Vec::new();
+    let bounded = open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
+    bounded.map_err(|error| cannot_read(path, &error))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        let limit = MAX_FILE_BYTES >> 20;
+        let problem = format!("{} is larger than {limit} MiB", path.display());
+        return Err(Stop::failed(problem));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let place = error.utf8_error().valid_up_to();
+        Stop::failed(format!(
+            "{} is not UTF-8 text: see byte {place}",
+            path.display()
+        ))
+    })
+}
+
+/// Opens a file to read it piece by piece.
+pub(super) fn open(path: &Path) -> Result<Box<dyn BufRead>, Stop> {
+    let mut raw: Box<dyn BufRead> = if path.as_os_str() == STANDARD_STREAM {
+        standard_input()
+    } else {
+        open_file(path).map_err(|error| cannot_read(path, &error))?
+    };
+    let head = raw.fill_buf().map_err(|error| cannot_read(path, &error))?;
+    if head.starts_with(&GZIP_MAGIC) {
+        return Ok(Box::new(BufReader::new(MultiGzDecoder::new(raw))));
+    }
+    Ok(raw)
+}
+
+/// True when there is a file of this name.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn exists(path: &Path) -> bool {
+    path.is_file()
+}
+
+/// Writes a whole file, or standard output.
+pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(), Stop> {
+    if path.as_os_str() == STANDARD_STREAM {
+        return output.raw(text.as_bytes());
+    }
+    let is_compressed = path.extension().is_some_and(|ending| ending == "gz");
+    let bytes = match is_compressed {
+        true => compressed(text.as_bytes()),
+        false => Ok(text.as_bytes().to_vec()),
+    };
+    bytes
+        .and_then(|bytes| write_file(path, &bytes))
+        .map_err(|error| Stop::failed(format!("cannot write {}: {error}", path.display())))
+}
+
+/// Makes a directory with all above it, unless it is there.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn create_directory(path: &Path) -> Result<(), Stop> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        Stop::failed(format!(
+            "cannot make the directory {}: {error}",
+            path.display()
+        ))
+    })
+}
+
+fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes)?;
+    encoder.finish()
+}
+
+#[expect(clippy::disallowed_types, reason = "the door to files")]
+fn open_file(path: &Path) -> io::Result<Box<dyn BufRead>> {
+    let file = std::fs::File::open(path)?;
+    Ok(Box::new(BufReader::new(file)))
+}
+
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    std::fs::write(path, bytes)
+}
+
+#[expect(clippy::disallowed_methods, reason = "the door to standard input")]
+fn standard_input() -> Box<dyn BufRead> {
+    Box::new(BufReader::new(io::stdin()))
+}
+
+fn cannot_read(path: &Path, error: &io::Error) -> Stop {
+    Stop::failed(format!("cannot read {}: {error}", path.display()))
+}

@@ -1,0 +1,132 @@
+//! The command line: the only part that reads arguments, files, streams and the clock.
+//!
+//! One file per command. What they share: [`network_source`] and [`airspace_source`] say what a command
+//! works on, [`failure`] and [`method`] what is asked, [`names`] finds ids, [`files`] and [`clock`] are the
+//! doors to the outside, [`output`] and [`stop`] say how a command speaks and ends.
+
+mod airspace_source;
+mod answer_table;
+mod clock;
+mod compare;
+mod completions;
+mod compose;
+mod failure;
+mod files;
+mod man;
+mod method;
+mod names;
+mod network;
+mod network_source;
+mod output;
+mod picture;
+mod plan;
+mod requests;
+mod reroute;
+mod stop;
+mod verify;
+
+use clap::{Args, Parser, Subcommand};
+use output::{Color, Output};
+use std::process::ExitCode;
+use stop::{Stop, Verdict};
+
+const EXAMPLES: &str = "\
+Examples:
+  skyway compare --service 379,406 --destination 450          every strategy on one failure, in Sydney
+  skyway reroute --service 379,406 --destination 450 --json   the answer to a failure report
+  skyway compose --source 1 --destination 450                 a plan with its contingencies
+  skyway network info                                         what the network is like
+
+Exit codes: 0 for any outcome, 1 for a failure, 2 for arguments that make no sense.";
+
+/// Exact, sub-millisecond recomposition of drone delivery routes on a skyway network
+///
+/// A drone reports that the leg ahead has failed; skyway answers with a new path to its destination. By default that
+/// is the true optimum; the strategies of the paper and the usual baselines can be asked for instead.
+#[derive(Debug, Parser)]
+#[command(name = "skyway", version, max_term_width = 100, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(flatten)]
+    manner: Manner,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// How a command speaks.
+#[derive(Debug, Args)]
+struct Manner {
+    /// When to use colours; auto: on a terminal, unless NO_COLOR is set
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t, global = true)]
+    color: Color,
+    /// Leave out the notes on standard error; warnings and errors stay
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Answer a failure report with a new path
+    Reroute(reroute::Reroute),
+    /// Compose a plan from a source to a destination, with what to do where a leg closes
+    Compose(compose::Compose),
+    /// Answer one failure report with every strategy, in one table
+    Compare(compare::Compare),
+    /// Check the certificate of an exact answer; exit code 0 when it is proved, 1 when not
+    Verify(verify::Verify),
+    /// Make, inspect, convert and draw networks
+    #[command(subcommand)]
+    Network(network::Network),
+    /// Write completions for a shell to standard output
+    Completions(completions::Completions),
+    /// Write the manual page, or all of them
+    Man(man::Man),
+}
+
+/// Runs the command that the arguments name and tells with which code to exit.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(refusal) => return refuse(&refusal),
+    };
+    let output = Output::new(arguments.manner.color, arguments.manner.quiet);
+    match run(&arguments.command, &output) {
+        Ok(verdict) => verdict.exit_code(),
+        Err(stop) => {
+            for message in stop.messages() {
+                output.error(&message);
+            }
+            stop.exit_code()
+        }
+    }
+}
+
+/// Help and version are asked for and go to standard output; all else is an error of usage.
+fn refuse(refusal: &clap::Error) -> ExitCode {
+    // When nobody listens there is nobody to tell.
+    let _ = refusal.print();
+    let code = u8::try_from(refusal.exit_code()).unwrap_or(u8::MAX);
+    ExitCode::from(code)
+}
+
+fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
+    match command {
+        Command::Reroute(command) => command.run(output),
+        Command::Compose(command) => command.run(output),
+        Command::Compare(command) => command.run(output),
+        Command::Verify(command) => command.run(output),
+        Command::Network(command) => command.run(output),
+        Command::Completions(command) => command.run(output),
+        Command::Man(command) => command.run(output),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_of_the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

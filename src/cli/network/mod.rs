@@ -1,0 +1,38 @@
+//! `skyway network`: makes, inspects, converts and draws networks.
+
+mod build;
+mod convert;
+mod draw;
+mod generate;
+mod info;
+
+use super::output::Output;
+use super::stop::{Stop, Verdict};
+use clap::Subcommand;
+
+/// The commands of `skyway network`.
+#[derive(Debug, Subcommand)]
+pub(super) enum Network {
+    /// Build a network from building footprints: rooftops joined by clear lines of sight
+    Build(build::Build),
+    /// Generate a random network with the variables of the paper's Table 1
+    Generate(generate::Generate),
+    /// Tell what a network is like
+    Info(info::Info),
+    /// Convert a network to another format
+    Convert(convert::Convert),
+    /// Draw a network, and a failure on it if one is named
+    Draw(draw::Draw),
+}
+
+impl Network {
+    pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        match self {
+            Self::Build(command) => command.run(output),
+            Self::Generate(command) => command.run(output),
+            Self::Info(command) => command.run(output),
+            Self::Convert(command) => command.run(output),
+            Self::Draw(command) => command.run(output),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Ids on the wire: numbers where the network's file has numbers, else text.
+
+use crate::network::{NodeIx, SegmentIx, Topology};
+use serde_json::{Value, json};
+
+/// The id of a node as the network's file writes it.
+pub fn node_id_json(topology: &Topology, node: NodeIx) -> Value {
+    let id = topology.node_id(node);
+    match topology.has_integer_ids().then(|| id.parse::<i64>()) {
+        Some(Ok(number)) => json!(number),
+        _ => json!(id),
+    }
+}
+
+/// The id of a segment.
+pub fn segment_id_json(topology: &Topology, segment: SegmentIx) -> Value {
+    json!(topology.segment_id(segment))
+}
+
+/// The text of an id that came as text or as an integer; `None` for anything else.
+pub fn id_text(value: &Value) -> Option<String> {
+    match value {
+        Value::String(text) => Some(text.clone()),
+        Value::Number(number) if !number.is_f64() => Some(number.to_string()),
+        Value::Number(number) => {
+            let whole = number.as_f64().filter(|number| number.fract() == 0.0)?;
+            (whole.abs() < 9e15).then(|| format!("{whole:.0}"))
+        }
+        _ => None,
+    }
+}
+
+/// The node that an id on the wire names.
+pub fn find_node(topology: &Topology, value: &Value) -> Option<NodeIx> {
+    topology.node(&id_text(value)?)
+}

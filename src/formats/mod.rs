@@ -1,0 +1,33 @@
+//! Files in and out: text to domain values, domain values to text. Nothing here opens a file.
+
+mod answer;
+mod area;
+mod buildings;
+mod certificate;
+mod csv_network;
+mod error;
+mod identifier;
+mod load;
+mod network_geojson;
+mod node_link;
+mod place;
+mod report;
+mod report_place;
+mod suggestion;
+mod zones;
+
+pub use answer::{answer_json, warning_text};
+pub use area::area_geometry;
+pub use buildings::read_buildings;
+pub use certificate::write_certificate;
+pub use csv_network::read_csv_network;
+pub use error::{FormatError, MAX_FORMAT_ERRORS};
+pub use identifier::{find_node, id_text, node_id_json, segment_id_json};
+pub use load::{LoadError, LoadedNetwork, fingerprint, load_csv_network, load_network};
+pub use network_geojson::{read_network, write_network};
+pub use node_link::{read_node_link, write_node_link};
+pub use report::{CloseTarget, ReadReport, ReadWarning, ReportProblem, read_report};
+pub use zones::{
+    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,
+    zone_to_feature,
+};

@@ -1,0 +1,53 @@
+//! What `explain` tells: the search areas, stage by stage.
+
+use super::answer::Stage;
+use crate::geo::Point;
+use crate::network::NodeIx;
+
+/// The shape of a search area, in metres of the plane.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AreaShape {
+    /// The whole network.
+    Everything,
+    /// A circle.
+    Circle {
+        /// Its centre.
+        centre: Point,
+        /// Its radius in metres.
+        radius_m: f64,
+    },
+    /// The union of axis-aligned squares.
+    Squares {
+        /// Centre and half-side in metres of each.
+        squares: Vec<(Point, f64)>,
+    },
+    /// A convex polygon, by its corners.
+    Polygon {
+        /// The corners, in order.
+        corners: Vec<Point>,
+    },
+    /// A polygon and nodes beyond it.
+    Grown {
+        /// The polygon's corners, in order.
+        corners: Vec<Point>,
+        /// The nodes that were added.
+        added: Vec<NodeIx>,
+    },
+}
+
+/// One stage of a local strategy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRecord {
+    /// Which stage.
+    pub stage: Stage,
+    /// True when it was skipped for having few nodes.
+    pub skipped: bool,
+    /// The nodes of its area, in node order.
+    pub nodes: Vec<NodeIx>,
+    /// Its shape.
+    pub shape: AreaShape,
+    /// True when it was searched.
+    pub searched: bool,
+    /// True when the search found a path.
+    pub path_found: bool,
+}

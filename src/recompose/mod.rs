@@ -1,0 +1,28 @@
+//! Recomposition: a failure report in, a new remaining path out.
+//!
+//! [`recompose`] is the one entry. `exact` is the default and always the optimum; the paper's three
+//! local strategies and the baselines answer by the same conventions, so that they can be compared.
+//! One file per strategy; what they share is where the path starts ([`starts`]), what the old plan
+//! was ([`plan`]) and how several closed legs are repaired ([`repair`]).
+
+mod answer;
+mod cell_density;
+mod certificate;
+mod connectivity;
+mod explanation;
+mod extent;
+mod local;
+mod plan;
+mod radius;
+mod recomposition;
+mod repair;
+mod request;
+mod severance;
+mod starts;
+mod two_phased;
+
+pub use answer::{Fallback, Outcome, Recomposition, Repair, Severance, Stage, Warning};
+pub use certificate::{Certificate, certify};
+pub use explanation::{AreaShape, StageRecord};
+pub use recomposition::{Scratch, World, recompose};
+pub use request::{BroughtZone, Parameters, Request, Scope, Strategy};

@@ -1,0 +1,482 @@
+//! The one entry: a failure report in, a recomposition out.
+
+use super::answer::{Fallback, Outcome, Recomposition, Stage, Warning};
+use super::extent::Extent;
+use super::local::Gap;
+use super::plan::{first_loop, old_plan, open_rest, to_destination};
+use super::repair::{LocalMemory, RepairOrder, Repaired, repair};
+use super::request::{LocalStrategy, Method, Request, Strategy};
+use super::severance::severances;
+use super::starts::{self, Leg, Starts};
+use crate::airspace::{Airspace, Closed, RequestClosures};
+use crate::flight::FailureType;
+use crate::network::{NodeIx, Topology};
+use crate::routing::{
+    Arrival, Baseline, DestinationTree, Searcher, Standing, Start, TreeCache, Way,
+};
+
+/// What a recomposition is computed on.
+#[derive(Clone, Copy, Debug)]
+pub struct World<'a> {
+    /// The snapshot, held for the whole request.
+    pub airspace: &'a Airspace,
+    /// Trees of destinations in use; without the one needed, A* answers at once.
+    pub trees: Option<&'a TreeCache>,
+}
+
+impl World<'_> {
+    /// Which standing closures this world has, as far as trees need to know.
+    pub fn standing(&self) -> Standing {
+        Standing {
+            topology: self.airspace.topology_revision(),
+            sequence: self.airspace.revision(),
+            opened_at: self.airspace.opened_at(),
+        }
+    }
+}
+
+/// What a recomposition scribbles on, reused by the next one; one thread uses it at a time.
+#[derive(Debug)]
+pub struct Scratch {
+    pub(super) searcher: Searcher,
+    pub(super) closures: RequestClosures,
+    /// Never closes anything: the world before the report.
+    nothing: RequestClosures,
+    pub(super) starts: Starts,
+    plan: Way,
+    local: LocalMemory,
+    nodes: usize,
+    segments: usize,
+}
+
+impl Scratch {
+    /// Room for recompositions on a topology.
+    pub fn new(topology: &Topology) -> Self {
+        Self {
+            searcher: Searcher::new(topology),
+            closures: RequestClosures::new(topology),
+            nothing: RequestClosures::new(topology),
+            starts: Starts::default(),
+            plan: Way::default(),
+            local: LocalMemory::new(topology),
+            nodes: topology.node_count(),
+            segments: topology.segment_count(),
+        }
+    }
+
+    /// Makes room again where the topology is another one than before.
+    pub(super) fn fit(&mut self, topology: &Topology) {
+        let counts = (topology.node_count(), topology.segment_count());
+        if (self.nodes, self.segments) != counts {
+            *self = Self::new(topology);
+        }
+    }
+
+    /// The searcher, for trees and searches beside recompositions.
+    pub fn searcher(&mut self) -> &mut Searcher {
+        &mut self.searcher
+    }
+}
+
+/// Closes what the report closes: the leg where its type does, and what a zone brought along covers.
+pub(super) fn close_for_request(
+    request: &Request,
+    airspace: &Airspace,
+    closures: &mut RequestClosures,
+) {
+    let topology = airspace.topology();
+    let standing = airspace.closed();
+    let (from, to) = request.report.leg;
+    if request.report.failure.closes_leg()
+        && let Some(segment) = topology.segment_between(from, to)
+    {
+        closures.close_segment(segment, standing);
+    }
+    if let Some(brought) = &request.zone {
+        for &segment in &brought.hits.segments {
+            closures.close_segment(segment, standing);
+        }
+        for &node in &brought.hits.nodes {
+            closures.close_node(node, topology, standing);
+        }
+    }
+}
+
+/// Answers a failure report.
+///
+/// Exact unless another strategy is asked for. Never fails: what cannot be answered as asked is answered
+/// by `exact`, and the answer says why.
+pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> Recomposition {
+    let airspace = world.airspace;
+    let topology: &Topology = airspace.topology();
+    scratch.fit(topology);
+    let destination = request.report.destination;
+    let tree = world
+        .trees
+        .and_then(|trees| trees.get(destination, world.standing()));
+    let Scratch {
+        searcher,
+        closures,
+        nothing,
+        starts,
+        plan,
+        local,
+        ..
+    } = scratch;
+    closures.reset();
+    close_for_request(request, airspace, closures);
+    let closed = Closed::new(topology, airspace.closed(), closures);
+    let leg = Leg::of(request, &closed);
+    let mut task = Task {
+        request,
+        airspace,
+        closed,
+        before: Closed::new(topology, airspace.closed(), nothing),
+        leg,
+        tree: tree.as_deref(),
+        searcher,
+        starts,
+        plan,
+        local,
+        answer: Recomposition::unanswered(request.strategy),
+    };
+    task.answer();
+    task.answer
+}
+
+/// One recomposition under way.
+struct Task<'a> {
+    request: &'a Request,
+    airspace: &'a Airspace,
+    closed: Closed<'a>,
+    /// The world before the report.
+    before: Closed<'a>,
+    leg: Leg,
+    tree: Option<&'a DestinationTree>,
+    searcher: &'a mut Searcher,
+    starts: &'a mut Starts,
+    /// The nodes of the old plan, from the start of the leg on; its segments mean nothing.
+    plan: &'a mut Way,
+    local: &'a mut LocalMemory,
+    answer: Recomposition,
+}
+
+impl Task<'_> {
+    fn answer(&mut self) {
+        if self.leg.segment.is_none() {
+            self.answer.warnings.push(Warning::UnknownSegment);
+        }
+        starts::find(
+            self.request,
+            self.airspace,
+            &self.closed,
+            &self.leg,
+            self.starts,
+            &mut self.answer.warnings,
+        );
+        let failure = self.request.report.failure;
+        match self.request.method() {
+            _ if failure == FailureType::Operational => self.divert_drone_in_need(),
+            Method::Exact => self.answer_exactly(),
+            Method::Global(baseline) => self.answer_globally(baseline),
+            Method::Local(_) if !failure.closes_leg() => {
+                self.fall_back(Fallback::NothingClosed);
+            }
+            Method::Local(_) if self.starts.off_leg => self.fall_back(Fallback::OffLeg),
+            Method::Local(strategy) => self.answer_locally(strategy),
+        }
+        if self.request.optimum {
+            self.measure_optima();
+        }
+    }
+
+    /// The gap that areas over the whole network are counted by.
+    fn gap(&self) -> Gap<'_> {
+        Gap {
+            closed: self.closed,
+            from: self.leg.from,
+            to: self.leg.to,
+        }
+    }
+
+    fn destination(&self) -> NodeIx {
+        self.request.report.destination
+    }
+
+    fn fall_back(&mut self, reason: Fallback) {
+        self.answer.strategy_used = Strategy::Exact;
+        self.answer.fallback = Some(reason);
+        self.answer_exactly();
+    }
+
+    fn search_exactly(&mut self) -> Option<Arrival> {
+        let destination = self.destination();
+        let (closed, ways) = (&self.closed, &self.starts.ways);
+        to_destination(closed, ways, destination, self.tree, self.searcher)
+    }
+
+    fn answer_exactly(&mut self) {
+        let arrival = self.search_exactly();
+        self.count_global_search();
+        self.conclude(arrival);
+    }
+
+    fn answer_globally(&mut self, baseline: Baseline) {
+        let (destination, ways) = (self.destination(), &self.starts.ways);
+        let arrival = self
+            .searcher
+            .shortest(&self.closed, ways, destination, baseline, None);
+        self.count_global_search();
+        self.conclude(arrival);
+    }
+
+    fn count_global_search(&mut self) {
+        let extent = Extent::everything(&self.gap());
+        self.answer.stage = Stage::Global;
+        self.answer.searches += 1;
+        self.answer.area_nodes = extent.nodes;
+        self.answer.area_segments = extent.segments;
+        self.answer.settled_nodes += self.searcher.settled();
+    }
+
+    /// Fills in the path of a search from the drone to the destination, or what is left without one.
+    fn conclude(&mut self, arrival: Option<Arrival>) {
+        let Some(arrival) = arrival else {
+            self.divert_or_give_up();
+            return;
+        };
+        self.take_path(arrival, Outcome::Rerouted);
+        let may_be_untouched =
+            !self.request.report.failure.closes_leg() || self.only_starts_ahead();
+        if may_be_untouched {
+            self.prefer_old_plan();
+        }
+    }
+
+    fn take_path(&mut self, arrival: Arrival, outcome: Outcome) {
+        let start = self.searcher.append_way(arrival, &mut self.answer.path);
+        let ways = &self.starts.ways;
+        let first_stretch_m = ways
+            .iter()
+            .find(|way| way.node == start)
+            .map_or(0.0, |way| way.offset_m);
+        self.answer.outcome = outcome;
+        self.answer.first_stretch_m = first_stretch_m;
+        self.answer.recomposed_length_m = Some(arrival.length_m - first_stretch_m);
+        self.answer.remaining_length_m = Some(arrival.length_m);
+    }
+
+    /// True when the cause lies behind the drone: the leg's end is the one way on.
+    fn only_starts_ahead(&self) -> bool {
+        matches!(self.starts.ways.as_slice(), [only] if only.node == self.leg.to)
+    }
+
+    fn recall_plan(&mut self) {
+        let (request, leg, before, tree) = (self.request, &self.leg, &self.before, self.tree);
+        old_plan(request, leg, before, tree, self.searcher, self.plan);
+    }
+
+    /// Says `unaffected` where nothing ahead is touched and the answer found is not shorter than the old plan.
+    fn prefer_old_plan(&mut self) {
+        self.recall_plan();
+        let at_leg_start = |way: &&Start| way.node == self.leg.from && way.offset_m == 0.0;
+        let (first, way_in) = match self.starts.ways.iter().find(at_leg_start) {
+            Some(&way_in) => (0, way_in),
+            None => match self.starts.ways.iter().find(|way| way.node == self.leg.to) {
+                Some(&way_in) => (1, way_in),
+                None => return,
+            },
+        };
+        let Some(way) = open_rest(&self.closed, &self.plan.nodes, first) else {
+            return;
+        };
+        let reaches_goal = way.nodes.last() == Some(&self.destination());
+        let rest_m = way.length_m(self.closed.topology());
+        let old_length_m = way_in.offset_m + rest_m;
+        let found_m = self.answer.remaining_length_m.unwrap_or(f64::INFINITY);
+        if reaches_goal && found_m >= old_length_m * (1.0 - 1e-12) {
+            self.answer.outcome = Outcome::Unaffected;
+            self.answer.path = way;
+            self.answer.first_stretch_m = way_in.offset_m;
+            self.answer.recomposed_length_m = Some(rest_m);
+            self.answer.remaining_length_m = Some(old_length_m);
+        }
+    }
+
+    fn answer_locally(&mut self, strategy: LocalStrategy) {
+        self.recall_plan();
+        let plan = &self.plan.nodes;
+        let leads_there = plan.last() == Some(&self.destination());
+        let Some(&way_in) = self.starts.ways.first() else {
+            self.fall_back(Fallback::OffLeg);
+            return;
+        };
+        let first = usize::from(way_in.node != self.leg.from);
+        let order = RepairOrder {
+            closed: self.closed,
+            plan: plan.get(first..).unwrap_or_default(),
+            strategy,
+            parameters: &self.request.parameters,
+            explain: self.request.explain,
+        };
+        match repair(&order, self.searcher, self.local) {
+            Err(reason) => self.fall_back(reason),
+            Ok(repaired) if repaired.complete && leads_there => {
+                self.take_repaired(repaired, way_in);
+            }
+            Ok(repaired) => self.give_up_repairing(repaired),
+        }
+    }
+
+    fn take_repaired(&mut self, repaired: Repaired, way_in: Start) {
+        let nothing_repaired = repaired.repairs.is_empty();
+        let remaining_m = way_in.offset_m + repaired.way.length_m(self.closed.topology());
+        if let Some(node) = first_loop(&repaired.way, self.local.area()) {
+            self.answer.warnings.push(Warning::Loop { node });
+        }
+        self.answer.outcome = match nothing_repaired {
+            true => Outcome::Unaffected,
+            false => Outcome::Rerouted,
+        };
+        self.answer.first_stretch_m = way_in.offset_m;
+        self.answer.recomposed_length_m = Some(repaired.new_length_m);
+        self.answer.remaining_length_m = Some(remaining_m);
+        self.take_figures(&repaired);
+        self.answer.path = repaired.way;
+        self.answer.stages = repaired.stages;
+        if repaired.repairs.len() > 1 {
+            self.answer.repairs = repaired.repairs;
+        }
+    }
+
+    fn take_figures(&mut self, repaired: &Repaired) {
+        self.answer.stage = repaired.stage;
+        self.answer.searches = repaired.searches;
+        self.answer.area_nodes = repaired.extent.nodes;
+        self.answer.area_segments = repaired.extent.segments;
+        self.answer.settled_nodes = repaired.settled;
+    }
+
+    /// No repair reconnects the old plan: `exact` may still reach the destination some other way.
+    fn give_up_repairing(&mut self, repaired: Repaired) {
+        self.take_figures(&repaired);
+        match self.search_exactly() {
+            Some(arrival) => {
+                self.answer.strategy_used = Strategy::Exact;
+                self.answer.fallback = Some(Fallback::RepairFailed);
+                self.count_global_search();
+                self.conclude(Some(arrival));
+            }
+            None => self.divert_or_give_up(),
+        }
+        self.answer.stages = repaired.stages;
+        self.answer.repairs = repaired.repairs;
+    }
+
+    /// The destination cannot be reached: the nearest safe node, or the causes that cut the drone off.
+    fn divert_or_give_up(&mut self) {
+        let arrival = self.nearest_safe_node();
+        if let Some(arrival) = arrival {
+            self.take_diversion(arrival);
+        } else {
+            self.answer.outcome = Outcome::NoRoute;
+            self.answer.warnings.push(Warning::NoSafeNode);
+        }
+        self.tell_what_severed();
+    }
+
+    fn tell_what_severed(&mut self) {
+        let (airspace, closed, ways) = (self.airspace, &self.closed, &self.starts.ways);
+        self.answer.severed_by = severances(airspace, closed, ways, self.searcher);
+    }
+
+    /// A drone whose battery or payload fails goes to the nearest safe node, whatever lies ahead.
+    fn divert_drone_in_need(&mut self) {
+        let arrival = self.nearest_safe_node();
+        self.answer.strategy_used = Strategy::Exact;
+        if self.answer.strategy != Strategy::Exact {
+            self.answer.fallback = Some(Fallback::NothingClosed);
+        }
+        self.count_global_search();
+        match arrival {
+            Some(arrival) => self.take_diversion(arrival),
+            None => {
+                self.answer.outcome = Outcome::NoRoute;
+                self.answer.warnings.push(Warning::NoSafeNode);
+                self.tell_what_severed();
+            }
+        }
+    }
+
+    fn nearest_safe_node(&mut self) -> Option<Arrival> {
+        let topology = self.closed.topology();
+        let pads_failed = match self.request.report.failure {
+            FailureType::Infrastructure => Some(self.leg.to),
+            _ => None,
+        };
+        let (airspace, closed) = (self.airspace, self.closed);
+        let is_safe = |node: NodeIx| {
+            topology.pads(node) > 0
+                && !airspace.closes_pads(node)
+                && !closed.closes_node(node)
+                && Some(node) != pads_failed
+        };
+        self.searcher.nearest(&closed, &self.starts.ways, is_safe)
+    }
+
+    fn take_diversion(&mut self, arrival: Arrival) {
+        self.take_path(arrival, Outcome::Diverted);
+        if let Some(&node) = self.answer.path.nodes.last() {
+            self.answer.warnings.push(Warning::PadAssumedFree { node });
+        }
+    }
+
+    fn measure_optima(&mut self) {
+        let destination = self.destination();
+        let at_leg_start = [Start {
+            node: self.leg.from,
+            offset_m: 0.0,
+        }];
+        let closed = &self.closed;
+        let length = |arrival: Option<Arrival>| arrival.map(|arrival| arrival.length_m);
+        let astar = Baseline::AStar;
+        let local = self
+            .searcher
+            .shortest(closed, &at_leg_start, self.leg.to, astar, None);
+        self.answer.local_optimum_m = length(local);
+        let searcher = &mut *self.searcher;
+        let global = to_destination(closed, &at_leg_start, destination, self.tree, searcher);
+        self.answer.global_optimum_m = length(global);
+        let ways = &self.starts.ways;
+        let remaining = to_destination(closed, ways, destination, self.tree, searcher);
+        self.answer.remaining_optimum_m = length(remaining);
+    }
+}
+
+impl Recomposition {
+    /// An answer with nothing filled in yet.
+    fn unanswered(strategy: Strategy) -> Self {
+        Self {
+            outcome: Outcome::NoRoute,
+            path: Way::default(),
+            recomposed_length_m: None,
+            remaining_length_m: None,
+            first_stretch_m: 0.0,
+            strategy,
+            strategy_used: strategy,
+            fallback: None,
+            stage: Stage::Global,
+            searches: 0,
+            area_nodes: 0,
+            area_segments: 0,
+            settled_nodes: 0,
+            local_optimum_m: None,
+            global_optimum_m: None,
+            remaining_optimum_m: None,
+            repairs: Vec::new(),
+            warnings: Vec::new(),
+            severed_by: Vec::new(),
+            stages: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! What is asked: a failure report, the strategy to answer it with, and how much to tell.
+
+use crate::airspace::{Hits, Zone};
+use crate::flight::FailureReport;
+use crate::routing::Baseline;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// How the new path is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// The true optimum from the drone to its destination.
+    #[default]
+    Exact,
+    /// Paper, Algorithm 3.
+    TwoPhased,
+    /// Paper, Algorithm 2.
+    CellDensity,
+    /// Paper, Algorithm 1.
+    Radius,
+    /// Dijkstra's algorithm; the paper's baseline.
+    Dijkstra,
+    /// A* with the straight line.
+    Astar,
+    /// Bellman-Ford.
+    BellmanFord,
+}
+
+impl Strategy {
+    /// All strategies, the default first.
+    pub const ALL: [Self; 7] = [
+        Self::Exact,
+        Self::TwoPhased,
+        Self::CellDensity,
+        Self::Radius,
+        Self::Dijkstra,
+        Self::Astar,
+        Self::BellmanFord,
+    ];
+
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::TwoPhased => "two_phased",
+            Self::CellDensity => "cell_density",
+            Self::Radius => "radius",
+            Self::Dijkstra => "dijkstra",
+            Self::Astar => "astar",
+            Self::BellmanFord => "bellman_ford",
+        }
+    }
+}
+
+/// What reconnects the two ends of a failed leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LocalStrategy {
+    TwoPhased,
+    CellDensity,
+    Radius,
+    Baseline(Baseline),
+}
+
+/// A strategy with its scope settled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    Exact,
+    Global(Baseline),
+    Local(LocalStrategy),
+}
+
+/// Which problem a baseline solves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// From the start of the failed leg to its end, then on as planned.
+    Local,
+    /// From the drone to its destination.
+    #[default]
+    Global,
+}
+
+/// Numbers that the paper leaves open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// Side of the cells of the cell density-based strategy, in metres; `None` is the network size / 16.
+    pub cell_size_m: Option<f64>,
+    /// Half the height of the two-phased strategy's rectangle, as a share of the leg.
+    pub val_ratio: f64,
+    /// Whether the two-phased strategy skips stages with few nodes.
+    pub stage_skipping: bool,
+    /// Whether Dijkstra as a baseline settles everything.
+    pub full_tree: bool,
+    /// What local strategies run inside their areas.
+    pub inside: Baseline,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            cell_size_m: None,
+            val_ratio: 0.5,
+            stage_skipping: true,
+            full_tree: false,
+            inside: Baseline::AStar,
+        }
+    }
+}
+
+/// A zone that a report brings along: it binds this request alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BroughtZone {
+    /// The zone.
+    pub zone: Arc<Zone>,
+    /// What it closes.
+    pub hits: Hits,
+}
+
+/// A request to recompose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// What failed, and where.
+    pub report: FailureReport,
+    /// A zone that a regulatory report brings along.
+    pub zone: Option<BroughtZone>,
+    /// How to answer it.
+    pub strategy: Strategy,
+    /// For baselines: which problem they solve.
+    pub scope: Scope,
+    /// Numbers that the paper leaves open.
+    pub parameters: Parameters,
+    /// Also tell the optima that the answer is measured against.
+    pub optimum: bool,
+    /// Also tell the search areas by stage.
+    pub explain: bool,
+}
+
+impl Request {
+    /// What the strategy and its scope come down to.
+    pub(super) fn method(&self) -> Method {
+        let baseline = match self.strategy {
+            Strategy::Exact => return Method::Exact,
+            Strategy::TwoPhased => return Method::Local(LocalStrategy::TwoPhased),
+            Strategy::CellDensity => return Method::Local(LocalStrategy::CellDensity),
+            Strategy::Radius => return Method::Local(LocalStrategy::Radius),
+            Strategy::Dijkstra => Baseline::Dijkstra {
+                full_tree: self.parameters.full_tree,
+            },
+            Strategy::Astar => Baseline::AStar,
+            Strategy::BellmanFord => Baseline::BellmanFord,
+        };
+        match self.scope {
+            Scope::Local => Method::Local(LocalStrategy::Baseline(baseline)),
+            Scope::Global => Method::Global(baseline),
+        }
+    }
+
+    /// A request answered by `exact`, without extras.
+    pub fn exact(report: FailureReport) -> Self {
+        Self {
+            report,
+            zone: None,
+            strategy: Strategy::Exact,
+            scope: Scope::Global,
+            parameters: Parameters::default(),
+            optimum: false,
+            explain: false,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The memory of searches and the ways they find.
+
+use super::area::Area;
+use super::frontier::{Frontier, Start};
+use super::tree::DestinationTree;
+use crate::airspace::Closed;
+use crate::network::{NodeIx, SegmentIx, Topology};
+
+/// A walk in the network: one segment fewer than nodes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Way {
+    /// The nodes, from the first to the last.
+    pub nodes: Vec<NodeIx>,
+    /// The segments between them.
+    pub segments: Vec<SegmentIx>,
+}
+
+impl Way {
+    /// The sum of the segments' lengths, in metres.
+    pub fn length_m(&self, topology: &Topology) -> f64 {
+        let lengths = self.segments.iter();
+        lengths
+            .map(|&segment| topology.segment(segment).length_m)
+            .sum()
+    }
+
+    /// Adds a segment and the node it leads to.
+    pub fn push(&mut self, segment: SegmentIx, node: NodeIx) {
+        self.segments.push(segment);
+        self.nodes.push(node);
+    }
+}
+
+/// Where a search ended: the end of a way that [`Searcher::append_way`] can tell until the next search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Metres from before the start, its offset included, to the goal.
+    pub length_m: f64,
+    pub(super) last_taken: NodeIx,
+}
+
+impl Arrival {
+    /// True for the node at which the search ended without going on from there.
+    pub fn stopped_at(&self, node: NodeIx) -> bool {
+        self.last_taken == node
+    }
+}
+
+/// What a search scribbles on, reused by the next one. One thread uses it at a time.
+#[derive(Debug)]
+pub struct Searcher {
+    pub(super) frontier: Frontier,
+    /// Nodes whose way down the tree was found blocked.
+    pub(super) dead_ends: Area,
+    /// The way down the tree from the last node taken, nearest first.
+    pub(super) descent: Vec<(SegmentIx, NodeIx)>,
+}
+
+impl Searcher {
+    /// Room for searches on a topology.
+    pub fn new(topology: &Topology) -> Self {
+        Self {
+            frontier: Frontier::new(topology),
+            dead_ends: Area::new(topology),
+            descent: Vec::with_capacity(topology.node_count()),
+        }
+    }
+
+    /// How many nodes the last search settled.
+    pub fn settled(&self) -> usize {
+        self.frontier.settled()
+    }
+
+    /// True when the last search settled a node.
+    pub fn has_settled(&self, node: NodeIx) -> bool {
+        self.frontier.is_settled(node)
+    }
+
+    /// The nodes that the last search settled, with their distances in metres, in index order.
+    pub fn settled_nodes<'a>(
+        &'a self,
+        topology: &'a Topology,
+    ) -> impl Iterator<Item = (NodeIx, f64)> + 'a {
+        topology
+            .nodes()
+            .filter(|&node| self.frontier.is_settled(node))
+            .filter_map(|node| Some((node, self.frontier.distance_m(node)?)))
+    }
+
+    /// Adds the way of the last search to `way`, which is empty or ends at the start of it; also gives the start.
+    pub fn append_way(&self, arrival: Arrival, way: &mut Way) -> NodeIx {
+        let steps_back = || {
+            let mut node = arrival.last_taken;
+            std::iter::from_fn(move || {
+                let (parent, segment) = self.frontier.parent(node)?;
+                let step = (segment, node);
+                node = parent;
+                Some((parent, step))
+            })
+        };
+        let hops = steps_back().count();
+        let start = steps_back()
+            .last()
+            .map_or(arrival.last_taken, |(node, _)| node);
+        let more_segments = hops + self.descent.len();
+        if way.nodes.is_empty() {
+            way.segments.reserve_exact(more_segments);
+            way.nodes.reserve_exact(more_segments + 1);
+            way.nodes.push(start);
+        }
+        let first_new = way.segments.len();
+        for (_, (segment, node)) in steps_back() {
+            way.push(segment, node);
+        }
+        way.segments[first_new..].reverse();
+        let nodes_before = way.nodes.len() - hops;
+        way.nodes[nodes_before..].reverse();
+        for &(segment, node) in &self.descent {
+            way.push(segment, node);
+        }
+        start
+    }
+
+    /// Clears everything and offers the starts; what leaves a closed start is relaxed at once.
+    pub(super) fn begin(
+        &mut self,
+        closed: &Closed<'_>,
+        starts: &[Start],
+        within: Option<&Area>,
+        bound_m: impl Fn(NodeIx) -> f64,
+    ) {
+        debug_assert!(starts.len() <= super::MAX_STARTS);
+        self.descent.clear();
+        self.frontier.clear();
+        for &start in starts {
+            if closed.closes_node(start.node) {
+                self.frontier.settle_start(start);
+                self.frontier.relax(
+                    closed.topology(),
+                    start.node,
+                    |arc| closed.lets_out(arc) && within.is_none_or(|area| area.contains(arc.to)),
+                    &bound_m,
+                );
+            } else {
+                self.frontier.start(start, bound_m(start.node));
+            }
+        }
+    }
+
+    /// The tree of a destination on the intact network.
+    pub fn tree(&mut self, topology: &Topology, destination: NodeIx) -> DestinationTree {
+        DestinationTree::intact(topology, destination, &mut self.frontier)
+    }
+
+    /// A copy of a tree with standing closures worked in; see [`DestinationTree`].
+    ///
+    /// `closed` closes all that the tree already has worked in, and `fresh` holds every segment that is
+    /// blocked now and was not when the tree was made.
+    pub fn tree_taking_in(
+        &mut self,
+        tree: &DestinationTree,
+        closed: &Closed<'_>,
+        fresh: impl Iterator<Item = SegmentIx>,
+    ) -> DestinationTree {
+        tree.taking_in(closed, fresh, &mut self.frontier)
+    }
+}

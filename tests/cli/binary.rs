@@ -1,0 +1,151 @@
+//! Runs the binary as a shell would, with an empty environment, and keeps what it said.
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of the command line start it and read the files it writes"
+)]
+
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+/// What a run left behind.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) code: i32,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Run {
+    fn of(output: &Output) -> Self {
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
+        Self {
+            code: output.status.code().expect("an exit code"),
+            stdout: text(&output.stdout),
+            stderr: text(&output.stderr),
+        }
+    }
+
+    /// The same run, which has to have ended with this code.
+    #[track_caller]
+    pub(crate) fn exits(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "{self:#?}");
+        self
+    }
+
+    /// Standard output, as JSON.
+    #[track_caller]
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout).expect("JSON")
+    }
+
+    /// Standard output, as one JSON value to a line.
+    #[track_caller]
+    pub(crate) fn json_lines(&self) -> Vec<Value> {
+        let lines = self.stdout.lines();
+        lines
+            .map(|line| serde_json::from_str(line).expect("a line of JSON"))
+            .collect()
+    }
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_skyway"));
+    command.args(arguments).env_clear();
+    command
+}
+
+/// Runs `skyway` with arguments and nothing on standard input.
+pub(crate) fn skyway(arguments: &[&str]) -> Run {
+    skyway_in(arguments, &[])
+}
+
+/// The same in an environment.
+pub(crate) fn skyway_in(arguments: &[&str], environment: &[(&str, &str)]) -> Run {
+    let mut command = command(arguments);
+    command
+        .envs(environment.iter().copied())
+        .stdin(Stdio::null());
+    Run::of(&command.output().expect("a binary that starts"))
+}
+
+/// The same with something on standard input.
+pub(crate) fn skyway_with_input(arguments: &[&str], input: &[u8]) -> Run {
+    let mut command = command(arguments);
+    command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().expect("a binary that starts");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    let input = input.to_vec();
+    // From a thread, as the answers may fill their pipe before the input is read.
+    let writer = std::thread::spawn(move || stdin.write_all(&input));
+    let output = child.wait_with_output().expect("a run that ends");
+    let _ = writer.join().expect("a writer that ends");
+    Run::of(&output)
+}
+
+/// Runs `skyway` for a reader who closes the pipe before reading anything.
+pub(crate) fn skyway_unread(arguments: &[&str]) -> Run {
+    let mut command = command(arguments);
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().expect("a binary that starts");
+    drop(child.stdout.take());
+    Run::of(&child.wait_with_output().expect("a run that ends"))
+}
+
+/// A directory that goes away with the test.
+pub(crate) struct Desk(TempDir);
+
+impl Desk {
+    pub(crate) fn new() -> Self {
+        Self(TempDir::new().expect("a directory"))
+    }
+
+    /// The path of a file in it.
+    pub(crate) fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().expect("UTF-8").to_owned()
+    }
+
+    /// Writes a file in it.
+    pub(crate) fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> String {
+        let path = self.path(name);
+        std::fs::write(&path, contents).expect("a file that can be written");
+        path
+    }
+
+    /// Reads a file in it.
+    pub(crate) fn read(&self, name: &str) -> String {
+        read(Path::new(&self.path(name)))
+    }
+
+    /// The names of the files in a directory in it, sorted.
+    pub(crate) fn list(&self, directory: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path(directory)).expect("a directory");
+        let mut names: Vec<String> = entries
+            .map(|entry| {
+                let name = entry.expect("an entry").file_name();
+                name.into_string().expect("UTF-8")
+            })
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// The path of a file of the repository.
+pub(crate) fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// Reads a file as text.
+pub(crate) fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("a readable file")
+}

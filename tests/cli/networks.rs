@@ -1,0 +1,170 @@
+//! Networks made, read, converted and refused.
+
+use crate::binary::{Desk, read, repository, skyway, skyway_with_input};
+use serde_json::{Value, json};
+
+fn info(network: &str) -> Value {
+    skyway(&["network", "info", "--json", "--network", network])
+        .exits(0)
+        .json()
+}
+
+#[test]
+fn the_bundled_networks_are_there_by_name() {
+    let sydney = info("sydney");
+    assert_eq!(sydney["nodes"], 476);
+    assert_eq!(sydney["coordinates"], "geographic");
+    let attribution = sydney["attribution"].as_str().expect("text");
+    assert!(attribution.contains("OpenStreetMap contributors"));
+    assert_eq!(info("corridor")["components"], json!([280]));
+    insta::assert_snapshot!(skyway(&["network", "info"]).exits(0).stdout);
+}
+
+#[test]
+fn a_generated_network_is_that_of_its_seed() {
+    let generate = |seed: &str| {
+        let variables = [
+            "--nodes",
+            "150",
+            "--max-neighbours",
+            "6",
+            "--map-size",
+            "1000",
+        ];
+        let rest = ["--reach", "0.2", "--seed", seed];
+        let arguments = [&["network", "generate"][..], &variables, &rest].concat();
+        skyway(&arguments).exits(0).stdout
+    };
+    let network = generate("7");
+    assert_eq!(network, generate("7"));
+    assert_ne!(network, generate("8"));
+    let arguments = ["network", "info", "--json", "--network", "-"];
+    let figures = skyway_with_input(&arguments, network.as_bytes())
+        .exits(0)
+        .json();
+    assert_eq!(figures["nodes"], 150);
+    assert!(figures["degree"]["max"].as_f64().expect("a number") <= 6.0);
+    assert!(figures["length_m"]["max"].as_f64().expect("a number") <= 200.0);
+}
+
+#[test]
+fn sydney_is_built_from_its_buildings_to_the_byte() {
+    let desk = Desk::new();
+    let bundled = read(&repository("data/sydney-cbd.geojson"));
+    let attribution = info("sydney")["attribution"]
+        .as_str()
+        .expect("text")
+        .to_owned();
+    let buildings = repository("data/sydney/buildings.geojson");
+    let built = desk.path("built.geojson");
+    let run = skyway(&[
+        "network",
+        "build",
+        buildings.to_str().expect("UTF-8"),
+        "--extract",
+        "north2023",
+        "--min-height",
+        "10",
+        "--name",
+        "Sydney CBD",
+        "--attribution",
+        &attribution,
+        "--output",
+        &built,
+    ]);
+    assert_eq!(run.exits(0).stdout, "");
+    assert!(
+        desk.read("built.geojson") == bundled,
+        "the bundled network is another one"
+    );
+}
+
+#[test]
+fn a_network_survives_conversion() {
+    let native = skyway(&["network", "convert", "--to", "geojson"])
+        .exits(0)
+        .stdout;
+    assert!(
+        native == read(&repository("data/sydney-cbd.geojson")),
+        "not the same bytes"
+    );
+
+    let desk = Desk::new();
+    let node_link = desk.path("sydney.json");
+    skyway(&[
+        "network",
+        "convert",
+        "--to",
+        "node-link",
+        "--output",
+        &node_link,
+    ])
+    .exits(0);
+    let packed = desk.path("sydney.geojson.gz");
+    skyway(&[
+        "network",
+        "convert",
+        "--network",
+        &node_link,
+        "--to",
+        "geojson",
+        "--output",
+        &packed,
+    ])
+    .exits(0);
+    let (sydney, again) = (info("sydney"), info(&packed));
+    for figure in [
+        "name",
+        "attribution",
+        "nodes",
+        "segments",
+        "components",
+        "pads",
+        "degree",
+    ] {
+        assert_eq!(again[figure], sydney[figure], "{figure}");
+    }
+    assert_eq!(again["repairs"], json!([]));
+}
+
+#[test]
+fn a_network_in_csv_finds_its_edges() {
+    let desk = Desk::new();
+    let nodes = desk.write(
+        "town_nodes.csv",
+        "id,x,y,pads\n1,0,0,1\n2,100,0,0\n3,0,100,2\n",
+    );
+    desk.write(
+        "town_edges.csv",
+        "u,v,length_m\n1,2,100\n2,3,150\n1,2,120\n",
+    );
+    let town = info(&nodes);
+    assert_eq!((&town["nodes"], &town["segments"]), (&json!(3), &json!(2)));
+    let repairs = town["repairs"].as_array().expect("repairs");
+    assert_eq!(repairs.len(), 1, "{repairs:?}");
+    let run = skyway(&["network", "info", "--network", &nodes]).exits(0);
+    assert!(
+        run.stderr.contains("1 repairs to the data"),
+        "{}",
+        run.stderr
+    );
+
+    let lonely = desk.write("village.csv", "id,x,y\n1,0,0\n2,100,0\n");
+    let run = skyway(&["network", "info", "--network", &lonely]).exits(1);
+    assert!(
+        run.stderr.contains("name the edges with --edges"),
+        "{}",
+        run.stderr
+    );
+    let edges = desk.write("elsewhere.csv", "source,target\n1,2\n");
+    let run = skyway(&[
+        "network",
+        "info",
+        "--network",
+        &lonely,
+        "--edges",
+        &edges,
+        "--json",
+    ]);
+    assert_eq!(run.exits(0).json()["total_length_m"], 100.0);
+}

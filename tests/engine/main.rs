@@ -1,0 +1,19 @@
+//! The engine's tests: one binary, so that everything is linked once.
+
+#![expect(
+    clippy::disallowed_methods,
+    reason = "tests read the bundled files and how many cases to draw"
+)]
+
+mod bundled;
+mod certificates;
+mod drawing;
+mod oracle;
+mod projection;
+mod shape_cases;
+mod shape_queries;
+mod shapes;
+mod strategies;
+mod zone_format;
+mod zone_hits;
+mod zone_problems;
