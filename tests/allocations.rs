@@ -32,7 +32,12 @@ fn setting() -> Setting {
     let connected: Vec<NodeIx> = Components::of(&topology).largest().collect();
     let destination = connected[connected.len() / 2];
     let now = jiff::Timestamp::UNIX_EPOCH;
-    let airspace = Airspace::open(topology.clone(), 1, now, jiff::SignedDuration::from_mins(60));
+    let airspace = Airspace::open(
+        topology.clone(),
+        1,
+        now,
+        jiff::SignedDuration::from_mins(60),
+    );
     let trees = TreeCache::new(1 << 26);
     let tree = Searcher::new(&topology).tree(&topology, destination);
     let mut legs = Vec::new();
@@ -107,7 +112,11 @@ fn an_exact_recomposition_allocates_its_answer_alone() {
             trees,
         };
         // The first request makes room for the list of ways into the network.
-        recompose(&world, &request(&setting, setting.legs[0], Strategy::Exact), &mut scratch);
+        recompose(
+            &world,
+            &request(&setting, setting.legs[0], Strategy::Exact),
+            &mut scratch,
+        );
         for &leg in &setting.legs {
             let request = request(&setting, leg, Strategy::Exact);
             let mut answer = None;
@@ -118,7 +127,10 @@ fn an_exact_recomposition_allocates_its_answer_alone() {
             }
             let path = &answer.path;
             let bytes = size_of::<u32>() * (path.nodes.len() + path.segments.len());
-            assert_eq!(counted.count_total, 2, "the nodes and the segments of the path");
+            assert_eq!(
+                counted.count_total, 2,
+                "the nodes and the segments of the path"
+            );
             assert_eq!(counted.bytes_total, bytes as u64, "to the byte");
         }
     }
@@ -148,7 +160,11 @@ fn a_local_recomposition_allocates_its_answer_and_the_record_of_its_repair() {
                 black_box(recompose(&world, &request, &mut scratch));
             });
             let name = strategy.name();
-            assert!(counted.count_total <= 5, "{name}: {} allocations", counted.count_total);
+            assert!(
+                counted.count_total <= 5,
+                "{name}: {} allocations",
+                counted.count_total
+            );
         }
     }
 }

@@ -27,7 +27,9 @@ pub fn measure(workload: &Workload) {
     }
     let intact = |index: usize| {
         let passage = &workload.passages[index];
-        workload.trees.get(passage.destination, standing(&workload.open))
+        workload
+            .trees
+            .get(passage.destination, standing(&workload.open))
     };
     let closed = |index: usize| {
         let airspace = &workload.airspaces[workload.passages[index].zone];
@@ -39,17 +41,32 @@ pub fn measure(workload: &Workload) {
         let tree = intact(index).expect("every destination has its tree");
         let found = searcher.exact(&closed(index), &[at(passage.source)], &tree);
         let oracle_m = peer.dijkstra_m(&closed(index), passage.source, passage.destination);
-        assert_same("around a zone", found.map(|arrival| arrival.length_m), oracle_m);
-        let taken_in = searcher.tree_taking_in(&tree, &closed(index), blocked(workload, passage.zone));
+        assert_same(
+            "around a zone",
+            found.map(|arrival| arrival.length_m),
+            oracle_m,
+        );
+        let taken_in =
+            searcher.tree_taking_in(&tree, &closed(index), blocked(workload, passage.zone));
         let found = searcher.exact(&closed(index), &[at(passage.source)], &taken_in);
-        assert_same("after taking it in", found.map(|arrival| arrival.length_m), oracle_m);
+        assert_same(
+            "after taking it in",
+            found.map(|arrival| arrival.length_m),
+            oracle_m,
+        );
     }
-    println!("checked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in");
+    println!(
+        "checked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in"
+    );
 
     print_head("a zone of 1 % of the map, its hits known");
     let first = Percentiles::of(count, |index| {
         let tree = intact(index)?;
-        searcher.exact(&closed(index), &[at(workload.passages[index].source)], &tree)
+        searcher.exact(
+            &closed(index),
+            &[at(workload.passages[index].source)],
+            &tree,
+        )
     });
     first.print("exact, first request");
     let some = count.min(TREES_TAKEN_IN * workload.zones.len());
@@ -61,7 +78,11 @@ pub fn measure(workload: &Workload) {
         })
         .collect();
     let after = Percentiles::of(trees.len(), |index| {
-        searcher.exact(&closed(index), &[at(workload.passages[index].source)], &trees[index])
+        searcher.exact(
+            &closed(index),
+            &[at(workload.passages[index].source)],
+            &trees[index],
+        )
     });
     after.print("exact, the zone taken in");
     let taking = Percentiles::of(some, |index| {
@@ -77,7 +98,10 @@ pub fn measure(workload: &Workload) {
     measure_changes(workload);
 }
 
-fn blocked(workload: &Workload, zone: usize) -> impl Iterator<Item = skyway::network::SegmentIx> + '_ {
+fn blocked(
+    workload: &Workload,
+    zone: usize,
+) -> impl Iterator<Item = skyway::network::SegmentIx> + '_ {
     workload.airspaces[zone].closed().blocked_segments()
 }
 
@@ -86,7 +110,9 @@ fn measure_changes(workload: &Workload) {
     for vertices in [20, 1_000] {
         let zones = wavy_zones(workload, vertices);
         let found = Hits::of(&workload.topology, &zones[0]);
-        let times = Percentiles::of(zones.len(), |index| Hits::of(&workload.topology, &zones[index]));
+        let times = Percentiles::of(zones.len(), |index| {
+            Hits::of(&workload.topology, &zones[index])
+        });
         times.print(&format!(
             "hits of a 1 % zone, {vertices} vertices ({} segments for the first)",
             found.segments.len()
@@ -122,7 +148,10 @@ fn wavy_zones(workload: &Workload, vertices: usize) -> Vec<Zone> {
             let corner = |place: usize| {
                 let angle = TAU * place as f64 / (vertices - 1) as f64;
                 let reach_m = radius_m * (1.0 + 0.1 * (7.0 * angle).sin());
-                [centre.x + reach_m * angle.cos(), centre.y + reach_m * angle.sin()]
+                [
+                    centre.x + reach_m * angle.cos(),
+                    centre.y + reach_m * angle.sin(),
+                ]
             };
             let mut ring: Vec<[f64; 2]> = (0..vertices - 1).map(corner).collect();
             ring.push(ring[0]);
@@ -133,13 +162,19 @@ fn wavy_zones(workload: &Workload, vertices: usize) -> Vec<Zone> {
 
 /// Criterion's estimates of hits and of applying a change.
 pub fn criterion(workload: &Workload, criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group(format!("airspace/{}", workload.topology.node_count()));
+    let mut group =
+        criterion.benchmark_group(format!("airspace/{}", workload.topology.node_count()));
     group.sample_size(20);
     for vertices in [20, 1_000] {
         let zones = wavy_zones(workload, vertices);
         let mut next = (0..zones.len()).cycle();
         group.bench_function(format!("hits, {vertices} vertices"), |bencher| {
-            bencher.iter(|| Hits::of(&workload.topology, &zones[black_box(next.next().unwrap_or(0))]));
+            bencher.iter(|| {
+                Hits::of(
+                    &workload.topology,
+                    &zones[black_box(next.next().unwrap_or(0))],
+                )
+            });
         });
     }
     let now = workload.open.as_of();

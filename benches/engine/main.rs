@@ -5,9 +5,16 @@
 //! and Criterion's estimates of the same calls. `SKYWAY_BENCH_NODES=5000` measures one size alone;
 //! `SKYWAY_BENCH_TABLE_ONLY=1` leaves Criterion out.
 
-#![expect(clippy::disallowed_methods, clippy::disallowed_types, reason = "a bench asks the clock and its environment")]
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "a bench asks the clock and its environment"
+)]
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
-#![expect(missing_docs, reason = "criterion_group! makes a public item without any")]
+#![expect(
+    missing_docs,
+    reason = "criterion_group! makes a public item without any"
+)]
 
 mod airspace;
 mod oracle;

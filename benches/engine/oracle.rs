@@ -28,9 +28,12 @@ impl Peer {
 
     /// petgraph's Dijkstra, stopped at the goal.
     pub fn dijkstra_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
-        let open = EdgeFiltered::from_fn(&self.graph, |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
-            !closed.blocks(edge.weight().0)
-        });
+        let open = EdgeFiltered::from_fn(
+            &self.graph,
+            |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
+                !closed.blocks(edge.weight().0)
+            },
+        );
         let goal = NodeIndex::new(to.at());
         let length = |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| edge.weight().1;
         let found = petgraph::algo::dijkstra(&open, NodeIndex::new(from.at()), Some(goal), length);
@@ -39,9 +42,12 @@ impl Peer {
 
     /// petgraph's A* with the straight line.
     pub fn astar_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
-        let open = EdgeFiltered::from_fn(&self.graph, |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
-            !closed.blocks(edge.weight().0)
-        });
+        let open = EdgeFiltered::from_fn(
+            &self.graph,
+            |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
+                !closed.blocks(edge.weight().0)
+            },
+        );
         let goal = NodeIndex::new(to.at());
         let target = self.graph[goal];
         let straight_m = |node: NodeIndex| {

@@ -31,9 +31,7 @@ impl Percentiles {
         }
         let mut medians: Vec<f64> = times.into_iter().map(median).collect();
         medians.sort_by(f64::total_cmp);
-        Self {
-            sorted_ns: medians,
-        }
+        Self { sorted_ns: medians }
     }
 
     /// The time that a share of the queries stays within, in microseconds.

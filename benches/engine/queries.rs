@@ -35,10 +35,17 @@ impl<'a> Search<'a> {
     }
 }
 
-fn exact_m(workload: &Workload, search: &mut Search<'_>, searcher: &mut Searcher, index: usize) -> Option<f64> {
+fn exact_m(
+    workload: &Workload,
+    search: &mut Search<'_>,
+    searcher: &mut Searcher,
+    index: usize,
+) -> Option<f64> {
     let failure = &workload.failures[index];
     let destination = failure.request.report.destination;
-    let tree = workload.trees.get(destination, workload.open_world().standing())?;
+    let tree = workload
+        .trees
+        .get(destination, workload.open_world().standing())?;
     let closed = search.closed(failure);
     let arrival = searcher.exact(&closed, &[at(failure.leg.0)], &tree)?;
     Some(arrival.length_m)
@@ -68,19 +75,28 @@ pub fn measure(workload: &Workload) {
     let mut scratch = Scratch::new(&workload.topology);
     let peer = Peer::new(&workload.topology);
     let count = workload.failures.len();
-    let slow = count.min(if workload.topology.node_count() > 50_000 { SLOW_QUERIES } else { count });
+    let slow = count.min(if workload.topology.node_count() > 50_000 {
+        SLOW_QUERIES
+    } else {
+        count
+    });
     check(workload, &peer);
     settled(workload, &mut search, &mut searcher);
 
     print_head("global, one failure, no closure before");
-    let warm = Percentiles::of(count, |index| exact_m(workload, &mut search, &mut searcher, index));
+    let warm = Percentiles::of(count, |index| {
+        exact_m(workload, &mut search, &mut searcher, index)
+    });
     warm.print("exact, table in memory, search alone");
     let world = workload.open_world();
     let whole = Percentiles::of(count, |index| {
         recompose(&world, &workload.failures[index].request, &mut scratch)
     });
     whole.print("exact, table in memory, whole recomposition");
-    let cold_world = World { trees: None, ..world };
+    let cold_world = World {
+        trees: None,
+        ..world
+    };
     let cold = Percentiles::of(count, |index| {
         recompose(&cold_world, &workload.failures[index].request, &mut scratch)
     });
@@ -156,10 +172,14 @@ fn check(workload: &Workload, peer: &Peer) {
             assert_same("baseline", ours_m, oracle_m);
         }
         let closed = search.closed(failure);
-        let their_astar_m = peer.astar_m(&closed, failure.leg.0, failure.request.report.destination);
+        let their_astar_m =
+            peer.astar_m(&closed, failure.leg.0, failure.request.report.destination);
         assert_same("petgraph A*", their_astar_m, oracle_m);
     }
-    println!("checked {} queries against petgraph's Dijkstra: 0 % longer", workload.failures.len());
+    println!(
+        "checked {} queries against petgraph's Dijkstra: 0 % longer",
+        workload.failures.len()
+    );
 }
 
 fn settled(workload: &Workload, search: &mut Search<'_>, searcher: &mut Searcher) {
@@ -201,10 +221,26 @@ pub fn criterion(workload: &Workload, criterion: &mut Criterion) {
         bencher.iter(|| recompose(&world, &workload.failures[index()].request, &mut scratch));
     });
     group.bench_function("compact A*", |bencher| {
-        bencher.iter(|| baseline_m(workload, &mut search, &mut searcher, Baseline::AStar, black_box(index())));
+        bencher.iter(|| {
+            baseline_m(
+                workload,
+                &mut search,
+                &mut searcher,
+                Baseline::AStar,
+                black_box(index()),
+            )
+        });
     });
     group.bench_function("compact Dijkstra", |bencher| {
-        bencher.iter(|| baseline_m(workload, &mut search, &mut searcher, DIJKSTRA, black_box(index())));
+        bencher.iter(|| {
+            baseline_m(
+                workload,
+                &mut search,
+                &mut searcher,
+                DIJKSTRA,
+                black_box(index()),
+            )
+        });
     });
     group.finish();
 }

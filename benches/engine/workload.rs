@@ -2,7 +2,9 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use skyway::airspace::{Airspace, Change, Closed, Closure, RequestClosures, Zone, ZoneDraft, ZoneGeometry};
+use skyway::airspace::{
+    Airspace, Change, Closed, Closure, RequestClosures, Zone, ZoneDraft, ZoneGeometry,
+};
 use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{Components, Generated, NodeIx, Topology};
@@ -53,12 +55,20 @@ impl Workload {
             seed: SEED,
         };
         let draft = draft.network().expect("the parameters are Table 1's");
-        let topology = Arc::new(Topology::build(draft, [0; 32]).expect("a generated network is valid"));
+        let topology =
+            Arc::new(Topology::build(draft, [0; 32]).expect("a generated network is valid"));
         let now = jiff::Timestamp::UNIX_EPOCH;
-        let open = Airspace::open(topology.clone(), 1, now, jiff::SignedDuration::from_mins(60));
+        let open = Airspace::open(
+            topology.clone(),
+            1,
+            now,
+            jiff::SignedDuration::from_mins(60),
+        );
         let mut random = Random(ChaCha8Rng::seed_from_u64(SEED));
         let connected: Vec<NodeIx> = Components::of(&topology).largest().collect();
-        let destinations: Vec<NodeIx> = (0..destination_count).map(|_| random.pick(&connected)).collect();
+        let destinations: Vec<NodeIx> = (0..destination_count)
+            .map(|_| random.pick(&connected))
+            .collect();
         let mut scratch = Scratch::new(&topology);
         let trees = TreeCache::new(4 << 30);
         for &destination in &destinations {
@@ -88,7 +98,11 @@ impl Workload {
             self.topology.segment_count(),
             self.failures.len(),
             self.destinations.len(),
-            if cfg!(debug_assertions) { "with debug assertions" } else { "without debug assertions" },
+            if cfg!(debug_assertions) {
+                "with debug assertions"
+            } else {
+                "without debug assertions"
+            },
         );
     }
 
@@ -107,7 +121,7 @@ impl Workload {
         let closed = Closed::new(&self.topology, self.open.closed(), &nothing);
         let arrival = scratch.searcher().exact(&closed, &[at(source)], &tree)?;
         let mut way = Way::default();
-        scratch.searcher().append_way(arrival, &mut way);
+        scratch.searcher().append_way(arrival, Some(&tree), &mut way);
         Some(way)
     }
 
@@ -143,11 +157,19 @@ impl Workload {
             let centre = Point::new(random.share(), random.share());
             let within = |share: f64| half_side_m + share * (MAP_SIZE_M - 2.0 * half_side_m);
             let (x, y) = (within(centre.x), within(centre.y));
-            let ring = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
-                .map(|(east, north)| [x + east * half_side_m, y + north * half_side_m]);
+            let ring = [
+                (-1.0, -1.0),
+                (1.0, -1.0),
+                (1.0, 1.0),
+                (-1.0, 1.0),
+                (-1.0, -1.0),
+            ]
+            .map(|(east, north)| [x + east * half_side_m, y + north * half_side_m]);
             let zone = zone(&format!("zone-{index}"), ring.to_vec(), &self.topology);
             let closure = Arc::new(Closure::of_zone(&self.topology, Arc::new(zone)));
-            let airspace = self.open.apply(&[Change::Put(closure.clone())], self.open.as_of());
+            let airspace = self
+                .open
+                .apply(&[Change::Put(closure.clone())], self.open.as_of());
             self.zones.push(closure);
             self.airspaces.push(airspace);
         }

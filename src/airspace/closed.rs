@@ -141,6 +141,7 @@ pub struct Closed<'a> {
     topology: &'a Topology,
     standing: &'a ClosedSet,
     request: &'a ClosedSet,
+    request_blocked: &'a [SegmentIx],
 }
 
 impl<'a> Closed<'a> {
@@ -154,6 +155,7 @@ impl<'a> Closed<'a> {
             topology,
             standing,
             request: &request.set,
+            request_blocked: &request.blocked,
         }
     }
 
@@ -200,6 +202,11 @@ impl<'a> Closed<'a> {
         self.topology.segment_count()
             - self.standing.blocked_segments
             - self.request.blocked_segments
+    }
+
+    /// All that is blocked, where nothing stands closed but what this request closed; else `None`.
+    pub fn blocked_by_request(&self) -> Option<&'a [SegmentIx]> {
+        (self.standing.blocked_segments == 0).then_some(self.request_blocked)
     }
 
     /// True when this request, rather than a standing closure, closes the segment or one of its nodes.

@@ -20,6 +20,7 @@ const TOPOLOGY_REVISION: u64 = 1;
 
 /// What is closed, and when it counts.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Airspace")]
 pub(super) struct AirspaceArguments {
     /// No-fly zones: a GeoJSON FeatureCollection; can be given more than once
     #[arg(long, value_name = "FILE")]

@@ -29,9 +29,10 @@ Examples:
   skyway compare --service 379,406 --destination 450 --close 408 --json
   skyway compare --service 379,406 --destination 450 --svg exact.svg
 
-Lengths are in metres. `recomposed` is the new part (from A to B for a local strategy, the whole path else), `remaining` the
-whole route to the destination; the overhead is that of `remaining` above the optimum. `time` is the median of many
-repetitions, the construction of search areas included; that of the table is told below the table.";
+`recomposed` is the new part: from A to B for a local strategy, the whole path otherwise. `remaining` \
+is the whole route to the destination, and `overhead` what it is longer than the optimum. `time` is \
+the median of many repetitions, the construction of search areas included. The table of distances to \
+the destination, which `exact, with table` finds ready, is measured apart.";
 
 /// A method is repeated at least this often, however long it takes.
 const FEWEST_REPETITIONS: usize = 5;
@@ -53,13 +54,13 @@ pub(super) struct Compare {
     #[command(flatten)]
     airspace: AirspaceArguments,
     /// How often each strategy is repeated at most, to measure it; within 50 ms each, but at least 5 times
-    #[arg(long, value_name = "COUNT", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Output", long, value_name = "COUNT", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
     repetitions: u32,
     /// Draw the exact answer
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write JSON under the names of the API
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
 }
 

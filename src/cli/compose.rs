@@ -23,8 +23,8 @@ Examples:
   skyway compose --source 1 --destination 450 --airspeed 12 --json
   skyway compose --source 1 --destination 450 --close 353
 
-Times are nominal: the airspeed, or a segment's limit where that is slower, without wind, climb or stops. Energy is not
-checked.";
+Times are nominal: the airspeed, or a segment's limit where that is slower, without wind, climb or \
+stops. Energy is not checked.";
 
 /// Airspeed where none is given, in metres per second.
 const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
@@ -36,18 +36,18 @@ pub(super) struct Compose {
     #[command(flatten)]
     network: NetworkArguments,
     /// Where the delivery starts
-    #[arg(long, value_name = "NODE")]
+    #[arg(help_heading = "Plan", long, value_name = "NODE")]
     source: String,
     /// Where the delivery goes
-    #[arg(long, value_name = "NODE")]
+    #[arg(help_heading = "Plan", long, value_name = "NODE")]
     destination: String,
     /// Airspeed, in metres per second
-    #[arg(long, value_name = "MPS", default_value_t = DEFAULT_AIRSPEED_MPS, value_parser = airspeed)]
+    #[arg(help_heading = "Plan", long, value_name = "MPS", default_value_t = DEFAULT_AIRSPEED_MPS, value_parser = airspeed)]
     airspeed: f64,
     #[command(flatten)]
     airspace: AirspaceArguments,
     /// Write JSON
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
 }
 

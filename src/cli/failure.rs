@@ -12,6 +12,7 @@ const UNKNOWN: &str = "unknown";
 
 /// What failed.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Failure")]
 pub(super) struct FailureArguments {
     /// The failed leg: the node behind the drone and the node ahead of it
     #[arg(long, value_name = "A,B")]

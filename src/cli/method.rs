@@ -11,6 +11,7 @@ const SCOPES: [Scope; 2] = [Scope::Local, Scope::Global];
 
 /// The strategy.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Strategy")]
 pub(super) struct StrategyArguments {
     /// How the new path is found
     #[arg(long, value_name = "STRATEGY", default_value = "exact", value_parser = strategy())]
@@ -22,6 +23,7 @@ pub(super) struct StrategyArguments {
 
 /// The numbers that the paper leaves open.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Strategy")]
 pub(super) struct ParameterArguments {
     /// Side of the cells of cell_density, in metres [default: network size / 16]
     #[arg(long, value_name = "METRES")]

@@ -1,8 +1,8 @@
 //! The command line: the only part that reads arguments, files, streams and the clock.
 //!
-//! One file per command. What they share: [`network_source`] and [`airspace_source`] say what a command
-//! works on, [`failure`] and [`method`] what is asked, [`names`] finds ids, [`files`] and [`clock`] are the
-//! doors to the outside, [`output`] and [`stop`] say how a command speaks and ends.
+//! One file per command. What they share: `network_source` and `airspace_source` say what a command
+//! works on, `failure` and `method` what is asked, `names` finds ids, `files` and `clock` are the doors
+//! to the outside, `output` and `stop` say how a command speaks and ends.
 
 mod airspace_source;
 mod answer_table;
@@ -32,7 +32,7 @@ use stop::{Stop, Verdict};
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway compare --service 379,406 --destination 450          every strategy on one failure, in Sydney
+  skyway compare --service 379,406 --destination 450          every strategy on one failure
   skyway reroute --service 379,406 --destination 450 --json   the answer to a failure report
   skyway compose --source 1 --destination 450                 a plan with its contingencies
   skyway network info                                         what the network is like
@@ -54,6 +54,7 @@ struct Arguments {
 
 /// How a command speaks.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Global options")]
 struct Manner {
     /// When to use colours; auto: on a terminal, unless NO_COLOR is set
     #[arg(long, value_enum, value_name = "WHEN", default_value_t, global = true)]

@@ -17,6 +17,7 @@ const MAX_REPAIRS_SHOWN: usize = 10;
 
 /// What network to work on.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Network")]
 pub(super) struct NetworkArguments {
     /// The network: sydney, corridor, or a file (GeoJSON, NetworkX node-link JSON, CSV; .gz too)
     #[arg(long, short, value_name = "NAME|FILE", default_value = SYDNEY)]

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 /// How a picture is drawn.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Picture")]
 pub(super) struct PictureArguments {
     /// Width of the picture, in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = PictureOptions::default().width_px,

@@ -27,7 +27,7 @@ pub(super) fn shortest_way(airspace: &Airspace, from: NodeIx, to: NodeIx) -> Opt
     let mut searcher = Searcher::new(topology);
     let arrival = searcher.shortest(&closed, &[start], to, Baseline::AStar, None)?;
     let mut way = Way::default();
-    searcher.append_way(arrival, &mut way);
+    searcher.append_way(arrival, None, &mut way);
     Some(way)
 }
 

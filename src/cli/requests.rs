@@ -46,7 +46,7 @@ pub(super) fn answer_all(
         let fields = answered.unwrap_or_else(|refused| {
             verdict = Verdict::Negative;
             output.warn(&format!("line {number}: {}", refused.message));
-            refused.json()
+            refused.fields
         });
         output.line(&Value::Object(fields).to_string())?;
     }
@@ -78,48 +78,34 @@ fn read_line(lines: &mut dyn BufRead) -> io::Result<Line> {
 
 /// A line that is not answered, and why.
 struct Refused {
-    id: Option<Value>,
-    code: &'static str,
     message: String,
-    pointer: String,
+    /// What is written in the place of an answer.
+    fields: Map<String, Value>,
 }
 
 impl Refused {
-    fn too_long() -> Self {
+    fn new(id: Option<&Value>, code: &str, message: String, pointer: &str) -> Self {
+        let problem = json!({"code": code, "message": message, "pointer": pointer});
+        let id = id.cloned().unwrap_or(Value::Null);
         Self {
-            id: None,
-            code: "report_too_long",
-            message: format!("the line is longer than {MAX_LINE_BYTES} bytes"),
-            pointer: String::new(),
+            message,
+            fields: Map::from_iter([("id".to_owned(), id), ("problem".to_owned(), problem)]),
         }
+    }
+
+    fn too_long() -> Self {
+        let message = format!("the line is longer than {MAX_LINE_BYTES} bytes");
+        Self::new(None, "report_too_long", message, "")
     }
 
     fn not_json(error: &serde_json::Error) -> Self {
-        Self {
-            id: None,
-            code: "report_not_json",
-            message: format!("the line is not JSON: {error}"),
-            pointer: String::new(),
-        }
+        let message = format!("the line is not JSON: {error}");
+        Self::new(None, "report_not_json", message, "")
     }
 
     fn of_report(problem: &ReportProblem, body: &Value) -> Self {
-        Self {
-            id: body.get("id").cloned(),
-            code: problem.code(),
-            message: problem.to_string(),
-            pointer: problem.pointer().to_owned(),
-        }
-    }
-
-    fn json(self) -> Map<String, Value> {
-        let problem = json!({
-            "code": self.code,
-            "message": self.message,
-            "pointer": self.pointer,
-        });
-        let id = self.id.unwrap_or(Value::Null);
-        Map::from_iter([("id".to_owned(), id), ("problem".to_owned(), problem)])
+        let (code, pointer) = (problem.code(), problem.pointer());
+        Self::new(body.get("id"), code, problem.to_string(), pointer)
     }
 }
 

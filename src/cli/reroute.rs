@@ -22,13 +22,15 @@ const EXAMPLES: &str = "\
 Examples:
   skyway reroute --service 379,406 --destination 450
   skyway reroute --service 379,406 --destination 450 --strategy two_phased --explain
-  skyway reroute --service 379,406 --destination 450 --zones zones.geojson --close 408 --close 353,404 --json
-  skyway reroute --service 379,406 --destination 450 --certificate proof.json && skyway verify proof.json
+  skyway reroute --service 379,406 --destination 450 --close 408 --close 353,404 --json
+  skyway reroute --service 379,406 --destination 450 --zones zones.geojson
+  skyway reroute --service 379,406 --destination 450 --certificate proof.json
   skyway reroute --requests reports.ndjson > answers.ndjson
 
-Any outcome exits with 0, no_route too. With --requests each line is the body of POST /v1/failures, and may have
-`close`: node ids and [A, B] for segments, closed before the failure. Answers come in the same order, one to a line; a
-line that is no failure report gives {\"id\", \"problem\"} in its place, and the exit code is 1 at the end.";
+Any outcome exits with 0, no_route too. With --requests each line is the body of POST /v1/failures, \
+and may have `close`: a list of node ids, and of [A, B] for segments, closed before the failure. \
+Answers come in the same order, one to a line; a line that is no failure report gives its id and a \
+problem in its place, and the exit code is 1 at the end.";
 
 /// Arguments of `skyway reroute`.
 #[derive(Debug, Args)]
@@ -46,6 +48,7 @@ pub(super) struct Reroute {
     airspace: AirspaceArguments,
     /// Answer many reports: NDJSON, a file or - for standard input
     #[arg(
+        help_heading = "Failure",
         long,
         value_name = "FILE",
         conflicts_with_all = [
@@ -55,19 +58,19 @@ pub(super) struct Reroute {
     )]
     requests: Option<PathBuf>,
     /// Also tell the search areas, stage by stage
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     explain: bool,
     /// Also tell the optima that the answer is measured against (always told without --json)
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     optimum: bool,
     /// Write the proof that an exact answer is the optimum, for skyway verify
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     certificate: Option<PathBuf>,
     /// Draw the answer
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write JSON under the names of the API; with --requests that is the only way
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
 }
 

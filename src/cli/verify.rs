@@ -27,7 +27,7 @@ pub(super) struct Verify {
     #[command(flatten)]
     network: NetworkArguments,
     /// Write JSON
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
 }
 

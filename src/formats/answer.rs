@@ -18,8 +18,13 @@ pub fn answer_json(
     read: &[ReadWarning],
 ) -> Map<String, Value> {
     let topology = airspace.topology();
-    let read = read.iter().map(|warning| warning_entry(warning.code, warning.message.clone()));
-    let own = answer.warnings.iter().map(|warning| warning_json(topology, warning));
+    let read = read
+        .iter()
+        .map(|warning| warning_entry(warning.code, warning.message.clone()));
+    let own = answer
+        .warnings
+        .iter()
+        .map(|warning| warning_json(topology, warning));
     let mut fields = Map::new();
     let mut put = |name: &str, value: Value| fields.insert(name.to_owned(), value);
     put("outcome", json!(answer.outcome));
@@ -48,14 +53,23 @@ pub fn answer_json(
         }
     }
     if !answer.repairs.is_empty() {
-        let repairs = answer.repairs.iter().map(|repair| repair_json(topology, repair));
+        let repairs = answer
+            .repairs
+            .iter()
+            .map(|repair| repair_json(topology, repair));
         put("repairs", repairs.collect());
     }
     if !answer.severed_by.is_empty() {
-        put("severed_by", answer.severed_by.iter().map(severance_json).collect());
+        put(
+            "severed_by",
+            answer.severed_by.iter().map(severance_json).collect(),
+        );
     }
     if !answer.stages.is_empty() {
-        let stages = answer.stages.iter().map(|stage| stage_json(topology, stage));
+        let stages = answer
+            .stages
+            .iter()
+            .map(|stage| stage_json(topology, stage));
         put("stages", stages.collect());
     }
     put("warnings", read.chain(own).collect());
@@ -66,7 +80,11 @@ pub fn answer_json(
 }
 
 fn path_json(topology: &Topology, way: &Way) -> Value {
-    let nodes: Vec<Value> = way.nodes.iter().map(|&node| node_id_json(topology, node)).collect();
+    let nodes: Vec<Value> = way
+        .nodes
+        .iter()
+        .map(|&node| node_id_json(topology, node))
+        .collect();
     let segments: Vec<Value> = way
         .segments
         .iter()
@@ -97,7 +115,11 @@ fn severance_json(severance: &Severance) -> Value {
 }
 
 fn stage_json(topology: &Topology, stage: &StageRecord) -> Value {
-    let nodes: Vec<Value> = stage.nodes.iter().map(|&node| node_id_json(topology, node)).collect();
+    let nodes: Vec<Value> = stage
+        .nodes
+        .iter()
+        .map(|&node| node_id_json(topology, node))
+        .collect();
     json!({
         "stage": stage.stage,
         "skipped": stage.skipped,

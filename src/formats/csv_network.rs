@@ -18,20 +18,32 @@ pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<Fo
         integer_ids: true,
         ..NetworkDraft::default()
     };
-    read_table(nodes, "nodes", &mut errors, &NODE_COLUMNS, |columns, row| {
-        let node = read_node(columns, row)?;
-        if !draft.nodes.is_empty() && draft.coordinates != node.1 {
-            return Err("has other coordinates than the nodes before it".to_owned());
-        }
-        draft.integer_ids &= node.0.id.parse::<i64>().is_ok();
-        draft.coordinates = node.1;
-        draft.nodes.push(node.0);
-        Ok(())
-    });
-    read_table(edges, "edges", &mut errors, &EDGE_COLUMNS, |columns, row| {
-        draft.segments.push(read_edge(columns, row)?);
-        Ok(())
-    });
+    read_table(
+        nodes,
+        "nodes",
+        &mut errors,
+        &NODE_COLUMNS,
+        |columns, row| {
+            let node = read_node(columns, row)?;
+            if !draft.nodes.is_empty() && draft.coordinates != node.1 {
+                return Err("has other coordinates than the nodes before it".to_owned());
+            }
+            draft.integer_ids &= node.0.id.parse::<i64>().is_ok();
+            draft.coordinates = node.1;
+            draft.nodes.push(node.0);
+            Ok(())
+        },
+    );
+    read_table(
+        edges,
+        "edges",
+        &mut errors,
+        &EDGE_COLUMNS,
+        |columns, row| {
+            draft.segments.push(read_edge(columns, row)?);
+            Ok(())
+        },
+    );
     errors.or(draft)
 }
 
@@ -52,7 +64,8 @@ fn read_table(
     names: &ColumnNames,
     mut take: impl FnMut(&[Option<usize>], &StringRecord) -> Result<(), String>,
 ) {
-    let mut reader = ReaderBuilder::new().from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let mut reader =
+        ReaderBuilder::new().from_reader(text.trim_start_matches('\u{feff}').as_bytes());
     let header = match reader.headers() {
         Ok(header) => header.clone(),
         Err(error) => return errors.push(FormatError::new(table, error.to_string())),
@@ -71,7 +84,9 @@ fn read_table(
             Err(error) => Err(error.to_string()),
         };
         if let Err(message) = outcome {
-            let line = row.ok().and_then(|row| row.position().map(csv::Position::line));
+            let line = row
+                .ok()
+                .and_then(|row| row.position().map(csv::Position::line));
             let place = line.map_or(table.to_owned(), |line| format!("{table}, line {line}"));
             errors.push(FormatError::new(place, message));
         }
@@ -98,7 +113,9 @@ fn read_node(
     let pair = |first: usize, second: usize, names: [&str; 2]| {
         let (first, second) = (cell(columns, row, first), cell(columns, row, second));
         let (first, second) = first.zip(second)?;
-        Some((|| Ok([number(first, names[0])?, number(second, names[1])?]))())
+        Some((|| {
+            Ok([number(first, names[0])?, number(second, names[1])?])
+        })())
     };
     let degrees = pair(1, 2, ["lon", "lat"]).map(|pair| (pair, Coordinates::Geographic));
     let metres = || pair(3, 4, ["x", "y"]).map(|pair| (pair, Coordinates::Planar));

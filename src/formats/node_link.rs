@@ -27,7 +27,9 @@ pub fn read_node_link(text: &str) -> Result<NetworkDraft, Vec<FormatError>> {
         ..NetworkDraft::default()
     };
     if members.get("directed") == Some(&Value::Bool(true)) {
-        let error = root.member("directed").error("is true; a skyway is undirected");
+        let error = root
+            .member("directed")
+            .error("is true; a skyway is undirected");
         errors.push(error.hint("convert with nx.Graph(graph) and write it again"));
     }
     read_nodes(members, &mut draft, &mut errors);
@@ -37,7 +39,8 @@ pub fn read_node_link(text: &str) -> Result<NetworkDraft, Vec<FormatError>> {
 
 /// True for a document that looks like node-link JSON.
 pub(super) fn is_node_link(members: &Map<String, Value>) -> bool {
-    members.contains_key("nodes") && (members.contains_key("links") || members.contains_key("edges"))
+    members.contains_key("nodes")
+        && (members.contains_key("links") || members.contains_key("edges"))
 }
 
 fn graph_name(members: &Map<String, Value>) -> String {
@@ -50,8 +53,8 @@ fn graph_name(members: &Map<String, Value>) -> String {
 
 fn read_nodes(members: &Map<String, Value>, draft: &mut NetworkDraft, errors: &mut FormatErrors) {
     let root = Place::ROOT;
-    let listed = required(members, "nodes", &root)
-        .and_then(|nodes| array(nodes, &root.member("nodes")));
+    let listed =
+        required(members, "nodes", &root).and_then(|nodes| array(nodes, &root.member("nodes")));
     let nodes = match listed {
         Ok(nodes) => nodes,
         Err(error) => return errors.push(error),
@@ -69,13 +72,18 @@ fn read_nodes(members: &Map<String, Value>, draft: &mut NetworkDraft, errors: &m
                     draft.coordinates = coordinates;
                 } else if draft.coordinates != coordinates {
                     let error = place.error("has other coordinates than the nodes before it");
-                    errors.push(error.hint("give all nodes 'x' and 'y', or all of them 'lon' and 'lat'"));
+                    errors.push(
+                        error.hint("give all nodes 'x' and 'y', or all of them 'lon' and 'lat'"),
+                    );
                 }
                 draft.nodes.push(read);
             }
             Err(error) => {
                 let id = node.get("id").and_then(id_text);
-                errors.push(error.of(format!("node '{}'", id.unwrap_or_else(|| index.to_string()))));
+                errors.push(error.of(format!(
+                    "node '{}'",
+                    id.unwrap_or_else(|| index.to_string())
+                )));
             }
         }
     }
@@ -84,8 +92,7 @@ fn read_nodes(members: &Map<String, Value>, draft: &mut NetworkDraft, errors: &m
 fn read_node(value: &Value, place: &Place<'_>) -> Result<(NodeDraft, Coordinates), FormatError> {
     let members = object(value, place)?;
     let id = required(members, "id", place)?;
-    let id = id_text(id)
-        .ok_or_else(|| place.member("id").wrong_kind(id, "text or an integer"))?;
+    let id = id_text(id).ok_or_else(|| place.member("id").wrong_kind(id, "text or an integer"))?;
     let pair = |first: &str, second: &str| -> Result<[f64; 2], FormatError> {
         let coordinate = |name: &str| number(required(members, name, place)?, &place.member(name));
         Ok([coordinate(first)?, coordinate(second)?])
@@ -97,13 +104,17 @@ fn read_node(value: &Value, place: &Place<'_>) -> Result<(NodeDraft, Coordinates
     let altitude_m = optional_number(members, "altitude_m", place)?;
     let pads = optional_number(members, "pads", place)?.unwrap_or(0.0);
     if pads.fract() != 0.0 || !(0.0..=f64::from(u16::MAX)).contains(&pads) {
-        let error = place.member("pads").error(format!("is {pads}, not a count"));
+        let error = place
+            .member("pads")
+            .error(format!("is {pads}, not a count"));
         return Err(error);
     }
     let role = match optional(members, "role") {
         None => Role::Both,
         Some(role) => serde_json::from_value(role.clone()).map_err(|_| {
-            let error = place.member("role").error(format!("is {role}, which is no role"));
+            let error = place
+                .member("role")
+                .error(format!("is {role}, which is no role"));
             error.hint("write delivery_target, recharging_station or both")
         })?,
     };
@@ -113,7 +124,9 @@ fn read_node(value: &Value, place: &Place<'_>) -> Result<(NodeDraft, Coordinates
         altitude: altitude_m.map(Altitude::agl),
         pads: pads as u16,
         role,
-        name: optional(members, "name").and_then(Value::as_str).map(str::to_owned),
+        name: optional(members, "name")
+            .and_then(Value::as_str)
+            .map(str::to_owned),
     };
     Ok((node, coordinates))
 }

@@ -28,7 +28,9 @@ pub(super) fn read_leg(
         (None, _) => return Err(ReportProblem::NotLocated),
     };
     let mut remaining_path = path.and_then(|path| align(path, (from, to), warnings));
-    let planned_end = remaining_path.as_ref().and_then(|path| path.last().copied());
+    let planned_end = remaining_path
+        .as_ref()
+        .and_then(|path| path.last().copied());
     let stated = match fields.get("destination").filter(|value| !value.is_null()) {
         None => None,
         Some(value) => {
@@ -173,7 +175,10 @@ pub(super) fn read_place(
             if let Some(id) = members.get("node") {
                 let node = find_node(topology, id);
                 if node.is_none() {
-                    warnings.add("location_ignored", format!("'{name}' names the node {id}, which the network does not have"));
+                    warnings.add(
+                        "location_ignored",
+                        format!("'{name}' names the node {id}, which the network does not have"),
+                    );
                 }
                 return node.map(|node| topology.position(node));
             }
@@ -186,7 +191,10 @@ pub(super) fn read_place(
         _ => None,
     };
     let Some((first, second)) = found else {
-        warnings.add("location_ignored", format!("'{name}' is not a place of this network and is ignored"));
+        warnings.add(
+            "location_ignored",
+            format!("'{name}' is not a place of this network and is ignored"),
+        );
         return None;
     };
     let impossible = frame.is_geographic() && (first.abs() > 180.0 || second.abs() > 90.0);

@@ -56,7 +56,7 @@ pub fn certify(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> C
     let mut path = Way::default();
     match arrival {
         Some(arrival) => {
-            searcher.append_way(arrival, &mut path);
+            searcher.append_way(arrival, Some(&tree), &mut path);
         }
         // That there is no way is proved by all that can be reached.
         None => {

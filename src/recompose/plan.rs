@@ -1,9 +1,9 @@
 //! The old plan: what the drone was going to fly before the failure.
 
+use super::request::Request;
 use super::starts::Leg;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx};
-use super::request::Request;
 use crate::routing::{Area, Arrival, Baseline, DestinationTree, Searcher, Start, Way};
 
 /// Writes the nodes of the old plan from the failed leg's start on into `plan`.
@@ -32,7 +32,7 @@ pub(super) fn old_plan(
     plan.nodes.push(leg.to);
     let arrival = to_destination(before, &[start], request.report.destination, tree, searcher);
     if let Some(arrival) = arrival {
-        searcher.append_way(arrival, plan);
+        searcher.append_way(arrival, tree, plan);
     }
 }
 

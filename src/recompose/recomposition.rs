@@ -254,7 +254,9 @@ impl Task<'_> {
     }
 
     fn take_path(&mut self, arrival: Arrival, outcome: Outcome) {
-        let start = self.searcher.append_way(arrival, &mut self.answer.path);
+        let start = self
+            .searcher
+            .append_way(arrival, self.tree, &mut self.answer.path);
         let ways = &self.starts.ways;
         let first_stretch_m = ways
             .iter()

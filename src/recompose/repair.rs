@@ -230,7 +230,7 @@ impl Work<'_> {
         });
         done.extent = extent;
         if let Some(arrival) = result.arrival {
-            self.searcher.append_way(arrival, &mut done.way);
+            self.searcher.append_way(arrival, None, &mut done.way);
             done.new_length_m += arrival.length_m;
         }
         Ok(result.arrival.is_some())

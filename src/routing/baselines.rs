@@ -144,6 +144,7 @@ impl Searcher {
         Some(Arrival {
             length_m: self.frontier.distance_m(goal)?,
             last_taken: goal,
+            follows_tree: false,
         })
     }
 }

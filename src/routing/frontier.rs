@@ -100,6 +100,11 @@ impl Frontier {
         }
     }
 
+    /// Offers a node that something outside the search leads to: a node and a segment, at a distance in metres.
+    pub(super) fn seed(&mut self, node: NodeIx, distance_m: f64, from: NodeIx, via: SegmentIx) {
+        self.offer(node, distance_m, distance_m, from.0, via.0);
+    }
+
     /// Settles a start at once; for one that is closed, which no way can lead to.
     pub(super) fn settle_start(&mut self, start: Start) {
         let label = &mut self.labels[start.node.at()];

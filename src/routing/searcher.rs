@@ -36,7 +36,10 @@ impl Way {
 pub struct Arrival {
     /// Metres from before the start, its offset included, to the goal.
     pub length_m: f64,
+    /// The last node settled.
     pub(super) last_taken: NodeIx,
+    /// True when the way goes on from there down the destination's tree.
+    pub(super) follows_tree: bool,
 }
 
 impl Arrival {
@@ -52,8 +55,6 @@ pub struct Searcher {
     pub(super) frontier: Frontier,
     /// Nodes whose way down the tree was found blocked.
     pub(super) dead_ends: Area,
-    /// The way down the tree from the last node taken, nearest first.
-    pub(super) descent: Vec<(SegmentIx, NodeIx)>,
 }
 
 impl Searcher {
@@ -62,7 +63,6 @@ impl Searcher {
         Self {
             frontier: Frontier::new(topology),
             dead_ends: Area::new(topology),
-            descent: Vec::with_capacity(topology.node_count()),
         }
     }
 
@@ -88,7 +88,15 @@ impl Searcher {
     }
 
     /// Adds the way of the last search to `way`, which is empty or ends at the start of it; also gives the start.
-    pub fn append_way(&self, arrival: Arrival, way: &mut Way) -> NodeIx {
+    ///
+    /// `tree` is the one that the search was guided by, if any.
+    pub fn append_way(
+        &self,
+        arrival: Arrival,
+        tree: Option<&DestinationTree>,
+        way: &mut Way,
+    ) -> NodeIx {
+        debug_assert!(tree.is_some() || !arrival.follows_tree);
         let steps_back = || {
             let mut node = arrival.last_taken;
             std::iter::from_fn(move || {
@@ -98,14 +106,23 @@ impl Searcher {
                 Some((parent, step))
             })
         };
+        let steps_on = || {
+            let tree = tree.filter(|_| arrival.follows_tree);
+            let mut node = arrival.last_taken;
+            std::iter::from_fn(move || {
+                let (next, segment) = tree?.next(node)?;
+                node = next;
+                Some((segment, next))
+            })
+        };
         let hops = steps_back().count();
         let start = steps_back()
             .last()
             .map_or(arrival.last_taken, |(node, _)| node);
-        let more_segments = hops + self.descent.len();
         if way.nodes.is_empty() {
-            way.segments.reserve_exact(more_segments);
-            way.nodes.reserve_exact(more_segments + 1);
+            let segments = hops + steps_on().count();
+            way.segments.reserve_exact(segments);
+            way.nodes.reserve_exact(segments + 1);
             way.nodes.push(start);
         }
         let first_new = way.segments.len();
@@ -115,7 +132,7 @@ impl Searcher {
         way.segments[first_new..].reverse();
         let nodes_before = way.nodes.len() - hops;
         way.nodes[nodes_before..].reverse();
-        for &(segment, node) in &self.descent {
+        for (segment, node) in steps_on() {
             way.push(segment, node);
         }
         start
@@ -130,7 +147,6 @@ impl Searcher {
         bound_m: impl Fn(NodeIx) -> f64,
     ) {
         debug_assert!(starts.len() <= super::MAX_STARTS);
-        self.descent.clear();
         self.frontier.clear();
         for &start in starts {
             if closed.closes_node(start.node) {

@@ -25,11 +25,31 @@ const UNREACHABLE: Step = Step {
     segment: 0,
 };
 
+/// The place of a node in a numbering of the tree from the destination up: its own number and the first
+/// one beyond the branch that hangs on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    first: u32,
+    end: u32,
+}
+
+impl Span {
+    /// Holds nothing.
+    pub(super) const EMPTY: Self = Self { first: 0, end: 0 };
+
+    /// True when the node of the other span is this one's, or hangs on it.
+    pub(super) fn holds(self, other: Self) -> bool {
+        self.first <= other.first && other.first < self.end
+    }
+}
+
 /// The shortest ways of all nodes to one destination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DestinationTree {
     destination: NodeIx,
     steps: Vec<Step>,
+    /// By node; empty where closures are worked in, for they would change half the numbers.
+    spans: Vec<Span>,
 }
 
 impl DestinationTree {
@@ -43,9 +63,11 @@ impl DestinationTree {
             node: destination,
             offset_m: 0.0,
         };
+        let mut outwards = Vec::with_capacity(topology.node_count());
         frontier.clear();
         frontier.start(start, 0.0);
         while let Some((_, node)) = frontier.take() {
+            outwards.push(node);
             frontier.relax(topology, node, |_| true, |_| 0.0);
         }
         let step = |node: NodeIx| {
@@ -59,9 +81,11 @@ impl DestinationTree {
                 segment: parent.map_or(0, |(_, segment)| segment.0),
             }
         };
+        let steps: Vec<Step> = topology.nodes().map(step).collect();
         Self {
             destination,
-            steps: topology.nodes().map(step).collect(),
+            spans: number(&steps, &outwards),
+            steps,
         }
     }
 
@@ -83,9 +107,17 @@ impl DestinationTree {
         (step.next != NO_NEXT).then_some((NodeIx(step.next), SegmentIx(step.segment)))
     }
 
+    /// Where a node is in the numbering of the tree; `None` where there is none.
+    #[inline]
+    pub(super) fn span(&self, node: NodeIx) -> Option<Span> {
+        self.spans.get(node.at()).copied()
+    }
+
     /// Bytes held in memory.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.steps.len() * size_of::<Step>()
+        size_of::<Self>()
+            + self.steps.len() * size_of::<Step>()
+            + self.spans.len() * size_of::<Span>()
     }
 
     /// A copy with closures worked in, recomputing only the nodes whose way down runs through them.
@@ -100,7 +132,11 @@ impl DestinationTree {
         frontier: &mut Frontier,
     ) -> Self {
         let topology = closed.topology();
-        let mut tree = self.clone();
+        let mut tree = Self {
+            destination: self.destination,
+            steps: self.steps.clone(),
+            spans: Vec::new(),
+        };
         let mut cut_off = Vec::new();
         for segment in fresh {
             let ends = topology.segment(segment);
@@ -114,23 +150,16 @@ impl DestinationTree {
         tree.cut_branches(topology, &mut cut_off);
         frontier.clear();
         for &node in &cut_off {
-            let nearest_m = topology
-                .arcs(node)
-                .iter()
-                .filter(|arc| !closed.blocks(arc.segment))
-                .map(|arc| arc.length_m + tree.distance_m(arc.to))
-                .fold(f64::INFINITY, f64::min);
-            frontier.start(
-                Start {
-                    node,
-                    offset_m: nearest_m,
-                },
-                if nearest_m.is_finite() {
-                    0.0
-                } else {
-                    f64::INFINITY
-                },
-            );
+            let mut nearest = (f64::INFINITY, None);
+            for arc in topology.arcs(node) {
+                let through_m = arc.length_m + tree.distance_m(arc.to);
+                if through_m < nearest.0 && !closed.blocks(arc.segment) {
+                    nearest = (through_m, Some(arc));
+                }
+            }
+            if let (distance_m, Some(arc)) = nearest {
+                frontier.seed(node, distance_m, arc.to, arc.segment);
+            }
         }
         tree.regrow(closed, frontier);
         tree
@@ -150,42 +179,57 @@ impl DestinationTree {
         }
     }
 
-    /// Gives every node that was cut off its new distance, nearest first, and then its new next node.
+    /// Gives every node that was cut off its new distance and next node, nearest first.
     fn regrow(&mut self, closed: &Closed<'_>, frontier: &mut Frontier) {
         let topology = closed.topology();
         while let Some((_, node)) = frontier.take() {
-            let Some(distance_m) = frontier.distance_m(node) else {
+            let found = frontier.distance_m(node).zip(frontier.parent(node));
+            let Some((distance_m, (next, segment))) = found else {
                 continue;
             };
-            self.attach(closed, node, distance_m);
+            self.steps[node.at()] = Step {
+                distance_m,
+                next: next.0,
+                segment: segment.0,
+            };
             let steps = &self.steps;
+            let is_cut_off = |to: NodeIx| steps[to.at()].distance_m.is_infinite();
             frontier.relax(
                 topology,
                 node,
-                |arc| !closed.blocks(arc.segment) && steps[arc.to.at()].distance_m.is_infinite(),
+                |arc| is_cut_off(arc.to) && !closed.blocks(arc.segment),
                 |_| 0.0,
             );
         }
     }
+}
 
-    /// Hangs a node under the neighbour that gives it the distance it was settled with.
-    fn attach(&mut self, closed: &Closed<'_>, node: NodeIx, distance_m: f64) {
-        let through = closed
-            .topology()
-            .arcs(node)
-            .iter()
-            .filter(|arc| !closed.blocks(arc.segment))
-            .find(|arc| self.distance_m(arc.to) + arc.length_m == distance_m);
-        debug_assert!(
-            through.is_some(),
-            "a settled node has a neighbour that explains it"
-        );
-        if let Some(arc) = through {
-            self.steps[node.at()] = Step {
-                distance_m,
-                next: arc.to.0,
-                segment: arc.segment.0,
-            };
+/// Numbers the nodes so that every branch is a run of numbers. `outwards` has them from the destination on.
+fn number(steps: &[Step], outwards: &[NodeIx]) -> Vec<Span> {
+    let mut branch_size = vec![1_u32; steps.len()];
+    for node in outwards.iter().rev() {
+        let next = steps[node.at()].next;
+        if next != NO_NEXT {
+            branch_size[next as usize] += branch_size[node.at()];
         }
     }
+    // `end` first holds where the next branch on a node begins; then the branches have filled it up.
+    let mut spans = vec![Span::EMPTY; steps.len()];
+    for node in outwards {
+        let next = steps[node.at()].next;
+        let first = match next {
+            NO_NEXT => 0,
+            next => {
+                let free = &mut spans[next as usize].end;
+                let first = *free;
+                *free += branch_size[node.at()];
+                first
+            }
+        };
+        spans[node.at()] = Span {
+            first,
+            end: first + 1,
+        };
+    }
+    spans
 }

@@ -25,7 +25,7 @@ pub use facts::NetworkFacts;
 pub use fault::{CertificateFault, Step};
 pub use verdict::{Premises, Verdict};
 
-/// Checks a certificate, as the text that `skyway certificate` writes, against a network.
+/// Checks a certificate, as the text that `skyway reroute --certificate` writes, against a network.
 ///
 /// # Errors
 /// The first thing found that keeps the text from being a proof: it cannot be read, belongs to another

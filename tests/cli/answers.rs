@@ -61,6 +61,8 @@ fn compare_measures_every_strategy_on_the_same_failure() {
         .map(|answer| answer["name"].as_str().expect("a name"))
         .collect();
     insta::assert_json_snapshot!(names);
+    let settled = |place: usize| answers[place]["settled_nodes"].as_u64().expect("a count");
+    assert!(settled(0) < settled(1), "the table is of no use");
     let optimum_m = answers[0]["remaining_optimum_m"].as_f64().expect("a way");
     for answer in answers {
         let remaining_m = answer["remaining_length_m"].as_f64().expect("a way");

@@ -126,6 +126,12 @@ impl Desk {
         read(Path::new(&self.path(name)))
     }
 
+    /// True for a file in it that is compressed with gzip.
+    pub(crate) fn is_gzip(&self, name: &str) -> bool {
+        let bytes = std::fs::read(self.path(name)).expect("a readable file");
+        bytes.starts_with(&[0x1f, 0x8b])
+    }
+
     /// The names of the files in a directory in it, sorted.
     pub(crate) fn list(&self, directory: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(directory)).expect("a directory");

@@ -96,6 +96,7 @@ fn a_network_that_makes_no_sense_is_refused_with_every_error() {
         assert_eq!(run.stdout, "");
         run.stderr.replace(&file, name)
     };
+    desk.write("town_edges.csv", "u,v\n1,2\n");
     let nodes = json!([{"id": 1, "x": 0, "y": 0}, {"id": 1, "x": 5, "y": "7"}, {"x": 1}]);
     let links = json!([{"source": 1, "target": 2}]);
     let graph = json!({"nodes": nodes, "links": links}).to_string();

@@ -112,6 +112,7 @@ fn a_network_survives_conversion() {
         &packed,
     ])
     .exits(0);
+    assert!(desk.is_gzip("sydney.geojson.gz"));
     let (sydney, again) = (info("sydney"), info(&packed));
     for figure in [
         "name",

@@ -13,7 +13,6 @@ use skyway::network::{
 use std::path::Path;
 
 const BUILDINGS: &str = include_str!("../../data/sydney/buildings.geojson");
-const SCHEMA: &str = include_str!("../../docs/network.schema.json");
 
 /// Compares with a file under `data`, or writes it where that was asked for.
 #[expect(
@@ -127,56 +126,6 @@ fn bundled_networks_load_and_name_their_source() {
             topology.straight_line_scale() >= 1.0,
             "{}",
             topology.straight_line_scale()
-        );
-    }
-}
-
-#[test]
-fn bundled_networks_follow_the_schema() {
-    let schema = serde_json::from_str(SCHEMA).expect("the schema is JSON");
-    let validator = jsonschema::draft202012::new(&schema).expect("the schema is one");
-    for text in [bundled::SYDNEY_CBD, bundled::CORRIDOR] {
-        let document = serde_json::from_str(text).expect("a bundled network is JSON");
-        let faults: Vec<String> = validator
-            .iter_errors(&document)
-            .map(|error| error.to_string())
-            .take(3)
-            .collect();
-        assert_eq!(faults, Vec::<String>::new());
-    }
-}
-
-#[test]
-fn the_schema_refuses_what_the_reader_refuses() {
-    let schema = serde_json::from_str(SCHEMA).expect("the schema is JSON");
-    let validator = jsonschema::draft202012::new(&schema).expect("the schema is one");
-    let valid = bundled::CORRIDOR;
-    let faults = [
-        (r#""format":1"#, r#""format":2"#),
-        (r#""coordinates":"geographic""#, r#""coordinates":"polar""#),
-        (r#""attribution""#, r#""atribution""#),
-        (r#""pads":"#, r#""pad":"#),
-        (r#""pads":"#, r#""pads":-"#),
-        (r#""role":"both""#, r#""role":"all""#),
-        (
-            r#""altitude_reference":"agl""#,
-            r#""altitude_reference":"ground""#,
-        ),
-        (r#""from":"#, r#""form":"#),
-        (r#""length_m":"#, r#""length_m":-"#),
-        (r#""id":1,"#, ""),
-    ];
-    for (original, replacement) in faults {
-        assert!(valid.contains(original), "{original}");
-        let text = valid.replacen(original, replacement, 1);
-        let document = serde_json::from_str(&text).expect("still JSON");
-        assert!(
-            !validator.is_valid(&document),
-            "the schema accepts {replacement}"
-        );
-        assert!(
-            read_network(&text).is_err(),
-            "the reader accepts {replacement}"
         );
     }
 }

@@ -200,7 +200,7 @@ fn ids_and_names_from_files_are_escaped() {
     let node = |id: &str, x: f64| NodeDraft {
         id: id.to_owned(),
         position: [151.2 + x, -33.8],
-        name: Some("</text><script>alert('1')</script>\u{1}\u{fffe}".to_owned()),
+        name: Some("\u{1}\u{fffe}</text><script>alert('1')</script>".to_owned()),
         pads: 3,
         ..NodeDraft::default()
     };
@@ -223,7 +223,7 @@ fn ids_and_names_from_files_are_escaped() {
     assert_sound(&text);
     assert!(text.contains("&quot;Sydney&quot; &amp; &lt;b&gt;"));
     assert!(text.contains("© someone &amp; &lt;somebody&gt;"));
-    assert!(text.contains("&lt;/text&gt;&lt;script&gt;"));
+    assert!(text.contains("\u{fffd}\u{fffd}&lt;/text&gt;&lt;script&gt;"));
     assert!(text.contains(">N<") && text.contains("° E<") && text.contains("° S<"));
 }
 
@@ -233,16 +233,17 @@ fn what_is_no_number_does_not_break_a_picture() {
     let nowhere = Point::new(f64::NAN, f64::INFINITY);
     let mut answer = answer_on_street(&topology, Strategy::Radius);
     let path = nodes(&topology, &["B", "C", "D"]);
-    let crops = [
-        Crop::Box(Bounds {
-            min: nowhere,
-            max: nowhere,
-        }),
-        Crop::Box(topology.bounds().grown(-1e6)),
-        Crop::Detour,
-    ];
+    let (low, high) = (Point::new(0.0, 0.0), Point::new(100.0, 100.0));
+    let between = |min: Point, max: Point| Crop::Box(Bounds { min, max });
     answer.outcome = Outcome::Diverted;
-    for crop in crops {
+    let mut texts = Vec::new();
+    for crop in [
+        Crop::Auto,
+        between(low, nowhere),
+        between(high, low),
+        between(low, low),
+        between(low, Point::new(f64::INFINITY, f64::INFINITY)),
+    ] {
         let mut hole = house(0.0, 0.0, 10.0, Some(f64::NAN));
         hole.polygons[0].push(vec![nowhere]);
         let picture = Picture {
@@ -268,7 +269,14 @@ fn what_is_no_number_does_not_break_a_picture() {
             text.contains("viewBox=\"0 0 320 "),
             "the smallest width: {text}"
         );
+        texts.push(text);
     }
+    texts.dedup();
+    assert_eq!(
+        texts.len(),
+        1,
+        "a box without an extent shows what is shown without one"
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@
     reason = "tests read the bundled files and how many cases to draw"
 )]
 
+mod airspace;
 mod bundled;
 mod certificates;
 mod drawing;
@@ -13,6 +14,7 @@ mod projection;
 mod shape_cases;
 mod shape_queries;
 mod shapes;
+mod starts;
 mod strategies;
 mod zone_format;
 mod zone_hits;

@@ -67,7 +67,11 @@ impl Case {
         let leg = failed_leg(&mut draw, &network);
         let destination = draw.below(network.nodes.len());
         let topology = Arc::new(topology_of(&network));
-        let node = |index: &usize| topology.node(&network.nodes[*index].id).expect("same nodes");
+        let node = |index: &usize| {
+            topology
+                .node(&network.nodes[*index].id)
+                .expect("same nodes")
+        };
         let segment = |index: &usize| segment_of(&topology, &network, *index);
         let closure = Closure::of_operator(
             "closed".to_owned(),
@@ -76,7 +80,12 @@ impl Case {
             closed.segments.iter().map(segment).collect(),
         );
         let now = jiff::Timestamp::UNIX_EPOCH;
-        let open = Airspace::open(topology.clone(), 1, now, jiff::SignedDuration::from_mins(60));
+        let open = Airspace::open(
+            topology.clone(),
+            1,
+            now,
+            jiff::SignedDuration::from_mins(60),
+        );
         let airspace = open.apply(&[Change::Put(Arc::new(closure))], now);
         Some(Self {
             seed,
@@ -145,7 +154,12 @@ impl Case {
     /// The path is a walk in the network over what is open, as long as it claims to be.
     fn assert_flyable(&self, answer: &Recomposition, what: &str) {
         let way = &answer.path;
-        assert_eq!(way.nodes.len(), way.segments.len() + 1, "{}", self.describe(what));
+        assert_eq!(
+            way.nodes.len(),
+            way.segments.len() + 1,
+            "{}",
+            self.describe(what)
+        );
         let mut length_m = 0.0;
         for (place, &segment) in way.segments.iter().enumerate() {
             let (from, to) = (way.nodes[place], way.nodes[place + 1]);
@@ -153,7 +167,9 @@ impl Case {
             let joins = (ends.from, ends.to) == (from, to) || (ends.from, ends.to) == (to, from);
             assert!(joins, "{}", self.describe(what));
             let closed = self.airspace.closed();
-            let failed = self.topology.segment_between(self.node(self.leg.0), self.node(self.leg.1));
+            let failed = self
+                .topology
+                .segment_between(self.node(self.leg.0), self.node(self.leg.1));
             let is_open = !closed.closes_segment(segment)
                 && !closed.closes_node(to)
                 && (place == 0 || !closed.closes_node(from))
@@ -161,7 +177,9 @@ impl Case {
             assert!(is_open, "crosses something closed: {}", self.describe(what));
             length_m += ends.length_m;
         }
-        assert_close(answer.remaining_length_m, Some(length_m), &|| self.describe(what));
+        assert_close(answer.remaining_length_m, Some(length_m), &|| {
+            self.describe(what)
+        });
     }
 }
 
@@ -179,43 +197,99 @@ fn assert_close(ours_m: Option<f64>, oracle_m: Option<f64>, describe: &dyn Fn() 
         (None, None) => true,
         _ => false,
     };
-    assert!(same, "{ours_m:?} m against the oracle's {oracle_m:?} m: {}", describe());
+    assert!(
+        same,
+        "{ours_m:?} m against the oracle's {oracle_m:?} m: {}",
+        describe()
+    );
 }
 
 fn compare(case: &Case, what: &str, ours: &Recomposition, oracle: &OracleAnswer) {
     let describe = || case.describe(what);
     let found = matches!(ours.outcome, Outcome::Rerouted | Outcome::Unaffected);
     assert_eq!(found, oracle.path.is_some(), "{}", describe());
-    assert_close(ours.remaining_length_m, oracle.remaining_length_m, &describe);
-    assert_close(ours.recomposed_length_m, oracle.recomposed_length_m, &describe);
+    assert_close(
+        ours.remaining_length_m,
+        oracle.remaining_length_m,
+        &describe,
+    );
+    assert_close(
+        ours.recomposed_length_m,
+        oracle.recomposed_length_m,
+        &describe,
+    );
     let stage = serde_json::to_value(ours.stage).expect("a stage has a name");
-    let figures = (stage.as_str().unwrap_or_default(), ours.searches as usize, ours.area_nodes, ours.area_segments);
-    let oracle_figures = (oracle.stage, oracle.searches, oracle.area.len(), oracle.area_segments);
-    assert_eq!(figures, oracle_figures, "stage, searches, area nodes and segments: {}", describe());
+    let figures = (
+        stage.as_str().unwrap_or_default(),
+        ours.searches as usize,
+        ours.area_nodes,
+        ours.area_segments,
+    );
+    let oracle_figures = (
+        oracle.stage,
+        oracle.searches,
+        oracle.area.len(),
+        oracle.area_segments,
+    );
+    assert_eq!(
+        figures,
+        oracle_figures,
+        "stage, searches, area nodes and segments: {}",
+        describe()
+    );
     let used_exact = ours.strategy_used == Strategy::Exact;
-    assert_eq!(used_exact, oracle.strategy_used == oracle::Strategy::Exact, "{}", describe());
+    assert_eq!(
+        used_exact,
+        oracle.strategy_used == oracle::Strategy::Exact,
+        "{}",
+        describe()
+    );
     if found {
         case.assert_flyable(ours, what);
     }
     if let (Some(last), [only]) = (ours.stages.last(), oracle.repairs.as_slice()) {
         let ids = |nodes: &[NodeIx]| -> BTreeSet<String> {
-            nodes.iter().map(|&node| case.topology.node_id(node).to_owned()).collect()
+            nodes
+                .iter()
+                .map(|&node| case.topology.node_id(node).to_owned())
+                .collect()
         };
-        let oracle_ids = only.answer.area.iter().map(|&node| case.network.nodes[node].id.clone());
-        assert_eq!(ids(&last.nodes), oracle_ids.collect(), "last area: {}", describe());
+        let oracle_ids = only
+            .answer
+            .area
+            .iter()
+            .map(|&node| case.network.nodes[node].id.clone());
+        assert_eq!(
+            ids(&last.nodes),
+            oracle_ids.collect(),
+            "last area: {}",
+            describe()
+        );
         let ours: Vec<(String, bool, usize, bool)> = ours
             .stages
             .iter()
             .map(|stage| {
                 let name = serde_json::to_value(stage.stage).expect("a stage has a name");
-                (name.as_str().unwrap_or_default().to_owned(), stage.skipped, stage.nodes.len(), stage.path_found)
+                (
+                    name.as_str().unwrap_or_default().to_owned(),
+                    stage.skipped,
+                    stage.nodes.len(),
+                    stage.path_found,
+                )
             })
             .collect();
         let oracle: Vec<(String, bool, usize, bool)> = only
             .answer
             .stages
             .iter()
-            .map(|stage| (stage.stage.to_owned(), stage.skipped, stage.nodes.len(), stage.path_found))
+            .map(|stage| {
+                (
+                    stage.stage.to_owned(),
+                    stage.skipped,
+                    stage.nodes.len(),
+                    stage.path_found,
+                )
+            })
             .collect();
         assert_eq!(ours, oracle, "stages: {}", describe());
     }
@@ -249,14 +323,57 @@ fn strategies(seed: u64) -> Vec<(Strategy, Scope, Parameters, oracle::Strategy)>
     vec![
         (Strategy::Exact, global, plain, oracle::Strategy::Exact),
         (Strategy::Radius, global, plain, oracle::Strategy::Radius),
-        (Strategy::CellDensity, global, cells, oracle::Strategy::CellDensity { cell_m }),
-        (Strategy::TwoPhased, global, two_phased, oracle::Strategy::TwoPhased { val_ratio, stage_skipping }),
-        (Strategy::Dijkstra, local, plain, oracle::Strategy::LocalBaseline),
-        (Strategy::Astar, local, plain, oracle::Strategy::LocalBaseline),
-        (Strategy::BellmanFord, local, plain, oracle::Strategy::LocalBaseline),
-        (Strategy::Dijkstra, global, full_tree, oracle::Strategy::GlobalBaseline),
-        (Strategy::Astar, global, plain, oracle::Strategy::GlobalBaseline),
-        (Strategy::BellmanFord, global, plain, oracle::Strategy::GlobalBaseline),
+        (
+            Strategy::CellDensity,
+            global,
+            cells,
+            oracle::Strategy::CellDensity { cell_m },
+        ),
+        (
+            Strategy::TwoPhased,
+            global,
+            two_phased,
+            oracle::Strategy::TwoPhased {
+                val_ratio,
+                stage_skipping,
+            },
+        ),
+        (
+            Strategy::Dijkstra,
+            local,
+            plain,
+            oracle::Strategy::LocalBaseline,
+        ),
+        (
+            Strategy::Astar,
+            local,
+            plain,
+            oracle::Strategy::LocalBaseline,
+        ),
+        (
+            Strategy::BellmanFord,
+            local,
+            plain,
+            oracle::Strategy::LocalBaseline,
+        ),
+        (
+            Strategy::Dijkstra,
+            global,
+            full_tree,
+            oracle::Strategy::GlobalBaseline,
+        ),
+        (
+            Strategy::Astar,
+            global,
+            plain,
+            oracle::Strategy::GlobalBaseline,
+        ),
+        (
+            Strategy::BellmanFord,
+            global,
+            plain,
+            oracle::Strategy::GlobalBaseline,
+        ),
     ]
 }
 
@@ -271,7 +388,9 @@ fn every_strategy_agrees_with_the_oracle_node_for_node() {
         let mut scratch = Scratch::new(&case.topology);
         let trees = TreeCache::new(1 << 20);
         if seed % 2 == 0 {
-            let tree = scratch.searcher().tree(&case.topology, case.node(case.destination));
+            let tree = scratch
+                .searcher()
+                .tree(&case.topology, case.node(case.destination));
             trees.insert(Arc::new(tree), 1);
         }
         let world = World {
@@ -289,7 +408,9 @@ fn every_strategy_agrees_with_the_oracle_node_for_node() {
             let theirs = oracle::recompose(&case.report(), plan.clone(), oracle_strategy);
             let what = format!("{} ({scope:?})", strategy.name());
             compare(&case, &what, &ours, &theirs);
-            assert_close(ours.global_optimum_m, theirs.global_optimum_m, &|| case.describe("global optimum"));
+            assert_close(ours.global_optimum_m, theirs.global_optimum_m, &|| {
+                case.describe("global optimum")
+            });
             with_path += usize::from(theirs.path.is_some());
             stages.insert((strategy.name(), theirs.stage));
         }
@@ -320,11 +441,18 @@ fn without_a_stated_plan_the_exact_answer_is_still_the_optimum() {
             airspace: &case.airspace,
             trees: None,
         };
-        for strategy in [Strategy::Exact, Strategy::TwoPhased, Strategy::Radius, Strategy::CellDensity] {
+        for strategy in [
+            Strategy::Exact,
+            Strategy::TwoPhased,
+            Strategy::Radius,
+            Strategy::CellDensity,
+        ] {
             let ours = recompose(&world, &case.request(None, strategy), &mut scratch);
             let theirs = oracle::recompose(&case.report(), None, oracle::Strategy::Exact);
             let what = format!("{} without a plan", strategy.name());
-            assert_close(ours.remaining_optimum_m, theirs.remaining_length_m, &|| case.describe(&what));
+            assert_close(ours.remaining_optimum_m, theirs.remaining_length_m, &|| {
+                case.describe(&what)
+            });
             match strategy {
                 Strategy::Exact => compare(&case, &what, &ours, &theirs),
                 _ => assert!(

@@ -15,11 +15,11 @@ use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway network build buildings.geojson --name 'Our town' --attribution '(c) OpenStreetMap contributors, ODbL' -o town.geojson
-  skyway network build buildings.geojson --reach 200 --min-height 30 --zones zones.geojson -o town.geojson
+  skyway network build buildings.geojson --name Town --attribution 'the land registry' -o town.geojson
+  skyway network build buildings.geojson --reach 200 --zones zones.geojson -o town.geojson
 
-The buildings are a GeoJSON FeatureCollection of polygons with the properties height_m (above ground), and where known
-min_height_m, name and extract. A building without a height counts as reaching the ceiling.";
+The buildings are a GeoJSON FeatureCollection of polygons with the properties height_m (above \
+ground), and where known name and extract. A building without a height counts as reaching the ceiling.";
 
 /// Arguments of `skyway network build`. What is not given has the default of [`LineOfSight`].
 #[derive(Debug, Args)]
@@ -59,11 +59,11 @@ pub(in crate::cli) struct Build {
     #[arg(long, value_name = "FILE")]
     zones: Vec<PathBuf>,
     /// The name of the network
-    #[arg(long, value_name = "TEXT", default_value = "")]
-    name: String,
+    #[arg(long, value_name = "TEXT")]
+    name: Option<String>,
     /// Who must be named beside every copy of the network: source and licence of the buildings
-    #[arg(long, value_name = "TEXT", default_value = "")]
-    attribution: String,
+    #[arg(long, value_name = "TEXT")]
+    attribution: Option<String>,
     /// Where to write it (GeoJSON; .gz compresses), or - for standard output
     #[arg(long, short, value_name = "FILE", default_value = "-")]
     output: PathBuf,
@@ -87,13 +87,13 @@ impl Build {
         bar.finish_and_clear();
         let skyline = built.map_err(Stop::failed)?;
         let network = NetworkDraft {
-            name: self.name.clone(),
-            attribution: self.attribution.clone(),
+            name: self.name.clone().unwrap_or_default(),
+            attribution: self.attribution.clone().unwrap_or_default(),
             ..skyline.network
         };
         files::write_text(&self.output, &write_network(&network), output)?;
         tell(&skyline.report, &network, output);
-        if self.attribution.is_empty() {
+        if self.attribution.is_none() {
             output.warn(
                 "no --attribution: name the source of the buildings, if its licence asks for that",
             );

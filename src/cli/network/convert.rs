@@ -25,10 +25,16 @@ pub(in crate::cli) struct Convert {
     #[command(flatten)]
     network: NetworkArguments,
     /// The format
-    #[arg(long, value_enum, value_name = "FORMAT")]
+    #[arg(help_heading = "Output", long, value_enum, value_name = "FORMAT")]
     to: Target,
     /// Where to write it (.gz compresses), or - for standard output
-    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    #[arg(
+        help_heading = "Output",
+        long,
+        short,
+        value_name = "FILE",
+        default_value = "-"
+    )]
     output: PathBuf,
 }
 

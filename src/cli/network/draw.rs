@@ -35,7 +35,13 @@ pub(in crate::cli) struct Draw {
     #[command(flatten)]
     picture: PictureArguments,
     /// Where to write the SVG (.gz compresses), or - for standard output
-    #[arg(long, short, value_name = "FILE", default_value = "-")]
+    #[arg(
+        help_heading = "Output",
+        long,
+        short,
+        value_name = "FILE",
+        default_value = "-"
+    )]
     output: PathBuf,
 }
 

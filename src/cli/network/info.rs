@@ -23,7 +23,7 @@ pub(in crate::cli) struct Info {
     #[command(flatten)]
     network: NetworkArguments,
     /// Write JSON
-    #[arg(long)]
+    #[arg(help_heading = "Output", long)]
     json: bool,
 }
 

@@ -1,15 +1,13 @@
 //! The text of a certificate, on one small network: how it is written, what it must hold, and what a
 //! verifier says of one that is wrong.
 
-use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::airspace::{Airspace, Change, Closure};
+use skyway::airspace::Airspace;
 use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::Point;
 use skyway::network::{NetworkDraft, NodeDraft, SegmentDraft, Topology, sketch};
 use skyway::recompose::Request;
 use skyway::verify::{CertificateFault, NetworkFacts, Verdict, verify};
-use std::sync::Arc;
 
 use super::case::{certificate, entries_mut, with, without};
 
@@ -40,11 +38,7 @@ fn airspace_of(topology: Topology, closed: &[(&str, &str)]) -> Airspace {
         segment.expect("a segment")
     });
     let closed = closed.collect();
-    let now = Timestamp::UNIX_EPOCH;
-    let closure = Closure::of_operator("test".to_owned(), "test".to_owned(), Vec::new(), closed);
-    let topology = Arc::new(topology);
-    let open = Airspace::open(topology, 1, now, SignedDuration::from_hours(1));
-    open.apply(&[Change::Put(Arc::new(closure))], now)
+    super::case::airspace_of(topology, Vec::new(), closed)
 }
 
 fn request(airspace: &Airspace, leg: (&str, &str), destination: &str) -> Request {
@@ -155,17 +149,27 @@ fn that_there_is_no_way_is_proved_by_what_can_be_reached() {
         "settled: segment 'B-C' from node 'B' to 'C' is open and leads out of what can be reached, \
          yet no way is claimed"
     );
+    let mut silent = document.clone();
+    silent
+        .as_object_mut()
+        .expect("an object")
+        .remove("length_m");
+    assert!(says(&silent).starts_with("not a certificate: missing field `length_m`"));
     let mut reached = document.clone();
     entries_mut(&mut reached, "settled").push(json!({"node": "X", "d_m": 1.0}));
     assert_eq!(
         says(&reached),
         "settled: the destination 'X' is among what can be reached, yet no way is claimed"
     );
-    let walked = with(&document, "/path/nodes", json!(["A"]));
-    assert_eq!(
-        says(&walked),
-        "path: it has nodes or segments, yet length_m is null, which claims that there is no way"
-    );
+    for walked in [
+        with(&document, "/path/nodes", json!(["A"])),
+        with(&document, "/path/segments", json!(["A-D"])),
+    ] {
+        assert_eq!(
+            says(&walked),
+            "path: it has nodes or segments, yet length_m is null, which claims that there is no way"
+        );
+    }
 }
 
 #[test]

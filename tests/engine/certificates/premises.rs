@@ -6,14 +6,14 @@ use skyway::airspace::{Change, Closure};
 use skyway::network::{NodeIx, SegmentIx};
 use std::sync::Arc;
 
-use super::case::{Case, certificate, entries, entries_mut, metres, seeds, with, without};
+use super::case::{cases, certificate, entries, entries_mut, metres, with, without};
 use crate::oracle::generate::Draw;
 
 #[test]
 fn a_closure_left_out_is_refused_where_it_matters() {
     let (mut refused, mut idle) = (0, 0);
-    for seed in seeds() {
-        let case = Case::of(seed);
+    for case in cases() {
+        let seed = case.seed;
         for list in ["closed_nodes", "closed_segments"] {
             for entry in 0..entries(&case.document, list).len() {
                 let opened = without(&case.document, &format!("/{list}"), entry);
@@ -37,8 +37,8 @@ fn a_closure_left_out_is_refused_where_it_matters() {
 #[test]
 fn a_closure_made_up_is_told_and_never_proves_an_untruth() {
     let (mut proved, mut refused) = (0, 0);
-    for seed in seeds() {
-        let case = Case::of(seed);
+    for case in cases() {
+        let seed = case.seed;
         let topology = case.airspace.topology();
         for segment in topology.segments() {
             let ends = topology.segment(segment);
@@ -78,8 +78,8 @@ fn a_closure_made_up_is_told_and_never_proves_an_untruth() {
 #[test]
 fn a_settled_node_left_out_is_refused_unless_it_lies_on_a_shortest_way() {
     let (mut refused, mut idle) = (0, 0);
-    for seed in seeds() {
-        let case = Case::of(seed);
+    for case in cases() {
+        let seed = case.seed;
         for (entry, label) in entries(&case.document, "settled").iter().enumerate() {
             let fewer = without(&case.document, "/settled", entry);
             let id = label["node"].to_string();
@@ -107,8 +107,8 @@ fn a_settled_node_left_out_is_refused_unless_it_lies_on_a_shortest_way() {
 #[test]
 fn a_proof_of_another_day_proves_only_what_is_true_today() {
     let (mut proved, mut refused) = (0, 0);
-    for seed in seeds() {
-        let case = Case::of(seed);
+    for case in cases() {
+        let seed = case.seed;
         let topology = case.airspace.topology();
         let mut draw = Draw::new(seed ^ 0xda7);
         for _ in 0..6 {
@@ -156,8 +156,8 @@ fn numbers(document: &Value) -> Vec<String> {
 #[test]
 fn whatever_is_changed_what_verifies_is_true() {
     let (mut proved, mut refused) = (0, 0);
-    for seed in seeds() {
-        let case = Case::of(seed);
+    for case in cases() {
+        let seed = case.seed;
         let mut draw = Draw::new(seed ^ 0x7a3);
         let places = numbers(&case.document);
         let nodes = case.network.nodes.len();

@@ -277,7 +277,9 @@ impl Work<'_> {
         let (start, destination) = (self.plan[0], self.report.destination);
         let (length_m, path) = shortest(self.world, start, destination, None).unzip();
         let before = repairs.iter().map(|repair| repair.answer.searches);
-        let area = self.world.counted_nodes(self.report.failed.0, self.report.failed.1);
+        let area = self
+            .world
+            .counted_nodes(self.report.failed.0, self.report.failed.1);
         OracleAnswer {
             path,
             remaining_length_m: length_m,
