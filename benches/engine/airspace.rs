@@ -11,98 +11,108 @@ use skyway::geo::Point;
 use skyway::routing::{DestinationTree, Searcher};
 use std::f64::consts::TAU;
 use std::hint::black_box;
+use std::sync::Arc;
 
-/// Trees that the zones are worked into.
+/// Ways that are checked against the oracle, which takes its time.
+const CHECKED: usize = 200;
+/// Trees that each zone is worked into.
 const TREES_TAKEN_IN: usize = 5;
 
+/// Ways through zones, with the tables they are searched by.
+struct Passages<'a> {
+    workload: &'a Workload,
+    nothing: RequestClosures,
+}
+
+impl Passages<'_> {
+    fn count(&self) -> usize {
+        self.workload.passages.len()
+    }
+
+    fn closed(&self, index: usize) -> Closed<'_> {
+        let airspace = &self.workload.airspaces[self.workload.passages[index].zone];
+        Closed::new(&self.workload.topology, airspace.closed(), &self.nothing)
+    }
+
+    fn intact(&self, index: usize) -> Arc<DestinationTree> {
+        let destination = self.workload.passages[index].destination;
+        let tree = self
+            .workload
+            .trees
+            .get(destination, standing(&self.workload.open));
+        tree.expect("every destination has its tree")
+    }
+
+    fn taken_in(&self, index: usize, searcher: &mut Searcher) -> DestinationTree {
+        let zone = self.workload.passages[index].zone;
+        let blocked = self.workload.airspaces[zone].closed().blocked_segments();
+        searcher.tree_taking_in(&self.intact(index), &self.closed(index), blocked)
+    }
+
+    fn length_m(
+        &self,
+        index: usize,
+        tree: &DestinationTree,
+        searcher: &mut Searcher,
+    ) -> Option<f64> {
+        let start = [at(self.workload.passages[index].source)];
+        let arrival = searcher.exact(&self.closed(index), &start, tree)?;
+        Some(arrival.length_m)
+    }
+
+    /// Every way around a zone is as long as petgraph's Dijkstra finds it, before and after its table took it in.
+    fn check(&self, searcher: &mut Searcher) {
+        let peer = Peer::new(&self.workload.topology);
+        let checked = self.count().min(CHECKED);
+        for index in 0..checked {
+            let passage = &self.workload.passages[index];
+            let oracle_m =
+                peer.dijkstra_m(&self.closed(index), passage.source, passage.destination);
+            let before_m = self.length_m(index, &self.intact(index), searcher);
+            assert_same("around a zone", before_m, oracle_m);
+            let taken_in = self.taken_in(index, searcher);
+            let after_m = self.length_m(index, &taken_in, searcher);
+            assert_same("after taking it in", after_m, oracle_m);
+        }
+        println!(
+            "checked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in"
+        );
+    }
+}
+
 /// Checks every search around a zone, then prints percentiles.
-pub fn measure(workload: &Workload) {
+pub(crate) fn measure(workload: &Workload) {
     let mut searcher = Searcher::new(&workload.topology);
-    let nothing = RequestClosures::new(&workload.topology);
-    let peer = Peer::new(&workload.topology);
-    let count = workload.passages.len();
-    if count == 0 {
+    let passages = Passages {
+        workload,
+        nothing: RequestClosures::new(&workload.topology),
+    };
+    if passages.count() == 0 {
         println!("no way runs through a zone on this network");
         return;
     }
-    let intact = |index: usize| {
-        let passage = &workload.passages[index];
-        workload
-            .trees
-            .get(passage.destination, standing(&workload.open))
-    };
-    let closed = |index: usize| {
-        let airspace = &workload.airspaces[workload.passages[index].zone];
-        Closed::new(&workload.topology, airspace.closed(), &nothing)
-    };
-    let checked = count.min(200);
-    for index in 0..checked {
-        let passage = &workload.passages[index];
-        let tree = intact(index).expect("every destination has its tree");
-        let found = searcher.exact(&closed(index), &[at(passage.source)], &tree);
-        let oracle_m = peer.dijkstra_m(&closed(index), passage.source, passage.destination);
-        assert_same(
-            "around a zone",
-            found.map(|arrival| arrival.length_m),
-            oracle_m,
-        );
-        let taken_in =
-            searcher.tree_taking_in(&tree, &closed(index), blocked(workload, passage.zone));
-        let found = searcher.exact(&closed(index), &[at(passage.source)], &taken_in);
-        assert_same(
-            "after taking it in",
-            found.map(|arrival| arrival.length_m),
-            oracle_m,
-        );
-    }
-    println!(
-        "checked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in"
-    );
+    passages.check(&mut searcher);
 
     print_head("a zone of 1 % of the map, its hits known");
-    let first = Percentiles::of(count, |index| {
-        let tree = intact(index)?;
-        searcher.exact(
-            &closed(index),
-            &[at(workload.passages[index].source)],
-            &tree,
-        )
+    let first = Percentiles::of(passages.count(), |index| {
+        passages.length_m(index, &passages.intact(index), &mut searcher)
     });
     first.print("exact, first request");
-    let some = count.min(TREES_TAKEN_IN * workload.zones.len());
+    let some = passages.count().min(TREES_TAKEN_IN * workload.zones.len());
     let trees: Vec<DestinationTree> = (0..some)
-        .filter_map(|index| {
-            let tree = intact(index)?;
-            let zone = workload.passages[index].zone;
-            Some(searcher.tree_taking_in(&tree, &closed(index), blocked(workload, zone)))
-        })
+        .map(|index| passages.taken_in(index, &mut searcher))
         .collect();
-    let after = Percentiles::of(trees.len(), |index| {
-        searcher.exact(
-            &closed(index),
-            &[at(workload.passages[index].source)],
-            &trees[index],
-        )
+    let after = Percentiles::of(some, |index| {
+        passages.length_m(index, &trees[index], &mut searcher)
     });
     after.print("exact, the zone taken in");
-    let taking = Percentiles::of(some, |index| {
-        let tree = intact(index)?;
-        let zone = workload.passages[index].zone;
-        Some(searcher.tree_taking_in(&tree, &closed(index), blocked(workload, zone)))
-    });
+    let taking = Percentiles::of(some, |index| passages.taken_in(index, &mut searcher));
     taking.print("taking it in, per destination");
     let building = Percentiles::of(some.min(10), |index| {
         searcher.tree(&workload.topology, workload.passages[index].destination)
     });
     building.print("building a table, per destination");
     measure_changes(workload);
-}
-
-fn blocked(
-    workload: &Workload,
-    zone: usize,
-) -> impl Iterator<Item = skyway::network::SegmentIx> + '_ {
-    workload.airspaces[zone].closed().blocked_segments()
 }
 
 fn measure_changes(workload: &Workload) {
@@ -161,7 +171,7 @@ fn wavy_zones(workload: &Workload, vertices: usize) -> Vec<Zone> {
 }
 
 /// Criterion's estimates of hits and of applying a change.
-pub fn criterion(workload: &Workload, criterion: &mut Criterion) {
+pub(crate) fn criterion(workload: &Workload, criterion: &mut Criterion) {
     let mut group =
         criterion.benchmark_group(format!("airspace/{}", workload.topology.node_count()));
     group.sample_size(20);

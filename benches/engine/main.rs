@@ -11,10 +11,6 @@
     reason = "a bench asks the clock and its environment"
 )]
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
-#![expect(
-    missing_docs,
-    reason = "criterion_group! makes a public item without any"
-)]
 
 mod airspace;
 mod oracle;

@@ -7,12 +7,12 @@ use skyway::network::{NodeIx, SegmentIx, Topology};
 use std::sync::Arc;
 
 /// The same network in petgraph; edges carry their segment and length.
-pub struct Peer {
-    pub graph: UnGraph<(f64, f64), (SegmentIx, f64)>,
+pub(crate) struct Peer {
+    pub(crate) graph: UnGraph<(f64, f64), (SegmentIx, f64)>,
 }
 
 impl Peer {
-    pub fn new(topology: &Arc<Topology>) -> Self {
+    pub(crate) fn new(topology: &Arc<Topology>) -> Self {
         let mut graph = UnGraph::with_capacity(topology.node_count(), topology.segment_count());
         for node in topology.nodes() {
             let position = topology.position(node);
@@ -27,7 +27,7 @@ impl Peer {
     }
 
     /// petgraph's Dijkstra, stopped at the goal.
-    pub fn dijkstra_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
+    pub(crate) fn dijkstra_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
         let open = EdgeFiltered::from_fn(
             &self.graph,
             |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
@@ -41,7 +41,7 @@ impl Peer {
     }
 
     /// petgraph's A* with the straight line.
-    pub fn astar_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
+    pub(crate) fn astar_m(&self, closed: &Closed<'_>, from: NodeIx, to: NodeIx) -> Option<f64> {
         let open = EdgeFiltered::from_fn(
             &self.graph,
             |edge: petgraph::graph::EdgeReference<'_, (SegmentIx, f64)>| {
@@ -62,7 +62,7 @@ impl Peer {
 }
 
 /// Panics where two lengths differ by more than rounding.
-pub fn assert_same(what: &str, ours_m: Option<f64>, theirs_m: Option<f64>) {
+pub(crate) fn assert_same(what: &str, ours_m: Option<f64>, theirs_m: Option<f64>) {
     let same = match (ours_m, theirs_m) {
         (Some(ours_m), Some(theirs_m)) => (ours_m - theirs_m).abs() <= 1e-9 * theirs_m.max(1.0),
         (None, None) => true,

@@ -10,13 +10,13 @@ const MAX_PASSES: usize = 25;
 const BUDGET: Duration = Duration::from_secs(6);
 
 /// Times of many queries, in nanoseconds.
-pub struct Percentiles {
+pub(crate) struct Percentiles {
     sorted_ns: Vec<f64>,
 }
 
 impl Percentiles {
     /// Times `query` for every index below `count`.
-    pub fn of<T>(count: usize, mut query: impl FnMut(usize) -> T) -> Self {
+    pub(crate) fn of<T>(count: usize, mut query: impl FnMut(usize) -> T) -> Self {
         let begun = Instant::now();
         let mut times: Vec<Vec<f64>> = vec![Vec::with_capacity(MAX_PASSES); count];
         for pass in 0..MAX_PASSES {
@@ -35,18 +35,18 @@ impl Percentiles {
     }
 
     /// The time that a share of the queries stays within, in microseconds.
-    pub fn at_us(&self, share: f64) -> f64 {
+    pub(crate) fn at_us(&self, share: f64) -> f64 {
         let last = self.sorted_ns.len() - 1;
         self.sorted_ns[(share * last as f64).round() as usize] / 1e3
     }
 
     /// The mean, in microseconds.
-    pub fn mean_us(&self) -> f64 {
+    pub(crate) fn mean_us(&self) -> f64 {
         self.sorted_ns.iter().sum::<f64>() / self.sorted_ns.len() as f64 / 1e3
     }
 
     /// Prints a row of the table.
-    pub fn print(&self, what: &str) {
+    pub(crate) fn print(&self, what: &str) {
         println!(
             "| {what} | {:.2} | {:.2} | {:.2} |",
             self.at_us(0.5),
@@ -62,6 +62,6 @@ fn median(mut times: Vec<f64>) -> f64 {
 }
 
 /// Prints the head of a table.
-pub fn print_head(title: &str) {
+pub(crate) fn print_head(title: &str) {
     println!("\n| {title} | p50 µs | p99 µs | mean µs |\n|---|---:|---:|---:|");
 }

@@ -69,7 +69,7 @@ fn baseline_m(
 const DIJKSTRA: Baseline = Baseline::Dijkstra { full_tree: false };
 
 /// Checks every query against petgraph, then prints percentiles.
-pub fn measure(workload: &Workload) {
+pub(crate) fn measure(workload: &Workload) {
     let mut search = Search::new(workload);
     let mut searcher = Searcher::new(&workload.topology);
     let mut scratch = Scratch::new(&workload.topology);
@@ -205,7 +205,7 @@ fn settled(workload: &Workload, search: &mut Search<'_>, searcher: &mut Searcher
 }
 
 /// Criterion's estimates of the same calls, requests interleaved.
-pub fn criterion(workload: &Workload, criterion: &mut Criterion) {
+pub(crate) fn criterion(workload: &Workload, criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group(format!("global/{}", workload.topology.node_count()));
     let count = workload.failures.len();
     let mut search = Search::new(workload);

@@ -21,32 +21,32 @@ const ZONE_SHARE: f64 = 0.01;
 const ZONES: usize = 20;
 
 /// A failure on the way from a source to a destination.
-pub struct Failure {
-    pub request: Request,
-    pub leg: (NodeIx, NodeIx),
+pub(crate) struct Failure {
+    pub(crate) request: Request,
+    pub(crate) leg: (NodeIx, NodeIx),
 }
 
 /// A way through a zone that has just been declared.
-pub struct Passage {
-    pub source: NodeIx,
-    pub destination: NodeIx,
-    pub zone: usize,
+pub(crate) struct Passage {
+    pub(crate) source: NodeIx,
+    pub(crate) destination: NodeIx,
+    pub(crate) zone: usize,
 }
 
 /// One network with everything that is asked of it.
-pub struct Workload {
-    pub topology: Arc<Topology>,
-    pub open: Airspace,
-    pub trees: TreeCache,
-    pub failures: Vec<Failure>,
-    pub zones: Vec<Arc<Closure>>,
-    pub airspaces: Vec<Airspace>,
-    pub passages: Vec<Passage>,
-    pub destinations: Vec<NodeIx>,
+pub(crate) struct Workload {
+    pub(crate) topology: Arc<Topology>,
+    pub(crate) open: Airspace,
+    pub(crate) trees: TreeCache,
+    pub(crate) failures: Vec<Failure>,
+    pub(crate) zones: Vec<Arc<Closure>>,
+    pub(crate) airspaces: Vec<Airspace>,
+    pub(crate) passages: Vec<Passage>,
+    pub(crate) destinations: Vec<NodeIx>,
 }
 
 impl Workload {
-    pub fn new(nodes: usize, destination_count: usize) -> Self {
+    pub(crate) fn new(nodes: usize, destination_count: usize) -> Self {
         let draft = Generated {
             nodes,
             max_neighbours: MAX_NEIGHBOURS,
@@ -91,7 +91,7 @@ impl Workload {
         workload
     }
 
-    pub fn describe(&self) {
+    pub(crate) fn describe(&self) {
         println!(
             "\n# {} nodes, {} segments, K = {MAX_NEIGHBOURS}, {MAP_SIZE_M} m map, seed {SEED}; {} failures to {} destinations, {ZONES} zones of {ZONE_SHARE} of the map; profile {}",
             self.topology.node_count(),
@@ -106,7 +106,7 @@ impl Workload {
         );
     }
 
-    pub fn open_world(&self) -> World<'_> {
+    pub(crate) fn open_world(&self) -> World<'_> {
         World {
             airspace: &self.open,
             trees: Some(&self.trees),
@@ -121,7 +121,9 @@ impl Workload {
         let closed = Closed::new(&self.topology, self.open.closed(), &nothing);
         let arrival = scratch.searcher().exact(&closed, &[at(source)], &tree)?;
         let mut way = Way::default();
-        scratch.searcher().append_way(arrival, Some(&tree), &mut way);
+        scratch
+            .searcher()
+            .append_way(arrival, Some(&tree), &mut way);
         Some(way)
     }
 
@@ -202,7 +204,7 @@ impl Workload {
 }
 
 /// A start at a node itself.
-pub fn at(node: NodeIx) -> Start {
+pub(crate) fn at(node: NodeIx) -> Start {
     Start {
         node,
         offset_m: 0.0,
@@ -210,7 +212,7 @@ pub fn at(node: NodeIx) -> Start {
 }
 
 /// Which standing closures an airspace has.
-pub fn standing(airspace: &Airspace) -> Standing {
+pub(crate) fn standing(airspace: &Airspace) -> Standing {
     World {
         airspace,
         trees: None,
@@ -219,7 +221,7 @@ pub fn standing(airspace: &Airspace) -> Standing {
 }
 
 /// A zone without margin, band or windows.
-pub fn zone(id: &str, ring: Vec<[f64; 2]>, topology: &Topology) -> Zone {
+pub(crate) fn zone(id: &str, ring: Vec<[f64; 2]>, topology: &Topology) -> Zone {
     let draft = ZoneDraft {
         id: id.to_owned(),
         name: None,
@@ -234,18 +236,18 @@ pub fn zone(id: &str, ring: Vec<[f64; 2]>, topology: &Topology) -> Zone {
 }
 
 /// Random choices from a seed, the same on every machine.
-pub struct Random(pub ChaCha8Rng);
+pub(crate) struct Random(pub(crate) ChaCha8Rng);
 
 impl Random {
-    pub fn below(&mut self, count: usize) -> usize {
+    pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.0.next_u64() % count as u64) as usize
     }
 
-    pub fn pick<T: Copy>(&mut self, things: &[T]) -> T {
+    pub(crate) fn pick<T: Copy>(&mut self, things: &[T]) -> T {
         things[self.below(things.len())]
     }
 
-    pub fn share(&mut self) -> f64 {
+    pub(crate) fn share(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

@@ -5,7 +5,7 @@
 //! can be read in two ways is refused.
 
 use super::stop::Stop;
-use crate::formats::CloseTarget;
+use crate::formats::{CloseTarget, nearest};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 
@@ -130,57 +130,20 @@ fn unknown_node(topology: &Topology, id: &str) -> String {
 
 /// The ids that a slip of the pen would turn into this one, else the first and the last there are.
 fn suggestions(topology: &Topology, id: &str) -> String {
-    let quoted = |node: NodeIx| format!("'{}'", topology.node_id(node));
+    let mut nodes: Vec<NodeIx> = topology.nodes().collect();
+    nodes.sort_unstable_by_key(|&node| topology.rank(node));
+    let ids = || nodes.iter().map(|&node| topology.node_id(node));
     let near = match topology.has_integer_ids() {
         // Every number is near to some other.
         true => Vec::new(),
-        false => nearest(topology, id),
+        false => nearest(id, ids(), MAX_SUGGESTIONS),
     };
     if !near.is_empty() {
-        let ids: Vec<String> = near.into_iter().map(quoted).collect();
-        return format!("; did you mean {}?", ids.join(" or "));
+        let quoted: Vec<String> = near.into_iter().map(|id| format!("'{id}'")).collect();
+        return format!("; did you mean {}?", quoted.join(" or "));
     }
-    let first = topology.nodes().min_by_key(|&node| topology.rank(node));
-    let last = topology.nodes().max_by_key(|&node| topology.rank(node));
-    match (first, last) {
-        (Some(first), Some(last)) => {
-            format!("; ids run from {} to {}", quoted(first), quoted(last))
-        }
+    match (ids().next(), ids().next_back()) {
+        (Some(first), Some(last)) => format!("; ids run from '{first}' to '{last}'"),
         _ => String::new(),
     }
-}
-
-/// The few nodes whose ids a slip or two turns into this one, the nearest first.
-fn nearest(topology: &Topology, id: &str) -> Vec<NodeIx> {
-    let allowed = (id.chars().count() / 3).max(1);
-    let mut near: Vec<(usize, u32, NodeIx)> = topology
-        .nodes()
-        .filter_map(|node| {
-            let slips = slips(id, topology.node_id(node), allowed)?;
-            Some((slips, topology.rank(node), node))
-        })
-        .collect();
-    near.sort_unstable();
-    near.truncate(MAX_SUGGESTIONS);
-    near.into_iter().map(|(_, _, node)| node).collect()
-}
-
-/// How many letters have to be put in, taken out or changed, if no more than allowed (Levenshtein).
-fn slips(left: &str, right: &str, allowed: usize) -> Option<usize> {
-    let left: Vec<char> = left.to_lowercase().chars().collect();
-    let right: Vec<char> = right.to_lowercase().chars().collect();
-    if left.len().abs_diff(right.len()) > allowed {
-        return None;
-    }
-    let mut row: Vec<usize> = (0..=right.len()).collect();
-    for (above, letter) in left.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = above + 1;
-        for (place, other) in right.iter().enumerate() {
-            let replaced = diagonal + usize::from(letter != other);
-            diagonal = row[place + 1];
-            row[place + 1] = replaced.min(diagonal + 1).min(row[place] + 1);
-        }
-    }
-    row.last().copied().filter(|&slips| slips <= allowed)
 }

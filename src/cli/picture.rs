@@ -1,13 +1,17 @@
 //! Pictures: what is drawn of an airspace and an answer, and how.
 
+use super::files;
 use super::plan::planned_nodes;
+use super::stop::Stop;
 use crate::airspace::{Airspace, Hits, Zone};
-use crate::draw::{Crop, DrawnRecomposition, Labels, Picture, PictureOptions, svg};
+use crate::draw::{Crop, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg};
 use crate::flight::{FailureReport, Location};
-use crate::geo::Point;
-use crate::network::NodeIx;
+use crate::formats::read_buildings;
+use crate::geo::{Frame, Point};
+use crate::network::{Building, NodeIx, Topology};
 use crate::recompose::Recomposition;
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a picture is drawn.
@@ -27,6 +31,9 @@ pub(super) struct PictureArguments {
     /// Show the whole network, not only what is around the paths
     #[arg(long)]
     whole: bool,
+    /// Draw these building footprints under the network: GeoJSON, in longitude and latitude
+    #[arg(long, value_name = "FILE")]
+    buildings: Option<PathBuf>,
 }
 
 /// Which nodes are named in a picture.
@@ -62,11 +69,46 @@ impl PictureArguments {
             ..PictureOptions::default()
         }
     }
+
+    /// The buildings to draw, on the plane of the network; none where none are asked for.
+    pub(super) fn ground_plans(&self, topology: &Topology) -> Result<Vec<GroundPlan>, Stop> {
+        let Some(path) = &self.buildings else {
+            return Ok(Vec::new());
+        };
+        if !topology.frame().is_geographic() {
+            return Err(Stop::Usage(format!(
+                "--buildings are in longitude and latitude, which the network '{}' has none of; leave them out",
+                topology.name()
+            )));
+        }
+        let buildings = read_buildings(&files::read_text(path)?)
+            .map_err(|errors| Stop::all_of(&path.display().to_string(), &errors))?;
+        let plans = buildings
+            .iter()
+            .map(|building| ground_plan(building, topology.frame()));
+        Ok(plans.collect())
+    }
+}
+
+fn ground_plan(building: &Building, frame: &Frame) -> GroundPlan {
+    let on_plane = |ring: Vec<[f64; 2]>| -> Vec<Point> {
+        ring.into_iter()
+            .map(|position| frame.to_plane(position))
+            .collect()
+    };
+    let polygons = building.outline.polygons().into_iter();
+    GroundPlan {
+        polygons: polygons
+            .map(|rings| rings.into_iter().map(on_plane).collect())
+            .collect(),
+        height_m: building.height_m,
+    }
 }
 
 /// What is to be drawn, put together.
 pub(super) struct Scene<'a> {
     airspace: &'a Airspace,
+    buildings: Vec<GroundPlan>,
     zones: Vec<Arc<Zone>>,
     closed: Hits,
     answer: Option<DrawnAnswer<'a>>,
@@ -87,6 +129,7 @@ impl<'a> Scene<'a> {
         let nodes = closures().flat_map(|closure| closure.hits.nodes.iter().copied());
         Self {
             airspace,
+            buildings: Vec::new(),
             zones: closures()
                 .filter_map(|closure| closure.zone().cloned())
                 .collect(),
@@ -109,6 +152,11 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// The same with buildings under the network.
+    pub(super) fn with_buildings(self, buildings: Vec<GroundPlan>) -> Self {
+        Self { buildings, ..self }
+    }
+
     /// The same, drawn another way.
     pub(super) fn with_options(self, options: PictureOptions) -> Self {
         Self { options, ..self }
@@ -119,7 +167,7 @@ impl<'a> Scene<'a> {
         let topology = self.airspace.topology();
         svg(&Picture {
             topology,
-            buildings: &[],
+            buildings: &self.buildings,
             zones: &self.zones,
             closed: &self.closed,
             recomposition: self.answer.as_ref().map(|drawn| DrawnRecomposition {

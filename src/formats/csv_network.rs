@@ -28,7 +28,8 @@ pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<Fo
             if !draft.nodes.is_empty() && draft.coordinates != node.1 {
                 return Err("has other coordinates than the nodes before it".to_owned());
             }
-            draft.integer_ids &= node.0.id.parse::<i64>().is_ok();
+            let number = node.0.id.parse::<i64>();
+            draft.integer_ids &= number.is_ok_and(|number| number.to_string() == node.0.id);
             draft.coordinates = node.1;
             draft.nodes.push(node.0);
             Ok(())

@@ -27,6 +27,7 @@ pub use load::{LoadError, LoadedNetwork, fingerprint, load_csv_network, load_net
 pub use network_geojson::{read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
 pub use report::{CloseTarget, ReadReport, ReadWarning, ReportProblem, read_report};
+pub use suggestion::nearest;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,
     zone_to_feature,

@@ -7,8 +7,8 @@
 use super::error::{FormatError, FormatErrors};
 use super::identifier::{id_text, node_id_json};
 use super::place::{Place, array, number, object, optional, required};
-use crate::geo::{Altitude, AltitudeBand};
-use crate::network::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft, Topology};
+use crate::geo::{Altitude, AltitudeBand, AltitudeReference};
+use crate::network::{Coordinates, NetworkDraft, NodeDraft, NodeIx, Role, SegmentDraft, Topology};
 use serde_json::{Map, Value, json};
 
 /// Reads node-link JSON. Repairs are for the caller: see [`NetworkDraft::repair`].
@@ -22,7 +22,12 @@ pub fn read_node_link(text: &str) -> Result<NetworkDraft, Vec<FormatError>> {
     let members = object(&document, &root).map_err(|error| vec![error])?;
     let mut errors = FormatErrors::default();
     let mut draft = NetworkDraft {
-        name: graph_name(members),
+        name: graph_text(members, "name")
+            .unwrap_or("node-link network")
+            .to_owned(),
+        attribution: graph_text(members, "attribution")
+            .unwrap_or_default()
+            .to_owned(),
         integer_ids: true,
         ..NetworkDraft::default()
     };
@@ -43,12 +48,9 @@ pub(super) fn is_node_link(members: &Map<String, Value>) -> bool {
         && (members.contains_key("links") || members.contains_key("edges"))
 }
 
-fn graph_name(members: &Map<String, Value>) -> String {
-    let name = members
-        .get("graph")
-        .and_then(|graph| graph.get("name"))
-        .and_then(Value::as_str);
-    name.unwrap_or("node-link network").to_owned()
+/// An attribute of the graph as a whole, where it is text.
+fn graph_text<'v>(members: &'v Map<String, Value>, attribute: &str) -> Option<&'v str> {
+    members.get("graph")?.get(attribute)?.as_str()
 }
 
 fn read_nodes(members: &Map<String, Value>, draft: &mut NetworkDraft, errors: &mut FormatErrors) {
@@ -186,28 +188,14 @@ fn optional_number(
 }
 
 /// Writes a topology as node-link JSON that `networkx.node_link_graph(data, edges="links")` reads.
+///
+/// Altitudes are written where they are above ground; the format has no place for another reference.
 pub fn write_node_link(topology: &Topology) -> String {
-    let [first, second] = match topology.frame().is_geographic() {
-        true => ["lon", "lat"],
-        false => ["x", "y"],
-    };
     let mut by_rank: Vec<_> = topology.nodes().collect();
     by_rank.sort_by_key(|&node| topology.rank(node));
     let nodes: Vec<Value> = by_rank
-        .iter()
-        .map(|&node| {
-            let position = topology.frame().from_plane(topology.position(node));
-            let mut members = Map::new();
-            members.insert("id".to_owned(), node_id_json(topology, node));
-            members.insert(first.to_owned(), json!(position[0]));
-            members.insert(second.to_owned(), json!(position[1]));
-            members.insert("pads".to_owned(), json!(topology.pads(node)));
-            members.insert("role".to_owned(), json!(topology.role(node)));
-            if let Some(name) = topology.node_name(node) {
-                members.insert("name".to_owned(), json!(name));
-            }
-            Value::Object(members)
-        })
+        .into_iter()
+        .map(|node| node_json(topology, node))
         .collect();
     let links: Vec<Value> = topology
         .segments()
@@ -229,4 +217,28 @@ pub fn write_node_link(topology: &Topology) -> String {
         "links": links,
     });
     document.to_string()
+}
+
+fn node_json(topology: &Topology, node: NodeIx) -> Value {
+    let [first, second] = match topology.frame().is_geographic() {
+        true => ["lon", "lat"],
+        false => ["x", "y"],
+    };
+    let position = topology.frame().from_plane(topology.position(node));
+    let mut members = Map::new();
+    members.insert("id".to_owned(), node_id_json(topology, node));
+    members.insert(first.to_owned(), json!(position[0]));
+    members.insert(second.to_owned(), json!(position[1]));
+    members.insert("pads".to_owned(), json!(topology.pads(node)));
+    members.insert("role".to_owned(), json!(topology.role(node)));
+    let above_ground = topology
+        .node_altitude(node)
+        .filter(|altitude| altitude.reference == AltitudeReference::Agl);
+    if let Some(altitude) = above_ground {
+        members.insert("altitude_m".to_owned(), json!(altitude.value_m));
+    }
+    if let Some(name) = topology.node_name(node) {
+        members.insert("name".to_owned(), json!(name));
+    }
+    Value::Object(members)
 }

@@ -1,21 +1,31 @@
 //! Which known word an unknown one was probably meant to be.
 
-/// The candidate nearest to a word, if one is near enough that a slip of the pen explains it.
+/// The candidates nearest to a word, of those near enough that a slip of the pen explains it: at
+/// most so many, the nearest first, and of equally near ones those that come first.
 ///
 /// Near enough is a third of the word's letters, at least one, counted as insertions, deletions,
-/// replacements and swaps of neighbours (optimal string alignment).
-pub(super) fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+/// replacements and swaps of neighbours (optimal string alignment), in capitals or not.
+pub fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+    at_most: usize,
+) -> Vec<&'a str> {
     const LONGEST: usize = 64;
     let word: Vec<char> = word.to_lowercase().chars().take(LONGEST).collect();
     let allowed = (word.len() / 3).max(1);
-    let distances = candidates.iter().map(|&candidate| {
+    let near = candidates.into_iter().filter_map(|candidate| {
         let letters: Vec<char> = candidate.to_lowercase().chars().collect();
-        (slips(&word, &letters), candidate)
+        // No word is nearer than the difference in length.
+        if word.len().abs_diff(letters.len()) > allowed {
+            return None;
+        }
+        let distance = slips(&word, &letters);
+        (distance <= allowed).then_some((distance, candidate))
     });
-    distances
-        .filter(|&(distance, _)| distance <= allowed)
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
+    let mut near: Vec<(usize, &str)> = near.collect();
+    near.sort_by_key(|&(distance, _)| distance);
+    near.truncate(at_most);
+    near.into_iter().map(|(_, candidate)| candidate).collect()
 }
 
 /// The number of slips that turn one word into the other.
@@ -50,11 +60,21 @@ mod tests {
     #[test]
     fn slips_of_the_pen_are_understood_and_other_words_are_not() {
         let known = ["lower_m", "upper_m", "radius_m", "reason", "windows"];
-        assert_eq!(nearest("uper_m", &known), Some("upper_m"));
-        assert_eq!(nearest("Lower_M", &known), Some("lower_m"));
-        assert_eq!(nearest("radius", &known), Some("radius_m"));
-        assert_eq!(nearest("raeson", &known), Some("reason"));
-        assert_eq!(nearest("colour", &known), None);
-        assert_eq!(nearest("", &known), None);
+        let nearest_known = |word: &str| nearest(word, known, 3);
+        assert_eq!(nearest_known("uper_m"), ["upper_m"]);
+        assert_eq!(nearest_known("Lower_M"), ["lower_m"]);
+        assert_eq!(nearest_known("radius"), ["radius_m"]);
+        assert_eq!(nearest_known("raeson"), ["reason"]);
+        assert_eq!(nearest_known("colour"), [""; 0]);
+        assert_eq!(nearest_known(""), [""; 0]);
+    }
+
+    #[test]
+    fn of_equally_near_words_the_first_come_first() {
+        let known = ["north", "roof 3", "roof 1", "roof 12", "roof 2"];
+        assert_eq!(nearest("roof 9", known, 2), ["roof 3", "roof 1"]);
+        assert_eq!(nearest("roof 1", known, 2), ["roof 1", "roof 3"]);
+        // A swap is one slip, and a word of three letters allows for no more.
+        assert_eq!(nearest("abc", ["bca", "acb"], 2), ["acb"]);
     }
 }

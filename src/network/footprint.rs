@@ -120,6 +120,21 @@ impl Outline {
         Ok(Self(outline))
     }
 
+    /// The polygons as [`Outline::new`] takes them: for each its outer ring, then its holes, all
+    /// closed; longitude and latitude in degrees.
+    pub fn polygons(&self) -> Vec<Vec<Vec<[f64; 2]>>> {
+        let positions = |ring: &LineString<f64>| -> Vec<[f64; 2]> {
+            ring.coords().map(|corner| [corner.x, corner.y]).collect()
+        };
+        let rings = |polygon: &Polygon<f64>| -> Vec<Vec<[f64; 2]>> {
+            std::iter::once(polygon.exterior())
+                .chain(polygon.interiors())
+                .map(positions)
+                .collect()
+        };
+        self.0.iter().map(rings).collect()
+    }
+
     /// All positions, as longitude and latitude in degrees.
     pub(super) fn positions(&self) -> impl Iterator<Item = [f64; 2]> {
         self.0

@@ -32,8 +32,15 @@ pub enum Repair {
 impl fmt::Display for Repair {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Parallel { from, to, dropped_m } => {
-                write!(formatter, "kept the shortest of parallel segments '{from}' - '{to}'")?;
+            Self::Parallel {
+                from,
+                to,
+                dropped_m,
+            } => {
+                write!(
+                    formatter,
+                    "kept the shortest of parallel segments '{from}' - '{to}'"
+                )?;
                 match dropped_m {
                     Some(length_m) => write!(formatter, ", dropped one of {length_m} m"),
                     None => Ok(()),
@@ -66,7 +73,10 @@ impl NetworkDraft {
             .map(|segment| (segment.from.clone(), segment.to.clone()))
             .collect();
         for (from, to) in zero_length {
-            let (kept, merged) = (self.survivor(&from).to_owned(), self.survivor(&to).to_owned());
+            let (kept, merged) = (
+                self.survivor(&from).to_owned(),
+                self.survivor(&to).to_owned(),
+            );
             if kept == merged || !self.coincide(&kept, &merged) {
                 continue;
             }
@@ -108,7 +118,9 @@ impl NetworkDraft {
 
     fn straight_line_m(&self, one: [f64; 2], other: [f64; 2]) -> f64 {
         match self.coordinates {
-            Coordinates::Planar => Point::new(one[0], one[1]).distance_m(Point::new(other[0], other[1])),
+            Coordinates::Planar => {
+                Point::new(one[0], one[1]).distance_m(Point::new(other[0], other[1]))
+            }
             Coordinates::Geographic => {
                 let plane = LocalPlane::about(one[0], one[1]);
                 let at_origin = plane.project(one[0], one[1]);
@@ -158,6 +170,7 @@ impl NetworkDraft {
             });
         }
         let mut is_dropped = dropped.into_iter();
-        self.segments.retain(|_| !is_dropped.next().unwrap_or(false));
+        self.segments
+            .retain(|_| !is_dropped.next().unwrap_or(false));
     }
 }

@@ -8,6 +8,9 @@ use crate::network::{Arc, NodeIx, Topology, outer_box};
 use crate::routing::{Area, Arrival, Baseline, Searcher, Start};
 use std::ops::ControlFlow;
 
+/// At most this many stages are recorded for one request: growth can take as many rounds as there are nodes.
+pub(super) const MAX_STAGES: usize = 200;
+
 /// What a local strategy did for one pair of nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalResult {
@@ -157,6 +160,10 @@ impl<'a> LocalProblem<'a> {
         let Some(stages) = self.stages.as_deref_mut() else {
             return;
         };
+        if stages.len() == MAX_STAGES {
+            // The last stage is the one that tells how it ended: it takes the place of the one before.
+            stages.pop();
+        }
         let gap = self.gap;
         let topology = gap.topology();
         let mut nodes: Vec<NodeIx> = topology

@@ -106,21 +106,14 @@ impl Searcher {
                 Some((parent, step))
             })
         };
-        let steps_on = || {
-            let tree = tree.filter(|_| arrival.follows_tree);
-            let mut node = arrival.last_taken;
-            std::iter::from_fn(move || {
-                let (next, segment) = tree?.next(node)?;
-                node = next;
-                Some((segment, next))
-            })
-        };
+        let tree = tree.filter(|_| arrival.follows_tree);
         let hops = steps_back().count();
         let start = steps_back()
             .last()
             .map_or(arrival.last_taken, |(node, _)| node);
         if way.nodes.is_empty() {
-            let segments = hops + steps_on().count();
+            let on = tree.map_or(0, |tree| tree.hops(arrival.last_taken));
+            let segments = hops + on;
             way.segments.reserve_exact(segments);
             way.nodes.reserve_exact(segments + 1);
             way.nodes.push(start);
@@ -132,8 +125,8 @@ impl Searcher {
         way.segments[first_new..].reverse();
         let nodes_before = way.nodes.len() - hops;
         way.nodes[nodes_before..].reverse();
-        for (segment, node) in steps_on() {
-            way.push(segment, node);
+        if let Some(tree) = tree {
+            tree.append_descent(arrival.last_taken, way);
         }
         start
     }

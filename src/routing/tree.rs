@@ -5,25 +5,16 @@
 //! ([`DestinationTree::taking_in`]); such a copy is a bound only while that closure stands.
 
 use super::frontier::{Frontier, Start};
+use super::searcher::Way;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx, Topology};
 
-/// Marks the destination itself and nodes from which there is no way.
+/// In place of a node: the next of the destination itself, and of nodes from which there is no way.
 const NO_NEXT: u32 = u32::MAX;
-
-/// The first step from a node to the destination.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Step {
-    distance_m: f64,
-    next: u32,
-    segment: u32,
-}
-
-const UNREACHABLE: Step = Step {
-    distance_m: f64::INFINITY,
-    next: NO_NEXT,
-    segment: 0,
-};
+/// Every node knows the next one on its way whose number of hops is a multiple of this.
+const EXPRESS_HOPS: u32 = 16;
+/// So many stretches of a way are walked side by side.
+const STRETCHES: usize = 8;
 
 /// The place of a node in a numbering of the tree from the destination up: its own number and the first
 /// one beyond the branch that hangs on it.
@@ -31,6 +22,16 @@ const UNREACHABLE: Step = Step {
 pub(super) struct Span {
     first: u32,
     end: u32,
+}
+
+/// Where a node is in the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Place {
+    span: Span,
+    /// Hops to the destination.
+    hops: u32,
+    /// The next node on the way whose hops are a multiple of [`EXPRESS_HOPS`].
+    express: u32,
 }
 
 impl Span {
@@ -47,9 +48,14 @@ impl Span {
 #[derive(Clone, Debug, PartialEq)]
 pub struct DestinationTree {
     destination: NodeIx,
-    steps: Vec<Step>,
+    /// By node, metres to the destination; infinite without a way.
+    distances_m: Vec<f64>,
+    /// By node, the next one on its way. Apart from the rest, as a way is a chain of look-ups in it.
+    next: Vec<u32>,
+    /// By node, the segment to the next one.
+    segments: Vec<u32>,
     /// By node; empty where closures are worked in, for they would change half the numbers.
-    spans: Vec<Span>,
+    places: Vec<Place>,
 }
 
 impl DestinationTree {
@@ -70,22 +76,16 @@ impl DestinationTree {
             outwards.push(node);
             frontier.relax(topology, node, |_| true, |_| 0.0);
         }
-        let step = |node: NodeIx| {
-            let Some(distance_m) = frontier.distance_m(node) else {
-                return UNREACHABLE;
-            };
-            let parent = frontier.parent(node);
-            Step {
-                distance_m,
-                next: parent.map_or(NO_NEXT, |(next, _)| next.0),
-                segment: parent.map_or(0, |(_, segment)| segment.0),
-            }
-        };
-        let steps: Vec<Step> = topology.nodes().map(step).collect();
+        let distance_m = |node| frontier.distance_m(node).unwrap_or(f64::INFINITY);
+        let next = |node| frontier.parent(node).map_or(NO_NEXT, |(next, _)| next.0);
+        let segment = |node| frontier.parent(node).map_or(0, |(_, segment)| segment.0);
+        let next: Vec<u32> = topology.nodes().map(next).collect();
         Self {
             destination,
-            spans: number(&steps, &outwards),
-            steps,
+            distances_m: topology.nodes().map(distance_m).collect(),
+            segments: topology.nodes().map(segment).collect(),
+            places: number(&next, &outwards),
+            next,
         }
     }
 
@@ -97,27 +97,83 @@ impl DestinationTree {
     /// Metres from a node to the destination; infinite when there is no way.
     #[inline]
     pub fn distance_m(&self, node: NodeIx) -> f64 {
-        self.steps[node.at()].distance_m
+        self.distances_m[node.at()]
     }
 
-    /// The next node on the way down and the segment to it; `None` at the destination or without a way.
+    /// The first step on the way down; `None` at the destination or without a way.
     #[inline]
     pub fn next(&self, node: NodeIx) -> Option<(NodeIx, SegmentIx)> {
-        let step = &self.steps[node.at()];
-        (step.next != NO_NEXT).then_some((NodeIx(step.next), SegmentIx(step.segment)))
+        let next = self.next[node.at()];
+        (next != NO_NEXT).then(|| (NodeIx(next), SegmentIx(self.segments[node.at()])))
+    }
+
+    /// How many segments the way down from a node has.
+    pub(super) fn hops(&self, node: NodeIx) -> usize {
+        match self.places.get(node.at()) {
+            Some(place) => place.hops as usize,
+            None => std::iter::successors(self.next(node), |&(next, _)| self.next(next)).count(),
+        }
+    }
+
+    /// Adds the way down from a node, at which `way` ends.
+    ///
+    /// A way is a chain of look-ups, each of which waits for memory on a large network. Where nodes know the stations
+    /// ahead of them, stretches between these are walked side by side, so that the waiting overlaps.
+    pub(super) fn append_descent(&self, from: NodeIx, way: &mut Way) {
+        let hops = self.hops(from);
+        let first_new = way.nodes.len();
+        if self.places.is_empty() {
+            let steps = std::iter::successors(self.next(from), |&(next, _)| self.next(next));
+            way.nodes.extend(steps.map(|(next, _)| next));
+        } else {
+            way.nodes.resize(first_new + hops, from);
+            self.walk_stretches(from, &mut way.nodes[first_new..]);
+        }
+        let left = std::iter::once(&from)
+            .chain(&way.nodes[first_new..])
+            .take(hops);
+        way.segments
+            .extend(left.map(|node| SegmentIx(self.segments[node.at()])));
+    }
+
+    /// Fills in the nodes of the way down from a node.
+    fn walk_stretches(&self, from: NodeIx, nodes: &mut [NodeIx]) {
+        let all_hops = nodes.len();
+        let mut station = from.0;
+        let mut hops = all_hops as u32;
+        while hops > 0 {
+            let mut stretches = [(0_u32, 0_usize, 0_u32); STRETCHES];
+            let mut count = 0;
+            while hops > 0 && count < STRETCHES {
+                let hops_beyond = (hops - 1) / EXPRESS_HOPS * EXPRESS_HOPS;
+                stretches[count] = (station, all_hops - hops as usize, hops - hops_beyond);
+                count += 1;
+                station = self.places[station as usize].express;
+                hops = hops_beyond;
+            }
+            for step in 0..EXPRESS_HOPS {
+                for (node, first, length) in &mut stretches[..count] {
+                    if step < *length {
+                        *node = self.next[*node as usize];
+                        nodes[*first + step as usize] = NodeIx(*node);
+                    }
+                }
+            }
+        }
     }
 
     /// Where a node is in the numbering of the tree; `None` where there is none.
     #[inline]
     pub(super) fn span(&self, node: NodeIx) -> Option<Span> {
-        self.spans.get(node.at()).copied()
+        self.places.get(node.at()).map(|place| place.span)
     }
 
     /// Bytes held in memory.
     pub fn bytes(&self) -> usize {
+        let per_node = size_of::<f64>() + 2 * size_of::<u32>();
         size_of::<Self>()
-            + self.steps.len() * size_of::<Step>()
-            + self.spans.len() * size_of::<Span>()
+            + self.distances_m.len() * per_node
+            + self.places.len() * size_of::<Place>()
     }
 
     /// A copy with closures worked in, recomputing only the nodes whose way down runs through them.
@@ -134,22 +190,24 @@ impl DestinationTree {
         let topology = closed.topology();
         let mut tree = Self {
             destination: self.destination,
-            steps: self.steps.clone(),
-            spans: Vec::new(),
+            distances_m: self.distances_m.clone(),
+            next: self.next.clone(),
+            segments: self.segments.clone(),
+            places: Vec::new(),
         };
         let mut cut_off = Vec::new();
         for segment in fresh {
             let ends = topology.segment(segment);
             for (node, next) in [(ends.from, ends.to), (ends.to, ends.from)] {
                 if tree.next(node) == Some((next, segment)) {
-                    tree.steps[node.at()] = UNREACHABLE;
-                    cut_off.push(node);
+                    let before_m = tree.cut(node);
+                    cut_off.push((node, before_m));
                 }
             }
         }
         tree.cut_branches(topology, &mut cut_off);
         frontier.clear();
-        for &node in &cut_off {
+        for &(node, _) in &cut_off {
             let mut nearest = (f64::INFINITY, None);
             for arc in topology.arcs(node) {
                 let through_m = arc.length_m + tree.distance_m(arc.to);
@@ -165,15 +223,23 @@ impl DestinationTree {
         tree
     }
 
-    /// Extends the list of nodes cut off by all whose way down runs through one of them.
-    fn cut_branches(&mut self, topology: &Topology, cut_off: &mut Vec<NodeIx>) {
+    /// Takes a node's way away; gives the distance it had.
+    fn cut(&mut self, node: NodeIx) -> f64 {
+        self.next[node.at()] = NO_NEXT;
+        std::mem::replace(&mut self.distances_m[node.at()], f64::INFINITY)
+    }
+
+    /// Extends the list of nodes cut off, each with the distance it had, by all whose way down runs through one of them.
+    fn cut_branches(&mut self, topology: &Topology, cut_off: &mut Vec<(NodeIx, f64)>) {
         let mut done = 0;
-        while let Some(&node) = cut_off.get(done) {
+        while let Some(&(node, cut_m)) = cut_off.get(done) {
             done += 1;
             for arc in topology.arcs(node) {
-                if self.next(arc.to) == Some((node, arc.segment)) {
-                    self.steps[arc.to.at()] = UNREACHABLE;
-                    cut_off.push(arc.to);
+                // The distance tells most neighbours apart from the branches on this node, without their arcs.
+                let may_hang_here = self.distance_m(arc.to) == cut_m + arc.length_m;
+                if may_hang_here && self.next(arc.to) == Some((node, arc.segment)) {
+                    let length_m = self.cut(arc.to);
+                    cut_off.push((arc.to, length_m));
                 }
             }
         }
@@ -187,49 +253,55 @@ impl DestinationTree {
             let Some((distance_m, (next, segment))) = found else {
                 continue;
             };
-            self.steps[node.at()] = Step {
-                distance_m,
-                next: next.0,
-                segment: segment.0,
-            };
-            let steps = &self.steps;
-            let is_cut_off = |to: NodeIx| steps[to.at()].distance_m.is_infinite();
+            self.distances_m[node.at()] = distance_m;
+            self.next[node.at()] = next.0;
+            self.segments[node.at()] = segment.0;
+            let distances_m = &self.distances_m;
             frontier.relax(
                 topology,
                 node,
-                |arc| is_cut_off(arc.to) && !closed.blocks(arc.segment),
+                |arc| distances_m[arc.to.at()].is_infinite() && !closed.blocks(arc.segment),
                 |_| 0.0,
             );
         }
     }
 }
 
-/// Numbers the nodes so that every branch is a run of numbers. `outwards` has them from the destination on.
-fn number(steps: &[Step], outwards: &[NodeIx]) -> Vec<Span> {
-    let mut branch_size = vec![1_u32; steps.len()];
+/// Numbers the nodes so that every branch is a run of numbers, and counts hops. `outwards` has the nodes that have a
+/// way, from the destination on.
+fn number(next: &[u32], outwards: &[NodeIx]) -> Vec<Place> {
+    let mut branch_size = vec![1_u32; next.len()];
     for node in outwards.iter().rev() {
-        let next = steps[node.at()].next;
-        if next != NO_NEXT {
-            branch_size[next as usize] += branch_size[node.at()];
+        if next[node.at()] != NO_NEXT {
+            branch_size[next[node.at()] as usize] += branch_size[node.at()];
         }
     }
-    // `end` first holds where the next branch on a node begins; then the branches have filled it up.
-    let mut spans = vec![Span::EMPTY; steps.len()];
+    // A span's `end` holds where the next branch on its node begins; the last one brings it to the end of them all.
+    let nowhere = Place {
+        span: Span::EMPTY,
+        hops: 0,
+        express: NO_NEXT,
+    };
+    let mut places = vec![nowhere; next.len()];
     for node in outwards {
-        let next = steps[node.at()].next;
-        let first = match next {
-            NO_NEXT => 0,
-            next => {
-                let free = &mut spans[next as usize].end;
-                let first = *free;
-                *free += branch_size[node.at()];
-                first
-            }
-        };
-        spans[node.at()] = Span {
-            first,
-            end: first + 1,
+        let ahead = next[node.at()];
+        let (mut first, mut hops, mut express) = (0, 0, NO_NEXT);
+        if ahead != NO_NEXT {
+            let place = &mut places[ahead as usize];
+            first = place.span.end;
+            place.span.end += branch_size[node.at()];
+            hops = place.hops + 1;
+            express = match place.hops % EXPRESS_HOPS {
+                0 => ahead,
+                _ => place.express,
+            };
+        }
+        let end = first + 1;
+        places[node.at()] = Place {
+            span: Span { first, end },
+            hops,
+            express,
         };
     }
-    spans
+    places
 }

@@ -232,6 +232,71 @@ fn a_plan_has_contingencies_for_every_leg() {
     assert_eq!(skyway(&nowhere).exits(0).json()["outcome"], "no_route");
 }
 
+/// Two nodes in a street 100 m long, and a house beside it.
+#[test]
+fn pictures_have_buildings_under_the_network() {
+    let desk = Desk::new();
+    let street = json!({
+        "nodes": [{"id": "a", "lon": 151.2, "lat": -33.86}, {"id": "b", "lon": 151.201, "lat": -33.86}],
+        "links": [{"source": "a", "target": "b"}]
+    });
+    let street = desk.write("street.json", street.to_string());
+    let house = |height_m: Value| {
+        let ring = [
+            [151.2004, -33.8599],
+            [151.2006, -33.8599],
+            [151.2006, -33.8598],
+            [151.2004, -33.8598],
+            [151.2004, -33.8599],
+        ];
+        json!({
+            "type": "FeatureCollection",
+            "features": [{
+                "type": "Feature",
+                "properties": {"height_m": height_m},
+                "geometry": {"type": "Polygon", "coordinates": [ring]}
+            }]
+        })
+    };
+    let draw = |network: &str, buildings: &Value| {
+        let buildings = desk.write("buildings.geojson", buildings.to_string());
+        skyway(&[
+            "network",
+            "draw",
+            "-q",
+            "-n",
+            network,
+            "--buildings",
+            &buildings,
+        ])
+    };
+    let without = skyway(&["network", "draw", "-q", "-n", &street]).exits(0);
+    assert!(!without.stdout.contains("building"), "{}", without.stdout);
+    let low = draw(&street, &house(json!(12.0))).exits(0);
+    assert!(low.stdout.contains(">building &lt; "), "{}", low.stdout);
+    let unknown = draw(&street, &house(Value::Null)).exits(0);
+    assert!(
+        unknown.stdout.contains(">building of unknown height<"),
+        "{}",
+        unknown.stdout
+    );
+
+    let broken = draw(&street, &house(json!("tall"))).exits(1);
+    assert!(
+        broken.stderr.contains("buildings.geojson: ") && broken.stderr.contains("height_m"),
+        "{}",
+        broken.stderr
+    );
+    let planar = json!({"nodes": [{"id": 1, "x": 0, "y": 0}], "links": []});
+    let planar = desk.write("planar.json", planar.to_string());
+    let refused = draw(&planar, &house(json!(12.0))).exits(2);
+    assert!(
+        refused.stderr.contains("leave them out"),
+        "{}",
+        refused.stderr
+    );
+}
+
 #[test]
 fn pictures_carry_the_attribution() {
     let desk = Desk::new();

@@ -126,6 +126,54 @@ fn a_network_survives_conversion() {
         assert_eq!(again[figure], sydney[figure], "{figure}");
     }
     assert_eq!(again["repairs"], json!([]));
+    let converted = [
+        "network",
+        "convert",
+        "--network",
+        &packed,
+        "--to",
+        "geojson",
+    ];
+    assert_eq!(
+        nodes_of(&skyway(&converted).exits(0).json()),
+        nodes_of(&serde_json::from_str(&native).expect("JSON"))
+    );
+}
+
+/// The nodes of a network in the native format, with all that it says of them.
+fn nodes_of(network: &Value) -> Vec<&Value> {
+    let features = network["features"].as_array().expect("features");
+    let nodes = features
+        .iter()
+        .filter(|feature| feature["properties"]["kind"] == "node");
+    nodes.collect()
+}
+
+#[test]
+fn node_links_say_altitudes_above_ground_alone() {
+    let node = |id: &str, x: f64, reference: &str| {
+        json!({
+            "type": "Feature",
+            "id": id,
+            "geometry": {"type": "Point", "coordinates": [x, 0.0]},
+            "properties": {"altitude_m": 40.5, "altitude_reference": reference}
+        })
+    };
+    let network = json!({
+        "type": "FeatureCollection",
+        "skyway": {"format": 1, "coordinates": "planar"},
+        "attribution": "the land registry",
+        "features": [node("a", 0.0, "agl"), node("b", 9.0, "amsl"), node("c", 19.0, "wgs84")]
+    });
+    let arguments = ["network", "convert", "--network", "-", "--to", "node-link"];
+    let converted = skyway_with_input(&arguments, network.to_string().as_bytes())
+        .exits(0)
+        .json();
+    let altitudes: Vec<&Value> = (0..3)
+        .map(|place| &converted["nodes"][place]["altitude_m"])
+        .collect();
+    assert_eq!(altitudes, [&json!(40.5), &Value::Null, &Value::Null]);
+    assert_eq!(converted["graph"]["attribution"], "the land registry");
 }
 
 #[test]

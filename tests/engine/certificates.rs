@@ -3,6 +3,7 @@
 
 mod case;
 mod document;
+mod faults;
 mod premises;
 
 use std::collections::{BTreeMap, BTreeSet};

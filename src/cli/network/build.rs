@@ -28,7 +28,7 @@ pub(in crate::cli) struct Build {
     /// The building footprints, or - for standard input
     #[arg(value_name = "BUILDINGS")]
     buildings: PathBuf,
-    /// Lowest roof that becomes a node, in metres above ground [default: 15]
+    /// Lowest roof that becomes a node, in metres above ground [default: 10]
     #[arg(long, value_name = "METRES")]
     min_height: Option<f64>,
     /// Highest roof that becomes a node, in metres above ground [default: 115]

@@ -43,7 +43,7 @@ pub(in crate::cli) struct Convert {
 enum Target {
     /// The native format, with everything that is known
     Geojson,
-    /// NetworkX node-link JSON: ids, positions, pads, roles, names and lengths
+    /// NetworkX node-link JSON: ids, positions, altitudes above ground, pads, roles, names, lengths
     NodeLink,
 }
 

@@ -16,6 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   skyway network draw -o sydney.svg
   skyway network draw --network corridor --width 1200 -o corridor.svg
+  skyway network draw --network town.geojson --buildings buildings.geojson -o town.svg
   skyway network draw --service 379,406 --destination 450 --strategy two_phased --labels paths -o answer.svg";
 
 /// Arguments of `skyway network draw`.
@@ -50,7 +51,9 @@ impl Draw {
         let network = self.network.load(output)?;
         let topology = &network.topology;
         let airspace = self.airspace.open(topology)?;
-        let scene = Scene::of(&airspace).with_options(self.picture.options());
+        let scene = Scene::of(&airspace)
+            .with_buildings(self.picture.ground_plans(topology)?)
+            .with_options(self.picture.options());
         if !self.failure.is_given() {
             return self.write(&scene, output);
         }

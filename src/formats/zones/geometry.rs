@@ -52,7 +52,7 @@ pub(super) fn read_geometry(
 }
 
 fn unsupported(kind: &str, pointer: String) -> ZoneProblem {
-    let hint = match nearest(kind, &GEOMETRY_TYPES) {
+    let hint = match nearest(kind, GEOMETRY_TYPES, 1).first() {
         Some(meant) => format!("did you mean '{meant}'?"),
         None => "use Polygon, MultiPolygon, or Point with radius_m".to_owned(),
     };

@@ -243,7 +243,7 @@ fn read_limit(
         Some("wgs84") => AltitudeReference::Wgs84,
         Some(other) => {
             let pointer = properties.place.member(reference_name).pointer();
-            let hint = match nearest(other, &REFERENCES) {
+            let hint = match nearest(other, REFERENCES, 1).first() {
                 Some(meant) => format!("did you mean '{meant}'?"),
                 None => format!("use one of {}", REFERENCES.join(", ")),
             };
@@ -399,7 +399,7 @@ pub(super) fn known_only(
         .keys()
         .filter(|name| !known.contains(&name.as_str()));
     for name in unknown {
-        let hint = match nearest(name, known) {
+        let hint = match nearest(name, known.iter().copied(), 1).first() {
             Some(meant) => format!("did you mean '{meant}'?"),
             None if name == "crs" => {
                 "leave it out: positions are longitude and latitude (RFC 7946), or as the network's"

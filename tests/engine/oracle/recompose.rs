@@ -256,8 +256,8 @@ impl Work<'_> {
         Err(Fallback::NoRepair)
     }
 
-    /// The exact answer after attempts that led nowhere; where there is no path at all, the figures
-    /// of the attempts stand.
+    /// The exact answer after attempts that did not reach the destination, all of them counted, those
+    /// that went well too; where there is no path at all, the figures of the attempts stand.
     fn exact_after_failure(&self, reason: Fallback, repairs: Vec<Repair>) -> OracleAnswer {
         let exact = self.exact(Strategy::Exact, Some(reason), repairs.clone());
         if exact.path.is_some() {
@@ -267,7 +267,7 @@ impl Work<'_> {
         }
     }
 
-    /// One search over everything from A to the destination, after the attempts that failed.
+    /// One search over everything from A to the destination, after these attempts.
     fn exact(
         &self,
         used: Strategy,

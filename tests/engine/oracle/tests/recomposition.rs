@@ -277,9 +277,12 @@ fn an_exact_answer_after_failed_attempts_counts_them() {
 
 #[test]
 fn a_repaired_plan_that_ends_early_is_left_for_the_exact_one() {
+    // The repair A - E - B goes well within its circle, yet C is no destination: its search counts,
+    // 1 + 1.
     let network = plan_along_x(&[("E", 50.0, 25.0)], &[("A", "E"), ("E", "B")]);
     let report = report(&network, &[], &[]);
     let answer = recompose(&report, Some(vec![0, 1, 2]), Strategy::Radius);
+    assert_eq!((answer.searches, pairs(&answer)), (2, vec![(0, 1, true)]));
     assert_eq!(
         (answer.strategy_used, answer.fallback),
         (Strategy::Exact, Some(Fallback::PlanEndsEarly))
@@ -312,9 +315,10 @@ fn the_first_node_of_a_plan_need_not_be_open() {
 }
 
 #[test]
-fn ends_in_one_place_further_on_count_the_failed_attempts_only() {
+fn ends_in_one_place_further_on_leave_the_figures_of_the_exact_answer_alone() {
     // A - B is repaired over E; C and D lie in one place and C-D was closed before: all of it is
-    // answered exactly. The repair that went well is listed, its search is not counted: 0 + 1.
+    // answered exactly, the repair that went well is dropped. 1 search over all 6 nodes and the open
+    // A-E, E-B, B-C, C-F and F-D: 2 x 55.902 + 100 + 2 x 50 = 311.803, all of it new.
     let nodes = [
         ("A", 0.0, 0.0),
         ("B", 100.0, 0.0),
@@ -335,5 +339,12 @@ fn ends_in_one_place_further_on_count_the_failed_attempts_only() {
     let answer = recompose_plan(&report, &[0, 1, 2, 3], Strategy::Radius);
     assert_eq!(answer.path, path(&network, &["A", "E", "B", "C", "F", "D"]));
     assert_eq!(answer.fallback, Some(Fallback::EndsCoincide));
-    assert_eq!((answer.searches, pairs(&answer)), (1, vec![(0, 1, true)]));
+    assert_eq!(
+        (answer.strategy_used, answer.stage),
+        (Strategy::Exact, "global")
+    );
+    assert_eq!((answer.searches, pairs(&answer)), (1, vec![]));
+    assert_eq!((answer.area.len(), answer.area_segments), (6, 5));
+    assert_length(answer.recomposed_length_m, 311.803);
+    assert_length(answer.remaining_length_m, 311.803);
 }
