@@ -208,7 +208,7 @@ impl Frontier {
     pub(super) fn parent(&self, node: NodeIx) -> Option<(NodeIx, SegmentIx)> {
         let label = &self.labels[node.at()];
         let reached = label.generation == self.generation && label.parent != NO_PARENT;
-        reached.then(|| (NodeIx(label.parent), SegmentIx(label.via)))
+        reached.then_some((NodeIx(label.parent), SegmentIx(label.via)))
     }
 
     /// How many nodes have been settled.
