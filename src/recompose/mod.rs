@@ -2,8 +2,8 @@
 //!
 //! [`recompose`] is the one entry. `exact` is the default and always the optimum; the paper's three
 //! local strategies and the baselines answer by the same conventions, so that they can be compared.
-//! One file per strategy; what they share is where the path starts ([`starts`]), what the old plan
-//! was ([`plan`]) and how several closed legs are repaired ([`repair`]).
+//! One file per strategy; what they share is where the path starts (`starts`), what the old plan
+//! was (`plan`) and how several closed legs are repaired (`repair`).
 
 mod answer;
 mod cell_density;
