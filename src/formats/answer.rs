@@ -2,7 +2,7 @@
 
 use super::area::area_geometry;
 use super::identifier::{node_id_json, segment_id_json};
-use super::report::ReadWarning;
+use super::report_problem::ReadWarning;
 use crate::airspace::Airspace;
 use crate::network::Topology;
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};

@@ -13,6 +13,7 @@ mod node_link;
 mod place;
 mod report;
 mod report_place;
+mod report_problem;
 mod suggestion;
 mod zones;
 
@@ -26,7 +27,8 @@ pub use identifier::{find_node, id_text, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, load_csv_network, load_network};
 pub use network_geojson::{read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
-pub use report::{CloseTarget, ReadReport, ReadWarning, ReportProblem, read_report};
+pub use report::{CloseTarget, ReadReport, read_report};
+pub use report_problem::{ReadWarning, ReportProblem};
 pub use suggestion::nearest;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,

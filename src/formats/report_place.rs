@@ -1,7 +1,7 @@
 //! The places in a failure report: the leg, the plan ahead, where the drone and the cause are.
 
 use super::identifier::{find_node, id_text};
-use super::report::{ReportProblem, Warnings};
+use super::report_problem::{ReportProblem, Warnings};
 use crate::flight::Location;
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};

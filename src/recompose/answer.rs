@@ -1,6 +1,6 @@
 //! The answer to a failure report.
 
-use super::explanation::StageRecord;
+use super::explanation::{Stage, StageRecord};
 use super::request::Strategy;
 use crate::network::NodeIx;
 use crate::routing::Way;
@@ -18,28 +18,6 @@ pub enum Outcome {
     Diverted,
     /// Nothing can be reached.
     NoRoute,
-}
-
-/// Where the search that found the path, or the last one that did not, looked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Stage {
-    /// The radius-based strategy's circle.
-    Circle,
-    /// The cell density-based strategy's squares.
-    Cells,
-    /// The two-phased strategy's triangle.
-    Triangle,
-    /// The two-phased strategy's rhombus.
-    Rhombus,
-    /// The two-phased strategy's rectangle.
-    Rectangle,
-    /// The rectangle with nearest neighbours added.
-    Grown,
-    /// The whole network, for a baseline from one end of the leg to the other.
-    Local,
-    /// The whole network.
-    Global,
 }
 
 /// Why another strategy answered than the one asked for.

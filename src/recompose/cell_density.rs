@@ -4,9 +4,8 @@
 //! is in. Their union is searched, and all squares grow by a cell until a path is found or the area is
 //! everything.
 
-use super::answer::Stage;
 use super::connectivity::Connectivity;
-use super::explanation::AreaShape;
+use super::explanation::{AreaShape, Stage};
 use super::local::{LocalProblem, LocalResult};
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 use crate::network::{DensityGrid, NodeIx};

@@ -1,8 +1,30 @@
-//! What `explain` tells: the search areas, stage by stage.
+//! Stages and their search areas: what `explain` tells.
 
-use super::answer::Stage;
 use crate::geo::Point;
 use crate::network::NodeIx;
+use serde::{Deserialize, Serialize};
+
+/// Where the search that found the path, or the last one that did not, looked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// The radius-based strategy's circle.
+    Circle,
+    /// The cell density-based strategy's squares.
+    Cells,
+    /// The two-phased strategy's triangle.
+    Triangle,
+    /// The two-phased strategy's rhombus.
+    Rhombus,
+    /// The two-phased strategy's rectangle.
+    Rectangle,
+    /// The rectangle with nearest neighbours added.
+    Grown,
+    /// The whole network, for a baseline from one end of the leg to the other.
+    Local,
+    /// The whole network.
+    Global,
+}
 
 /// The shape of a search area, in metres of the plane.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! What the local strategies share: an area, searches inside it, and what is reported of both.
 
-use super::answer::Stage;
-use super::explanation::{AreaShape, StageRecord};
+use super::explanation::{AreaShape, Stage, StageRecord};
 use crate::airspace::Closed;
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 use crate::network::{Arc, NodeIx, Topology, outer_box};

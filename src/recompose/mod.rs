@@ -21,8 +21,8 @@ mod severance;
 mod starts;
 mod two_phased;
 
-pub use answer::{Fallback, Outcome, Recomposition, Repair, Severance, Stage, Warning};
+pub use answer::{Fallback, Outcome, Recomposition, Repair, Severance, Warning};
 pub use certificate::{Certificate, certify};
-pub use explanation::{AreaShape, StageRecord};
+pub use explanation::{AreaShape, Stage, StageRecord};
 pub use recomposition::{Scratch, World, recompose};
 pub use request::{BroughtZone, Parameters, Request, Scope, Strategy};

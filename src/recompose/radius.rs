@@ -3,8 +3,7 @@
 //! A circle about the middle of A - B with radius `|AB|`, grown by 0.2 of the network size until a path is
 //! found; where the radius exceeds half the network size, the whole network.
 
-use super::answer::Stage;
-use super::explanation::AreaShape;
+use super::explanation::{AreaShape, Stage};
 use super::local::{LocalProblem, LocalResult};
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 

@@ -1,6 +1,7 @@
 //! The one entry: a failure report in, a recomposition out.
 
-use super::answer::{Fallback, Outcome, Recomposition, Stage, Warning};
+use super::answer::{Fallback, Outcome, Recomposition, Warning};
+use super::explanation::Stage;
 use super::extent::Extent;
 use super::local::Gap;
 use super::plan::{first_loop, old_plan, open_rest, to_destination};

@@ -1,9 +1,9 @@
 //! Local recomposition: every run of closed legs of the old plan is repaired, and the rest is kept.
 
-use super::answer::{Fallback, Repair, Stage};
+use super::answer::{Fallback, Repair};
 use super::cell_density::{self, CellMemory};
 use super::connectivity::Connectivity;
-use super::explanation::StageRecord;
+use super::explanation::{Stage, StageRecord};
 use super::extent::Extent;
 use super::local::{Gap, LocalProblem, LocalResult};
 use super::plan::open_leg;

@@ -3,9 +3,8 @@
 //! First a triangle, a rhombus and a rectangle along A - B, each searched unless it has too few nodes to
 //! be worth it; then the rectangle grown, round by round, by the nearest neighbour of each of its nodes.
 
-use super::answer::Stage;
 use super::connectivity::Connectivity;
-use super::explanation::AreaShape;
+use super::explanation::{AreaShape, Stage};
 use super::local::{Gap, LocalProblem, LocalResult};
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 use crate::network::NodeIx;

@@ -11,13 +11,15 @@ mod heap;
 mod searcher;
 mod tree;
 mod tree_cache;
+mod way;
 
 pub use area::Area;
 pub use baselines::Baseline;
 pub use frontier::Start;
-pub use searcher::{Arrival, Searcher, Way};
+pub use searcher::{Arrival, Searcher};
 pub use tree::DestinationTree;
 pub use tree_cache::{CacheFigures, Standing, TreeCache};
+pub use way::Way;
 
 /// A search begins from at most this many nodes.
 pub const MAX_STARTS: usize = 16;

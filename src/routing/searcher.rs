@@ -3,33 +3,9 @@
 use super::area::Area;
 use super::frontier::{Frontier, Start};
 use super::tree::DestinationTree;
+use super::way::Way;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx, Topology};
-
-/// A walk in the network: one segment fewer than nodes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Way {
-    /// The nodes, from the first to the last.
-    pub nodes: Vec<NodeIx>,
-    /// The segments between them.
-    pub segments: Vec<SegmentIx>,
-}
-
-impl Way {
-    /// The sum of the segments' lengths, in metres.
-    pub fn length_m(&self, topology: &Topology) -> f64 {
-        let lengths = self.segments.iter();
-        lengths
-            .map(|&segment| topology.segment(segment).length_m)
-            .sum()
-    }
-
-    /// Adds a segment and the node it leads to.
-    pub fn push(&mut self, segment: SegmentIx, node: NodeIx) {
-        self.segments.push(segment);
-        self.nodes.push(node);
-    }
-}
 
 /// Where a search ended: the end of a way that [`Searcher::append_way`] can tell until the next search.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 //! ([`DestinationTree::taking_in`]); such a copy is a bound only while that closure stands.
 
 use super::frontier::{Frontier, Start};
-use super::searcher::Way;
+use super::way::Way;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx, Topology};
 
