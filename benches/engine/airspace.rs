@@ -108,6 +108,14 @@ pub(crate) fn measure(workload: &Workload) {
     after.print("exact, the zone taken in");
     let taking = Percentiles::of(some, |index| passages.taken_in(index, &mut searcher));
     taking.print("taking it in, per destination");
+    let mut recomputed = 0;
+    for index in 0..some {
+        passages.taken_in(index, &mut searcher);
+        recomputed += searcher.settled();
+    }
+    let nodes = workload.topology.node_count();
+    let mean = recomputed as f64 / some as f64;
+    println!("| taking it in, nodes recomputed, mean {mean:.0} of {nodes} | | | |");
     let building = Percentiles::of(some.min(10), |index| {
         searcher.tree(&workload.topology, workload.passages[index].destination)
     });
