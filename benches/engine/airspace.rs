@@ -75,7 +75,7 @@ impl Passages<'_> {
             assert_same("after taking it in", after_m, oracle_m);
         }
         println!(
-            "checked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in"
+            "\nchecked {checked} ways around zones against petgraph's Dijkstra, before and after tables took them in"
         );
     }
 }
