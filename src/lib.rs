@@ -1,20 +1,36 @@
 //! Skyway: exact recomposition of drone delivery routes on a skyway network.
 //!
-//! Everything in this library is pure: values in, values out, no clock, no randomness that is not
-//! seeded, no files, no environment. The one exception is the `cli` module, which exists only with
-//! the feature of that name. `docs/ARCHITECTURE.md` has the map.
+//! What builds without features is pure: values in, values out, no clock, no randomness that is not
+//! seeded, no files, no environment. Above it stand the service (feature `edge`) and the command line
+//! (feature `cli`). `docs/ARCHITECTURE.md` has the map.
 //!
 //! Units are metres, seconds and degrees of longitude and latitude unless a name says otherwise;
 //! positions are longitude first.
 
+#[cfg(feature = "edge")]
+pub mod access;
 pub mod airspace;
+#[cfg(feature = "edge")]
+pub mod api;
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "edge")]
+pub mod clock;
+pub mod compose;
+#[cfg(feature = "edge")]
+pub mod config;
+#[cfg(feature = "edge")]
+pub mod demo;
 pub mod draw;
+#[cfg(feature = "edge")]
+pub mod edge;
 pub mod flight;
 pub mod formats;
 pub mod geo;
 pub mod network;
+#[cfg(feature = "edge")]
+pub mod process;
 pub mod recompose;
 pub mod routing;
 pub mod verify;
+pub mod wire;

@@ -8,24 +8,44 @@ use crate::rust::{macros_called, paths};
 /// The arrows go down only: what a row names stands in a row above it. `verify` checks the answers
 /// of `routing` and `recompose`, and shares no code with them, so that they cannot share a mistake.
 const LAYERS: &[(&str, &str)] = &[
+    ("wire", ""),
+    ("access", ""),
     ("geo", ""),
     ("network", "geo"),
     ("airspace", "geo network"),
     ("flight", "geo network"),
     ("routing", "geo network airspace flight"),
     ("recompose", "geo network airspace flight routing"),
+    ("compose", "geo network airspace flight routing recompose"),
     ("verify", "geo network airspace flight"),
-    ("formats", "geo network airspace flight routing recompose"),
+    (
+        "formats",
+        "wire geo network airspace flight routing recompose compose",
+    ),
     ("draw", "geo network airspace flight routing recompose"),
+    ("clock", "wire"),
+    ("config", "wire access formats clock"),
+    ("demo", "wire geo clock"),
+    (
+        "edge",
+        "wire access geo network airspace flight routing recompose compose formats clock config",
+    ),
+    (
+        "api",
+        "wire access geo network airspace flight routing recompose compose formats draw clock config edge",
+    ),
+    ("process", "network clock config edge api"),
     (
         "cli",
-        "geo network airspace flight routing recompose verify formats draw",
+        "wire access geo network airspace flight routing recompose compose verify formats draw clock config demo edge api process",
     ),
     ("main", "cli"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.
-const IMPURE_LAYERS: &[&str] = &["cli", "main"];
+const IMPURE_LAYERS: &[&str] = &[
+    "clock", "config", "demo", "edge", "api", "process", "cli", "main",
+];
 
 const IMPURE: &[&str] = &[
     "std::env",

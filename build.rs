@@ -1,0 +1,57 @@
+//! Compiles the proto files: messages, servers and clients, and the descriptors that reflection tells.
+
+#[cfg(feature = "edge")]
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    proto::compile()
+}
+
+#[cfg(not(feature = "edge"))]
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+}
+
+#[cfg(feature = "edge")]
+mod proto {
+    use protox::prost::Message;
+    use std::error::Error;
+    use std::path::PathBuf;
+
+    const FOLDER: &str = "proto";
+    const FILES: [&str; 6] = [
+        "skyway/v1/airspace.proto",
+        "skyway/v1/drones.proto",
+        "skyway/v1/network.proto",
+        "skyway/v1/plans.proto",
+        "skyway/v1/recomposition.proto",
+        "skyway/v1/types.proto",
+    ];
+
+    pub(crate) fn compile() -> Result<(), Box<dyn Error>> {
+        println!("cargo::rerun-if-changed=build.rs");
+        println!("cargo::rerun-if-changed={FOLDER}");
+        let descriptors = protox::compile(FILES, [FOLDER])?;
+        write_descriptors(&descriptors.encode_to_vec())?;
+        tonic_prost_build::configure()
+            // The client is generic over what carries it, so that it needs no transport of its own.
+            .build_transport(false)
+            // The time of google.protobuf is generated beside ours: one crate less.
+            .compile_well_known_types(true)
+            .bytes(".skyway.v1.GetNetworkResponse.document")
+            .emit_rerun_if_changed(false)
+            .compile_fds(descriptors)?;
+        Ok(())
+    }
+
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a build script writes where cargo tells it to"
+    )]
+    fn write_descriptors(encoded: &[u8]) -> Result<(), Box<dyn Error>> {
+        let folder = std::env::var_os("OUT_DIR").ok_or("cargo gives no OUT_DIR")?;
+        std::fs::write(
+            PathBuf::from(folder).join("skyway_descriptors.bin"),
+            encoded,
+        )?;
+        Ok(())
+    }
+}

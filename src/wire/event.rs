@@ -1,0 +1,61 @@
+//! What happened: the events of `GET /v1/events`.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::borrow::Cow;
+
+/// What kind of thing happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum EventKind {
+    /// A zone is new or has another version: its feature.
+    ZonePut,
+    /// A zone is gone: its id.
+    ZoneDeleted,
+    /// A closure that no zone causes is new, renewed, confirmed or extended.
+    ClosurePut,
+    /// A closure that no zone causes is gone: lifted or over.
+    ClosureEnded,
+    /// A window has opened or closed by itself: the ids of what counts or ceased to.
+    WindowsTurned,
+    /// A failure report was answered: a summary as in `GET /v1/recompositions`.
+    Recomposed,
+    /// A plan is new.
+    PlanComposed,
+    /// Something ahead of a plan has closed.
+    PlanAffected,
+    /// What closed ahead of a plan is open again: it is flown as it was.
+    PlanRelieved,
+    /// A drone took over a recomposed version.
+    PlanAcknowledged,
+    /// A recomposed version was not acknowledged in time.
+    PlanUnacknowledged,
+    /// A plan was cancelled or its time is over.
+    PlanEnded,
+    /// A report brought something that an operator is to decide.
+    ProposalMade,
+    /// An operator decided it, or its time is over.
+    ProposalDecided,
+    /// Removals wait for an operator.
+    HoldMade,
+    /// An operator decided them.
+    HoldDecided,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Event<'a> {
+    /// `epoch-sequence`; give the last one seen as `Last-Event-ID` to go on from there.
+    pub id: Cow<'a, str>,
+    /// What kind.
+    pub kind: EventKind,
+    /// When, RFC 3339.
+    pub at: Cow<'a, str>,
+    /// Revision of the edge after it.
+    pub revision: Cow<'a, str>,
+    /// What it is about, by its kind.
+    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    pub data: Value,
+}

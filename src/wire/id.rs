@@ -1,0 +1,256 @@
+//! Names of nodes, and places.
+
+use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Serialize, SerializeSeq, Serializer};
+use std::borrow::Cow;
+use std::fmt;
+
+/// The id of a node: an integer where the network's file has integers, else text.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Id<'a> {
+    /// A number.
+    Integer(i64),
+    /// Text.
+    Text(Cow<'a, str>),
+}
+
+impl Id<'_> {
+    /// The id as text, which is how the network knows it.
+    pub fn text(&self) -> Cow<'_, str> {
+        match self {
+            Self::Integer(number) => Cow::Owned(number.to_string()),
+            Self::Text(text) => Cow::Borrowed(text),
+        }
+    }
+
+    /// The same id, borrowing nothing.
+    pub fn into_owned(self) -> Id<'static> {
+        match self {
+            Self::Integer(number) => Id::Integer(number),
+            Self::Text(text) => Id::Text(Cow::Owned(text.into_owned())),
+        }
+    }
+}
+
+impl fmt::Display for Id<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(number) => number.fmt(formatter),
+            Self::Text(text) => text.fmt(formatter),
+        }
+    }
+}
+
+impl Serialize for Id<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Integer(number) => serializer.serialize_i64(*number),
+            Self::Text(text) => serializer.serialize_str(text),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Id<'_> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct IdVisitor;
+        impl Visitor<'_> for IdVisitor {
+            type Value = Id<'static>;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str("the id of a node, as text or an integer")
+            }
+
+            fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
+                Ok(Id::Integer(number))
+            }
+
+            fn visit_u64<E: de::Error>(self, number: u64) -> Result<Self::Value, E> {
+                Ok(i64::try_from(number)
+                    .map_or_else(|_| Id::Text(Cow::Owned(number.to_string())), Id::Integer))
+            }
+
+            fn visit_f64<E: de::Error>(self, number: f64) -> Result<Self::Value, E> {
+                // Some clients write every number with a point; beyond 2^53 a double is no longer one integer.
+                let is_whole = number.fract() == 0.0 && number.abs() < 9e15;
+                match is_whole {
+                    true => Ok(Id::Integer(number as i64)),
+                    false => Err(E::invalid_value(de::Unexpected::Float(number), &self)),
+                }
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
+                Ok(Id::Text(Cow::Owned(text.to_owned())))
+            }
+        }
+        deserializer.deserialize_any(IdVisitor)
+    }
+}
+
+/// A place: `[longitude, latitude]`, `{x, y}` in metres on a planar network, or `{node}`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// Longitude and latitude in degrees; on a planar network its two coordinates in metres.
+    Pair([f64; 2]),
+    /// Metres on a planar network.
+    Planar {
+        /// Metres east.
+        x: f64,
+        /// Metres north.
+        y: f64,
+    },
+    /// Where a node is.
+    Node(Id<'static>),
+}
+
+impl Serialize for Place {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeMap;
+        match self {
+            Self::Pair(pair) => {
+                let mut list = serializer.serialize_seq(Some(2))?;
+                list.serialize_element(&pair[0])?;
+                list.serialize_element(&pair[1])?;
+                list.end()
+            }
+            Self::Planar { x, y } => {
+                let mut map = serializer.serialize_map(Some(2))?;
+                map.serialize_entry("x", x)?;
+                map.serialize_entry("y", y)?;
+                map.end()
+            }
+            Self::Node(node) => {
+                let mut map = serializer.serialize_map(Some(1))?;
+                map.serialize_entry("node", node)?;
+                map.end()
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Place {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct PlaceVisitor;
+        impl<'de> Visitor<'de> for PlaceVisitor {
+            type Value = Place;
+
+            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.write_str(
+                    "a place: [longitude, latitude], {\"x\": .., \"y\": ..} or {\"node\": ..}",
+                )
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Place, A::Error> {
+                let missing = |length| de::Error::invalid_length(length, &"two numbers");
+                let first = list.next_element()?.ok_or_else(|| missing(0))?;
+                let second = list.next_element()?.ok_or_else(|| missing(1))?;
+                // A third number is an altitude, which the network knows better.
+                let _altitude: Option<f64> = list.next_element()?;
+                match list.next_element::<f64>()? {
+                    None => Ok(Place::Pair([first, second])),
+                    Some(_) => Err(missing(4)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Place, A::Error> {
+                let (mut node, mut first, mut second) = (None, None, None);
+                let mut in_degrees = false;
+                while let Some(name) = map.next_key::<Cow<'de, str>>()? {
+                    match &*name {
+                        "node" => node = Some(map.next_value()?),
+                        "x" => first = Some(map.next_value()?),
+                        "y" => second = Some(map.next_value()?),
+                        "lon" => (first, in_degrees) = (Some(map.next_value()?), true),
+                        "lat" => (second, in_degrees) = (Some(map.next_value()?), true),
+                        other => {
+                            return Err(de::Error::unknown_field(
+                                other,
+                                &["node", "x", "y", "lon", "lat"],
+                            ));
+                        }
+                    }
+                }
+                match (node, first, second) {
+                    (Some(node), ..) => Ok(Place::Node(node)),
+                    (None, Some(lon), Some(lat)) if in_degrees => Ok(Place::Pair([lon, lat])),
+                    (None, Some(x), Some(y)) => Ok(Place::Planar { x, y }),
+                    _ => Err(de::Error::custom(
+                        "a place needs both coordinates, or a node",
+                    )),
+                }
+            }
+        }
+        deserializer.deserialize_any(PlaceVisitor)
+    }
+}
+
+#[cfg(feature = "edge")]
+mod schema {
+    use super::{Id, Place};
+    use std::borrow::Cow;
+    use utoipa::openapi::RefOr;
+    use utoipa::openapi::schema::{
+        AdditionalProperties, ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type,
+    };
+    use utoipa::{PartialSchema, ToSchema};
+
+    fn typed(kind: Type) -> ObjectBuilder {
+        ObjectBuilder::new().schema_type(SchemaType::Type(kind))
+    }
+
+    fn closed_object() -> ObjectBuilder {
+        typed(Type::Object).additional_properties(Some(AdditionalProperties::FreeForm(false)))
+    }
+
+    fn pair_of(first: &str, second: &str) -> ObjectBuilder {
+        let number = || typed(Type::Number).build();
+        closed_object()
+            .property(first, number())
+            .property(second, number())
+            .required(first)
+            .required(second)
+    }
+
+    impl PartialSchema for Id<'_> {
+        fn schema() -> RefOr<Schema> {
+            let one_of = OneOfBuilder::new()
+                .description(Some("The id of a node: an integer where the network's file has integers, else text."))
+                .item(typed(Type::String).max_length(Some(256)))
+                .item(
+                    typed(Type::Integer)
+                        .minimum(Some(-9_007_199_254_740_991_i64))
+                        .maximum(Some(9_007_199_254_740_991_i64)),
+                );
+            RefOr::T(one_of.into())
+        }
+    }
+
+    impl ToSchema for Id<'_> {
+        fn name() -> Cow<'static, str> {
+            Cow::Borrowed("Id")
+        }
+    }
+
+    impl PartialSchema for Place {
+        fn schema() -> RefOr<Schema> {
+            let pair = ArrayBuilder::new()
+                .items(typed(Type::Number))
+                .min_items(Some(2))
+                .max_items(Some(3));
+            let one_of = OneOfBuilder::new()
+                .description(Some(
+                    "A place: [longitude, latitude], {x, y} on a planar network, or {node}.",
+                ))
+                .item(pair)
+                .item(pair_of("x", "y"))
+                .item(pair_of("lon", "lat"))
+                .item(
+                    closed_object()
+                        .property("node", Id::schema())
+                        .required("node"),
+                );
+            RefOr::T(one_of.into())
+        }
+    }
+
+    impl ToSchema for Place {}
+}

@@ -1,0 +1,38 @@
+//! What goes over the wire: the shapes of requests and answers, as plain data.
+//!
+//! JSON is written and read from these types directly; gRPC messages are converted to and from them. They
+//! know nothing of the engine or the server, so that a client can be built on them alone. Units are in the
+//! names; times are RFC 3339 in UTC; positions are `[longitude, latitude]`.
+
+mod closure;
+mod drone;
+mod event;
+mod failure;
+mod id;
+mod network;
+mod plan;
+mod problem;
+mod recomposition;
+mod status;
+mod zone;
+
+pub use closure::{
+    Closure, ClosureCause, ClosureChange, ClosureDraft, Closures, Hold, Holds, Proposal,
+    ProposalSubject, Proposals,
+};
+pub use drone::{DroneState, Drones, Position, Telemetry, TelemetryAnswer, TelemetryEntry};
+pub use event::{Event, EventKind};
+pub use failure::{DroneFacts, FailureReport, Failures, Parameters, Service};
+pub use id::{Id, Place};
+pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
+pub use plan::{
+    Ack, Conflict, Contingency, DeliveryRequest, Leg, Plan, PlanState, PlanVersion, Plans, SafeNode,
+};
+pub use problem::{Fault, Problem};
+pub use recomposition::{
+    Answer, AreaStage, BatchAnswer, BatchEntry, FailureType, Outcome, Path, PlanReference,
+    Publication, PublicationState, Recomposition, Recompositions, Record, RecordSummary,
+    RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
+};
+pub use status::{ClockKind, Freshness, Stamp};
+pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

@@ -1,0 +1,225 @@
+//! Delivery requests and composition plans.
+
+use super::id::{Id, Place};
+use super::recomposition::{Outcome, Path, Warning};
+use super::status::Stamp;
+use serde::de::{Deserializer, Error};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// A delivery request: the body of `POST /v1/plans`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct DeliveryRequest {
+    /// Id for the plan; one is made where none is given. 1 to 128 characters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    pub id: Option<String>,
+    /// Where the delivery starts.
+    pub source: Id<'static>,
+    /// Where it goes.
+    pub destination: Id<'static>,
+    /// When it starts, RFC 3339; now where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    pub start_time: Option<String>,
+    /// Payload in kilograms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0))]
+    pub payload_kg: Option<f64>,
+    /// The drone that flies it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    pub drone_id: Option<String>,
+    /// Airspeed in metres per second; 16 where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(exclusive_minimum = 0, maximum = 100))]
+    pub airspeed_mps: Option<f64>,
+}
+
+/// How a plan stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PlanState {
+    /// Flown, or about to be.
+    Active,
+    /// Something ahead has closed; a recomposed version is proposed where there is a way.
+    Affected,
+    /// Its time is over.
+    Completed,
+    /// Deleted by its owner.
+    Cancelled,
+}
+
+/// What to do on a leg that closes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Contingency<'a> {
+    /// What the drone would be told.
+    pub outcome: Outcome,
+    /// The nodes from the leg's start until the detour meets the plan again, or its end.
+    pub nodes: Vec<Id<'a>>,
+    /// The node of the plan at which the detour meets it again; null where it does not.
+    pub rejoins: Option<Id<'a>>,
+    /// From the leg's start to the end of the route so changed, in metres.
+    pub remaining_length_m: Option<f64>,
+    /// How much longer than the plan that is, in metres.
+    pub extra_m: Option<f64>,
+}
+
+/// The nearest safe node: open, with pads, and reachable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct SafeNode<'a> {
+    /// The node.
+    pub node: Id<'a>,
+    /// The nodes from the leg's start to it.
+    pub nodes: Vec<Id<'a>>,
+    /// How far it is, in metres.
+    pub length_m: f64,
+}
+
+/// A leg of a plan: a drone delivery service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Leg<'a> {
+    /// The node it starts from.
+    pub from: Id<'a>,
+    /// The node it ends at.
+    pub to: Id<'a>,
+    /// Its segment.
+    pub segment: Cow<'a, str>,
+    /// Length in metres.
+    pub length_m: f64,
+    /// When it starts, RFC 3339.
+    pub departs_at: Cow<'a, str>,
+    /// When it ends, RFC 3339.
+    pub arrives_at: Cow<'a, str>,
+    /// The detour to take if it closes.
+    pub if_closed: Contingency<'a>,
+    /// Where to go when nothing else helps; null where there is none.
+    pub nearest_safe_node: Option<SafeNode<'a>>,
+}
+
+/// Another active plan on the same segment at nearly the same time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Conflict<'a> {
+    /// The other plan.
+    pub plan_id: Cow<'a, str>,
+    /// The segment.
+    pub segment: Cow<'a, str>,
+    /// The leg of this plan, counted from 0.
+    pub leg: u32,
+    /// `opposite` or `same`.
+    pub direction: Cow<'a, str>,
+    /// Seconds between the two, 0 where they overlap.
+    pub gap_s: f64,
+}
+
+/// One version of a plan: what is to be flown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct PlanVersion<'a> {
+    /// Counted from 1.
+    pub version: u32,
+    /// What the drone is to do; a first version is `composed`.
+    pub outcome: Cow<'a, str>,
+    /// The way.
+    pub path: Path<'a>,
+    /// Length in metres, what was flown before it not included.
+    pub length_m: f64,
+    /// Nominal flying time in seconds.
+    pub flight_time_s: f64,
+    /// When its first leg starts, RFC 3339.
+    pub departs_at: Cow<'a, str>,
+    /// When its last leg ends, RFC 3339.
+    pub arrives_at: Cow<'a, str>,
+    /// The legs with their contingencies.
+    pub legs: Vec<Leg<'a>>,
+    /// The recomposition it came from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recomposition_id: Option<Cow<'a, str>>,
+    /// Until when it is to be acknowledged, RFC 3339; only of a proposed version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub acknowledge_by: Option<Cow<'a, str>>,
+    /// What the drone should know.
+    pub warnings: Vec<Warning<'a>>,
+}
+
+/// A composition plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Plan<'a> {
+    /// The plan's id.
+    pub id: Cow<'a, str>,
+    /// How it stands.
+    pub state: PlanState,
+    /// The drone, where one is named.
+    pub drone_id: Option<Cow<'a, str>>,
+    /// Where the delivery starts.
+    pub source: Id<'a>,
+    /// Where it goes.
+    pub destination: Id<'a>,
+    /// Payload in kilograms.
+    pub payload_kg: f64,
+    /// Airspeed in metres per second.
+    pub airspeed_mps: f64,
+    /// What the drone flies.
+    pub current: PlanVersion<'a>,
+    /// What it is asked to fly instead, until that is acknowledged.
+    pub proposed: Option<PlanVersion<'a>>,
+    /// Ids of the closures that affect the current version.
+    pub affected_by: Vec<Cow<'a, str>>,
+    /// Other plans too near; those of the proposed version included.
+    pub conflicts: Vec<Conflict<'a>>,
+    /// `unchecked` until energy is computed.
+    pub energy: Cow<'a, str>,
+    /// `nominal`: at the airspeed, without wind, climb or stops.
+    pub times: Cow<'a, str>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
+}
+
+/// A page of plans, by id.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct Plans<'a> {
+    /// The plans.
+    pub plans: Vec<Plan<'a>>,
+    /// Where the next page begins; absent on the last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_page_token: Option<String>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
+}
+
+/// A drone takes over a recomposed plan: the body of `POST /v1/plans/{id}/ack`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Ack {
+    /// The version taken over.
+    #[serde(deserialize_with = "whole_number")]
+    #[cfg_attr(feature = "edge", schema(minimum = 1))]
+    pub version: u32,
+    /// Where the drone was then, as far as it tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<Place>,
+}
+
+/// A number without a fraction, also where it is written with a point: in JSON 3 and 3.0 are one number.
+fn whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    match is_whole {
+        true => Ok(number as u32),
+        false => Err(D::Error::custom(format!(
+            "{number} is not a whole number that counts anything"
+        ))),
+    }
+}

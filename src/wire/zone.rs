@@ -1,0 +1,108 @@
+//! What a zone does, and closures as they were recorded. Zones themselves are GeoJSON features.
+
+use super::id::Id;
+use super::recomposition::{Outcome, Path};
+use super::status::Stamp;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::borrow::Cow;
+
+/// What becomes of one plan under a zone or closure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct AffectedPlan<'a> {
+    /// The plan.
+    pub plan_id: Cow<'a, str>,
+    /// Its drone, where one is named.
+    pub drone_id: Option<Cow<'a, str>>,
+    /// What its drone is told.
+    pub outcome: Outcome,
+    /// The recomposed way.
+    pub path: Path<'a>,
+    /// How much longer the remaining route becomes, in metres; null where it does not lead to the destination.
+    pub extra_m: Option<f64>,
+    /// The proposed version; null in a preview and where there is no way.
+    pub version: Option<u32>,
+}
+
+/// What a zone or closure closes, and which plans it meets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct ZoneEffect<'a> {
+    /// Whether it counts now, by its windows.
+    pub in_force: bool,
+    /// How many segments it closes.
+    pub segment_count: usize,
+    /// Their ids; at most as many as a page has.
+    pub segments: Vec<Cow<'a, str>>,
+    /// How many nodes it closes.
+    pub node_count: usize,
+    /// Their ids; at most as many as a page has.
+    pub nodes: Vec<Id<'a>>,
+    /// How many active plans it meets.
+    pub plan_count: usize,
+    /// Those plans; at most as many as a page has, the rest by `GET /v1/plans?affected_by=`.
+    pub plans: Vec<AffectedPlan<'a>>,
+}
+
+/// The answer to a write or a preview of a zone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct ZoneAck<'a> {
+    /// The zone as it is understood: a GeoJSON feature.
+    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    pub zone: Value,
+    /// Its version, for `If-Match`; absent in a preview.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub etag: Option<Cow<'a, str>>,
+    /// Whether drones are led around it now (when its windows say so).
+    pub enforced: bool,
+    /// Whether it survives a restart of this edge.
+    pub durable: bool,
+    /// What it closes and whom it meets.
+    pub effect: ZoneEffect<'a>,
+    /// The world after it.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
+}
+
+/// A page of zones, by id: a GeoJSON feature collection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct ZoneList<'a> {
+    /// `FeatureCollection`.
+    #[serde(rename = "type")]
+    pub kind: Cow<'a, str>,
+    /// The zones.
+    #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
+    pub features: Vec<Value>,
+    /// Where the next page begins; absent on the last.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_page_token: Option<String>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
+}
+
+/// A closure as it counted when something was answered: enough to close the same again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct RecordedClosure<'a> {
+    /// Its id.
+    pub id: Cow<'a, str>,
+    /// `zone`, `report` or `operator`.
+    pub cause: Cow<'a, str>,
+    /// The zone, where one is the cause: a GeoJSON feature.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    pub zone: Option<Value>,
+    /// The segments it closed, where no zone is the cause.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub segments: Vec<Cow<'a, str>>,
+    /// The nodes it closed, where no zone is the cause.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<Id<'a>>,
+    /// The nodes whose pads it closed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pads: Vec<Id<'a>>,
+}
