@@ -10,10 +10,10 @@ use super::network_source::NetworkArguments;
 use super::output::{Align, Output, metres, titled_table};
 use super::plan;
 use super::stop::{Stop, Verdict};
-use crate::flight::{FailureReport, FailureType, Location};
+use crate::compose::{Composition, Leg, SafeNode, compose};
 use crate::formats::{node_id_json, segment_id_json};
-use crate::network::{NodeIx, SegmentIx, Topology};
-use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use crate::network::{NodeIx, Topology};
+use crate::recompose::{Outcome, Scratch, World};
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -57,29 +57,6 @@ fn airspeed(text: &str) -> Result<f64, String> {
     positive.ok_or_else(|| "give metres per second above 0".to_owned())
 }
 
-/// A leg of the plan, with what to do on it.
-struct Leg {
-    from: NodeIx,
-    to: NodeIx,
-    segment: SegmentIx,
-    length_m: f64,
-    departure_s: f64,
-    arrival_s: f64,
-    /// What to do if the leg closes while the drone is at its start.
-    detour: Recomposition,
-    /// Metres that the detour is longer than the plan, where it reaches the destination.
-    extra_m: Option<f64>,
-    /// The way from the leg's start to the nearest safe node.
-    safe: Recomposition,
-}
-
-struct Plan {
-    nodes: Vec<NodeIx>,
-    legs: Vec<Leg>,
-    length_m: f64,
-    flight_time_s: f64,
-}
-
 impl Compose {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let network = self.network.load(output)?;
@@ -92,7 +69,8 @@ impl Compose {
             airspace: &airspace,
             trees: Some(&tables),
         };
-        let plan = self.plan(&world, source, destination);
+        let mut scratch = Scratch::new(topology);
+        let plan = compose(&world, source, destination, self.airspeed, &mut scratch);
         match (self.json, &plan) {
             (true, _) => output.json(&json(topology, source, destination, self.airspeed, &plan))?,
             (false, Some(plan)) => print(topology, plan, self.airspeed, output)?,
@@ -106,58 +84,14 @@ impl Compose {
         }
         Ok(Verdict::Done)
     }
-
-    fn plan(&self, world: &World<'_>, source: NodeIx, destination: NodeIx) -> Option<Plan> {
-        let topology = world.airspace.topology();
-        let way = plan::shortest_way(world.airspace, source, destination)?;
-        let mut scratch = Scratch::new(topology);
-        plan::prepare_table(world, destination, scratch.searcher());
-        let length_m = way.length_m(topology);
-        let (mut flown_m, mut time_s) = (0.0, 0.0);
-        let mut legs = Vec::new();
-        for (place, &segment) in way.segments.iter().enumerate() {
-            let leg = (way.nodes[place], way.nodes[place + 1]);
-            let leg_length_m = topology.segment(segment).length_m;
-            let limit_mps = topology.speed_limit_mps(segment).unwrap_or(f64::INFINITY);
-            let departure_s = time_s;
-            time_s += leg_length_m / self.airspeed.min(limit_mps);
-            let mut contingency = |failure| {
-                let request = Request::exact(FailureReport {
-                    failure,
-                    leg,
-                    location: Location::LegStart,
-                    cause_location: None,
-                    destination,
-                    remaining_path: Some(way.nodes[place..].to_vec()),
-                });
-                recompose(world, &request, &mut scratch)
-            };
-            let detour = contingency(FailureType::Navigational);
-            let rest_m = length_m - flown_m;
-            let extra_m = detour.remaining_length_m.map(|length_m| length_m - rest_m);
-            legs.push(Leg {
-                from: leg.0,
-                to: leg.1,
-                segment,
-                length_m: leg_length_m,
-                departure_s,
-                arrival_s: time_s,
-                extra_m: extra_m.filter(|_| detour.outcome == Outcome::Rerouted),
-                detour,
-                safe: contingency(FailureType::Operational),
-            });
-            flown_m += leg_length_m;
-        }
-        Some(Plan {
-            nodes: way.nodes,
-            legs,
-            length_m,
-            flight_time_s: time_s,
-        })
-    }
 }
 
-fn print(topology: &Topology, plan: &Plan, airspeed_mps: f64, output: &Output) -> Result<(), Stop> {
+fn print(
+    topology: &Topology,
+    plan: &Composition,
+    airspeed_mps: f64,
+    output: &Output,
+) -> Result<(), Stop> {
     let columns = [
         ("leg", Align::Right),
         ("from", Align::Left),
@@ -176,7 +110,7 @@ fn print(topology: &Topology, plan: &Plan, airspeed_mps: f64, output: &Output) -
             metres(leg.length_m),
             format!("{:.0} s", leg.arrival_s),
             detour_text(topology, leg),
-            safe_text(topology, &leg.safe),
+            safe_text(topology, leg.safe.as_ref()),
         ]);
     }
     if !plan.legs.is_empty() {
@@ -192,24 +126,26 @@ fn print(topology: &Topology, plan: &Plan, airspeed_mps: f64, output: &Output) -
 }
 
 fn detour_text(topology: &Topology, leg: &Leg) -> String {
-    if let Some(extra_m) = leg.extra_m {
-        let via = leg.detour.path.nodes.get(1);
+    let detour = &leg.if_closed;
+    if let Some(extra_m) = detour.extra_m {
+        let via = detour.nodes.get(1);
         let via = via.map_or("", |&node| topology.node_id(node));
         return format!("{extra_m:+.1} m by {via}");
     }
-    match (leg.detour.outcome, leg.detour.path.nodes.last()) {
+    match (detour.outcome, detour.nodes.last()) {
         (Outcome::Diverted, Some(&node)) => format!("divert to {}", node_text(topology, node)),
         (outcome, _) => outcome_name(outcome).to_owned(),
     }
 }
 
-fn safe_text(topology: &Topology, safe: &Recomposition) -> String {
-    match (safe.path.nodes.last(), safe.remaining_length_m) {
-        (Some(&node), Some(length_m)) => {
-            format!("{}, {}", node_text(topology, node), metres(length_m))
-        }
-        _ => "none".to_owned(),
-    }
+fn safe_text(topology: &Topology, safe: Option<&SafeNode>) -> String {
+    safe.map_or_else(
+        || "none".to_owned(),
+        |safe| {
+            let node = node_text(topology, safe.node);
+            format!("{node}, {}", metres(safe.length_m))
+        },
+    )
 }
 
 fn json(
@@ -217,16 +153,15 @@ fn json(
     source: NodeIx,
     destination: NodeIx,
     airspeed_mps: f64,
-    plan: &Option<Plan>,
+    plan: &Option<Composition>,
 ) -> Value {
     let id = |node| node_id_json(topology, node);
     let Some(plan) = plan else {
         return json!({"outcome": "no_route", "source": id(source), "destination": id(destination)});
     };
-    let nodes: Vec<Value> = plan.nodes.iter().map(|&node| id(node)).collect();
-    let segments = plan.legs.iter();
+    let segments = plan.way.segments.iter();
     let segments: Vec<Value> = segments
-        .map(|leg| segment_id_json(topology, leg.segment))
+        .map(|&segment| segment_id_json(topology, segment))
         .collect();
     let legs: Vec<Value> = plan
         .legs
@@ -237,7 +172,7 @@ fn json(
         "outcome": "composed",
         "source": id(source),
         "destination": id(destination),
-        "path": {"nodes": nodes, "segments": segments},
+        "path": {"nodes": ids(topology, &plan.way.nodes), "segments": segments},
         "length_m": plan.length_m,
         "flight_time_s": plan.flight_time_s,
         "airspeed_mps": airspeed_mps,
@@ -249,20 +184,14 @@ fn json(
 
 fn leg_json(topology: &Topology, leg: &Leg) -> Value {
     let id = |node| node_id_json(topology, node);
-    let way = |answer: &Recomposition| {
-        let nodes = answer.path.nodes.iter();
+    let detour = &leg.if_closed;
+    let safe = leg.safe.as_ref().map(|safe| {
         json!({
-            "outcome": answer.outcome,
-            "nodes": nodes.map(|&node| id(node)).collect::<Vec<Value>>(),
-            "length_m": answer.remaining_length_m,
+            "node": id(safe.node),
+            "nodes": ids(topology, &safe.nodes),
+            "length_m": safe.length_m,
         })
-    };
-    let mut detour = way(&leg.detour);
-    if let Some(extra_m) = leg.extra_m {
-        detour["extra_m"] = json!(extra_m);
-    }
-    let mut safe = way(&leg.safe);
-    safe["node"] = json!(leg.safe.path.nodes.last().map(|&node| id(node)));
+    });
     json!({
         "from": id(leg.from),
         "to": id(leg.to),
@@ -270,7 +199,18 @@ fn leg_json(topology: &Topology, leg: &Leg) -> Value {
         "length_m": leg.length_m,
         "departure_s": leg.departure_s,
         "arrival_s": leg.arrival_s,
-        "if_closed": detour,
+        "if_closed": {
+            "outcome": detour.outcome,
+            "nodes": ids(topology, &detour.nodes),
+            "rejoins": detour.rejoins.map(id),
+            "remaining_length_m": detour.remaining_length_m,
+            "extra_m": detour.extra_m,
+        },
         "nearest_safe_node": safe,
     })
+}
+
+fn ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<Value> {
+    let nodes = nodes.iter();
+    nodes.map(|&node| node_id_json(topology, node)).collect()
 }

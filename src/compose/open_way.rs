@@ -1,0 +1,71 @@
+//! Ways over what is open before anything fails, and the tables of distances that guide them.
+
+use crate::airspace::{Closed, RequestClosures};
+use crate::network::NodeIx;
+use crate::recompose::World;
+use crate::routing::{Baseline, Searcher, Start, TreeCache, Way};
+use std::sync::Arc;
+
+/// The shortest open way between two nodes; `None` when there is none.
+///
+/// By `exact` where the world has the table of `to`, else by A*. A closed `from` can be left; a closed `to`
+/// is never entered.
+pub fn shortest_way(
+    world: &World<'_>,
+    from: NodeIx,
+    to: NodeIx,
+    searcher: &mut Searcher,
+) -> Option<Way> {
+    let airspace = world.airspace;
+    let topology = airspace.topology();
+    let nothing_more = RequestClosures::new(topology);
+    let closed = Closed::new(topology, airspace.closed(), &nothing_more);
+    let table = world
+        .trees
+        .and_then(|trees| trees.get(to, world.standing()));
+    let start = [Start {
+        node: from,
+        offset_m: 0.0,
+    }];
+    let arrival = match &table {
+        Some(table) => searcher.exact(&closed, &start, table),
+        None => searcher.shortest(&closed, &start, to, Baseline::AStar, None),
+    }?;
+    let mut way = Way::default();
+    searcher.append_way(arrival, table.as_deref(), &mut way);
+    Some(way)
+}
+
+/// Puts the table of a destination into the world's cache, with the standing closures worked in where there
+/// are any.
+///
+/// The standing closures are the ones of the world's airspace. Does nothing in a world without a cache.
+pub fn prepare_table(world: &World<'_>, destination: NodeIx, searcher: &mut Searcher) {
+    let Some(trees) = world.trees else {
+        return;
+    };
+    let airspace = world.airspace;
+    let topology = airspace.topology();
+    let intact = Arc::new(searcher.tree(topology, destination));
+    trees.insert(intact.clone(), airspace.topology_revision());
+    if airspace.closed().blocked_segment_count() == 0 {
+        return;
+    }
+    let nothing_more = RequestClosures::new(topology);
+    let closed = Closed::new(topology, airspace.closed(), &nothing_more);
+    let blocked = airspace.closed().blocked_segments();
+    let taken_in = searcher.tree_taking_in(&intact, &closed, blocked);
+    trees.insert_taken_in(Arc::new(taken_in), world.standing());
+}
+
+/// The same, unless the cache has a table of the destination already.
+pub(super) fn prepare_missing_table(
+    world: &World<'_>,
+    destination: NodeIx,
+    searcher: &mut Searcher,
+) {
+    let is_missing = |trees: &TreeCache| trees.get(destination, world.standing()).is_none();
+    if world.trees.is_some_and(is_missing) {
+        prepare_table(world, destination, searcher);
+    }
+}
