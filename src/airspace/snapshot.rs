@@ -10,6 +10,7 @@ use super::counts::Counts;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
+use std::ops::Bound;
 use std::sync::Arc;
 
 /// The one vocabulary of change: what is not a `Change` cannot alter an airspace.
@@ -141,10 +142,26 @@ impl Airspace {
         self.closures.get(id).map(|held| &held.closure)
     }
 
+    /// How many closures there are, in force or not.
+    pub fn closure_count(&self) -> usize {
+        self.closures.len()
+    }
+
+    /// Whether the closure of an id counts now.
+    pub fn is_in_force(&self, id: &str) -> bool {
+        self.closures.get(id).is_some_and(|held| held.in_force)
+    }
+
     /// All closures by id, each with whether it counts now.
     pub fn closures(&self) -> impl Iterator<Item = (&Arc<Closure>, bool)> {
         let all = self.closures.values();
         all.map(|held| (&held.closure, held.in_force))
+    }
+
+    /// The closures by id, from one id on.
+    pub fn closures_from(&self, from: Bound<&str>) -> impl Iterator<Item = &Arc<Closure>> {
+        let held = self.closures.range::<str, _>((from, Bound::Unbounded));
+        held.map(|(_, held)| &held.closure)
     }
 
     /// The closures that count now, by id.

@@ -6,7 +6,8 @@ use super::output::{
     titled_table,
 };
 use super::stop::Stop;
-use crate::formats::{ReadWarning, answer_json, warning_text};
+use crate::airspace::Airspace;
+use crate::formats::{self, ReadWarning, warning_text};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{
     Outcome, Recomposition, Request, Scratch, Severance, Stage, World, recompose,
@@ -41,11 +42,36 @@ pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch
 
 impl Answered {
     /// The answer under the names of the wire.
-    pub(super) fn json(&self, world: &World<'_>, warnings: &[ReadWarning]) -> Map<String, Value> {
-        let mut fields = answer_json(world.airspace, &self.recomposition, warnings);
+    pub(super) fn json(
+        &self,
+        world: &World<'_>,
+        warnings: &[ReadWarning],
+    ) -> Result<Map<String, Value>, Stop> {
+        let mut fields = answer_fields(world.airspace, &self.recomposition, warnings)?;
         fields.insert("elapsed_us".to_owned(), json!(self.elapsed_us));
-        fields
+        Ok(fields)
     }
+}
+
+/// An answer under the names of the wire, with the revisions it was computed on.
+pub(super) fn answer_fields(
+    airspace: &Airspace,
+    recomposition: &Recomposition,
+    warnings: &[ReadWarning],
+) -> Result<Map<String, Value>, Stop> {
+    let answer = formats::answer(airspace, recomposition, warnings);
+    let written = serde_json::to_value(answer)
+        .and_then(serde_json::from_value::<Map<String, Value>>)
+        .map_err(|error| Stop::failed(format!("cannot write the answer as JSON: {error}")));
+    let mut fields = written?;
+    let revisions = [
+        ("topology_revision", airspace.topology_revision()),
+        ("revision", airspace.revision()),
+    ];
+    for (name, revision) in revisions {
+        fields.insert(name.to_owned(), json!(revision));
+    }
+    Ok(fields)
 }
 
 /// Prints an answer for people.

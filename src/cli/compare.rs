@@ -1,7 +1,7 @@
 //! `skyway compare`: every strategy on the same failure, in one table.
 
 use super::airspace_source::AirspaceArguments;
-use super::answer_table::{outcome_name, stage_name};
+use super::answer_table::{answer_fields, outcome_name, stage_name};
 use super::clock;
 use super::failure::FailureArguments;
 use super::method::{ParameterArguments, scope_name};
@@ -12,7 +12,8 @@ use super::output::{
 use super::plan;
 use super::reroute::draw;
 use super::stop::{Stop, Verdict};
-use crate::formats::{answer_json, node_id_json, warning_text};
+use crate::compose::prepare_table;
+use crate::formats::{node_id_json, warning_text};
 use crate::network::Topology;
 use crate::recompose::{
     Outcome, Recomposition, Request, Scope, Scratch, Strategy, World, recompose,
@@ -131,7 +132,7 @@ impl Compare {
         let mut scratch = Scratch::new(topology);
         let destination = failure.report.destination;
         let ((), table) = clock::timed(|| {
-            plan::prepare_table(&with_table, destination, scratch.searcher());
+            prepare_table(&with_table, destination, scratch.searcher());
         });
         let compared: Vec<Compared> = methods()
             .into_iter()
@@ -139,7 +140,7 @@ impl Compare {
             .collect();
         let table_us = clock::microseconds(table);
         if self.json {
-            output.json(&json(&with_table, &failure, &compared, table_us))?;
+            output.json(&json(&with_table, &failure, &compared, table_us)?)?;
         } else {
             print(&with_table, &failure, &compared, table_us, output)?;
         }
@@ -304,29 +305,34 @@ fn closing_lines(
     lines
 }
 
-fn json(world: &World<'_>, failure: &Request, compared: &[Compared], table_us: f64) -> Value {
+fn json(
+    world: &World<'_>,
+    failure: &Request,
+    compared: &[Compared],
+    table_us: f64,
+) -> Result<Value, Stop> {
     let topology = world.airspace.topology();
     let id = |node| node_id_json(topology, node);
-    let answers: Vec<Value> = compared
+    let answers: Result<Vec<Value>, Stop> = compared
         .iter()
         .map(|row| {
             let mut fields = Map::new();
             fields.insert("name".to_owned(), json!(row.method.name()));
             fields.insert("scope".to_owned(), json!(row.method.scope));
             fields.insert("table".to_owned(), json!(row.method.has_table));
-            fields.extend(answer_json(world.airspace, &row.answer, &[]));
+            fields.extend(answer_fields(world.airspace, &row.answer, &[])?);
             fields.insert("elapsed_us".to_owned(), json!(row.median_us));
             fields.insert("repetitions".to_owned(), json!(row.repetitions));
-            Value::Object(fields)
+            Ok(Value::Object(fields))
         })
         .collect();
     let (from, to) = failure.report.leg;
-    json!({
+    Ok(json!({
         "network": topology.name(),
         "type": failure.report.failure,
         "service": {"from": id(from), "to": id(to)},
         "destination": id(failure.report.destination),
         "table_us": table_us,
-        "answers": answers,
-    })
+        "answers": answers?,
+    }))
 }

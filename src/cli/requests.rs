@@ -11,6 +11,7 @@ use super::output::Output;
 use super::plan;
 use super::stop::{Stop, Verdict};
 use crate::airspace::Airspace;
+use crate::compose::prepare_table;
 use crate::formats::{CloseTarget, ReadReport, ReportProblem, read_report};
 use crate::network::NodeIx;
 use crate::recompose::{Scratch, World};
@@ -40,7 +41,7 @@ pub(super) fn answer_all(
         let answered = match line {
             Line::End => break,
             Line::Text(text) if text.trim_ascii().is_empty() => continue,
-            Line::Text(text) => desk.answer_line(&text),
+            Line::Text(text) => desk.answer_line(&text)?,
             Line::TooLong => Err(Refused::too_long()),
         };
         let fields = answered.unwrap_or_else(|refused| {
@@ -98,11 +99,7 @@ impl Refused {
         Self::new(None, "report_too_long", message, "")
     }
 
-    fn not_json(error: &serde_json::Error) -> Self {
-        let message = format!("the line is not JSON: {error}");
-        Self::new(None, "report_not_json", message, "")
-    }
-
+    /// The body is null where the line is no JSON.
     fn of_report(problem: &ReportProblem, body: &Value) -> Self {
         let (code, pointer) = (problem.code(), problem.pointer());
         Self::new(body.get("id"), code, problem.to_string(), pointer)
@@ -137,11 +134,22 @@ impl<'a> Desk<'a> {
         }
     }
 
-    fn answer_line(&mut self, line: &[u8]) -> Result<Map<String, Value>, Refused> {
-        let body: Value =
-            serde_json::from_slice(line).map_err(|error| Refused::not_json(&error))?;
-        let read = read_report(&body, self.standing)
-            .map_err(|problem| Refused::of_report(&problem, &body))?;
+    /// The answer to a line, or why it has none.
+    fn answer_line(&mut self, line: &[u8]) -> Result<Result<Map<String, Value>, Refused>, Stop> {
+        let body: Value = match serde_json::from_slice(line) {
+            Ok(body) => body,
+            Err(error) => {
+                let problem = ReportProblem::not_json(&error);
+                return Ok(Err(Refused::of_report(&problem, &Value::Null)));
+            }
+        };
+        match read_report(&body, self.standing) {
+            Ok(read) => self.answer_report(read).map(Ok),
+            Err(problem) => Ok(Err(Refused::of_report(&problem, &body))),
+        }
+    }
+
+    fn answer_report(&mut self, read: ReadReport) -> Result<Map<String, Value>, Stop> {
         let ReadReport {
             id,
             request,
@@ -160,7 +168,7 @@ impl<'a> Desk<'a> {
         let answered = answer(&world, &request, &mut self.scratch);
         let id = id.map(|id| ("id".to_owned(), id));
         let mut fields = Map::from_iter(id);
-        fields.extend(answered.json(&world, &warnings));
+        fields.extend(answered.json(&world, &warnings)?);
         Ok(fields)
     }
 
@@ -173,7 +181,7 @@ impl<'a> Desk<'a> {
             trees: Some(&self.tables),
         };
         if self.tables.get(destination, world.standing()).is_none() {
-            plan::prepare_table(&world, destination, self.scratch.searcher());
+            prepare_table(&world, destination, self.scratch.searcher());
         }
     }
 }

@@ -97,7 +97,7 @@ impl Reroute {
         let mut scratch = Scratch::new(&network.topology);
         let answered = answer(&world, &request, &mut scratch);
         if self.json {
-            let mut fields = answered.json(&world, &[]);
+            let mut fields = answered.json(&world, &[])?;
             if !self.explain {
                 fields.remove("stages");
             }

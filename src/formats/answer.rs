@@ -1,142 +1,117 @@
-//! A recomposition as JSON: the names every answer uses, on the command line and on the wire.
+//! A recomposition in the words of the wire: the names every answer uses, on the command line and from the daemon.
 
 use super::area::area_geometry;
-use super::identifier::{node_id_json, segment_id_json};
+use super::identifier::node_id;
 use super::report_problem::ReadWarning;
 use crate::airspace::Airspace;
-use crate::network::Topology;
+use crate::network::{NodeIx, Topology};
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};
 use crate::routing::Way;
-use serde_json::{Map, Value, json};
+use crate::wire;
+use std::borrow::Cow;
 
-/// An answer as JSON, without what only the caller knows (`id`, `elapsed_us`).
+/// An answer as it is written, borrowing its ids and texts.
 ///
 /// `read` are the warnings that reading the report gave; they come first in `warnings`.
-pub fn answer_json(
-    airspace: &Airspace,
-    answer: &Recomposition,
-    read: &[ReadWarning],
-) -> Map<String, Value> {
-    let topology = airspace.topology();
-    let read = read
-        .iter()
-        .map(|warning| warning_entry(warning.code, warning.message.clone()));
-    let own = answer
-        .warnings
-        .iter()
-        .map(|warning| warning_json(topology, warning));
-    let mut fields = Map::new();
-    let mut put = |name: &str, value: Value| fields.insert(name.to_owned(), value);
-    put("outcome", json!(answer.outcome));
-    put("path", path_json(topology, &answer.path));
-    put("first_stretch_m", json!(answer.first_stretch_m));
-    put("recomposed_length_m", json!(answer.recomposed_length_m));
-    put("remaining_length_m", json!(answer.remaining_length_m));
-    put("strategy", json!(answer.strategy));
-    put("strategy_used", json!(answer.strategy_used));
-    if let Some(fallback) = &answer.fallback {
-        put("fallback_reason", json!(fallback.to_string()));
+pub fn answer<'a>(
+    airspace: &'a Airspace,
+    answer: &'a Recomposition,
+    read: &'a [ReadWarning],
+) -> wire::Answer<'a> {
+    let topology: &Topology = airspace.topology();
+    let repairs = answer.repairs.iter();
+    let stages = answer.stages.iter();
+    let fallback = answer.fallback.as_ref();
+    wire::Answer {
+        outcome: answer.outcome.into(),
+        path: path(topology, &answer.path),
+        first_stretch_m: answer.first_stretch_m,
+        recomposed_length_m: answer.recomposed_length_m,
+        remaining_length_m: answer.remaining_length_m,
+        strategy: answer.strategy.into(),
+        strategy_used: answer.strategy_used.into(),
+        fallback_reason: fallback.map(|reason| Cow::Owned(reason.to_string())),
+        stage: answer.stage.into(),
+        searches: answer.searches,
+        area_nodes: answer.area_nodes,
+        area_segments: answer.area_segments,
+        settled_nodes: answer.settled_nodes,
+        local_optimum_m: answer.local_optimum_m,
+        global_optimum_m: answer.global_optimum_m,
+        remaining_optimum_m: answer.remaining_optimum_m,
+        repairs: repairs.map(|one| repair(topology, one)).collect(),
+        severed_by: answer.severed_by.iter().map(severance).collect(),
+        stages: stages.map(|one| stage(topology, one)).collect(),
+        warnings: warnings(topology, &answer.warnings, read),
+        energy: Cow::Borrowed("unchecked"),
     }
-    put("stage", json!(answer.stage));
-    put("searches", json!(answer.searches));
-    put("area_nodes", json!(answer.area_nodes));
-    put("area_segments", json!(answer.area_segments));
-    put("settled_nodes", json!(answer.settled_nodes));
-    let optima = [
-        ("local_optimum_m", answer.local_optimum_m),
-        ("global_optimum_m", answer.global_optimum_m),
-        ("remaining_optimum_m", answer.remaining_optimum_m),
-    ];
-    for (name, optimum_m) in optima {
-        if let Some(optimum_m) = optimum_m {
-            put(name, json!(optimum_m));
-        }
-    }
-    if !answer.repairs.is_empty() {
-        let repairs = answer
-            .repairs
-            .iter()
-            .map(|repair| repair_json(topology, repair));
-        put("repairs", repairs.collect());
-    }
-    if !answer.severed_by.is_empty() {
-        put(
-            "severed_by",
-            answer.severed_by.iter().map(severance_json).collect(),
-        );
-    }
-    if !answer.stages.is_empty() {
-        let stages = answer
-            .stages
-            .iter()
-            .map(|stage| stage_json(topology, stage));
-        put("stages", stages.collect());
-    }
-    put("warnings", read.chain(own).collect());
-    put("energy", json!("unchecked"));
-    put("topology_revision", json!(airspace.topology_revision()));
-    put("revision", json!(airspace.revision()));
-    fields
 }
 
-fn path_json(topology: &Topology, way: &Way) -> Value {
-    let nodes: Vec<Value> = way
-        .nodes
-        .iter()
-        .map(|&node| node_id_json(topology, node))
-        .collect();
-    let segments: Vec<Value> = way
-        .segments
-        .iter()
-        .map(|&segment| segment_id_json(topology, segment))
-        .collect();
-    json!({"nodes": nodes, "segments": segments})
+fn path<'a>(topology: &'a Topology, way: &Way) -> wire::Path<'a> {
+    let segments = way.segments.iter();
+    wire::Path {
+        nodes: ids(topology, &way.nodes),
+        segments: segments
+            .map(|&segment| topology.segment_id(segment))
+            .collect(),
+    }
 }
 
-fn repair_json(topology: &Topology, repair: &Repair) -> Value {
-    json!({
-        "from": node_id_json(topology, repair.from),
-        "to": node_id_json(topology, repair.to),
-        "recomposed_length_m": repair.length_m,
-        "stage": repair.stage,
-        "searches": repair.searches,
-        "area_nodes": repair.area_nodes,
-        "area_segments": repair.area_segments,
-        "settled_nodes": repair.settled_nodes,
-    })
+fn ids<'a>(topology: &'a Topology, nodes: &[NodeIx]) -> Vec<wire::Id<'a>> {
+    nodes.iter().map(|&node| node_id(topology, node)).collect()
 }
 
-fn severance_json(severance: &Severance) -> Value {
+fn repair<'a>(topology: &'a Topology, repair: &Repair) -> wire::Repair<'a> {
+    wire::Repair {
+        from: node_id(topology, repair.from),
+        to: node_id(topology, repair.to),
+        recomposed_length_m: repair.length_m,
+        stage: repair.stage.into(),
+        searches: repair.searches,
+        area_nodes: repair.area_nodes,
+        area_segments: repair.area_segments,
+        settled_nodes: repair.settled_nodes,
+    }
+}
+
+fn severance(severance: &Severance) -> wire::Severance<'_> {
     match severance {
-        Severance::Report => json!({"cause": "report"}),
-        Severance::Closure(id) => json!({"cause": "closure", "id": id}),
-        Severance::Network => json!({"cause": "network"}),
+        Severance::Report => wire::Severance::Report,
+        Severance::Closure(id) => wire::Severance::Closure {
+            id: Cow::Borrowed(id),
+        },
+        Severance::Network => wire::Severance::Network,
     }
 }
 
-fn stage_json(topology: &Topology, stage: &StageRecord) -> Value {
-    let nodes: Vec<Value> = stage
-        .nodes
-        .iter()
-        .map(|&node| node_id_json(topology, node))
-        .collect();
-    json!({
-        "stage": stage.stage,
-        "skipped": stage.skipped,
-        "nodes": nodes,
-        "area": area_geometry(topology, &stage.shape),
-        "searched": stage.searched,
-        "path_found": stage.path_found,
-    })
+fn stage<'a>(topology: &'a Topology, stage: &StageRecord) -> wire::AreaStage<'a> {
+    wire::AreaStage {
+        stage: stage.stage.into(),
+        skipped: stage.skipped,
+        nodes: ids(topology, &stage.nodes),
+        area: area_geometry(topology, &stage.shape),
+        searched: stage.searched,
+        path_found: stage.path_found,
+    }
 }
 
-fn warning_entry(code: &str, message: String) -> Value {
-    json!({"code": code, "message": message})
-}
-
-fn warning_json(topology: &Topology, warning: &Warning) -> Value {
-    let (code, message) = warning_text(topology, warning);
-    warning_entry(code, message)
+fn warnings<'a>(
+    topology: &Topology,
+    own: &[Warning],
+    read: &'a [ReadWarning],
+) -> Vec<wire::Warning<'a>> {
+    let read = read.iter().map(|warning| wire::Warning {
+        code: Cow::Borrowed(warning.code),
+        message: Cow::Borrowed(&warning.message),
+    });
+    let own = own.iter().map(|warning| {
+        let (code, message) = warning_text(topology, warning);
+        wire::Warning {
+            code: Cow::Borrowed(code),
+            message: Cow::Owned(message),
+        }
+    });
+    read.chain(own).collect()
 }
 
 /// A warning's stable code and its text for people.

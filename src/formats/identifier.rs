@@ -1,15 +1,22 @@
 //! Ids on the wire: numbers where the network's file has numbers, else text.
 
 use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::wire::Id;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 
 /// The id of a node as the network's file writes it.
-pub fn node_id_json(topology: &Topology, node: NodeIx) -> Value {
+pub fn node_id(topology: &Topology, node: NodeIx) -> Id<'_> {
     let id = topology.node_id(node);
     match topology.has_integer_ids().then(|| id.parse::<i64>()) {
-        Some(Ok(number)) => json!(number),
-        _ => json!(id),
+        Some(Ok(number)) => Id::Integer(number),
+        _ => Id::Text(Cow::Borrowed(id)),
     }
+}
+
+/// The id of a node as a JSON value.
+pub fn node_id_json(topology: &Topology, node: NodeIx) -> Value {
+    json!(node_id(topology, node))
 }
 
 /// The id of a segment.

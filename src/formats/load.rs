@@ -89,7 +89,7 @@ pub fn fingerprint(texts: &[&str]) -> [u8; 32] {
 }
 
 /// True for node-link JSON; anything else, broken JSON included, is for the native reader to judge.
-fn is_foreign(text: &str) -> bool {
+pub fn is_foreign(text: &str) -> bool {
     // GeoJSON says so at once; parsing a large file twice only to find that out would double the time to load it.
     let head = text
         .char_indices()

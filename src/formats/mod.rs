@@ -12,23 +12,36 @@ mod network_geojson;
 mod node_link;
 mod place;
 mod report;
+mod report_close;
+mod report_leg;
+mod report_names;
+mod report_nearest;
+mod report_parse;
 mod report_place;
 mod report_problem;
+mod report_settle;
+mod report_settled;
 mod suggestion;
+mod wire_terms;
 mod zones;
 
-pub use answer::{answer_json, warning_text};
+pub use answer::{answer, warning_text};
 pub use area::area_geometry;
 pub use buildings::read_buildings;
 pub use certificate::write_certificate;
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
-pub use identifier::{find_node, id_text, node_id_json, segment_id_json};
-pub use load::{LoadError, LoadedNetwork, fingerprint, load_csv_network, load_network};
+pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
+pub use load::{
+    LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network,
+};
 pub use network_geojson::{read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
-pub use report::{CloseTarget, ReadReport, read_report};
+pub use report::{ReadReport, read_report};
+pub use report_parse::{ParsedReport, lenient_report, parse_report};
 pub use report_problem::{ReadWarning, ReportProblem};
+pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, settle_report};
+pub use report_settled::settled_report;
 pub use suggestion::nearest;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,

@@ -1,210 +1,136 @@
-//! The places in a failure report: the leg, the plan ahead, where the drone and the cause are.
+//! The places in a failure report: where the drone and the cause are, and whether that can be.
 
-use super::identifier::{find_node, id_text};
-use super::report_problem::{ReportProblem, Warnings};
+use super::report_names::find_named;
+use super::report_problem::{ReadWarning, cut};
 use crate::flight::Location;
-use crate::geo::Point;
+use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, Topology};
-use serde_json::{Map, Value};
+use crate::wire;
 
-/// The failed leg and what lies ahead of it.
-pub(super) struct ReportedLeg {
-    pub(super) nodes: (NodeIx, NodeIx),
-    pub(super) remaining_path: Option<Vec<NodeIx>>,
-    pub(super) destination: NodeIx,
+/// A place farther from the network than this, in metres, is doubted: no drone of the network flies there.
+const DOUBTFUL_BEYOND_M: f64 = 100_000.0;
+/// A place farther from the network than once around the equator, in metres, is not on Earth.
+const NOT_ON_EARTH_BEYOND_M: f64 = 40_075_017.0;
+
+/// A place, and how it is written so that it reads as exactly the same place again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    pub(super) point: Point,
+    pub(super) written: Written,
 }
 
-/// Finds the leg: as `service` names it, else the first of `remaining_path`.
-pub(super) fn read_leg(
-    topology: &Topology,
-    fields: &Map<String, Value>,
-    warnings: &mut Warnings,
-) -> Result<ReportedLeg, ReportProblem> {
-    let path = read_path(topology, fields.get("remaining_path"), warnings);
-    let named = read_service(topology, fields.get("service"))?;
-    let (from, to) = match (named, path.as_deref()) {
-        (Some(leg), _) => leg,
-        (None, Some([from, to, ..])) => (*from, *to),
-        (None, _) => return Err(ReportProblem::NotLocated),
-    };
-    let mut remaining_path = path.and_then(|path| align(path, (from, to), warnings));
-    let planned_end = remaining_path
-        .as_ref()
-        .and_then(|path| path.last().copied());
-    let stated = match fields.get("destination").filter(|value| !value.is_null()) {
-        None => None,
-        Some(value) => {
-            let node = find_node(topology, value);
-            if node.is_none() {
-                warnings.add(
-                    "unknown_destination",
-                    format!("the destination {value} is not a node of the network; the end of the plan is taken"),
-                );
-            }
-            node
+/// How a place is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Written {
+    /// In the coordinates of the network's file.
+    Coordinates([f64; 2]),
+    /// As a node.
+    Node(NodeIx),
+}
+
+impl Spot {
+    /// A position of the plane, moved by the little that writing it in the file's coordinates costs.
+    pub(super) fn known(topology: &Topology, position: Point) -> Option<Self> {
+        Self::at(topology, topology.frame().from_plane(position))
+    }
+
+    /// The place at coordinates of the file; `None` where that is not on Earth.
+    fn at(topology: &Topology, coordinates: [f64; 2]) -> Option<Self> {
+        let [first, second] = coordinates;
+        let frame = topology.frame();
+        let beyond_degrees = frame.is_geographic() && (first.abs() > 180.0 || second.abs() > 90.0);
+        let point = frame.to_plane(coordinates);
+        let off_m = distance_to_box_m(topology.bounds(), point);
+        let is_on_earth = point.is_finite() && !beyond_degrees && off_m <= NOT_ON_EARTH_BEYOND_M;
+        is_on_earth.then_some(Self {
+            point,
+            written: Written::Coordinates(coordinates),
+        })
+    }
+
+    /// The node that the place is stated as.
+    pub(super) fn node(&self) -> Option<NodeIx> {
+        match self.written {
+            Written::Node(node) => Some(node),
+            Written::Coordinates(_) => None,
         }
-    };
-    let destination = stated.or(planned_end).unwrap_or(to);
-    if planned_end.is_some_and(|end| end != destination) {
-        remaining_path = cut_at(remaining_path, destination, warnings);
     }
-    Ok(ReportedLeg {
-        nodes: (from, to),
-        remaining_path,
-        destination,
-    })
-}
 
-/// A plan that goes on beyond the destination ends there; one that never comes there is ignored.
-fn cut_at(
-    path: Option<Vec<NodeIx>>,
-    destination: NodeIx,
-    warnings: &mut Warnings,
-) -> Option<Vec<NodeIx>> {
-    let mut path = path?;
-    let Some(place) = path.iter().skip(1).position(|&node| node == destination) else {
-        warnings.add(
-            "remaining_path_ignored",
-            "'remaining_path' does not lead to the destination and is ignored",
-        );
-        return None;
-    };
-    path.truncate(place + 2);
-    Some(path)
-}
-
-/// The leg that `service` names; a plan that nobody here knows names none.
-fn read_service(
-    topology: &Topology,
-    service: Option<&Value>,
-) -> Result<Option<(NodeIx, NodeIx)>, ReportProblem> {
-    let Some(service) = service.and_then(Value::as_object) else {
-        return Ok(None);
-    };
-    let (Some(from), Some(to)) = (service.get("from"), service.get("to")) else {
-        return Ok(None);
-    };
-    let node = |value: &Value, name: &str| {
-        let unknown = || ReportProblem::UnknownNode {
-            pointer: format!("/service/{name}"),
-            id: id_text(value).unwrap_or_else(|| value.to_string()),
-        };
-        find_node(topology, value).ok_or_else(unknown)
-    };
-    Ok(Some((node(from, "from")?, node(to, "to")?)))
-}
-
-fn read_path(
-    topology: &Topology,
-    value: Option<&Value>,
-    warnings: &mut Warnings,
-) -> Option<Vec<NodeIx>> {
-    let value = value.filter(|value| !value.is_null())?;
-    let found: Option<Vec<NodeIx>> = value
-        .as_array()
-        .and_then(|ids| ids.iter().map(|id| find_node(topology, id)).collect());
-    if found.is_none() {
-        warnings.add(
-            "remaining_path_ignored",
-            "'remaining_path' is not a list of nodes of this network and is ignored",
-        );
-    }
-    found
-}
-
-/// The plan from the leg on, the leg first.
-fn align(
-    mut path: Vec<NodeIx>,
-    (from, to): (NodeIx, NodeIx),
-    warnings: &mut Warnings,
-) -> Option<Vec<NodeIx>> {
-    if let Some(leg) = path.windows(2).position(|leg| leg == [from, to]) {
-        return Some(path.split_off(leg));
-    }
-    if path.first() == Some(&to) {
-        path.insert(0, from);
-        return Some(path);
-    }
-    warnings.add(
-        "remaining_path_ignored",
-        "'remaining_path' does not contain the failed leg and is ignored",
-    );
-    None
-}
-
-/// Where the drone was. A report by segment alone means the start of it; one by plan does not know.
-pub(super) fn read_location(
-    topology: &Topology,
-    fields: &Map<String, Value>,
-    leg: (NodeIx, NodeIx),
-    warnings: &mut Warnings,
-) -> Location {
-    let names_nodes = fields
-        .get("service")
-        .and_then(Value::as_object)
-        .is_none_or(|service| service.contains_key("from"));
-    let Some(value) = fields.get("location").filter(|value| !value.is_null()) else {
-        return match names_nodes {
+    /// Where a drone at this place is on a leg.
+    pub(super) fn on_leg_from(&self, start: NodeIx) -> Location {
+        match self.node() == Some(start) {
             true => Location::LegStart,
-            false => Location::Unknown,
-        };
-    };
-    if let Some(node) = value.get("node").and_then(|id| find_node(topology, id)) {
-        return match node == leg.0 {
-            true => Location::LegStart,
-            false => Location::At(topology.position(node)),
-        };
+            false => Location::At(self.point),
+        }
     }
-    read_place(topology, value, "location", warnings).map_or(Location::Unknown, Location::At)
 }
 
-/// A place: `[lon, lat]`, `{x, y}` of a planar network, or `{node}`.
-pub(super) fn read_place(
+/// The place that a field of a report states; `None`, with a warning, where it cannot be one.
+pub(super) fn find_place(
     topology: &Topology,
-    value: &Value,
+    place: &wire::Place,
     name: &str,
-    warnings: &mut Warnings,
-) -> Option<Point> {
+    warnings: &mut Vec<ReadWarning>,
+) -> Option<Spot> {
+    let mut ignore = |message| {
+        warnings.push(ReadWarning::new("location_ignored", message));
+        None
+    };
     let frame = topology.frame();
-    let found = match value {
-        Value::Array(numbers) => match numbers.as_slice() {
-            [first, second] => first.as_f64().zip(second.as_f64()),
-            _ => None,
-        },
-        Value::Object(members) => {
-            if let Some(id) = members.get("node") {
-                let node = find_node(topology, id);
-                if node.is_none() {
-                    warnings.add(
-                        "location_ignored",
-                        format!("'{name}' names the node {id}, which the network does not have"),
-                    );
-                }
-                return node.map(|node| topology.position(node));
-            }
-            let number = |member: &str| members.get(member).and_then(Value::as_f64);
-            match frame.is_geographic() {
-                true => number("lon").zip(number("lat")),
-                false => number("x").zip(number("y")),
-            }
+    let coordinates = match place {
+        wire::Place::Node(id) => {
+            return match find_named(topology, id) {
+                Some(node) => Some(Spot {
+                    point: topology.position(node),
+                    written: Written::Node(node),
+                }),
+                None => ignore(format!(
+                    "'{name}' names the node '{}', which the network does not have, and is ignored",
+                    cut(&id.text())
+                )),
+            };
         }
-        _ => None,
+        wire::Place::Planar { .. } if frame.is_geographic() => {
+            return ignore(format!(
+                "'{name}' is in metres and is ignored: this network has longitude and latitude"
+            ));
+        }
+        wire::Place::Planar { x, y } => [*x, *y],
+        wire::Place::Pair(pair) => *pair,
     };
-    let Some((first, second)) = found else {
-        warnings.add(
-            "location_ignored",
-            format!("'{name}' is not a place of this network and is ignored"),
-        );
-        return None;
-    };
-    let impossible = frame.is_geographic() && (first.abs() > 180.0 || second.abs() > 90.0);
-    let place = frame.to_plane([first, second]);
-    if impossible || !place.is_finite() {
-        warnings.add(
-            "location_ignored",
-            format!("'{name}' [{first}, {second}] is not on Earth and is ignored; longitude comes first: were they swapped?"),
-        );
-        return None;
+    let spot = Spot::at(topology, coordinates);
+    if spot.is_none() {
+        let [first, second] = coordinates;
+        let swapped = match frame.is_geographic() {
+            true => "; longitude comes first: were they swapped?",
+            false => "",
+        };
+        return ignore(format!(
+            "'{name}' [{first}, {second}] is not on Earth and is ignored{swapped}"
+        ));
     }
-    Some(place)
+    spot
+}
+
+/// Warns of a place that no drone of this network can be at.
+pub(super) fn doubt_far_place(topology: &Topology, spot: Spot, warnings: &mut Vec<ReadWarning>) {
+    let off_m = distance_to_box_m(topology.bounds(), spot.point);
+    if off_m <= DOUBTFUL_BEYOND_M {
+        return;
+    }
+    let off_km = off_m / 1_000.0;
+    let remedy = match topology.frame().is_geographic() {
+        true => "; longitude comes first: were they swapped?",
+        false => "",
+    };
+    let message = format!("'location' is {off_km:.0} km beyond the network and doubted{remedy}");
+    warnings.push(ReadWarning::new("location_doubtful", message));
+}
+
+fn distance_to_box_m(bounds: Bounds, point: Point) -> f64 {
+    let inside = Point::new(
+        point.x.max(bounds.min.x).min(bounds.max.x),
+        point.y.max(bounds.min.y).min(bounds.max.y),
+    );
+    inside.distance_m(point)
 }

@@ -1,6 +1,10 @@
 //! What is wrong with a failure report: warnings, which help is given in spite of, and problems, which prevent it.
 
+use serde_json::Value;
 use thiserror::Error;
+
+/// Text from a report is shown up to this many characters.
+const MAX_SHOWN: usize = 64;
 
 /// Something in the report that was passed over or assumed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,30 +15,52 @@ pub struct ReadWarning {
     pub message: String,
 }
 
-/// Warnings as they arise.
-#[derive(Debug, Default)]
-pub(super) struct Warnings(pub(super) Vec<ReadWarning>);
-
-impl Warnings {
-    pub(super) fn add(&mut self, code: &'static str, message: impl Into<String>) {
+impl ReadWarning {
+    /// A warning of a code.
+    pub fn new(code: &'static str, message: impl Into<String>) -> Self {
         let message = message.into();
-        self.0.push(ReadWarning { code, message });
+        Self { code, message }
+    }
+}
+
+/// A value from a report as a message shows it: long ones are cut, so that no answer outgrows its question.
+pub(super) fn shown(value: &Value) -> String {
+    cut(&value.to_string())
+}
+
+/// Text from a report as a message shows it.
+pub(super) fn cut(text: &str) -> String {
+    match text.char_indices().nth(MAX_SHOWN) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 
 /// A body that cannot be taken for a failure report.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ReportProblem {
+    /// Not JSON; a number beyond what a double holds is none either.
+    #[error("is not JSON at line {line}, column {column}: {reason}")]
+    NotJson {
+        /// Line of the place, from 1.
+        line: usize,
+        /// Column of the place, from 1; 0 at the very start of a line.
+        column: usize,
+        /// What was expected, and the remedy where there is one.
+        reason: String,
+    },
     /// Not an object.
     #[error("a failure report is a JSON object")]
     NotAnObject,
     /// Names nothing that locates the drone.
     #[error(
-        "names nothing that locates the drone; give 'service' with the nodes 'from' and 'to', or a 'remaining_path' of at least two nodes"
+        "names nothing that locates the drone; give 'service' with the nodes 'from' and 'to', a 'remaining_path', or a 'location'"
     )]
     NotLocated,
-    /// Names a node that the network does not have.
-    #[error("names the node '{id}' at {pointer}, which the network does not have")]
+    /// Names a node that the network does not have, and nothing else that locates the drone.
+    #[error(
+        "names the node '{id}' at {pointer}, which the network does not have, and nothing else that locates the drone; give a 'location' or a 'remaining_path'"
+    )]
     UnknownNode {
         /// JSON Pointer of the name.
         pointer: String,
@@ -52,9 +78,27 @@ pub enum ReportProblem {
 }
 
 impl ReportProblem {
+    /// What a JSON reader says of a body.
+    pub fn not_json(error: &serde_json::Error) -> Self {
+        let told = error.to_string();
+        let reason = told
+            .rsplit_once(" at line ")
+            .map_or(&*told, |(reason, _)| reason);
+        let remedy = match reason {
+            "number out of range" => "; write a number below 1.8e308, or leave the field out",
+            _ => "",
+        };
+        Self::NotJson {
+            line: error.line(),
+            column: error.column(),
+            reason: format!("{reason}{remedy}"),
+        }
+    }
+
     /// Stable code.
     pub fn code(&self) -> &'static str {
         match self {
+            Self::NotJson { .. } => "report_not_json",
             Self::NotAnObject => "report_not_an_object",
             Self::NotLocated => "report_not_located",
             Self::UnknownNode { .. } => "report_unknown_node",
@@ -65,7 +109,7 @@ impl ReportProblem {
     /// JSON Pointer of the place; empty for the body as a whole.
     pub fn pointer(&self) -> &str {
         match self {
-            Self::NotAnObject | Self::NotLocated => "",
+            Self::NotJson { .. } | Self::NotAnObject | Self::NotLocated => "",
             Self::UnknownNode { pointer, .. } | Self::CannotClose { pointer } => pointer,
         }
     }

@@ -48,6 +48,13 @@ impl RTreeObject for SegmentBox {
     }
 }
 
+impl PointDistance for SegmentBox {
+    /// To the box, not to the segment: never more than the distance to the segment, but for rounding.
+    fn distance_2(&self, point: &[f32; 2]) -> f32 {
+        self.envelope().distance_2(point)
+    }
+}
+
 /// A box in single precision that holds the box given.
 pub fn outer_box(bounds: Bounds) -> AABB<[f32; 2]> {
     AABB::from_corners(

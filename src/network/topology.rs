@@ -139,7 +139,13 @@ impl Topology {
                     true => (ends.from, ends.to),
                     false => (ends.to, ends.from),
                 };
-                Cow::Owned(format!("{}-{}", self.node_id(first), self.node_id(second)))
+                let [first, second] = [first, second].map(|node| self.node_id(node));
+                // Every answer writes these ids: formatting would take three times as long.
+                let mut id = String::with_capacity(first.len() + 1 + second.len());
+                id.push_str(first);
+                id.push('-');
+                id.push_str(second);
+                Cow::Owned(id)
             }
         }
     }

@@ -65,8 +65,8 @@ impl Scratch {
         }
     }
 
-    /// Makes room again where the topology is another one than before.
-    pub(super) fn fit(&mut self, topology: &Topology) {
+    /// Makes room again where the topology is another one than before; [`recompose`] does so by itself.
+    pub fn fit(&mut self, topology: &Topology) {
         let counts = (topology.node_count(), topology.segment_count());
         if (self.nodes, self.segments) != counts {
             *self = Self::new(topology);

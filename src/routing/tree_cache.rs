@@ -103,6 +103,12 @@ impl TreeCache {
         }
     }
 
+    /// Whether there is a tree to `destination`; asking counts neither as a hit nor as a miss.
+    pub fn holds(&self, destination: NodeIx, topology: u64) -> bool {
+        let entries = self.read();
+        entries.topology == topology && entries.by_destination.contains_key(&destination.0)
+    }
+
     /// Keeps the intact tree of a destination; trees of another topology revision are dropped.
     pub fn insert(&self, tree: Arc<DestinationTree>, topology: u64) {
         let mut entries = self.write();

@@ -225,6 +225,9 @@ fn a_plan_has_contingencies_for_every_leg() {
     for leg in legs {
         assert_eq!(leg["if_closed"]["outcome"], "rerouted");
         assert!(leg["if_closed"]["extra_m"].as_f64().expect("metres") >= 0.0);
+        let detour = leg["if_closed"]["nodes"].as_array().expect("nodes");
+        assert_eq!(detour.first(), Some(&leg["from"]));
+        assert_eq!(detour.last(), Some(&leg["if_closed"]["rejoins"]));
         assert!(!leg["nearest_safe_node"]["node"].is_null());
     }
     insta::assert_snapshot!(skyway(&arguments).exits(0).stdout);

@@ -81,7 +81,7 @@ fn a_line_is_answered_like_the_same_request_alone() {
 #[test]
 fn a_line_that_is_no_report_has_its_problem_in_its_place() {
     let not_located = json!({"id": "b", "type": "navigational"});
-    let unknown = json!({"id": "c", "service": {"from": 1, "to": 99_999}});
+    let unknown = json!({"id": "c", "service": {"from": 99_998, "to": 99_999}});
     let wrong_close = json!({"id": "d", "service": {"from": 1, "to": 2}, "close": ["nothing"]});
     let too_long = json!({"id": "e", "note": "x".repeat(1 << 20)});
     let mut input = lines(&[request(json!("a"))]);
@@ -106,7 +106,7 @@ fn a_line_that_is_no_report_has_its_problem_in_its_place() {
         [
             json!("c"),
             json!("report_unknown_node"),
-            json!("/service/to"),
+            json!("/service/from"),
         ],
         [json!("d"), json!("report_cannot_close"), json!("/close/0")],
         [null(), json!("report_too_long"), json!("")],

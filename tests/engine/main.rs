@@ -8,9 +8,12 @@
 mod airspace;
 mod bundled;
 mod certificates;
+mod composition;
 mod drawing;
 mod oracle;
 mod projection;
+mod report_properties;
+mod reports;
 mod shape_cases;
 mod shape_queries;
 mod shapes;

@@ -1,0 +1,37 @@
+//! The engine's words and those of the wire, one for one.
+
+use crate::flight::FailureType;
+use crate::recompose::{Outcome, Scope, Stage, Strategy};
+use crate::wire;
+
+/// Conversions between two enumerations with the same variants.
+macro_rules! same_words {
+    ($from:ty => $to:ty { $($word:ident),+ $(,)? }) => {
+        impl From<$from> for $to {
+            fn from(word: $from) -> Self {
+                match word {
+                    $(<$from>::$word => Self::$word,)+
+                }
+            }
+        }
+    };
+}
+
+same_words!(wire::FailureType => FailureType {
+    Environmental, Navigational, Regulatory, Infrastructure, Operational, ServiceLevel,
+});
+same_words!(FailureType => wire::FailureType {
+    Environmental, Navigational, Regulatory, Infrastructure, Operational, ServiceLevel,
+});
+same_words!(wire::Strategy => Strategy {
+    Exact, TwoPhased, CellDensity, Radius, Dijkstra, Astar, BellmanFord,
+});
+same_words!(Strategy => wire::Strategy {
+    Exact, TwoPhased, CellDensity, Radius, Dijkstra, Astar, BellmanFord,
+});
+same_words!(wire::Scope => Scope { Local, Global });
+same_words!(Scope => wire::Scope { Local, Global });
+same_words!(Outcome => wire::Outcome { Rerouted, Unaffected, Diverted, NoRoute });
+same_words!(Stage => wire::Stage {
+    Global, Circle, Cells, Triangle, Rhombus, Rectangle, Grown, Local,
+});
