@@ -10,6 +10,14 @@ mod clock;
 mod compare;
 mod completions;
 mod compose;
+#[cfg(feature = "edge")]
+mod config;
+#[cfg(feature = "edge")]
+mod demo;
+#[cfg(feature = "edge")]
+mod edge;
+#[cfg(feature = "edge")]
+mod edge_flags;
 mod failure;
 mod files;
 mod man;
@@ -21,8 +29,12 @@ mod output;
 mod picture;
 mod plan;
 mod requests;
+#[cfg(feature = "edge")]
+mod replay;
 mod reroute;
 mod stop;
+#[cfg(feature = "edge")]
+mod token;
 mod verify;
 
 use clap::{Args, Parser, Subcommand};
@@ -37,7 +49,8 @@ Examples:
   skyway compose --source 1 --destination 450                 a plan with its contingencies
   skyway network info                                         what the network is like
 
-Exit codes: 0 for any outcome, 1 for a failure, 2 for arguments that make no sense.";
+Exit codes: 0 for any outcome, 1 for a failure, 2 for arguments that make no sense,
+78 for a configuration that is not valid.";
 
 /// Exact, sub-millisecond recomposition of drone delivery routes on a skyway network
 ///
@@ -72,11 +85,27 @@ enum Command {
     Compose(compose::Compose),
     /// Answer one failure report with every strategy, in one table
     Compare(compare::Compare),
+    /// Start an edge on this machine with a small fleet that flies in accelerated time
+    #[cfg(feature = "edge")]
+    Demo(demo::Demo),
+    /// Serve drones and operators: REST and gRPC on one port
+    #[cfg(feature = "edge")]
+    Edge(edge::Edge),
+    /// Compute an answer of an edge again, from what it kept of it
+    #[cfg(feature = "edge")]
+    Replay(replay::Replay),
     /// Check the certificate of an exact answer; exit code 0 when it is proved, 1 when not
     Verify(verify::Verify),
     /// Make, inspect, convert and draw networks
     #[command(subcommand)]
     Network(network::Network),
+    /// Check and show the configuration of an edge
+    #[cfg(feature = "edge")]
+    #[command(subcommand)]
+    Config(config::Config),
+    /// Make a token for those who call an edge
+    #[cfg(feature = "edge")]
+    Token(token::Token),
     /// Write completions for a shell to standard output
     Completions(completions::Completions),
     /// Write the manual page, or all of them
@@ -114,8 +143,18 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Reroute(command) => command.run(output),
         Command::Compose(command) => command.run(output),
         Command::Compare(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Demo(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Edge(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Replay(command) => command.run(output),
         Command::Verify(command) => command.run(output),
         Command::Network(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Config(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Token(command) => command.run(output),
         Command::Completions(command) => command.run(output),
         Command::Man(command) => command.run(output),
     }

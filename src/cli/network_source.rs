@@ -3,6 +3,8 @@
 use super::files;
 use super::output::Output;
 use super::stop::Stop;
+#[cfg(feature = "edge")]
+use crate::formats::is_foreign;
 use crate::formats::{LoadError, LoadedNetwork, load_csv_network, load_network};
 use crate::network::{Components, Topology, bundled};
 use clap::Args;
@@ -58,6 +60,26 @@ pub(super) fn load(name: &str, edges: Option<&Path>, output: &Output) -> Result<
     };
     introduce(&loaded, output);
     Ok(loaded)
+}
+
+/// Loads a network in the native format, with the text it was read from, for those who serve it to others.
+#[cfg(feature = "edge")]
+pub(super) fn load_with_text(name: &str, output: &Output) -> Result<(Topology, String), Stop> {
+    let text = match name {
+        SYDNEY => bundled::SYDNEY_CBD.to_owned(),
+        CORRIDOR => bundled::CORRIDOR.to_owned(),
+        file => files::read_text(Path::new(file))?,
+    };
+    if looks_like_csv(&text) || is_foreign(&text) {
+        return Err(Stop::failed(format!(
+            "{name} is not a network in GeoJSON, which an edge serves; make one of it with skyway network convert"
+        )));
+    }
+    let loaded = load_network(&text).map_err(|error| Stop::all_of(name, &error.lines()))?;
+    let topology = loaded.topology;
+    let (nodes, segments) = (topology.node_count(), topology.segment_count());
+    output.note(&format!("{}: {nodes} nodes, {segments} segments", topology.name()));
+    Ok((topology, text))
 }
 
 fn load_file(path: &Path, edges: Option<&Path>) -> Result<LoadedNetwork, Stop> {

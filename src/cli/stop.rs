@@ -8,6 +8,11 @@ use std::process::ExitCode;
 const MAX_SHOWN: usize = 100;
 const EXIT_FAILURE: u8 = 1;
 const EXIT_USAGE: u8 = 2;
+#[cfg(feature = "edge")]
+const EXIT_UNREACHABLE: u8 = 4;
+/// `EX_CONFIG` of sysexits.h, by which supervisors know that starting again does not help.
+#[cfg(feature = "edge")]
+const EXIT_CONFIGURATION: u8 = 78;
 
 /// How a command that ran to its end turned out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +39,12 @@ pub(super) enum Stop {
     Usage(String),
     /// Something outside failed: each entry is one error.
     Failed(Vec<String>),
+    /// The configuration of an edge is not valid: each entry is one fault.
+    #[cfg(feature = "edge")]
+    Misconfigured(Vec<String>),
+    /// An edge cannot be reached.
+    #[cfg(feature = "edge")]
+    Unreachable(String),
     /// Whoever read the output has had enough of it.
     OutputClosed,
 }
@@ -63,7 +74,11 @@ impl Stop {
         let errors = match self {
             Self::OutputClosed => return Vec::new(),
             Self::Usage(message) => return vec![message.clone()],
+            #[cfg(feature = "edge")]
+            Self::Unreachable(message) => return vec![message.clone()],
             Self::Failed(errors) => errors,
+            #[cfg(feature = "edge")]
+            Self::Misconfigured(faults) => faults,
         };
         let mut shown: Vec<String> = errors.iter().take(MAX_SHOWN).cloned().collect();
         if errors.len() > MAX_SHOWN {
@@ -77,6 +92,10 @@ impl Stop {
             Self::OutputClosed => ExitCode::SUCCESS,
             Self::Usage(_) => ExitCode::from(EXIT_USAGE),
             Self::Failed(_) => ExitCode::from(EXIT_FAILURE),
+            #[cfg(feature = "edge")]
+            Self::Misconfigured(_) => ExitCode::from(EXIT_CONFIGURATION),
+            #[cfg(feature = "edge")]
+            Self::Unreachable(_) => ExitCode::from(EXIT_UNREACHABLE),
         }
     }
 }

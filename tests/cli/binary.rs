@@ -121,6 +121,14 @@ impl Desk {
         path
     }
 
+    /// Sets who may do what with a file in it.
+    #[cfg(all(unix, feature = "edge"))]
+    pub(crate) fn permit(&self, name: &str, mode: u32) {
+        use std::os::unix::fs::PermissionsExt;
+        let permissions = std::fs::Permissions::from_mode(mode);
+        std::fs::set_permissions(self.path(name), permissions).expect("a file of ours");
+    }
+
     /// Reads a file in it.
     pub(crate) fn read(&self, name: &str) -> String {
         read(Path::new(&self.path(name)))

@@ -2,7 +2,7 @@
 
 use crate::binary::{Desk, skyway, skyway_in, skyway_unread};
 
-const COMMANDS: [&[&str]; 13] = [
+const COMMANDS: &[&[&str]] = &[
     &[],
     &["reroute"],
     &["compose"],
@@ -14,6 +14,22 @@ const COMMANDS: [&[&str]; 13] = [
     &["network", "info"],
     &["network", "convert"],
     &["network", "draw"],
+    #[cfg(feature = "edge")]
+    &["demo"],
+    #[cfg(feature = "edge")]
+    &["edge"],
+    #[cfg(feature = "edge")]
+    &["replay"],
+    #[cfg(feature = "edge")]
+    &["config"],
+    #[cfg(feature = "edge")]
+    &["config", "check"],
+    #[cfg(feature = "edge")]
+    &["config", "show"],
+    #[cfg(feature = "edge")]
+    &["config", "sample"],
+    #[cfg(feature = "edge")]
+    &["token"],
     &["completions"],
     &["man"],
 ];
@@ -21,7 +37,7 @@ const COMMANDS: [&[&str]; 13] = [
 #[test]
 fn help_of_every_command() {
     for command in COMMANDS {
-        let arguments = [command, &["--help"]].concat();
+        let arguments = [*command, &["--help"]].concat();
         let run = skyway(&arguments).exits(0);
         assert_eq!(run.stderr, "");
         let name = ["help", &command.join("-")].join("-");

@@ -2,6 +2,10 @@
 
 mod answers;
 mod binary;
+#[cfg(feature = "edge")]
+mod config;
+#[cfg(feature = "edge")]
+mod demo;
 mod help;
 mod input;
 mod networks;

@@ -1,0 +1,276 @@
+//! `skyway replay`: computes an answer again from what its edge kept of it.
+//!
+//! The recorded world and the settled report are all that goes in: no tables, no plans, no telemetry. The same
+//! outcome and the same length, to 1e-9 of it, have to come out; the path may differ only where lengths tie.
+
+use super::answer_table::outcome_name;
+use super::edge::runtime;
+use super::files;
+use super::output::Output;
+use super::stop::{Stop, Verdict};
+use crate::airspace::{Airspace, Cause, Change, Closure, Hits};
+use crate::formats::{ZoneId, load_network, read_report, zone_from_feature};
+use crate::network::Topology;
+use crate::recompose::{Recomposition, Scratch, World, recompose};
+use crate::wire::{Record, RecordedClosure};
+use clap::Args;
+use jiff::{SignedDuration, Timestamp};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+const EXAMPLES: &str = "\
+Examples:
+  skyway replay 1795269600000-17
+  skyway replay 1795269600000-17 --edge http://127.0.0.1:8080 --json
+
+Exit codes: 0 when the same answer comes out, 1 when another does, 4 when the edge cannot be reached.";
+
+/// Two lengths are the same when they differ by less than this share.
+const TOLERANCE: f64 = 1e-9;
+/// How long the edge may take for an answer.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// The largest answer that is read, in bytes: a network of a million segments fits.
+const ANSWER_BYTES_MAX: usize = 1 << 30;
+
+/// Arguments of `skyway replay`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Replay {
+    /// Id of the recomposition
+    #[arg(value_name = "ID")]
+    id: String,
+    /// The edge that gave the answer
+    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8080")]
+    edge: String,
+    /// A file with the token to show to the edge
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// Write JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How the answer computed again compares with the recorded one.
+struct Comparison {
+    recorded_outcome: String,
+    outcome: String,
+    recorded_length_m: Option<f64>,
+    length_m: Option<f64>,
+    same_path: bool,
+    same_network: bool,
+}
+
+impl Comparison {
+    fn is_same(&self) -> bool {
+        let same_length = match (self.recorded_length_m, self.length_m) {
+            (Some(recorded_m), Some(length_m)) => {
+                (recorded_m - length_m).abs() <= TOLERANCE * recorded_m.abs().max(1.0)
+            }
+            (None, None) => true,
+            _ => false,
+        };
+        self.same_network && self.recorded_outcome == self.outcome && same_length
+    }
+}
+
+impl Replay {
+    pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        let token = self
+            .token_file
+            .as_deref()
+            .map(files::read_text)
+            .transpose()?;
+        let (record, network) = runtime()?.block_on(self.fetch(token.as_deref()))?;
+        let record: Record<'static> = serde_json::from_slice(&record)
+            .map_err(|error| Stop::failed(format!("the edge's record cannot be read: {error}")))?;
+        let network = String::from_utf8(network).map_err(Stop::failed)?;
+        let loaded = load_network(&network)
+            .map_err(|error| Stop::all_of("the edge's network", &error.lines()))?;
+        let topology = Arc::new(loaded.topology);
+        let again = compute(&record, &topology)?;
+        let comparison = compare(&record, &again, &topology);
+        self.tell(&comparison, output)?;
+        Ok(match comparison.is_same() {
+            true => Verdict::Done,
+            false => Verdict::Negative,
+        })
+    }
+
+    async fn fetch(&self, token: Option<&str>) -> Result<(Vec<u8>, Vec<u8>), Stop> {
+        let client = reqwest::Client::builder()
+            .timeout(PATIENCE)
+            .build()
+            .map_err(Stop::failed)?;
+        let base = self.edge.trim_end_matches('/');
+        let record = get(
+            &client,
+            &format!("{base}/v1/recompositions/{}", self.id),
+            token,
+        )
+        .await?;
+        let network = get(&client, &format!("{base}/v1/network"), token).await?;
+        Ok((record, network))
+    }
+
+    fn tell(&self, comparison: &Comparison, output: &Output) -> Result<(), Stop> {
+        if self.json {
+            return output.json(&json!({
+                "same": comparison.is_same(),
+                "same_path": comparison.same_path,
+                "same_network": comparison.same_network,
+                "recorded": {"outcome": comparison.recorded_outcome, "remaining_length_m": comparison.recorded_length_m},
+                "computed": {"outcome": comparison.outcome, "remaining_length_m": comparison.length_m},
+            }));
+        }
+        if !comparison.same_network {
+            output.line("not the same: the edge's network is another one than recorded")?;
+        }
+        let length = |length_m: Option<f64>| {
+            length_m.map_or("no path".to_owned(), |length_m| format!("{length_m:.3} m"))
+        };
+        output.line(&format!(
+            "recorded: {}, {}",
+            comparison.recorded_outcome,
+            length(comparison.recorded_length_m)
+        ))?;
+        output.line(&format!(
+            "computed: {}, {}",
+            comparison.outcome,
+            length(comparison.length_m)
+        ))?;
+        output.line(match (comparison.is_same(), comparison.same_path) {
+            (true, true) => "the same answer",
+            (true, false) => "the same answer, by another path of the same length",
+            (false, _) => "not the same answer",
+        })
+    }
+}
+
+async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result<Vec<u8>, Stop> {
+    let unreachable =
+        |error: reqwest::Error| Stop::Unreachable(format!("cannot reach {url}: {error}"));
+    let mut request = client.get(url);
+    if let Some(token) = token {
+        request = request.bearer_auth(token.trim());
+    }
+    let mut response = request.send().await.map_err(unreachable)?;
+    let status = response.status();
+    let mut body = Vec::new();
+    while let Some(chunk) = response.chunk().await.map_err(unreachable)? {
+        body.extend_from_slice(&chunk);
+        if body.len() > ANSWER_BYTES_MAX {
+            return Err(Stop::failed(format!(
+                "the answer of {url} is larger than {ANSWER_BYTES_MAX} bytes"
+            )));
+        }
+    }
+    if status.is_success() {
+        return Ok(body);
+    }
+    let problem: Value = serde_json::from_slice(&body).unwrap_or_default();
+    let detail = problem["detail"].as_str().unwrap_or_default();
+    Err(Stop::failed(format!("{url} answers {status}: {detail}")))
+}
+
+/// Computes the answer to the settled report on the recorded world.
+fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Recomposition, Stop> {
+    let unreadable = |what: &str, error: &dyn std::fmt::Display| {
+        Stop::failed(format!("{what} of the record cannot be read: {error}"))
+    };
+    let as_of: Timestamp = record
+        .world
+        .as_of
+        .parse()
+        .map_err(|error| unreadable("the time", &error))?;
+    let horizon = SignedDuration::try_from_secs_f64(record.world.horizon_s);
+    let horizon = horizon.map_err(|error| unreadable("the horizon", &error))?;
+    let closures: Result<Vec<Change>, Stop> = record
+        .world
+        .closures
+        .iter()
+        .map(|closure| Ok(Change::Put(Arc::new(closure_of(closure, topology)?))))
+        .collect();
+    let open = Airspace::open(
+        topology.clone(),
+        record.world.topology_revision,
+        as_of,
+        horizon,
+    );
+    let airspace = open.apply(&closures?, as_of);
+    let report = serde_json::to_value(&record.settled_report)
+        .map_err(|error| unreadable("the report", &error))?;
+    let read = read_report(&report, &airspace).map_err(|error| unreadable("the report", &error))?;
+    let world = World {
+        airspace: &airspace,
+        trees: None,
+    };
+    Ok(recompose(
+        &world,
+        &read.request,
+        &mut Scratch::new(topology),
+    ))
+}
+
+fn closure_of(recorded: &RecordedClosure<'_>, topology: &Topology) -> Result<Closure, Stop> {
+    let id = recorded.id.to_string();
+    if let Some(feature) = &recorded.zone {
+        let zone = zone_from_feature(feature, ZoneId::Fixed(&id), topology.frame());
+        let zone =
+            zone.map_err(|problems| Stop::all_of(&format!("zone {id} of the record"), &problems))?;
+        return Ok(Closure::of_zone(topology, Arc::new(zone)));
+    }
+    let missing = |name: &str| {
+        Stop::failed(format!(
+            "closure {id} of the record names {name}, which the network does not have"
+        ))
+    };
+    let segments = recorded.segments.iter().map(|segment| {
+        topology
+            .find_segment(segment)
+            .ok_or_else(|| missing(segment))
+    });
+    let nodes = recorded.nodes.iter().map(|node| {
+        topology
+            .node(&node.text())
+            .ok_or_else(|| missing(&node.text()))
+    });
+    let pads = recorded.pads.iter().map(|node| {
+        topology
+            .node(&node.text())
+            .ok_or_else(|| missing(&node.text()))
+    });
+    Ok(Closure {
+        hits: Hits::new(
+            segments.collect::<Result<_, _>>()?,
+            nodes.collect::<Result<_, _>>()?,
+        ),
+        pads: pads.collect::<Result<_, _>>()?,
+        // It counted; for how long is of no matter here.
+        windows: Vec::new(),
+        cause: Cause::Operator {
+            reason: String::new(),
+        },
+        id,
+    })
+}
+
+fn compare(record: &Record<'_>, again: &Recomposition, topology: &Topology) -> Comparison {
+    let recorded = &record.answer.answer;
+    let nodes = again.path.nodes.iter().map(|&node| topology.node_id(node));
+    let fingerprint: String = topology
+        .fingerprint()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let recorded_outcome = serde_json::to_value(recorded.outcome).unwrap_or_default();
+    Comparison {
+        recorded_outcome: recorded_outcome.as_str().unwrap_or_default().to_owned(),
+        outcome: outcome_name(again.outcome).to_owned(),
+        recorded_length_m: recorded.remaining_length_m,
+        length_m: again.remaining_length_m,
+        same_path: recorded.path.nodes.iter().map(|id| id.text()).eq(nodes),
+        same_network: record.world.network_sha256 == fingerprint,
+    }
+}

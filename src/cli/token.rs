@@ -1,0 +1,50 @@
+//! `skyway token`: a token for a drone, an operator, an edge or a collector of metrics.
+
+use super::output::Output;
+use super::stop::{Stop, Verdict};
+use crate::config::NewToken;
+use clap::Args;
+use serde_json::json;
+
+const EXAMPLES: &str = "\
+Examples:
+  skyway token --role operator --subject '*'            the token, and the lines to add to the file
+  skyway token --role drone --subject acme --json       for a fleet: drones acme/1, acme/2, ...
+  (umask 077; skyway token --role drone --subject d-7 2>> tokens.toml > d-7.token)";
+
+/// Arguments of `skyway token`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Token {
+    /// What its bearer may do: drone, operator, edge or metrics
+    #[arg(long)]
+    role: String,
+    /// To whose things: a drone's id, a fleet, or *
+    #[arg(long)]
+    subject: String,
+    /// Write the token and its digest as JSON, and nothing to standard error
+    #[arg(long)]
+    json: bool,
+}
+
+impl Token {
+    pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        let mut random = [0; 32];
+        getrandom::fill(&mut random)
+            .map_err(|error| Stop::failed(format!("the system has no random bits: {error}")))?;
+        let new = NewToken::of(&random, &self.role, &self.subject).map_err(Stop::Usage)?;
+        if self.json {
+            output.json(&json!({
+                "token": new.token,
+                "sha256": new.sha256,
+                "role": new.role.name(),
+                "subject": *new.subject,
+                "stanza": new.stanza(),
+            }))?;
+        } else {
+            output.line(&new.token)?;
+            output.note(new.stanza().trim_end());
+        }
+        Ok(Verdict::Done)
+    }
+}

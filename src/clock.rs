@@ -1,0 +1,303 @@
+//! The clock: the only part of the service that asks what time it is.
+//!
+//! It is the machine's, or a simulator's with a start and a rate of its own, or one that a test moves by
+//! hand. Whoever needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
+
+use crate::wire::ClockKind;
+use jiff::{SignedDuration, Timestamp};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// No wait is longer, as the machine's clock may be set while one waits.
+const LONGEST_WAIT: Duration = Duration::from_secs(30);
+
+#[expect(
+    clippy::disallowed_types,
+    reason = "the door to the clock: time that only goes forward"
+)]
+type Monotonic = std::time::Instant;
+
+/// What tells the time.
+#[derive(Clone, Debug)]
+pub struct Clock(Source);
+
+#[derive(Clone, Debug)]
+enum Source {
+    Real,
+    Simulated(Simulation),
+    ByHand(watch::Receiver<Timestamp>),
+}
+
+/// Time that began at an instant of its own and passes at a rate of its own.
+#[derive(Clone, Copy, Debug)]
+struct Simulation {
+    start: Timestamp,
+    rate: f64,
+    began: Monotonic,
+}
+
+impl Simulation {
+    /// The simulated instant once so much real time has passed; beyond the calendar, its last.
+    fn after(&self, elapsed: Duration) -> Timestamp {
+        let passed_s = elapsed.as_secs_f64() * self.rate;
+        let passed = SignedDuration::try_from_secs_f64(passed_s).ok();
+        passed
+            .and_then(|passed| self.start.checked_add(passed).ok())
+            .unwrap_or(Timestamp::MAX)
+    }
+}
+
+impl Clock {
+    /// The machine's clock.
+    pub fn real() -> Self {
+        Self(Source::Real)
+    }
+
+    /// A clock that shows `start` now and runs `rate` times as fast as the machine's. A rate that is not a
+    /// positive number counts as 1; the configuration refuses it before.
+    pub fn simulated(start: Timestamp, rate: f64) -> Self {
+        let is_rate = rate.is_finite() && rate > 0.0;
+        Self(Source::Simulated(Simulation {
+            start,
+            rate: if is_rate { rate } else { 1.0 },
+            began: monotonic_now(),
+        }))
+    }
+
+    /// A clock that shows `start` until its hand is moved.
+    pub fn by_hand(start: Timestamp) -> (Self, Hand) {
+        let (hand, clock) = watch::channel(start);
+        (Self(Source::ByHand(clock)), Hand(hand))
+    }
+
+    /// The time now.
+    pub fn now(&self) -> Timestamp {
+        match &self.0 {
+            Source::Real => machine_now(),
+            Source::Simulated(simulation) => simulation.after(monotonic_since(simulation.began)),
+            Source::ByHand(clock) => *clock.borrow(),
+        }
+    }
+
+    /// What answers say of this clock. One moved by hand is no more real than a simulator's.
+    pub fn kind(&self) -> ClockKind {
+        match &self.0 {
+            Source::Real => ClockKind::Real,
+            Source::Simulated(_) | Source::ByHand(_) => ClockKind::Simulated,
+        }
+    }
+
+    /// Starts to measure how long something takes: on the machine's time that only goes forward, or on
+    /// the hand's.
+    pub fn stopwatch(&self) -> Stopwatch {
+        match &self.0 {
+            Source::Real | Source::Simulated(_) => Stopwatch(Began::Machine(monotonic_now())),
+            Source::ByHand(clock) => {
+                let start = *clock.borrow();
+                Stopwatch(Began::ByHand(clock.clone(), start))
+            }
+        }
+    }
+
+    /// How long to wait, in the machine's time, before it is worth asking whether `instant` has come: zero
+    /// when it has, and never more than 30 s, as the machine's clock may be set meanwhile. None for a
+    /// clock moved by hand, of which nobody knows; [`Clock::sleep_until`] waits for its hand.
+    pub fn real_duration_until(&self, instant: Timestamp) -> Option<Duration> {
+        let left = instant.duration_since(self.now());
+        let Ok(left) = Duration::try_from(left) else {
+            return Some(Duration::ZERO);
+        };
+        if left.is_zero() {
+            return Some(left);
+        }
+        match &self.0 {
+            Source::Real => Some(left.min(LONGEST_WAIT)),
+            Source::Simulated(simulation) => Some(scaled(left, simulation.rate)),
+            Source::ByHand(_) => None,
+        }
+    }
+
+    /// Waits until `instant` has come.
+    pub async fn sleep_until(&self, instant: Timestamp) {
+        if let Source::ByHand(clock) = &self.0 {
+            let mut clock = clock.clone();
+            let has_come = clock.wait_for(|now| *now >= instant).await.is_ok();
+            if !has_come {
+                // Without its hand this clock stands still.
+                std::future::pending::<()>().await;
+            }
+            return;
+        }
+        while self.now() < instant {
+            let wait = self.real_duration_until(instant);
+            tokio::time::sleep(wait.unwrap_or(LONGEST_WAIT)).await;
+        }
+    }
+}
+
+/// Simulated time in the machine's.
+fn scaled(left: Duration, rate: f64) -> Duration {
+    let real_s = left.as_secs_f64() / rate;
+    // Rounded up, so that whoever waits does not wake a nanosecond early and waits again for nothing.
+    let real = Duration::try_from_secs_f64(real_s).unwrap_or(LONGEST_WAIT);
+    real.saturating_add(Duration::from_nanos(1))
+        .min(LONGEST_WAIT)
+}
+
+/// What moves a clock by hand.
+#[derive(Debug)]
+pub struct Hand(watch::Sender<Timestamp>);
+
+impl Hand {
+    /// Sets the clock, forward or back.
+    pub fn set(&self, now: Timestamp) {
+        self.0.send_replace(now);
+    }
+
+    /// Moves the clock on, to the end of the calendar at most.
+    pub fn advance(&self, by: SignedDuration) {
+        self.0.send_modify(|now| {
+            *now = now.checked_add(by).unwrap_or(Timestamp::MAX);
+        });
+    }
+}
+
+/// Measures how long something takes.
+#[derive(Clone, Debug)]
+pub struct Stopwatch(Began);
+
+#[derive(Clone, Debug)]
+enum Began {
+    Machine(Monotonic),
+    ByHand(watch::Receiver<Timestamp>, Timestamp),
+}
+
+impl Stopwatch {
+    /// How long since it was started.
+    pub fn elapsed(&self) -> Duration {
+        match &self.0 {
+            Began::Machine(began) => monotonic_since(*began),
+            Began::ByHand(clock, start) => {
+                let elapsed = clock.borrow().duration_since(*start);
+                // A hand moved back measures nothing.
+                Duration::try_from(elapsed).unwrap_or_default()
+            }
+        }
+    }
+
+    /// The same in microseconds, as answers tell it.
+    pub fn elapsed_us(&self) -> f64 {
+        self.elapsed().as_nanos() as f64 / 1e3
+    }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the door to the clock: the time of the world"
+)]
+fn machine_now() -> Timestamp {
+    Timestamp::now()
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the door to the clock: time that only goes forward"
+)]
+fn monotonic_now() -> Monotonic {
+    Monotonic::now()
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the door to the clock: time that only goes forward"
+)]
+fn monotonic_since(began: Monotonic) -> Duration {
+    began.elapsed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::future::Future;
+    use std::pin::pin;
+    use std::task::{Context, Poll, Waker};
+
+    fn start() -> Timestamp {
+        "2026-05-04T08:00:00Z".parse().expect("an instant")
+    }
+
+    #[test]
+    fn a_clock_by_hand_moves_when_its_hand_does() {
+        let (clock, hand) = Clock::by_hand(start());
+        let stopwatch = clock.stopwatch();
+        assert_eq!(clock.now(), start());
+        assert_eq!(clock.kind(), ClockKind::Simulated);
+        hand.advance(SignedDuration::from_millis(90));
+        assert_eq!(
+            clock.clone().now(),
+            start() + SignedDuration::from_millis(90)
+        );
+        assert_eq!(stopwatch.elapsed_us(), 90_000.0);
+        hand.set(start() - SignedDuration::from_secs(1));
+        assert_eq!(stopwatch.elapsed(), Duration::ZERO);
+        hand.advance(SignedDuration::MAX);
+        assert_eq!(clock.now(), Timestamp::MAX);
+    }
+
+    #[test]
+    fn who_sleeps_wakes_when_the_hand_reaches_the_instant_and_not_before() {
+        let (clock, hand) = Clock::by_hand(start());
+        let noon = start() + SignedDuration::from_hours(4);
+        assert_eq!(clock.real_duration_until(noon), None);
+        let mut sleep = pin!(clock.sleep_until(noon));
+        let mut context = Context::from_waker(Waker::noop());
+        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Pending);
+        hand.set(noon - SignedDuration::from_nanos(1));
+        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Pending);
+        hand.set(noon);
+        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Ready(()));
+        assert_eq!(clock.real_duration_until(noon), Some(Duration::ZERO));
+        // Nobody moves the hand any more: an instant ahead never comes.
+        drop(hand);
+        let mut never = pin!(clock.sleep_until(noon + SignedDuration::from_secs(1)));
+        assert_eq!(never.as_mut().poll(&mut context), Poll::Pending);
+    }
+
+    #[test]
+    fn simulated_time_passes_at_its_rate() {
+        let simulation = |rate| Simulation {
+            start: start(),
+            rate,
+            began: monotonic_now(),
+        };
+        let minute = Duration::from_secs(60);
+        let after = |rate| simulation(rate).after(minute);
+        assert_eq!(after(1.0), start() + SignedDuration::from_mins(1));
+        assert_eq!(after(60.0), start() + SignedDuration::from_hours(1));
+        assert_eq!(after(0.5), start() + SignedDuration::from_secs(30));
+        assert_eq!(after(1e30), Timestamp::MAX);
+        assert_eq!(scaled(minute, 60.0), Duration::new(1, 1));
+        assert_eq!(scaled(minute, 0.001), LONGEST_WAIT);
+        assert_eq!(scaled(Duration::MAX, 1e-300), LONGEST_WAIT);
+    }
+
+    #[test]
+    fn a_simulated_clock_starts_where_it_is_told_and_says_what_it_is() {
+        let clock = Clock::simulated(start(), 10.0);
+        let first = clock.now();
+        assert!(first >= start() && clock.now() >= first, "{first}");
+        assert_eq!(clock.kind(), ClockKind::Simulated);
+        assert_eq!(clock.real_duration_until(start()), Some(Duration::ZERO));
+        let standing = Clock::simulated(start(), f64::NAN);
+        assert!(standing.now() < start() + SignedDuration::from_hours(1));
+    }
+
+    #[test]
+    fn nobody_waits_long_for_the_machine() {
+        let clock = Clock::real();
+        assert_eq!(clock.kind(), ClockKind::Real);
+        let wait = |instant| clock.real_duration_until(instant);
+        assert_eq!(wait(Timestamp::MAX), Some(LONGEST_WAIT));
+        assert_eq!(wait(Timestamp::MIN), Some(Duration::ZERO));
+    }
+}

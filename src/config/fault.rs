@@ -1,0 +1,232 @@
+//! What is wrong with a configuration, and where it was said.
+
+use super::tokens::TokensError;
+use std::fmt;
+use std::net::SocketAddr;
+use thiserror::Error;
+
+/// Who said what a setting is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody.
+    Default,
+    /// A line of the file.
+    File {
+        /// The file as it was named.
+        path: String,
+        /// The line, from 1.
+        line: usize,
+    },
+    /// A variable of the environment.
+    Environment {
+        /// Its name.
+        variable: String,
+    },
+    /// A flag.
+    Flag {
+        /// As it is written: `--listen`, or `--set limits.body`.
+        flag: String,
+    },
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Default => write!(formatter, "default"),
+            Self::File { path, line } => write!(formatter, "file {path}:{line}"),
+            Self::Environment { variable } => write!(formatter, "env {variable}"),
+            Self::Flag { flag } => write!(formatter, "flag {flag}"),
+        }
+    }
+}
+
+/// One thing wrong with a configuration.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ConfigFault {
+    /// The file is no TOML.
+    #[error("{origin}: {message}")]
+    Syntax {
+        /// Where.
+        origin: Origin,
+        /// What the parser says.
+        message: String,
+    },
+    /// There is no such setting, section or variable.
+    #[error("{origin}: there is no setting '{name}'{}", did_you_mean(.nearest))]
+    Unknown {
+        /// Where.
+        origin: Origin,
+        /// What was named.
+        name: String,
+        /// What was probably meant.
+        nearest: Option<String>,
+    },
+    /// A section is written as a value, or a setting as a section.
+    #[error("{origin}: {name} is {found}, not {expected}")]
+    WrongKind {
+        /// Where.
+        origin: Origin,
+        /// The setting or section.
+        name: String,
+        /// What the file has.
+        found: &'static str,
+        /// What it should have.
+        expected: String,
+    },
+    /// The text is no value of the setting.
+    #[error("{origin}: {name}: '{text}' is not {expected}")]
+    Unreadable {
+        /// Where.
+        origin: Origin,
+        /// The setting.
+        name: String,
+        /// What was said.
+        text: String,
+        /// What it should be, with an example.
+        expected: &'static str,
+    },
+    /// The value is outside its bounds.
+    #[error("{origin}: {name}: {text} is not from {least} to {most}")]
+    OutOfBounds {
+        /// Where.
+        origin: Origin,
+        /// The setting.
+        name: String,
+        /// What was said.
+        text: String,
+        /// The least it may be.
+        least: String,
+        /// The most it may be.
+        most: String,
+    },
+    /// Two flags say what one setting is.
+    #[error("{origin}: {name} is set twice; keep one of the flags")]
+    Twice {
+        /// The second flag.
+        origin: Origin,
+        /// The setting.
+        name: String,
+    },
+    /// Other machines would reach an edge that knows nobody.
+    #[error(
+        "{origin}: listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
+    )]
+    NoTokens {
+        /// Who said where to listen.
+        origin: Origin,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Tokens would cross the network in the clear.
+    #[error(
+        "{origin}: listen = {address} is not loopback and the edge does not encrypt; put a proxy that does in front of \
+         it on loopback, or set allow_plaintext = true where the network is trusted"
+    )]
+    PlainText {
+        /// Who said where to listen.
+        origin: Origin,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// The admin listener is open to every network of the machine, or to the world.
+    #[error(
+        "{origin}: admin_listen = {address} is neither loopback nor a private address; name the private address"
+    )]
+    AdminExposed {
+        /// Who said where to listen.
+        origin: Origin,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Other machines would read the metrics of an edge that knows nobody.
+    #[error(
+        "{origin}: admin_listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
+    )]
+    AdminWithoutTokens {
+        /// Who said where to listen.
+        origin: Origin,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Both listeners want the same port.
+    #[error(
+        "{origin}: admin_listen = {address} is also where drones are served; take another port"
+    )]
+    SameAddress {
+        /// Who said where the admin listener is.
+        origin: Origin,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Real drones would be served in a time that is not theirs.
+    #[error(
+        "{origin}: a simulated clock is for loopback only, and {listener} = {address} is not; leave clock.start and \
+         clock.rate out"
+    )]
+    SimulatedClock {
+        /// Who asked for the clock.
+        origin: Origin,
+        /// The setting with the address.
+        listener: &'static str,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// One threshold is beyond the other.
+    #[error("{origin}: freshness.degraded_after is not longer than freshness.stale_after")]
+    Freshness {
+        /// Who said the later threshold.
+        origin: Origin,
+    },
+    /// The file of tokens is of no use.
+    #[error("{origin}: {error}")]
+    Tokens {
+        /// Who named the file.
+        origin: Origin,
+        /// What is wrong with it.
+        error: TokensError,
+    },
+}
+
+/// Something in a configuration that an operator should know of.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ConfigWarning {
+    /// Tokens and positions cross the network in the clear.
+    #[error(
+        "{listener} = {address} serves other machines without encryption; so does everything on the way there"
+    )]
+    PlainText {
+        /// The setting with the address.
+        listener: &'static str,
+        /// The address.
+        address: SocketAddr,
+    },
+    /// Times are not those of the world.
+    #[error(
+        "the clock is simulated: every answer says so, and windows of zones open and close by it"
+    )]
+    SimulatedClock,
+}
+
+impl ConfigFault {
+    /// The line of the file that has to be set right; 0 for what the file does not say.
+    pub(super) fn line(&self) -> usize {
+        match self {
+            Self::Syntax { origin, .. }
+            | Self::Unknown { origin, .. }
+            | Self::WrongKind { origin, .. }
+            | Self::Unreadable { origin, .. }
+            | Self::OutOfBounds { origin, .. } => match origin {
+                Origin::File { line, .. } => *line,
+                _ => 0,
+            },
+            _ => 0,
+        }
+    }
+}
+
+fn did_you_mean(nearest: &Option<String>) -> String {
+    match nearest {
+        Some(nearest) => format!("; did you mean {nearest}?"),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,155 @@
+//! Whether an edge may start with a configuration: what other machines could do, and in whose time.
+
+use super::fault::{ConfigFault, ConfigWarning};
+use super::resolve::EffectiveConfig;
+use super::settings::EdgeConfig;
+use super::tokens::Tokens;
+use crate::clock::Clock;
+use jiff::Timestamp;
+use std::net::{IpAddr, SocketAddr};
+
+/// What an edge that may start is started with.
+#[derive(Clone, Debug)]
+pub struct Admission {
+    /// Who may call; none where everyone on loopback may.
+    pub tokens: Option<Tokens>,
+    /// What the operator should know of.
+    pub warnings: Vec<ConfigWarning>,
+}
+
+impl EdgeConfig {
+    /// True when the edge has a time of its own.
+    pub fn has_simulated_clock(&self) -> bool {
+        self.clock.start.is_some() || self.clock.rate != 1.0
+    }
+
+    /// Starts the clock that is configured.
+    pub fn start_clock(&self) -> Clock {
+        if !self.has_simulated_clock() {
+            return Clock::real();
+        }
+        let start: Timestamp = self.clock.start.unwrap_or_else(|| Clock::real().now());
+        Clock::simulated(start, self.clock.rate)
+    }
+
+    /// True when no other machine reaches where drones and operators are served.
+    pub fn listens_on_loopback(&self) -> bool {
+        is_loopback(self.listen)
+    }
+}
+
+impl EffectiveConfig {
+    /// Checks whether an edge may start, and reads the tokens.
+    ///
+    /// # Errors
+    /// Every reason why it may not.
+    pub fn admit(&self) -> Result<Admission, Vec<ConfigFault>> {
+        let mut faults = Vec::new();
+        self.check_listener(&mut faults);
+        self.check_admin_listener(&mut faults);
+        self.check_clock(&mut faults);
+        if self.config.freshness.degraded_after <= self.config.freshness.stale_after {
+            let origin = self.origin("freshness.degraded_after");
+            faults.push(ConfigFault::Freshness { origin });
+        }
+        let tokens = self.config.tokens_file.as_deref().map(Tokens::load);
+        let tokens = tokens.transpose().unwrap_or_else(|error| {
+            let origin = self.origin("tokens_file");
+            faults.push(ConfigFault::Tokens { origin, error });
+            None
+        });
+        match faults.is_empty() {
+            true => Ok(Admission {
+                tokens,
+                warnings: self.warnings(),
+            }),
+            false => Err(faults),
+        }
+    }
+
+    fn check_listener(&self, faults: &mut Vec<ConfigFault>) {
+        let address = self.config.listen;
+        if is_loopback(address) {
+            return;
+        }
+        let origin = self.origin("listen");
+        if self.config.tokens_file.is_none() {
+            let origin = origin.clone();
+            faults.push(ConfigFault::NoTokens { origin, address });
+        }
+        if !self.config.allow_plaintext {
+            faults.push(ConfigFault::PlainText { origin, address });
+        }
+    }
+
+    fn check_admin_listener(&self, faults: &mut Vec<ConfigFault>) {
+        let address = self.config.admin_listen;
+        let origin = self.origin("admin_listen");
+        let listen = self.config.listen;
+        let is_same_host = address.ip() == listen.ip() || listen.ip().is_unspecified();
+        if is_same_host && address.port() == listen.port() && address.port() != 0 {
+            let origin = origin.clone();
+            faults.push(ConfigFault::SameAddress { origin, address });
+        }
+        if is_loopback(address) {
+            return;
+        }
+        if !is_private(address) {
+            faults.push(ConfigFault::AdminExposed { origin, address });
+        } else if self.config.tokens_file.is_none() {
+            faults.push(ConfigFault::AdminWithoutTokens { origin, address });
+        }
+    }
+
+    fn check_clock(&self, faults: &mut Vec<ConfigFault>) {
+        if !self.config.has_simulated_clock() {
+            return;
+        }
+        let setting = match self.config.clock.start {
+            Some(_) => "clock.start",
+            None => "clock.rate",
+        };
+        for (listener, address) in self.reachable_listeners() {
+            faults.push(ConfigFault::SimulatedClock {
+                origin: self.origin(setting),
+                listener,
+                address,
+            });
+        }
+    }
+
+    fn warnings(&self) -> Vec<ConfigWarning> {
+        let plain = self
+            .reachable_listeners()
+            .map(|(listener, address)| ConfigWarning::PlainText { listener, address });
+        let mut warnings: Vec<ConfigWarning> = plain.collect();
+        if self.config.has_simulated_clock() {
+            warnings.push(ConfigWarning::SimulatedClock);
+        }
+        warnings
+    }
+
+    /// The listeners that other machines reach.
+    fn reachable_listeners(&self) -> impl Iterator<Item = (&'static str, SocketAddr)> {
+        let listeners = [
+            ("listen", self.config.listen),
+            ("admin_listen", self.config.admin_listen),
+        ];
+        listeners
+            .into_iter()
+            .filter(|(_, address)| !is_loopback(*address))
+    }
+}
+
+/// True for an address that only this machine reaches, also where IPv4 is written as IPv6.
+fn is_loopback(address: SocketAddr) -> bool {
+    address.ip().to_canonical().is_loopback()
+}
+
+/// True for an address that is routed within an organisation only (RFC 1918, RFC 4193, link-local).
+fn is_private(address: SocketAddr) -> bool {
+    match address.ip().to_canonical() {
+        IpAddr::V4(ip) => ip.is_private() || ip.is_link_local(),
+        IpAddr::V6(ip) => ip.is_unique_local() || ip.is_unicast_link_local(),
+    }
+}

@@ -1,0 +1,333 @@
+//! Tokens: which bearer is who. The file has digests only, so that who reads it cannot call the edge.
+//!
+//! A token is 256 random bits, so its plain SHA-256 digest cannot be guessed back, and to look a digest up
+//! tells a listener nothing of the tokens by its timing.
+
+use crate::access::{Caller, Role};
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// What every token begins with, so that people and scanners for leaked secrets know one.
+const TOKEN_PREFIX: &str = "sky_";
+const TOKEN_BYTES: usize = 32;
+const DIGEST_BYTES: usize = 32;
+/// Nothing larger is read: some ten thousand tokens.
+const MAX_FILE_BYTES: u64 = 4 << 20;
+/// No subject is longer; it is a drone's id, or a fleet's.
+const MAX_SUBJECT_BYTES: usize = 128;
+
+type DigestBytes = [u8; DIGEST_BYTES];
+
+/// Why a file of tokens is of no use.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum TokensError {
+    /// It cannot be read.
+    #[error("cannot read {path}: {message}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// What the system says.
+        message: String,
+    },
+    /// Others than its owner may read or write it.
+    #[error("others than its owner have access to {path} (mode {mode:03o}); chmod 600 {path}")]
+    Exposed {
+        /// The file.
+        path: String,
+        /// Its permissions.
+        mode: u32,
+    },
+    /// It is not what a file of tokens should be.
+    #[error("{path}:{line}: {message}")]
+    Malformed {
+        /// The file.
+        path: String,
+        /// The line, from 1.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
+    /// It has no token.
+    #[error("{path} has no token; `skyway token` makes one")]
+    Empty {
+        /// The file.
+        path: String,
+    },
+}
+
+/// The tokens that are known.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub struct Tokens(BTreeMap<DigestBytes, Caller>);
+
+impl fmt::Debug for Tokens {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "Tokens({})", self.0.len())
+    }
+}
+
+/// The file, as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TokenFile {
+    #[serde(default)]
+    token: Vec<toml::Spanned<TokenEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TokenEntry {
+    sha256: String,
+    role: String,
+    subject: String,
+}
+
+impl Tokens {
+    /// Reads a file of tokens, which only its owner may have access to.
+    ///
+    /// # Errors
+    /// When it cannot be read, is open to others, or is not what it should be.
+    pub fn load(path: &Path) -> Result<Self, TokensError> {
+        let name = path.display().to_string();
+        let (text, mode) = read(path).map_err(|error| TokensError::Unreadable {
+            path: name.clone(),
+            message: error.to_string(),
+        })?;
+        match mode {
+            Some(mode) if mode & 0o077 != 0 => Err(TokensError::Exposed { path: name, mode }),
+            _ => Self::parse(&name, &text),
+        }
+    }
+
+    /// Reads the text of a file of tokens; `path` is for errors.
+    ///
+    /// # Errors
+    /// When it is not what it should be, at the first place where it is not.
+    pub fn parse(path: &str, text: &str) -> Result<Self, TokensError> {
+        let malformed = |offset: usize, message: String| TokensError::Malformed {
+            path: path.to_owned(),
+            line: 1 + text
+                .bytes()
+                .take(offset)
+                .filter(|byte| *byte == b'\n')
+                .count(),
+            message,
+        };
+        let file: TokenFile = toml::from_str(text).map_err(|error| {
+            let offset = error.span().map_or(0, |span| span.start);
+            malformed(offset, error.message().to_owned())
+        })?;
+        let mut tokens = BTreeMap::new();
+        for entry in file.token {
+            let offset = entry.span().start;
+            let (digest, caller) =
+                read_entry(entry.get_ref()).map_err(|message| malformed(offset, message))?;
+            if tokens.insert(digest, caller).is_some() {
+                return Err(malformed(
+                    offset,
+                    "this token is in the file twice".to_owned(),
+                ));
+            }
+        }
+        match tokens.is_empty() {
+            true => Err(TokensError::Empty {
+                path: path.to_owned(),
+            }),
+            false => Ok(Self(tokens)),
+        }
+    }
+
+    /// Who comes with this token.
+    pub fn find(&self, bearer: &str) -> Option<Caller> {
+        self.0.get(&digest_of(bearer)).cloned()
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+}
+
+fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, Caller), String> {
+    // What stands there may be a token put there by mistake: it is not repeated in the message.
+    let digest = digest_from_hex(&entry.sha256).ok_or_else(|| {
+        "sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself"
+            .to_owned()
+    })?;
+    let role = role_named(&entry.role)?;
+    Ok((digest, caller(role, &entry.subject)?))
+}
+
+fn role_named(name: &str) -> Result<Role, String> {
+    let role = Role::OF_TOKENS.into_iter().find(|role| role.name() == name);
+    role.ok_or_else(|| format!("'{name}' is no role: write drone, operator, edge or metrics"))
+}
+
+fn caller(role: Role, subject: &str) -> Result<Caller, String> {
+    let is_plain = !subject.chars().any(|c| c.is_control() || c.is_whitespace());
+    if subject.is_empty() || subject.len() > MAX_SUBJECT_BYTES || !is_plain {
+        return Err(format!(
+            "the subject is not 1 to {MAX_SUBJECT_BYTES} characters without spaces; write a drone's id, a fleet, or *"
+        ));
+    }
+    Ok(Caller {
+        role,
+        subject: Arc::from(subject),
+    })
+}
+
+/// A token just made. The token itself is told once and kept nowhere.
+pub struct NewToken {
+    /// What the bearer sends.
+    pub token: String,
+    /// What the file has, in hexadecimal.
+    pub sha256: String,
+    /// What it may do.
+    pub role: Role,
+    /// To whose things.
+    pub subject: Arc<str>,
+}
+
+impl NewToken {
+    /// A token of so much randomness for a role, by its name, and a subject.
+    ///
+    /// # Errors
+    /// When there is no such role, or the subject is none; what to write instead.
+    pub fn of(random: &[u8; TOKEN_BYTES], role: &str, subject: &str) -> Result<Self, String> {
+        let Caller { role, subject } = caller(role_named(role)?, subject)?;
+        let token = format!("{TOKEN_PREFIX}{}", hex(random));
+        Ok(Self {
+            sha256: hex(&digest_of(&token)),
+            token,
+            role,
+            subject,
+        })
+    }
+
+    /// What to add to the file of tokens.
+    pub fn stanza(&self) -> String {
+        let subject = toml::Value::String(self.subject.to_string());
+        format!(
+            "[[token]]\nsha256 = \"{}\"\nrole = \"{}\"\nsubject = {subject}\n",
+            self.sha256,
+            self.role.name()
+        )
+    }
+}
+
+fn digest_of(token: &str) -> DigestBytes {
+    Sha256::digest(token.as_bytes()).into()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn digest_from_hex(text: &str) -> Option<DigestBytes> {
+    let digits: Option<Vec<u8>> = text
+        .chars()
+        .map(|c| c.to_digit(16).and_then(|digit| u8::try_from(digit).ok()))
+        .collect();
+    let digits = digits.filter(|digits| digits.len() == 2 * DIGEST_BYTES)?;
+    let mut digest = [0; DIGEST_BYTES];
+    for (byte, pair) in digest.iter_mut().zip(digits.chunks_exact(2)) {
+        *byte = pair[0] << 4 | pair[1];
+    }
+    Some(digest)
+}
+
+/// The text of a file and, where the system has them, its permissions.
+#[expect(clippy::disallowed_types, reason = "the door to the file of tokens")]
+fn read(path: &Path) -> io::Result<(String, Option<u32>)> {
+    let file = std::fs::File::open(path)?;
+    // Of the file that is open: by its name it could be another one a moment later.
+    let mode = permissions(&file.metadata()?);
+    let mut text = String::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
+        let message = format!("it is larger than {} MiB", MAX_FILE_BYTES >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok((text, mode))
+}
+
+#[cfg(unix)]
+fn permissions(metadata: &std::fs::Metadata) -> Option<u32> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(metadata.permissions().mode() & 0o777)
+}
+
+#[cfg(not(unix))]
+fn permissions(_: &std::fs::Metadata) -> Option<u32> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RANDOM: [u8; TOKEN_BYTES] = [7; TOKEN_BYTES];
+
+    fn stanza(role: &str, subject: &str) -> String {
+        NewToken::of(&RANDOM, role, subject)
+            .expect("a token")
+            .stanza()
+    }
+
+    #[test]
+    fn a_new_token_is_found_by_its_bearer_and_no_other() {
+        let new = NewToken::of(&RANDOM, "drone", "acme").expect("a token");
+        assert_eq!(new.token, format!("sky_{}", "07".repeat(32)));
+        let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
+        let caller = tokens.find(&new.token).expect("a caller");
+        assert_eq!((caller.role, &*caller.subject), (Role::Drone, "acme"));
+        for other in [
+            "",
+            "sky_",
+            &new.sha256,
+            &new.token.to_uppercase(),
+            &new.token[1..],
+        ] {
+            assert_eq!(tokens.find(other), None, "{other}");
+        }
+        assert_eq!(format!("{tokens:?}"), "Tokens(1)");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_file_is_told_with_its_line_and_without_its_secrets() {
+        let error = |text: &str| {
+            let error = Tokens::parse("tokens.toml", text).expect_err("an error");
+            error.to_string()
+        };
+        let good = stanza("operator", "*");
+        let leaked = good.replace("sha256 = \"", "sha256 = \"sky_secret");
+        let twice = format!("{good}\n{good}");
+        let nobody = good.replace("operator", "anyone");
+        let blank = good.replace('*', "");
+        let extra = format!("{good}scope = \"all\"\n");
+        let messages = ["", &leaked, &twice, &nobody, &blank, &extra, "[[token"].map(error);
+        insta::assert_snapshot!(messages.join("\n"), @r"
+    tokens.toml has no token; `skyway token` makes one
+    tokens.toml:1: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
+    tokens.toml:6: this token is in the file twice
+    tokens.toml:1: 'anyone' is no role: write drone, operator, edge or metrics
+    tokens.toml:1: the subject is not 1 to 128 characters without spaces; write a drone's id, a fleet, or *
+    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`
+    tokens.toml:1: unclosed array table, expected `]]`
+    ");
+    }
+
+    #[test]
+    fn a_subject_of_any_letters_survives_the_file() {
+        let text = stanza("metrics", "a\"b\\ü");
+        let tokens = Tokens::parse("tokens.toml", &text).expect("tokens");
+        let token = format!("sky_{}", "07".repeat(32));
+        let caller = tokens.find(&token).expect("a caller");
+        assert_eq!(&*caller.subject, "a\"b\\ü");
+    }
+}

@@ -1,0 +1,136 @@
+//! `skyway config` and `skyway token`: what a supervisor sees of a configuration, and where secrets go.
+
+use crate::binary::{Desk, read, repository, skyway, skyway_in};
+use serde_json::Value;
+
+const TOKEN_LETTERS: usize = "sky_".len() + 64;
+
+#[test]
+fn the_sample_is_the_one_in_the_repository_and_is_valid() {
+    let sample = skyway(&["config", "sample"]).exits(0).stdout;
+    assert_eq!(sample, read(&repository("deploy/edge.toml")));
+    let desk = Desk::new();
+    let file = desk.write("edge.toml", &sample);
+    let run = skyway(&["config", "check", "--quiet", "--config", &file]).exits(0);
+    assert_eq!((&*run.stdout, &*run.stderr), ("ok\n", ""));
+}
+
+#[test]
+fn every_fault_is_told_and_the_exit_code_is_that_of_configurations() {
+    let desk = Desk::new();
+    let file = desk.write("edge.toml", "lisen = 1\nlisten = \"0.0.0.0:1\"\n");
+    let environment = [("SKYWAY_EDGE_LOG_FORMAT", "xml")];
+    let check = [
+        "config",
+        "check",
+        "--config",
+        &file,
+        "--set",
+        "limits.batch",
+    ];
+    let run = skyway_in(&check, &environment).exits(78);
+    assert_eq!(
+        run.stderr,
+        "error: flag --set limits.batch: write NAME=VALUE, as in limits.body=2MiB\n"
+    );
+    let run = skyway_in(&check[..4], &environment).exits(78);
+    let expected = "error: file FILE:1: there is no setting 'lisen'; did you mean listen?\n\
+        error: env SKYWAY_EDGE_LOG_FORMAT: log.format: 'xml' is not text or json\n";
+    assert_eq!(run.stderr.replace(&file, "FILE"), expected);
+    assert_eq!(run.stdout, "");
+    let missing = desk.path("missing.toml");
+    let run = skyway(&["config", "show", "--config", &missing]).exits(78);
+    assert!(run.stderr.starts_with("error: cannot read "), "{run:?}");
+    let run = skyway(&["config", "check", "--network", "sidney"]).exits(78);
+    assert_eq!(
+        run.stderr,
+        "error: flag --network: there is no file sidney; the bundled networks are sydney and corridor\n"
+    );
+}
+
+#[test]
+fn who_said_what_is_told_line_by_line_and_as_json() {
+    let desk = Desk::new();
+    let file = desk.write("edge.toml", "[limits]\nbatch = 7\n");
+    let environment = [("SKYWAY_EDGE_LISTEN", "127.0.0.1:0")];
+    let show = [
+        "config", "show", "--origin", "--config", &file, "--log", "debug",
+    ];
+    let run = skyway_in(&show, &environment).exits(0);
+    for line in [
+        "listen = \"127.0.0.1:0\"  # env SKYWAY_EDGE_LISTEN".to_owned(),
+        format!("batch = 7  # file {file}:2"),
+        "filter = \"debug\"  # flag --log".to_owned(),
+        "network = \"sydney\"  # default".to_owned(),
+    ] {
+        assert!(
+            run.stdout.lines().any(|shown| shown == line),
+            "{line}: {run:?}"
+        );
+    }
+    let json = skyway_in(&[&show[..], &["--json"]].concat(), &environment).exits(0);
+    assert_eq!(json.json()["limits"]["batch"]["value"], 7);
+    assert_eq!(json.json()["log"]["filter"]["origin"], "flag --log");
+}
+
+#[test]
+fn a_token_is_told_once_and_the_file_has_its_digest() {
+    let new = skyway(&["token", "--role", "operator", "--subject", "*"]).exits(0);
+    let token = new.stdout.trim_end();
+    assert!(
+        token.starts_with("sky_") && token.len() == TOKEN_LETTERS,
+        "{new:?}"
+    );
+    assert!(!new.stderr.contains(token), "{new:?}");
+    let again = skyway(&["token", "--role", "operator", "--subject", "*"]).exits(0);
+    assert_ne!(again.stdout, new.stdout);
+    let json = skyway(&["token", "--role", "drone", "--subject", "acme", "--json"]).exits(0);
+    assert_eq!(json.stderr, "");
+    let told = json.json();
+    let stanza = told["stanza"].as_str().unwrap_or_default();
+    assert!(stanza.contains(told["sha256"].as_str().unwrap_or("no digest")));
+    skyway(&["token", "--role", "anyone", "--subject", "*"]).exits(2);
+    skyway(&["token", "--role", "drone", "--subject", "two words"]).exits(2);
+}
+
+/// Off loopback: with tokens that only their owner can read, and with a warning.
+#[cfg(unix)]
+#[test]
+fn tokens_are_for_their_owner_only() {
+    let desk = Desk::new();
+    let new = skyway(&["token", "--role", "drone", "--subject", "*"]).exits(0);
+    let tokens = desk.write("tokens.toml", &new.stderr);
+    let check = |json: bool| {
+        let verb: &[&str] = if json {
+            &["show", "--json"]
+        } else {
+            &["check"]
+        };
+        let flags = [
+            "--quiet",
+            "--listen",
+            "10.0.0.4:80",
+            "--tokens-file",
+            &tokens,
+        ];
+        let plain = ["--set", "allow_plaintext=true"];
+        skyway(&[&["config"], verb, &flags, &plain].concat())
+    };
+    desk.permit("tokens.toml", 0o640);
+    let refused = check(false).exits(78).stderr.replace(&tokens, "FILE");
+    assert_eq!(
+        refused,
+        "error: flag --tokens-file: others than its owner have access to FILE (mode 640); chmod 600 FILE\n"
+    );
+    desk.permit("tokens.toml", 0o600);
+    let run = check(false).exits(0);
+    assert!(
+        run.stderr
+            .starts_with("warning: listen = 10.0.0.4:80 serves"),
+        "{run:?}"
+    );
+    let shown = check(true).exits(0);
+    let digest: Vec<&str> = new.stderr.split('"').collect();
+    assert!(!shown.stdout.contains(digest[1]), "{shown:?}");
+    assert_eq!(shown.json()["tokens_file"], Value::from(tokens.as_str()));
+}
