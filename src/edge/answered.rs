@@ -1,0 +1,316 @@
+//! An answer on its way out, and the records behind answers, in the words of the wire.
+
+use super::Edge;
+use super::pages::{PageRequest, token};
+use super::records::AnswerRecord;
+use super::refusal::Refusal;
+use super::views;
+use crate::access::{Caller, Role};
+use crate::airspace::{Cause, Closure};
+use crate::flight::FailureType;
+use crate::formats::{answer, settled_report, write_certificate, zone_to_feature};
+use crate::network::Topology;
+use crate::recompose::{Scratch, Strategy, World, certify};
+use crate::wire;
+use serde_json::Value;
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// How current the edge was when it answered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Standing {
+    pub(super) registry_revision: Option<u64>,
+    pub(super) registry_age_s: Option<f64>,
+    pub(super) freshness: wire::Freshness,
+    pub(super) clock: wire::ClockKind,
+}
+
+/// An answer to a failure report.
+#[derive(Clone, Debug)]
+pub struct Answered {
+    record: Arc<AnswerRecord>,
+    replayed: bool,
+    standing: Standing,
+    compute_us: f64,
+}
+
+impl Answered {
+    pub(super) fn fresh(record: Arc<AnswerRecord>, standing: Standing, compute_us: f64) -> Self {
+        Self {
+            record,
+            replayed: false,
+            standing,
+            compute_us,
+        }
+    }
+
+    pub(super) fn replayed(record: Arc<AnswerRecord>, standing: Standing) -> Self {
+        Self {
+            replayed: true,
+            ..Self::fresh(record, standing, 0.0)
+        }
+    }
+
+    pub(super) fn record(&self) -> &Arc<AnswerRecord> {
+        &self.record
+    }
+
+    /// How long it took to read, compute and keep, in microseconds; 0 for a stored answer.
+    pub fn compute_us(&self) -> f64 {
+        self.compute_us
+    }
+
+    /// What the drone is to do, for metrics.
+    pub fn outcome(&self) -> wire::Outcome {
+        views::outcome(self.record.answer.outcome)
+    }
+
+    /// The strategy that answered, for metrics.
+    pub fn strategy_used(&self) -> Strategy {
+        self.record.answer.strategy_used
+    }
+
+    /// The answer as it is sent, borrowing what it can.
+    pub fn to_wire(&self) -> wire::Recomposition<'_> {
+        recomposition(&self.record, self.replayed, self.standing)
+    }
+}
+
+fn recomposition(
+    record: &AnswerRecord,
+    replayed: bool,
+    standing: Standing,
+) -> wire::Recomposition<'_> {
+    let published = &record.published;
+    let plan = record.plan.as_ref();
+    let legs = plan.and_then(|plan| {
+        let composition = plan.composition.as_ref()?;
+        Some(views::legs(
+            record.airspace.topology(),
+            composition,
+            plan.departs_at,
+        ))
+    });
+    wire::Recomposition {
+        id: Cow::Owned(record.id()),
+        answer: answer(&record.airspace, &record.answer, &record.read),
+        remaining_time_s: record.remaining_time_s,
+        times: Cow::Borrowed("nominal"),
+        publication: wire::Publication {
+            state: published.state,
+            closure_id: published.closure_id.as_deref().map(Cow::Borrowed),
+            proposal_ids: published
+                .proposal_ids
+                .iter()
+                .map(|id| Cow::Borrowed(&**id))
+                .collect(),
+            reason: published.reason.map(Cow::Borrowed),
+        },
+        plan: plan.map(|plan| wire::PlanReference {
+            id: Cow::Borrowed(&*plan.plan),
+            version: plan.version,
+        }),
+        legs: legs.unwrap_or_default(),
+        replayed,
+        stamp: wire::Stamp {
+            revision: Cow::Borrowed(&*record.revision),
+            topology_revision: record.airspace.topology_revision(),
+            registry_revision: standing.registry_revision,
+            registry_age_s: standing.registry_age_s,
+            freshness: standing.freshness,
+            clock: standing.clock,
+        },
+    }
+}
+
+/// A line of the list of what was answered.
+pub(super) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
+    let topology = record.airspace.topology();
+    let report = &record.settled.request.report;
+    let (from, to) = report.leg;
+    let old_path = report.remaining_path.as_deref();
+    wire::RecordSummary {
+        id: Cow::Owned(record.id()),
+        answered_at: views::instant(record.answered_at),
+        failure: failure(report.failure),
+        drone_id: record.drone_id.as_deref().map(views::text),
+        plan_id: record.plan.as_ref().map(|plan| views::text(&plan.plan)),
+        leg: Some([from, to].map(|node| views::node_id(topology, node))),
+        outcome: views::outcome(record.answer.outcome),
+        path: views::path(topology, &record.answer.path),
+        old_path: views::node_ids(topology, old_path.unwrap_or(&[from, to])),
+        remaining_length_m: record.answer.remaining_length_m,
+        dry_run: record.dry_run,
+        revision: views::text(&record.revision),
+    }
+}
+
+fn failure(failure: FailureType) -> wire::FailureType {
+    match failure {
+        FailureType::Environmental => wire::FailureType::Environmental,
+        FailureType::Navigational => wire::FailureType::Navigational,
+        FailureType::Regulatory => wire::FailureType::Regulatory,
+        FailureType::Infrastructure => wire::FailureType::Infrastructure,
+        FailureType::Operational => wire::FailureType::Operational,
+        FailureType::ServiceLevel => wire::FailureType::ServiceLevel,
+    }
+}
+
+impl Edge {
+    /// What was answered, latest first, as far as the caller may see it.
+    ///
+    /// # Errors
+    /// When the page is not one.
+    pub fn recompositions(
+        &self,
+        caller: &Caller,
+        page: &PageRequest,
+    ) -> Result<wire::Recompositions<'static>, Refusal> {
+        let page = page.check()?;
+        let before = page
+            .after
+            .as_deref()
+            .and_then(|id| self.records.number_of(id));
+        let found = self
+            .records
+            .before(before, page.size + 1, |record| may_see(caller, record));
+        let is_last = found.len() <= page.size;
+        let told = &found[..found.len().min(page.size)];
+        let next = told.last().filter(|_| !is_last);
+        Ok(wire::Recompositions {
+            recompositions: told.iter().map(|record| summary(record)).collect(),
+            next_page_token: next.map(|record| token(&record.id())),
+            stamp: self.stamp(),
+        })
+    }
+
+    /// All that is kept of an answer; with the proof that it is the optimum, when asked for.
+    ///
+    /// # Errors
+    /// When nothing is kept under the id that the caller may see.
+    pub async fn recomposition(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        certificate: bool,
+    ) -> Result<FullRecord, Refusal> {
+        let record = self
+            .records
+            .get(id)
+            .filter(|record| may_see(caller, record));
+        let record = record.ok_or_else(|| Refusal::not_found("recomposition", id))?;
+        let standing = self.standing(&self.world.load_full());
+        let proof = match certificate {
+            true => {
+                let record = record.clone();
+                self.aside(move || prove(&record)).await?
+            }
+            false => None,
+        };
+        Ok(FullRecord {
+            record,
+            standing,
+            proof,
+        })
+    }
+}
+
+fn may_see(caller: &Caller, record: &AnswerRecord) -> bool {
+    match caller.role {
+        Role::Operator | Role::Anyone => true,
+        _ => {
+            let of_drone = record
+                .drone_id
+                .as_deref()
+                .is_some_and(|drone| caller.speaks_for(drone));
+            of_drone || record.subject == caller.subject
+        }
+    }
+}
+
+/// The proof of an exact answer; `None` for one that is no optimum to prove.
+fn prove(record: &AnswerRecord) -> Option<Value> {
+    let topology = record.airspace.topology();
+    let is_exact = record.answer.strategy_used == Strategy::Exact;
+    let leads_there = record.settled.request.report.failure != FailureType::Operational;
+    if !is_exact || !leads_there {
+        return None;
+    }
+    let world = World {
+        airspace: &record.airspace,
+        trees: None,
+    };
+    let mut scratch = Scratch::new(topology);
+    let proof = certify(&world, &record.settled.request, &mut scratch);
+    serde_json::from_str(&write_certificate(topology, &proof)).ok()
+}
+
+/// All that is kept of an answer.
+#[derive(Clone, Debug)]
+pub struct FullRecord {
+    record: Arc<AnswerRecord>,
+    standing: Standing,
+    proof: Option<Value>,
+}
+
+impl FullRecord {
+    /// The record as it is sent, borrowing what it can.
+    pub fn to_wire(&self) -> wire::Record<'_> {
+        let record = &self.record;
+        let airspace = &record.airspace;
+        let topology = airspace.topology();
+        let closures = airspace.in_force();
+        wire::Record {
+            id: Cow::Owned(record.id()),
+            answered_at: views::instant(record.answered_at),
+            report: record.report.clone(),
+            settled_report: settled_report(&record.settled, topology),
+            answer: recomposition(record, false, self.standing),
+            world: wire::RecordedWorld {
+                revision: Cow::Borrowed(&*record.revision),
+                topology_revision: airspace.topology_revision(),
+                network_sha256: Cow::Owned(hex(topology.fingerprint())),
+                as_of: views::instant(airspace.as_of()),
+                horizon_s: airspace.horizon().as_secs_f64(),
+                closures: closures
+                    .map(|closure| recorded_closure(topology, closure))
+                    .collect(),
+            },
+            certificate: self.proof.clone(),
+        }
+    }
+}
+
+fn recorded_closure(topology: &Topology, closure: &Closure) -> wire::RecordedClosure<'static> {
+    let zone = closure.zone();
+    let hits = match zone {
+        Some(_) => None,
+        None => Some(&closure.hits),
+    };
+    let segments = hits.iter().flat_map(|hits| &hits.segments);
+    let nodes = hits.iter().flat_map(|hits| &hits.nodes);
+    wire::RecordedClosure {
+        id: views::text(&closure.id),
+        cause: Cow::Borrowed(match closure.cause {
+            Cause::Zone(_) => "zone",
+            Cause::Report { .. } => "report",
+            Cause::Operator { .. } => "operator",
+        }),
+        zone: zone.map(|zone| zone_to_feature(zone)),
+        segments: segments
+            .map(|&segment| Cow::Owned(topology.segment_id(segment).into_owned()))
+            .collect(),
+        nodes: nodes.map(|&node| views::node_id(topology, node)).collect(),
+        pads: views::node_ids(topology, &closure.pads),
+    }
+}
+
+/// Bytes in hexadecimal.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to text cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

@@ -1,0 +1,269 @@
+//! Closures: everything that is closed with its cause, and what operators close by their word.
+
+use super::Edge;
+use super::fields::Faults;
+use super::fleet::Detour;
+use super::orders::{Done, Order};
+use super::pages::{PageRequest, token};
+use super::publication::RESERVED_PREFIXES;
+use super::refusal::{Code, Refusal};
+use super::replies::Idempotency;
+use super::snapshot::{ClosureEntry, Snapshot};
+use super::state_airspace::windows;
+use super::views;
+use super::zones::{expected, unexpected};
+use crate::access::Caller;
+use crate::airspace::{Cause, Closure, Hits};
+use crate::network::{NodeIx, Topology};
+use crate::wire;
+use jiff::Timestamp;
+use std::ops::Bound;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// At most this many things in one closure.
+const THINGS_MAX: usize = 10_000;
+/// The longest reason, in bytes.
+const REASON_BYTES_MAX: usize = 1_000;
+
+impl Edge {
+    /// A page of everything that closes anything, by id: zones too.
+    ///
+    /// # Errors
+    /// When the page is not one.
+    pub fn closures(
+        &self,
+        _caller: &Caller,
+        page: &PageRequest,
+    ) -> Result<wire::Closures<'static>, Refusal> {
+        let page = page.check()?;
+        let snapshot = self.snapshot();
+        let from = page
+            .after
+            .as_deref()
+            .map_or(Bound::Unbounded, Bound::Excluded);
+        let mut held = snapshot.airspace.closures_from(from);
+        let told: Vec<wire::Closure<'static>> = held
+            .by_ref()
+            .filter_map(|closure| closure_view(&snapshot, closure))
+            .take(page.size)
+            .collect();
+        let has_more = held.next().is_some();
+        let next = told.last().filter(|_| has_more).map(|last| token(&last.id));
+        Ok(wire::Closures {
+            closures: told,
+            next_page_token: next,
+            stamp: self.stamp_of(&snapshot),
+        })
+    }
+
+    /// One closure.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn closure(&self, _caller: &Caller, id: &str) -> Result<wire::Closure<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let held = snapshot.airspace.closure(id);
+        held.and_then(|closure| closure_view(&snapshot, closure))
+            .ok_or_else(|| Refusal::not_found("closure", id))
+    }
+
+    /// Closes segments, nodes or pads by an operator's word.
+    ///
+    /// # Errors
+    /// When the draft is not valid, or its id is taken.
+    pub async fn close(
+        self: &Arc<Self>,
+        caller: &Caller,
+        draft: wire::ClosureDraft,
+        idempotency: Idempotency,
+    ) -> Result<wire::Closure<'static>, Refusal> {
+        let close = async {
+            let entry = self.read_closure(draft)?;
+            let (outcome, snapshot) = self.order(Order::PutClosure(entry)).await?;
+            let Done::Closure(entry) = outcome.done else {
+                return Err(unexpected());
+            };
+            Ok(told(&snapshot, &entry, &outcome.detours))
+        };
+        let now = self.clock.now();
+        self.write_replies
+            .once(&caller.subject, "close", idempotency, now, close)
+            .await
+    }
+
+    /// Confirms a closure or moves its end.
+    ///
+    /// # Errors
+    /// When there is none, a zone causes it, `If-Match` is stale, or the new end is over.
+    pub async fn change_closure(
+        self: &Arc<Self>,
+        _caller: &Caller,
+        id: &str,
+        change: wire::ClosureChange,
+        if_match: Option<String>,
+    ) -> Result<wire::Closure<'static>, Refusal> {
+        let mut faults = Faults::default();
+        let until = faults.instant("/until", change.until.as_deref());
+        if change.confirmed.is_none() && change.until.is_none() {
+            let message = "nothing is to change".to_owned();
+            faults.add(
+                "change_empty",
+                "",
+                message,
+                Some("give 'confirmed' or 'until'".to_owned()),
+            );
+        }
+        faults.check(Code::ClosureInvalid, "change")?;
+        let order = Order::ChangeClosure {
+            id: id.to_owned(),
+            confirmed: change.confirmed,
+            until,
+            expected: lenient(if_match),
+        };
+        let (outcome, snapshot) = self.order(order).await?;
+        let Done::Closure(entry) = outcome.done else {
+            return Err(unexpected());
+        };
+        Ok(told(&snapshot, &entry, &outcome.detours))
+    }
+
+    /// Lifts a closure; what it closed alone opens again.
+    ///
+    /// # Errors
+    /// When there is none, a zone causes it, or `If-Match` is stale.
+    pub async fn lift_closure(
+        self: &Arc<Self>,
+        _caller: &Caller,
+        id: &str,
+        if_match: Option<String>,
+    ) -> Result<wire::Closure<'static>, Refusal> {
+        let order = Order::LiftClosure {
+            id: id.to_owned(),
+            expected: lenient(if_match),
+        };
+        let (outcome, snapshot) = self.order(order).await?;
+        let Done::ClosureLifted(entry) = outcome.done else {
+            return Err(unexpected());
+        };
+        Ok(views::closure(&snapshot, &entry, false))
+    }
+
+    fn read_closure(&self, draft: wire::ClosureDraft) -> Result<ClosureEntry, Refusal> {
+        let topology = self.topology();
+        let now = self.clock.now();
+        let mut faults = Faults::default();
+        check_id(&draft, &mut faults);
+        faults.text("/reason", draft.reason.as_deref(), REASON_BYTES_MAX);
+        let count = draft.segments.len() + draft.nodes.len() + draft.pads.len();
+        if count == 0 || count > THINGS_MAX {
+            let message = format!("{count} things are to be closed, not 1 to {THINGS_MAX}");
+            let hint = "name 'segments', 'nodes' or 'pads'".to_owned();
+            faults.add("closure_extent", "", message, Some(hint));
+            faults.check(Code::ClosureInvalid, "closure")?;
+            return Err(unexpected());
+        }
+        let segments = (0..).zip(&draft.segments);
+        let segments = segments.filter_map(|(place, id): (usize, &String)| {
+            faults.segment(&format!("/segments/{place}"), &topology, id)
+        });
+        let segments = segments.collect();
+        let nodes = find_nodes(&topology, "nodes", &draft.nodes, &mut faults);
+        let pads = find_nodes(&topology, "pads", &draft.pads, &mut faults);
+        let from = faults
+            .instant("/from", draft.from.as_deref())
+            .unwrap_or(now);
+        let until = faults.instant("/until", draft.until.as_deref());
+        check_end(from, until, now, &mut faults);
+        faults.check(Code::ClosureInvalid, "closure")?;
+        let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+        let closure = Closure {
+            id: draft
+                .id
+                .unwrap_or_else(|| format!("closure-{}-{number}", self.epoch)),
+            cause: Cause::Operator {
+                reason: draft.reason.unwrap_or_default(),
+            },
+            windows: windows(Some(from), until),
+            hits: Hits::new(segments, nodes),
+            pads,
+        };
+        Ok(ClosureEntry {
+            closure: Arc::new(closure),
+            version: 0,
+            failure: None,
+            reported_by: None,
+            confirmed: true,
+            from: Some(from),
+            until,
+        })
+    }
+}
+
+fn check_id(draft: &wire::ClosureDraft, faults: &mut Faults) {
+    faults.id("/id", draft.id.as_deref());
+    let id = draft.id.as_deref().unwrap_or_default();
+    if RESERVED_PREFIXES
+        .iter()
+        .any(|prefix| id.starts_with(prefix))
+    {
+        let message = format!(
+            "ids that begin with {} are those of reports",
+            RESERVED_PREFIXES.join(" or ")
+        );
+        faults.add("id_reserved", "/id", message, None);
+    }
+}
+
+fn check_end(from: Timestamp, until: Option<Timestamp>, now: Timestamp, faults: &mut Faults) {
+    if let Some(until) = until.filter(|until| *until <= from || *until <= now) {
+        let message = format!("the closure ends at {until}, not after it begins, or in the past");
+        faults.add("window_reversed", "/until", message, None);
+    }
+}
+
+fn find_nodes(
+    topology: &Topology,
+    name: &str,
+    ids: &[wire::Id<'_>],
+    faults: &mut Faults,
+) -> Vec<NodeIx> {
+    let ids = (0_usize..).zip(ids);
+    let nodes =
+        ids.filter_map(|(place, id)| faults.node(&format!("/{name}/{place}"), topology, id));
+    nodes.collect()
+}
+
+/// Closures may be changed without saying which version; one that is said has to be current.
+fn lenient(if_match: Option<String>) -> super::orders::Expected {
+    match expected(if_match) {
+        super::orders::Expected::Unstated => super::orders::Expected::Anything,
+        stated => stated,
+    }
+}
+
+fn closure_view(snapshot: &Snapshot, closure: &Arc<Closure>) -> Option<wire::Closure<'static>> {
+    let id = closure.id.as_str();
+    if let Some(zone) = snapshot.zones.get(id) {
+        return Some(views::closure_of_zone(snapshot, zone, closure));
+    }
+    let entry = snapshot.closures.get(id)?;
+    Some(views::closure(
+        snapshot,
+        entry,
+        snapshot.airspace.is_in_force(id),
+    ))
+}
+
+fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::Closure<'static> {
+    let closure = &entry.closure;
+    let met: Vec<&Detour> = detours
+        .iter()
+        .filter(|detour| detour.plan.affected_by.contains(&closure.id))
+        .collect();
+    let in_force = snapshot.airspace.is_in_force(&closure.id);
+    wire::Closure {
+        effect: Some(views::effect(&snapshot.airspace, closure, &met)),
+        ..views::closure(snapshot, entry, in_force)
+    }
+}

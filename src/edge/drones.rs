@@ -1,0 +1,105 @@
+//! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
+
+use crate::geo::Point;
+use jiff::Timestamp;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Bound;
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+
+/// What is last known of a drone.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sighting {
+    pub(super) position: Point,
+    /// As the drone wrote it: degrees, or metres on a planar network.
+    pub(super) coordinates: [f64; 2],
+    pub(super) seen_at: Timestamp,
+    pub(super) altitude_m: Option<f64>,
+    pub(super) battery_fraction: Option<f64>,
+    pub(super) ground_speed_mps: Option<f64>,
+    pub(super) heading_deg: Option<f64>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    by_id: BTreeMap<Arc<str>, Sighting>,
+    /// Oldest first, for forgetting.
+    by_time: BTreeSet<(Timestamp, Arc<str>)>,
+}
+
+/// The drones seen, at most so many: the one unseen for longest is forgotten first.
+#[derive(Debug)]
+pub(super) struct Drones {
+    capacity: usize,
+    known: RwLock<Known>,
+}
+
+impl Drones {
+    pub(super) fn new(capacity: usize) -> Self {
+        Self {
+            capacity,
+            known: RwLock::default(),
+        }
+    }
+
+    /// Takes a sighting, unless a later one is known; tells whether it was taken.
+    pub(super) fn see(&self, id: &str, sighting: Sighting) -> bool {
+        let mut known = self.write();
+        let before = known
+            .by_id
+            .get_key_value(id)
+            .map(|(id, before)| (id.clone(), before.seen_at));
+        let id = match before {
+            Some((_, seen_at)) if seen_at > sighting.seen_at => return false,
+            Some((id, seen_at)) => {
+                known.by_time.remove(&(seen_at, id.clone()));
+                id
+            }
+            None => Arc::from(id),
+        };
+        known.by_time.insert((sighting.seen_at, id.clone()));
+        known.by_id.insert(id, sighting);
+        if known.by_id.len() > self.capacity
+            && let Some((_, oldest)) = known.by_time.pop_first()
+        {
+            known.by_id.remove(&oldest);
+        }
+        true
+    }
+
+    /// What is last known of a drone.
+    pub(super) fn last(&self, id: &str) -> Option<Sighting> {
+        self.read().by_id.get(id).cloned()
+    }
+
+    /// A page of drones by id, after one, of those that pass a test; and whether more come after it.
+    pub(super) fn page(
+        &self,
+        after: Option<&str>,
+        size: usize,
+        passes: impl Fn(&str) -> bool,
+    ) -> (Vec<(Arc<str>, Sighting)>, bool) {
+        let known = self.read();
+        let from = after.map_or(Bound::Unbounded, Bound::Excluded);
+        let drones = known.by_id.range::<str, _>((from, Bound::Unbounded));
+        let mut drones = drones.filter(|(id, _)| passes(id));
+        let page = drones.by_ref().take(size);
+        let page = page
+            .map(|(id, sighting)| (id.clone(), sighting.clone()))
+            .collect();
+        (page, drones.next().is_some())
+    }
+
+    /// How many are known.
+    pub(super) fn count(&self) -> usize {
+        self.read().by_id.len()
+    }
+
+    // Both maps are whole after every call, so a panic elsewhere cannot spoil them.
+    fn read(&self) -> RwLockReadGuard<'_, Known> {
+        self.known.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self) -> RwLockWriteGuard<'_, Known> {
+        self.known.write().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,221 @@
+//! What happened, kept for a while and told to whoever listens.
+//!
+//! Events are numbered without gaps within an epoch. A listener reads on from the last number it has seen;
+//! one that is too slow, or comes back too late, is told so and starts again from a list.
+
+use super::refusal::{Code, Refusal};
+use crate::wire::{self, EventKind};
+use jiff::Timestamp;
+use serde_json::Value;
+use std::borrow::Cow;
+use std::collections::VecDeque;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll};
+use tokio::sync::watch;
+use tokio_stream::Stream;
+use tokio_stream::wrappers::WatchStream;
+
+/// An event before it has a number.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Happening {
+    pub(super) kind: EventKind,
+    pub(super) data: Value,
+}
+
+impl Happening {
+    pub(super) fn new(kind: EventKind, data: Value) -> Self {
+        Self { kind, data }
+    }
+}
+
+/// An event as it is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EventRecord {
+    /// `epoch-sequence`.
+    pub id: String,
+    /// What kind.
+    pub kind: EventKind,
+    /// The event.
+    pub event: wire::Event<'static>,
+    /// The event as JSON on one line.
+    pub json: Arc<str>,
+}
+
+/// The events of this start.
+#[derive(Debug)]
+pub(super) struct Events {
+    epoch: u64,
+    capacity: usize,
+    streams_max: usize,
+    kept: Mutex<Kept>,
+    /// The number of the latest event, to wake listeners.
+    latest: watch::Sender<u64>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    /// Number of the next event; the first is 1.
+    next: u64,
+    events: VecDeque<Arc<EventRecord>>,
+}
+
+impl Events {
+    pub(super) fn new(epoch: u64, capacity: usize, streams_max: usize) -> Self {
+        Self {
+            epoch,
+            capacity,
+            streams_max,
+            kept: Mutex::new(Kept {
+                next: 1,
+                events: VecDeque::new(),
+            }),
+            latest: watch::Sender::new(0),
+        }
+    }
+
+    /// Adds events in their order.
+    pub(super) fn add(&self, happenings: Vec<Happening>, at: Timestamp, revision: &str) {
+        if happenings.is_empty() {
+            return;
+        }
+        let mut kept = self.lock();
+        for happening in happenings {
+            let id = format!("{}-{}", self.epoch, kept.next);
+            let event = wire::Event {
+                id: Cow::Owned(id.clone()),
+                kind: happening.kind,
+                at: Cow::Owned(at.to_string()),
+                revision: Cow::Owned(revision.to_owned()),
+                data: happening.data,
+            };
+            // A map with text keys and plain values always has a JSON form.
+            let json = serde_json::to_string(&event).unwrap_or_default();
+            kept.events.push_back(Arc::new(EventRecord {
+                id,
+                kind: happening.kind,
+                event,
+                json: Arc::from(json),
+            }));
+            kept.next += 1;
+            if kept.events.len() > self.capacity {
+                kept.events.pop_front();
+            }
+        }
+        let latest = kept.next - 1;
+        drop(kept);
+        self.latest.send_replace(latest);
+    }
+
+    /// The id of the latest event; `epoch-0` before the first.
+    pub(super) fn latest_id(&self) -> String {
+        format!("{}-{}", self.epoch, self.lock().next - 1)
+    }
+
+    /// Listens: from after `after`, or from now on.
+    pub(super) fn listen(self: &Arc<Self>, after: Option<&str>) -> Result<EventStream, Refusal> {
+        if self.latest.receiver_count() >= self.streams_max {
+            let detail = format!("{} event streams are open already", self.streams_max);
+            return Err(Refusal::new(Code::LimitReached, detail).retry_after_s(5));
+        }
+        let kept = self.lock();
+        let next = match after {
+            None => kept.next,
+            Some(id) => self.resume(id, &kept)?,
+        };
+        drop(kept);
+        Ok(EventStream {
+            wakes: WatchStream::new(self.latest.subscribe()),
+            events: self.clone(),
+            next,
+            has_ended: false,
+        })
+    }
+
+    fn resume(&self, id: &str, kept: &Kept) -> Result<u64, Refusal> {
+        let number = |text: &str| text.parse::<u64>().ok();
+        let parsed = id
+            .split_once('-')
+            .and_then(|(epoch, sequence)| number(epoch).zip(number(sequence)));
+        let Some((epoch, sequence)) = parsed else {
+            let detail = format!(
+                "'{id}' is not the id of an event; they look like {}",
+                self.example()
+            );
+            return Err(Refusal::new(Code::ParameterInvalid, detail));
+        };
+        if epoch != self.epoch || sequence >= kept.next {
+            let detail = format!(
+                "event {id} is not of this start of the edge; read the lists again and listen from {}",
+                self.example()
+            );
+            return Err(Refusal::new(Code::EventsGone, detail));
+        }
+        let oldest = kept.next - kept.events.len() as u64;
+        if sequence + 1 < oldest {
+            let detail = format!(
+                "events after {id} are gone, the oldest kept is {}-{oldest}; read the lists again",
+                self.epoch
+            );
+            return Err(Refusal::new(Code::EventsGone, detail));
+        }
+        Ok(sequence + 1)
+    }
+
+    fn example(&self) -> String {
+        format!("{}-1", self.epoch)
+    }
+
+    /// The event of a number: `Ok(None)` when it has not happened yet.
+    fn get(&self, number: u64) -> Result<Option<Arc<EventRecord>>, Refusal> {
+        let kept = self.lock();
+        let oldest = kept.next - kept.events.len() as u64;
+        if number < oldest {
+            let detail = "this listener is too slow and has missed events; read the lists again";
+            return Err(Refusal::new(Code::EventsGone, detail));
+        }
+        Ok(kept.events.get((number - oldest) as usize).cloned())
+    }
+
+    // The queue is whole after every statement, so a panic elsewhere cannot spoil it.
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Events as they happen; ends with a refusal when some were missed.
+#[derive(Debug)]
+pub struct EventStream {
+    events: Arc<Events>,
+    wakes: WatchStream<u64>,
+    next: u64,
+    has_ended: bool,
+}
+
+impl Stream for EventStream {
+    type Item = Result<Arc<EventRecord>, Refusal>;
+
+    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
+        if self.has_ended {
+            return Poll::Ready(None);
+        }
+        loop {
+            match self.events.get(self.next) {
+                Ok(Some(event)) => {
+                    self.next += 1;
+                    return Poll::Ready(Some(Ok(event)));
+                }
+                Ok(None) => {}
+                Err(refusal) => {
+                    self.has_ended = true;
+                    return Poll::Ready(Some(Err(refusal)));
+                }
+            }
+            match Pin::new(&mut self.wakes).poll_next(context) {
+                Poll::Ready(Some(_)) => {}
+                Poll::Ready(None) => return Poll::Ready(None),
+                Poll::Pending => return Poll::Pending,
+            }
+        }
+    }
+}

@@ -1,0 +1,497 @@
+//! Failure reports: read, answered on one snapshot, kept, and then published.
+//!
+//! An answer waits for nobody: the failed leg is closed for the request itself, and what is to be closed for
+//! everyone goes to the writer afterwards. A drone always gets an outcome; what it may change is decided in
+//! `publication`.
+
+use super::Edge;
+use super::answered::Answered;
+use super::fleet;
+use super::orders::Order;
+use super::records::{AnswerRecord, PlanChange, Published};
+use super::refusal::{Code, Refusal};
+use super::snapshot::{PlanEntry, Snapshot, Version};
+use crate::access::Caller;
+use crate::airspace::{Airspace, Change, Closure};
+use crate::compose::{equip, flight_time_s};
+use crate::flight::Location;
+use crate::formats::{
+    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
+};
+use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use crate::wire;
+use jiff::Timestamp;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Airspeed where a report gives none, in metres per second.
+pub(super) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
+/// Reports with longer ids are answered as if they had none.
+const REPORT_ID_BYTES_MAX: usize = 256;
+/// After so many reports of a batch others get their turn.
+const BATCH_STRETCH: usize = 32;
+
+/// What an answer may change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Manner {
+    /// The first answer to a report: all that it may.
+    First,
+    /// A fresh answer to a report answered before: the plan of its drone.
+    Again,
+    /// The id was used for another report: nothing.
+    Silent,
+}
+
+impl Edge {
+    /// Answers a failure report.
+    ///
+    /// # Errors
+    /// When the report names nothing that locates the drone.
+    pub async fn report_failure(
+        self: &Arc<Self>,
+        caller: &Caller,
+        parsed: ParsedReport,
+    ) -> Result<Answered, Refusal> {
+        let id = parsed.report.id.as_ref().map(|id| id.text().into_owned());
+        match id.filter(|id| !id.is_empty() && id.len() <= REPORT_ID_BYTES_MAX) {
+            None => self.answer(caller, parsed, Manner::First).await,
+            Some(id) => self.answer_once(caller, parsed, &id).await,
+        }
+    }
+
+    /// Answers many failure reports, in order, each with its own outcome or refusal.
+    ///
+    /// # Errors
+    /// When there are more than a batch may have.
+    pub async fn report_failures(
+        self: &Arc<Self>,
+        caller: &Caller,
+        reports: Vec<Result<ParsedReport, ReportProblem>>,
+    ) -> Result<Vec<Result<Answered, Refusal>>, Refusal> {
+        self.check_batch("failures", reports.len())?;
+        let mut answers = Vec::with_capacity(reports.len());
+        for (number, report) in (1..).zip(reports) {
+            answers.push(match report {
+                Ok(parsed) => self.report_failure(caller, parsed).await,
+                Err(problem) => Err(problem.into()),
+            });
+            if number % BATCH_STRETCH == 0 {
+                tokio::task::yield_now().await;
+            }
+        }
+        Ok(answers)
+    }
+
+    /// The answer to a report with an id: the stored one while it holds; the first sending is joined.
+    async fn answer_once(
+        self: &Arc<Self>,
+        caller: &Caller,
+        mut parsed: ParsedReport,
+        id: &str,
+    ) -> Result<Answered, Refusal> {
+        let subject = reporter(caller, &parsed.report);
+        let now = self.clock.now();
+        let sending = self.report_replies.join(&subject, id, &parsed.report, now);
+        if sending.report != parsed.report {
+            parsed.warnings.push(ReadWarning {
+                code: "id_reused",
+                message: format!("the id '{id}' was used for another report; this one is answered and publishes nothing"),
+            });
+            return self.answer(caller, parsed, Manner::Silent).await;
+        }
+        let mut fresh = None;
+        let first = async {
+            let answered = self.answer(caller, parsed.clone(), Manner::First).await?;
+            let record = answered.record().clone();
+            fresh = Some(answered);
+            Ok::<_, Refusal>(record)
+        };
+        let record = sending.answer.get_or_try_init(|| first).await?.clone();
+        if let Some(answered) = fresh {
+            return Ok(answered);
+        }
+        let snapshot = self.world.load_full();
+        if still_holds(&record, &snapshot, now) {
+            return Ok(Answered::replayed(record, self.standing(&snapshot)));
+        }
+        let answered = self.answer(caller, parsed, Manner::Again).await?;
+        self.report_replies
+            .renew(&subject, id, answered.record(), now);
+        Ok(answered)
+    }
+
+    /// Answers now. The exact strategy takes microseconds and is answered in place; others may take
+    /// milliseconds and go where blocking is allowed.
+    async fn answer(
+        self: &Arc<Self>,
+        caller: &Caller,
+        parsed: ParsedReport,
+        manner: Manner,
+    ) -> Result<Answered, Refusal> {
+        let report = &parsed.report;
+        let is_exact = report
+            .strategy
+            .is_none_or(|strategy| strategy == wire::Strategy::Exact);
+        let asks_for_more =
+            report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
+        if is_exact && !asks_for_more && self.is_small {
+            return self.answer_in_place(caller, parsed, manner);
+        }
+        let (edge, caller) = (self.clone(), caller.clone());
+        self.aside(move || edge.answer_in_place(&caller, parsed, manner))
+            .await?
+    }
+
+    fn answer_in_place(
+        &self,
+        caller: &Caller,
+        parsed: ParsedReport,
+        manner: Manner,
+    ) -> Result<Answered, Refusal> {
+        let stopwatch = self.clock.stopwatch();
+        let now = self.clock.now();
+        let snapshot = self.world.load_full();
+        let ParsedReport {
+            report,
+            warnings: mut read,
+        } = parsed;
+        let plan = self.plan_of(&snapshot, caller, &report, &mut read);
+        let drone_id = drone_of(&report, plan.as_deref());
+        let settled = {
+            let known = self.known(&snapshot, plan.as_ref(), drone_id.as_deref(), now);
+            settle_report(&report, &known, &snapshot.airspace, &mut read)?
+        };
+        let world = World {
+            airspace: &snapshot.airspace,
+            trees: Some(&self.trees),
+        };
+        let mut scratch = self.scratches.take(snapshot.topology());
+        let answer = recompose(&world, &settled.request, &mut scratch);
+        let airspeed_mps = airspeed_mps(&report, plan.as_deref());
+        let dry_run = report.dry_run == Some(true);
+        let is_free = !dry_run && manner != Manner::Silent;
+        let plan_change = match &plan {
+            Some(plan) if is_free => Some(change_of_plan(
+                plan,
+                &settled.request,
+                &answer,
+                &snapshot.airspace,
+                &mut scratch,
+                now,
+            )),
+            _ => None,
+        };
+        self.scratches.give_back(scratch);
+        self.tables.want(settled.request.report.destination, &world);
+        let remaining_time_s = (!answer.path.nodes.is_empty()).then(|| {
+            flight_time_s(
+                snapshot.topology(),
+                &answer.path,
+                answer.first_stretch_m,
+                airspeed_mps,
+            )
+        });
+        warn_of_missed_deadline(&report, remaining_time_s, now, &mut read);
+        let mut record = AnswerRecord {
+            epoch: self.epoch,
+            number: self.records.next_number(),
+            answered_at: now,
+            subject: caller.subject.clone(),
+            airspace: snapshot.airspace.clone(),
+            revision: snapshot.revision.clone(),
+            report,
+            read,
+            settled,
+            answer,
+            drone_id,
+            published: Published::nothing("dry_run"),
+            plan: plan_change,
+            remaining_time_s,
+            dry_run,
+        };
+        if !dry_run {
+            // First, so that the closure then finds the plan with a way that is open.
+            self.propose_to_plan(&record);
+            record.published = self.publish(&snapshot, caller, &record, plan.as_ref(), manner);
+        }
+        let record = Arc::new(record);
+        self.records.keep(&record);
+        self.tell_recomposed(&record);
+        let elapsed_us = stopwatch.elapsed_us();
+        Ok(Answered::fresh(
+            record,
+            self.standing(&snapshot),
+            elapsed_us,
+        ))
+    }
+
+    /// What the edge knows of the drone.
+    fn known<'a>(
+        &self,
+        snapshot: &Snapshot,
+        plan: Option<&'a Arc<PlanEntry>>,
+        drone_id: Option<&str>,
+        now: Timestamp,
+    ) -> Known<'a> {
+        let progress = |plan| fleet::progress(snapshot.topology(), plan, &self.drones, now);
+        Known {
+            plan: plan.map(|plan| KnownPlan {
+                nodes: &plan.current.composition.way.nodes,
+                leg: progress(plan).map(|progress| progress.leg),
+            }),
+            position: drone_id
+                .and_then(|id| self.drones.last(id))
+                .map(|sighting| sighting.position),
+            now: Some(now),
+        }
+    }
+
+    /// The plan a report is about: the one it names, or that its drone flies, if the caller may speak for it.
+    fn plan_of(
+        &self,
+        snapshot: &Snapshot,
+        caller: &Caller,
+        report: &wire::FailureReport,
+        read: &mut Vec<ReadWarning>,
+    ) -> Option<Arc<PlanEntry>> {
+        let named = report
+            .service
+            .as_ref()
+            .and_then(|service| service.plan_id.as_deref());
+        let drone = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
+        let found = match named {
+            Some(id) => snapshot.plans.get(id),
+            None => drone.and_then(|drone| snapshot.plan_of_drone(drone)),
+        };
+        let own = found.filter(|plan| plan.is_active() && may_speak_for(caller, plan));
+        if own.is_none()
+            && let Some(id) = named
+        {
+            read.push(ReadWarning {
+                code: "unknown_plan",
+                message: format!("the edge knows no active plan '{id}' of yours; it is answered from what else the report says"),
+            });
+        }
+        own.cloned()
+    }
+
+    /// What the drone of a plan flies after this answer, once it acknowledges it.
+    fn propose_to_plan(&self, record: &AnswerRecord) {
+        let Some(change) = &record.plan else {
+            return;
+        };
+        let (Some(number), Some(composition)) = (change.version, &change.composition) else {
+            return;
+        };
+        let topology = record.airspace.topology();
+        let warnings = record.answer.warnings.iter();
+        let version = Version {
+            number,
+            outcome: Some(record.answer.outcome),
+            composition: composition.clone(),
+            first_stretch_m: record.answer.first_stretch_m,
+            departs_at: record.answered_at,
+            recomposition_id: Some(Arc::from(record.id())),
+            acknowledge_by: record
+                .answered_at
+                .checked_add(self.settings.acknowledge_within)
+                .ok(),
+            warnings: warnings
+                .map(|warning| warning_text(topology, warning))
+                .collect(),
+        };
+        let order = Order::ProposeVersion {
+            plan: change.plan.clone(),
+            version: Box::new(version),
+        };
+        if let Err(refusal) = self.writer.tell(order) {
+            tracing::warn!(%refusal, "a recomposed version could not be proposed to its plan");
+        }
+    }
+
+    /// Dry runs are not told: whoever asks what would be changes nothing.
+    fn tell_recomposed(&self, record: &AnswerRecord) {
+        if record.dry_run {
+            return;
+        }
+        let summary = super::answered::summary(record);
+        // A map with text keys and plain values always has a JSON form.
+        let data = serde_json::to_value(&summary).unwrap_or_default();
+        let happening = super::events::Happening::new(wire::EventKind::Recomposed, data);
+        self.events
+            .add(vec![happening], record.answered_at, &record.revision);
+    }
+
+    pub(super) fn check_batch(&self, name: &str, count: usize) -> Result<(), Refusal> {
+        let limit = self.settings.batch_max;
+        match count <= limit {
+            true => Ok(()),
+            false => {
+                let detail =
+                    format!("'{name}' has {count} entries, more than the {limit} of one batch");
+                Err(Refusal::new(Code::BodyTooLarge, detail))
+            }
+        }
+    }
+}
+
+/// Who a report is counted for: its drone where the caller may speak for it, else the caller.
+fn reporter(caller: &Caller, report: &wire::FailureReport) -> Arc<str> {
+    let drone = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
+    match drone.filter(|drone| caller.speaks_for(drone)) {
+        Some(drone) => Arc::from(drone),
+        None => caller.subject.clone(),
+    }
+}
+
+/// Whether a caller may speak for a plan: for that of a drone as for the drone, for others as their maker.
+pub(super) fn may_speak_for(caller: &Caller, plan: &PlanEntry) -> bool {
+    use crate::access::Role;
+    match plan.drone_id.as_deref() {
+        Some(drone) => caller.speaks_for(drone),
+        None => {
+            matches!(caller.role, Role::Operator | Role::Anyone) || caller.subject == plan.subject
+        }
+    }
+}
+
+fn drone_of(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> Option<Arc<str>> {
+    let stated = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
+    match stated {
+        Some(drone) if !drone.is_empty() && drone.len() <= 128 => Some(Arc::from(drone)),
+        _ => plan.and_then(|plan| plan.drone_id.clone()),
+    }
+}
+
+fn airspeed_mps(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> f64 {
+    let stated = report.drone.as_ref().and_then(|drone| drone.airspeed_mps);
+    let possible = stated.filter(|speed_mps| *speed_mps > 0.0 && *speed_mps <= 100.0);
+    let planned = plan.map(|plan| plan.airspeed_mps);
+    possible.or(planned).unwrap_or(DEFAULT_AIRSPEED_MPS)
+}
+
+fn change_of_plan(
+    plan: &PlanEntry,
+    request: &Request,
+    answer: &Recomposition,
+    airspace: &Airspace,
+    scratch: &mut Scratch,
+    now: Timestamp,
+) -> PlanChange {
+    let unchanged = PlanChange {
+        plan: plan.id.clone(),
+        version: None,
+        composition: None,
+        departs_at: now,
+    };
+    let destination = match answer.outcome {
+        Outcome::NoRoute | Outcome::Unaffected => return unchanged,
+        Outcome::Diverted => answer.path.nodes.last().copied(),
+        Outcome::Rerouted => Some(request.report.destination),
+    };
+    let Some(destination) = destination else {
+        return unchanged;
+    };
+    let airspace = as_reported(airspace, request, now);
+    let world = World {
+        airspace: &airspace,
+        trees: None,
+    };
+    let (way, stretch_m) = (answer.path.clone(), answer.first_stretch_m);
+    let composition = equip(
+        &world,
+        way,
+        stretch_m,
+        destination,
+        plan.airspeed_mps,
+        scratch,
+    );
+    PlanChange {
+        version: Some(plan.next_version.fetch_add(1, Ordering::Relaxed)),
+        composition: Some(composition),
+        ..unchanged
+    }
+}
+
+/// The airspace with what a report closes, published or not: contingencies must not lead over it.
+///
+/// It is searched without tables, which know worlds by their numbers; the number of this one may come again.
+pub(super) fn as_reported(airspace: &Airspace, request: &Request, now: Timestamp) -> Airspace {
+    let report = &request.report;
+    let (from, to) = report.leg;
+    let leg = airspace.topology().segment_between(from, to);
+    let leg = leg.filter(|_| report.failure.closes_leg());
+    let brought = request.zone.iter();
+    let (segments, nodes): (Vec<_>, Vec<_>) = brought
+        .map(|brought| (brought.hits.segments.clone(), brought.hits.nodes.clone()))
+        .unzip();
+    let segments = segments.into_iter().flatten().chain(leg).collect();
+    let nodes = nodes.into_iter().flatten().collect();
+    let id = "as-reported".to_owned();
+    let closure = Closure::of_operator(id, String::new(), nodes, segments);
+    airspace.apply(&[Change::Put(Arc::new(closure))], now)
+}
+
+fn warn_of_missed_deadline(
+    report: &wire::FailureReport,
+    remaining_time_s: Option<f64>,
+    now: Timestamp,
+    read: &mut Vec<ReadWarning>,
+) {
+    let deadline = report
+        .deadline
+        .as_deref()
+        .and_then(|text| text.parse::<Timestamp>().ok());
+    if let (Some(deadline), Some(time_s)) = (deadline, remaining_time_s)
+        && super::snapshot::later(now, time_s) > deadline
+    {
+        read.push(ReadWarning {
+            code: "deadline_missed",
+            message: format!(
+                "at nominal speed the path takes {time_s:.0} s and ends after {deadline}"
+            ),
+        });
+    }
+}
+
+/// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
+fn still_holds(record: &AnswerRecord, snapshot: &Snapshot, now: Timestamp) -> bool {
+    let airspace = &snapshot.airspace;
+    if record.airspace.topology_revision() != airspace.topology_revision() {
+        return false;
+    }
+    let deadline = record
+        .report
+        .deadline
+        .as_deref()
+        .and_then(|text| text.parse::<Timestamp>().ok());
+    if deadline.is_some_and(|deadline| deadline < now) {
+        return false;
+    }
+    let path = &record.answer.path;
+    let Some(&last) = path.nodes.last() else {
+        return record.airspace.revision() == airspace.revision();
+    };
+    let closed = airspace.closed();
+    let is_open =
+        path.segments.iter().all(|&segment| !closed.blocks(segment)) && !closed.closes_node(last);
+    let is_safe = record.answer.outcome != Outcome::Diverted || !airspace.closes_pads(last);
+    is_open && is_safe && first_stretch_is_clear(record, snapshot)
+}
+
+/// A zone that has come over the drone or its first stretch since makes the way onto the path another one.
+fn first_stretch_is_clear(record: &AnswerRecord, snapshot: &Snapshot) -> bool {
+    let request = &record.settled.request;
+    let (Location::At(place), Some(&first)) =
+        (request.report.location, record.answer.path.nodes.first())
+    else {
+        return true;
+    };
+    let first = snapshot.topology().position(first);
+    let fresh = snapshot
+        .airspace
+        .in_force()
+        .filter(|closure| !record.airspace.is_in_force(&closure.id));
+    let mut zones = fresh.filter_map(|closure| closure.zone());
+    zones.all(|zone| zone.coverage(place, first).is_empty())
+}

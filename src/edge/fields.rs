@@ -1,0 +1,149 @@
+//! Fields of operators' bodies, read strictly: what is wrong is told with its place and a hint.
+
+use super::refusal::{Code, Refusal};
+use crate::formats::nearest;
+use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::wire::{Fault, Id};
+use jiff::Timestamp;
+
+/// The longest id of a thing, in bytes.
+const ID_BYTES_MAX: usize = 128;
+
+/// What is wrong with a body, collected until all of it has been read.
+#[derive(Debug, Default)]
+pub(super) struct Faults(Vec<Fault>);
+
+impl Faults {
+    pub(super) fn add(&mut self, code: &str, pointer: &str, message: String, hint: Option<String>) {
+        // Nobody reads more than a screen of faults.
+        if self.0.len() < 20 {
+            self.0.push(Fault {
+                code: code.to_owned(),
+                pointer: pointer.to_owned(),
+                message,
+                hint,
+            });
+        }
+    }
+
+    /// The refusal, if anything was wrong.
+    pub(super) fn check(self, code: Code, what: &str) -> Result<(), Refusal> {
+        match self.0.as_slice() {
+            [] => Ok(()),
+            [only] => Err(Refusal::at(code, only.clone())),
+            several => {
+                let detail = format!("the {what} has {} faults", several.len());
+                Err(Refusal {
+                    faults: self.0,
+                    ..Refusal::new(code, detail)
+                })
+            }
+        }
+    }
+
+    /// An instant in RFC 3339.
+    pub(super) fn instant(&mut self, pointer: &str, text: Option<&str>) -> Option<Timestamp> {
+        let text = text?;
+        match text.parse() {
+            Ok(instant) => Some(instant),
+            Err(_) => {
+                let message = format!("'{text}' is not an instant in RFC 3339");
+                self.add(
+                    "time_invalid",
+                    pointer,
+                    message,
+                    Some("write it like 2026-11-27T18:00:00Z".to_owned()),
+                );
+                None
+            }
+        }
+    }
+
+    /// A number within bounds, both included.
+    pub(super) fn number(
+        &mut self,
+        pointer: &str,
+        value: Option<f64>,
+        least: f64,
+        most: f64,
+    ) -> Option<f64> {
+        let value = value?;
+        if value.is_finite() && (least..=most).contains(&value) {
+            return Some(value);
+        }
+        let message = format!("{value} is not between {least} and {most}");
+        self.add("out_of_range", pointer, message, None);
+        None
+    }
+
+    /// An id that a thing is to have: printable, and neither empty nor too long.
+    pub(super) fn id(&mut self, pointer: &str, id: Option<&str>) {
+        let Some(id) = id else {
+            return;
+        };
+        if id.is_empty() || id.len() > ID_BYTES_MAX {
+            let message = format!("the id has {} bytes, not 1 to {ID_BYTES_MAX}", id.len());
+            self.add("id_invalid", pointer, message, None);
+        } else if id
+            .chars()
+            .any(|letter| letter.is_control() || letter == '/')
+        {
+            let message = "the id has a control character or a slash in it".to_owned();
+            self.add("id_invalid", pointer, message, None);
+        }
+    }
+
+    /// A text no longer than so many bytes.
+    pub(super) fn text(&mut self, pointer: &str, text: Option<&str>, bytes_max: usize) {
+        if let Some(text) = text.filter(|text| text.len() > bytes_max) {
+            let message = format!("the text has {} bytes, more than {bytes_max}", text.len());
+            self.add("text_too_long", pointer, message, None);
+        }
+    }
+
+    /// The node of an id.
+    pub(super) fn node(
+        &mut self,
+        pointer: &str,
+        topology: &Topology,
+        id: &Id<'_>,
+    ) -> Option<NodeIx> {
+        let text = id.text();
+        let found = topology.node(&text);
+        if found.is_none() {
+            let ids = topology.nodes().map(|node| topology.node_id(node));
+            let near = nearest(&text, ids, 3);
+            let hint = (!near.is_empty()).then(|| format!("did you mean {}?", near.join(", ")));
+            self.add(
+                "unknown_node",
+                pointer,
+                format!("the network has no node '{text}'"),
+                hint,
+            );
+        }
+        found
+    }
+
+    /// The segment of an id.
+    pub(super) fn segment(
+        &mut self,
+        pointer: &str,
+        topology: &Topology,
+        id: &str,
+    ) -> Option<SegmentIx> {
+        let found = topology.find_segment(id);
+        if found.is_none() {
+            let reversed = id.split_once('-').map(|(from, to)| format!("{to}-{from}"));
+            let hint = reversed
+                .filter(|id| topology.find_segment(id).is_some())
+                .map(|id| format!("did you mean {id}?"));
+            self.add(
+                "unknown_segment",
+                pointer,
+                format!("the network has no segment '{id}'"),
+                hint,
+            );
+        }
+        found
+    }
+}

@@ -1,0 +1,230 @@
+//! Plans in flight: where their drones are, what blocks them, and what they are to fly instead.
+
+use super::drones::Drones;
+use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
+use crate::airspace::{Airspace, Closure};
+use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
+use crate::flight::{FailureReport, FailureType, Location};
+use crate::geo::Point;
+use crate::network::Topology;
+use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// How far a drone has come on a version of its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Progress {
+    /// The leg it is on.
+    pub(super) leg: usize,
+    pub(super) location: Location,
+    /// What lies ahead on the plan, in metres.
+    pub(super) remaining_m: f64,
+}
+
+/// What a plan's drone is told when something ahead has closed.
+#[derive(Clone, Debug)]
+pub(super) struct Detour {
+    pub(super) plan: Arc<PlanEntry>,
+    pub(super) request: Request,
+    pub(super) answer: Recomposition,
+    /// How much longer the route becomes, in metres; `None` where it does not lead to the destination.
+    pub(super) extra_m: Option<f64>,
+    /// The proposed version; `None` in a preview and where there is no way.
+    pub(super) version: Option<u32>,
+}
+
+/// Where the drone of a plan is: by its telemetry, else by nominal times, and then somewhere on its leg.
+///
+/// `None` when the plan has no leg left.
+pub(super) fn progress(
+    topology: &Topology,
+    plan: &PlanEntry,
+    drones: &Drones,
+    now: Timestamp,
+) -> Option<Progress> {
+    let version = &plan.current;
+    let legs = &version.composition.legs;
+    let last = legs.len().checked_sub(1)?;
+    let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
+    if let Some(sighting) = sighting.filter(|sighting| sighting.seen_at >= version.departs_at) {
+        let leg = nearest_leg(topology, legs, sighting.position);
+        let to_end_m = sighting
+            .position
+            .distance_m(topology.position(legs[leg].to));
+        return Some(Progress {
+            leg,
+            location: Location::At(sighting.position),
+            remaining_m: to_end_m + length_after(legs, leg),
+        });
+    }
+    let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
+    if elapsed_s <= 0.0 {
+        return Some(Progress {
+            leg: 0,
+            location: Location::LegStart,
+            remaining_m: version.composition.length_m,
+        });
+    }
+    let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
+    let leg = flown.unwrap_or(last);
+    Some(Progress {
+        leg,
+        location: Location::Unknown,
+        remaining_m: legs[leg].length_m + length_after(legs, leg),
+    })
+}
+
+fn length_after(legs: &[Leg], leg: usize) -> f64 {
+    legs[leg + 1..].iter().map(|leg| leg.length_m).sum()
+}
+
+/// The leg that a place is nearest to; of equally near ones the earliest.
+fn nearest_leg(topology: &Topology, legs: &[Leg], place: Point) -> usize {
+    let distance_m = |leg: &Leg| {
+        let (from, to) = (topology.position(leg.from), topology.position(leg.to));
+        distance_to_line_m(place, from, to)
+    };
+    let distances = legs.iter().map(distance_m).enumerate();
+    let nearest = distances.min_by(|left, right| left.1.total_cmp(&right.1));
+    nearest.map_or(0, |(leg, _)| leg)
+}
+
+/// How far a place is from the straight line between two others, ends included, in metres.
+pub(super) fn distance_to_line_m(place: Point, from: Point, to: Point) -> f64 {
+    let along_m2 = from.distance_m(to).powi(2);
+    let dot = (place.x - from.x) * (to.x - from.x) + (place.y - from.y) * (to.y - from.y);
+    let fraction = match along_m2 > 0.0 {
+        true => (dot / along_m2).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    place.distance_m(from.towards(to, fraction))
+}
+
+/// Whether anything from a leg on is blocked.
+pub(super) fn is_blocked(airspace: &Airspace, composition: &Composition, from_leg: usize) -> bool {
+    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
+    ahead
+        .iter()
+        .any(|leg| airspace.closed().blocks(leg.segment))
+}
+
+/// Whether a closure closes anything from a leg on.
+pub(super) fn is_hit(closure: &Closure, composition: &Composition, from_leg: usize) -> bool {
+    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
+    let hits = &closure.hits;
+    ahead.iter().any(|leg| {
+        hits.segments.binary_search(&leg.segment).is_ok()
+            || hits.nodes.binary_search(&leg.to).is_ok()
+            || hits.nodes.binary_search(&leg.from).is_ok()
+    })
+}
+
+/// What a plan's drone is told in a world where something ahead has closed.
+pub(super) fn detour(
+    plan: &Arc<PlanEntry>,
+    progress: &Progress,
+    world: &World<'_>,
+    scratch: &mut Scratch,
+) -> Detour {
+    let composition = &plan.current.composition;
+    let leg = &composition.legs[progress.leg];
+    // A leg that its drone has reported stays failed for it, published or not.
+    let reported = plan
+        .proposed
+        .as_ref()
+        .is_some_and(|proposed| proposed.recomposition_id.is_some());
+    let request = Request::exact(FailureReport {
+        failure: match reported {
+            true => FailureType::Navigational,
+            false => FailureType::ServiceLevel,
+        },
+        leg: (leg.from, leg.to),
+        location: progress.location,
+        cause_location: None,
+        destination: plan.destination,
+        remaining_path: Some(composition.way.nodes[progress.leg..].to_vec()),
+    });
+    let answer = recompose(world, &request, scratch);
+    let leads_there = matches!(answer.outcome, Outcome::Rerouted | Outcome::Unaffected);
+    let extra_m = answer
+        .remaining_length_m
+        .filter(|_| leads_there)
+        .map(|length_m| length_m - progress.remaining_m);
+    Detour {
+        plan: plan.clone(),
+        request,
+        answer,
+        extra_m,
+        version: None,
+    }
+}
+
+/// A version's place in the index of what is on which segment when.
+pub(super) fn occupations(
+    plan: &Arc<str>,
+    version: &Version,
+) -> impl Iterator<Item = (OccupationKey, Occupation)> {
+    let (plan, number) = (plan.clone(), version.number);
+    let all = version.occupations().into_iter();
+    all.map(move |occupation| {
+        let key = OccupationKey {
+            segment: occupation.segment.0,
+            plan: plan.clone(),
+            version: number,
+            leg: u32::try_from(occupation.leg).unwrap_or(u32::MAX),
+        };
+        (key, occupation)
+    })
+}
+
+/// Another active plan that comes too near, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlanConflict {
+    pub(super) plan: Arc<str>,
+    pub(super) conflict: Conflict,
+}
+
+/// The conflicts of a plan's versions with those of all other active plans, at most so many.
+pub(super) fn conflicts_of(
+    snapshot: &Snapshot,
+    plan: &PlanEntry,
+    headway_s: f64,
+    at_most: usize,
+) -> Vec<PlanConflict> {
+    let versions = [Some(&plan.current), plan.proposed.as_ref()];
+    let mut found: Vec<PlanConflict> = Vec::new();
+    for own in versions
+        .into_iter()
+        .flatten()
+        .flat_map(|version| version.occupations())
+    {
+        let first = OccupationKey {
+            segment: own.segment.0,
+            plan: Arc::from(""),
+            version: 0,
+            leg: 0,
+        };
+        let there = snapshot.occupations.range(first..);
+        let there = there.take_while(|(key, _)| key.segment == own.segment.0);
+        for (key, other) in there.filter(|(key, _)| key.plan != plan.id) {
+            let [own, other] = [std::slice::from_ref(&own), std::slice::from_ref(other)];
+            let met = conflicts(own, other, headway_s).into_iter();
+            let met = met.map(|conflict| PlanConflict {
+                plan: key.plan.clone(),
+                conflict,
+            });
+            for conflict in met {
+                let is_known = found.iter().any(|other| {
+                    other.plan == conflict.plan && other.conflict.leg == conflict.conflict.leg
+                });
+                if !is_known {
+                    found.push(conflict);
+                }
+            }
+            if found.len() >= at_most {
+                return found;
+            }
+        }
+    }
+    found
+}

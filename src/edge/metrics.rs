@@ -1,0 +1,93 @@
+//! What an edge counts and measures of itself, read when it is asked for. No ids and no places.
+
+use super::Edge;
+use prometheus_client::collector::Collector;
+use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
+use prometheus_client::metrics::counter::ConstCounter;
+use prometheus_client::metrics::gauge::ConstGauge;
+use prometheus_client::registry::Registry;
+use std::fmt;
+use std::sync::Arc;
+
+/// Reads the figures of an edge.
+#[derive(Debug)]
+struct EdgeCollector {
+    edge: Arc<Edge>,
+}
+
+impl Edge {
+    /// Adds the figures of this edge to what is collected.
+    pub fn register_metrics(self: &Arc<Self>, registry: &mut Registry) {
+        let edge = self.clone();
+        registry.register_collector(Box::new(EdgeCollector { edge }));
+    }
+}
+
+impl Collector for EdgeCollector {
+    fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
+        let status = self.edge.status();
+        let mut gauge = |name: &str, help: &str, value: usize| {
+            let metric = ConstGauge::new(i64::try_from(value).unwrap_or(i64::MAX));
+            let kind = metric.metric_type();
+            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
+        };
+        gauge("network_nodes", "Nodes of the network", status.nodes)?;
+        gauge(
+            "network_segments",
+            "Segments of the network",
+            status.segments,
+        )?;
+        gauge("zones", "Zones, in force or not", status.zones)?;
+        gauge("closures", "Closures that no zone causes", status.closures)?;
+        gauge(
+            "blocked_segments",
+            "Segments blocked now",
+            status.blocked_segments,
+        )?;
+        gauge(
+            "active_plans",
+            "Plans that are not over",
+            status.active_plans,
+        )?;
+        gauge(
+            "affected_plans",
+            "Plans with something closed ahead",
+            status.affected_plans,
+        )?;
+        gauge(
+            "proposals",
+            "Proposals that wait for an operator",
+            status.proposals,
+        )?;
+        gauge("holds", "Removals that wait for an operator", status.holds)?;
+        gauge("drones", "Drones seen", status.drones)?;
+        gauge("records", "Answers kept", status.records)?;
+        gauge(
+            "records_bytes",
+            "Bytes of answers kept and their worlds, about",
+            status.record_bytes,
+        )?;
+        gauge("tables", "Destinations with a table", status.tables)?;
+        gauge("tables_bytes", "Bytes of tables", status.table_bytes)?;
+        let mut counter = |name: &str, help: &str, value: u64| {
+            let metric = ConstCounter::new(value);
+            let kind = metric.metric_type();
+            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
+        };
+        counter(
+            "table_hits",
+            "Searches that found the table of their destination",
+            status.table_hits,
+        )?;
+        counter(
+            "table_misses",
+            "Searches without a table, answered by A*",
+            status.table_misses,
+        )?;
+        counter(
+            "plans_unacknowledged",
+            "Proposed versions that were not acknowledged in time",
+            status.plans_unacknowledged,
+        )
+    }
+}

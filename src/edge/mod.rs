@@ -1,0 +1,257 @@
+//! The edge: use cases over one snapshot, and the single writer that makes the next.
+//!
+//! A request takes one [`Snapshot`] and keeps it from beginning to end; nothing it reads changes meanwhile.
+//! What changes the state is an order to the writer, which carries out orders in batches, publishes one
+//! snapshot for each batch, stores it and then acknowledges. Both dialects call the use cases here; nothing
+//! here knows HTTP or gRPC.
+
+mod answered;
+mod closures;
+mod decisions;
+mod drones;
+mod events;
+mod failures;
+mod fields;
+mod fleet;
+mod metrics;
+mod network;
+mod orders;
+mod pages;
+mod plans;
+mod publication;
+mod records;
+mod refusal;
+mod replies;
+mod scratches;
+mod settings;
+mod snapshot;
+mod state;
+mod state_airspace;
+mod state_fleet;
+mod status;
+mod store;
+mod tables;
+mod telemetry;
+mod timers;
+mod views;
+mod writer;
+mod zones;
+
+pub use crate::access::{Caller, Role};
+pub use answered::{Answered, FullRecord};
+pub use events::{EventRecord, EventStream};
+pub use orders::Decision;
+pub use pages::PageRequest;
+pub use plans::PlanFilter;
+pub use refusal::{Code, Refusal};
+pub use replies::Idempotency;
+pub use settings::{ClosureLives, Settings};
+pub use snapshot::Snapshot;
+pub use status::Status;
+pub use zones::ZoneWrite;
+
+use crate::airspace::Change;
+use crate::clock::Clock;
+use crate::network::Topology;
+use crate::routing::TreeCache;
+use crate::wire;
+use answered::Standing;
+use arc_swap::ArcSwap;
+use bytes::Bytes;
+use drones::Drones;
+use events::Events;
+use network::NetworkDocuments;
+use orders::{Order, Outcome};
+use records::Records;
+use replies::{ReportReplies, WriteReplies};
+use scratches::Scratches;
+use state::State;
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use store::InMemory;
+use tables::Tables;
+use writer::{Desk, Writer};
+
+/// Up to this many nodes the exact answer without a table takes well under a millisecond.
+const SMALL_NODES: usize = 20_000;
+
+/// An edge: everything behind its use cases.
+pub struct Edge {
+    settings: Settings,
+    clock: Clock,
+    epoch: u64,
+    /// Whether exact answers are given in place, without going where blocking is allowed.
+    is_small: bool,
+    world: Arc<ArcSwap<Snapshot>>,
+    writer: Writer,
+    events: Arc<Events>,
+    drones: Arc<Drones>,
+    records: Records,
+    report_replies: ReportReplies,
+    write_replies: WriteReplies,
+    trees: Arc<TreeCache>,
+    tables: Tables,
+    scratches: Scratches,
+    next_proposal: AtomicU64,
+    documents: NetworkDocuments,
+}
+
+impl Edge {
+    /// Starts an edge over a network: its state, and the threads that keep it.
+    ///
+    /// `geojson` is the text that the topology was read from, which clients get. `epoch` is to be greater than that of every start before, such as the time of the start.
+    ///
+    /// # Errors
+    /// When a thread cannot be started.
+    pub fn start(
+        topology: Arc<Topology>,
+        geojson: Bytes,
+        epoch: u64,
+        settings: Settings,
+        clock: Clock,
+    ) -> std::io::Result<Arc<Self>> {
+        let trees = Arc::new(TreeCache::new(settings.trees_bytes));
+        let drones = Arc::new(Drones::new(settings.drones_max));
+        let events = Arc::new(Events::new(
+            epoch,
+            settings.events_max,
+            settings.event_streams_max,
+        ));
+        let state = State::new(
+            topology.clone(),
+            epoch,
+            clock.now(),
+            settings.clone(),
+            drones.clone(),
+            trees.clone(),
+        );
+        let world = Arc::new(ArcSwap::from_pointee(state.next.clone()));
+        let tables = Tables::start(world.clone(), trees.clone())?;
+        let writer = Writer::start(Desk {
+            state,
+            store: Box::new(InMemory),
+            clock: clock.clone(),
+            world: world.clone(),
+            events: events.clone(),
+            tables: tables.clone(),
+        })?;
+        Ok(Arc::new(Self {
+            is_small: topology.node_count() <= SMALL_NODES,
+            records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
+            report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
+            write_replies: WriteReplies::new(settings.idempotency_max, settings.idempotency_age),
+            scratches: Scratches::default(),
+            next_proposal: AtomicU64::new(1),
+            documents: NetworkDocuments::of(&topology, geojson),
+            settings,
+            clock,
+            epoch,
+            world,
+            writer,
+            events,
+            drones,
+            trees,
+            tables,
+        }))
+    }
+
+    /// The state as it is now.
+    pub fn snapshot(&self) -> Arc<Snapshot> {
+        self.world.load_full()
+    }
+
+    /// The clock that all times of this edge come from.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The network.
+    pub fn topology(&self) -> Arc<Topology> {
+        self.world.load().topology().clone()
+    }
+
+    /// What answers say of the state as it is now.
+    pub fn stamp(&self) -> wire::Stamp<'static> {
+        self.stamp_of(&self.world.load_full())
+    }
+
+    fn stamp_of(&self, snapshot: &Snapshot) -> wire::Stamp<'static> {
+        let standing = self.standing(snapshot);
+        wire::Stamp {
+            revision: Cow::Owned(snapshot.revision.to_string()),
+            topology_revision: snapshot.airspace.topology_revision(),
+            registry_revision: standing.registry_revision,
+            registry_age_s: standing.registry_age_s,
+            freshness: standing.freshness,
+            clock: standing.clock,
+        }
+    }
+
+    /// An edge that follows no registry is its own authority, and always fresh.
+    fn standing(&self, _snapshot: &Snapshot) -> Standing {
+        Standing {
+            registry_revision: None,
+            registry_age_s: None,
+            freshness: wire::Freshness::Fresh,
+            clock: self.clock.kind(),
+        }
+    }
+
+    /// Events from after an id, or from now on.
+    ///
+    /// # Errors
+    /// When the id is none, or too old; when too many listen already.
+    pub fn events(&self, after: Option<&str>) -> Result<EventStream, Refusal> {
+        self.events.listen(after)
+    }
+
+    /// The id of the latest event, from which a listener that has just read a list goes on.
+    pub fn latest_event_id(&self) -> String {
+        self.events.latest_id()
+    }
+
+    /// Carries out what is due by now without waiting for the clock, as a clock moved by hand does.
+    ///
+    /// # Errors
+    /// When the writer cannot take it.
+    pub async fn tick(&self) -> Result<(), Refusal> {
+        self.order(Order::Tick).await.map(drop)
+    }
+
+    /// Takes over changes decided elsewhere, such as by a registry, as one batch.
+    ///
+    /// Restrictions are in force when this returns. Many removals at once wait for an operator.
+    ///
+    /// # Errors
+    /// When the writer cannot take them.
+    pub async fn follow(&self, origin: &str, changes: Vec<Change>) -> Result<(), Refusal> {
+        let origin = Arc::from(origin);
+        self.order(Order::Follow { origin, changes })
+            .await
+            .map(drop)
+    }
+
+    async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
+        let (reply, snapshot) = self.writer.ask(order).await?;
+        Ok((reply?, snapshot))
+    }
+
+    /// Does what may take long where blocking is allowed.
+    async fn aside<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        let done = tokio::task::spawn_blocking(work).await;
+        done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))
+    }
+}
+
+impl std::fmt::Debug for Edge {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Edge")
+            .field("epoch", &self.epoch)
+            .finish_non_exhaustive()
+    }
+}

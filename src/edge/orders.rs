@@ -1,0 +1,121 @@
+//! What the writer is asked to do, and what it answers.
+
+use super::fleet::Detour;
+use super::refusal::Refusal;
+use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
+use crate::airspace::{Change, Closure};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// Which version a write expects to find.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Expected {
+    /// None: it makes a new one.
+    Absent,
+    /// Any, or none.
+    Anything,
+    /// One of these entity tags, or any version for `*`.
+    Tags(String),
+    /// Nothing was said, which is enough only where nothing is there.
+    Unstated,
+}
+
+/// What an operator decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// Put it into force; of a hold, let it go.
+    Accept,
+    /// Drop it.
+    Reject,
+}
+
+/// Something that a drone's report closes for everyone, quotas permitting.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Publication {
+    pub(super) entry: ClosureEntry,
+    /// What is made of it where the writer finds that a quota has been used up meanwhile.
+    pub(super) otherwise: ProposalEntry,
+}
+
+/// An order to the writer.
+#[derive(Debug)]
+pub(super) enum Order {
+    /// Puts a zone, as the closure it causes.
+    PutZone {
+        closure: Arc<Closure>,
+        expected: Expected,
+    },
+    DeleteZone {
+        id: String,
+        expected: Expected,
+    },
+    /// Puts an operator's closure.
+    PutClosure(ClosureEntry),
+    ChangeClosure {
+        id: String,
+        confirmed: Option<bool>,
+        until: Option<Timestamp>,
+        expected: Expected,
+    },
+    LiftClosure {
+        id: String,
+        expected: Expected,
+    },
+    Publish(Box<Publication>),
+    Propose(Box<ProposalEntry>),
+    DecideProposal {
+        number: u64,
+        decision: Decision,
+    },
+    /// Changes from elsewhere, such as a registry; many removals at once wait for an operator.
+    Follow {
+        origin: Arc<str>,
+        changes: Vec<Change>,
+    },
+    DecideHold {
+        number: u64,
+        decision: Decision,
+    },
+    AddPlan(Box<PlanEntry>),
+    CancelPlan {
+        id: String,
+    },
+    AcknowledgePlan {
+        id: String,
+        version: u32,
+    },
+    /// A version that a failure report led to.
+    ProposeVersion {
+        plan: Arc<str>,
+        version: Box<Version>,
+    },
+    /// Nothing but the time has changed.
+    Tick,
+}
+
+/// What the writer did.
+#[derive(Clone, Debug)]
+pub(super) enum Done {
+    Zone {
+        entry: Arc<ZoneEntry>,
+        created: bool,
+    },
+    ZoneDeleted(Arc<ZoneEntry>),
+    Closure(Arc<ClosureEntry>),
+    ClosureLifted(Arc<ClosureEntry>),
+    Proposal(Arc<ProposalEntry>),
+    Hold(Arc<HoldEntry>),
+    Plan(Arc<PlanEntry>),
+    Nothing,
+}
+
+/// The answer to an order: what was done, whether it is stored, and the plans that the whole batch affected.
+#[derive(Clone, Debug)]
+pub(super) struct Outcome {
+    pub(super) done: Done,
+    pub(super) durable: bool,
+    pub(super) detours: Arc<Vec<Detour>>,
+}
+
+/// What comes back for each order.
+pub(super) type Reply = Result<Outcome, Refusal>;

@@ -1,0 +1,289 @@
+//! Composition plans: composed, listed, taken over, cancelled.
+
+use super::Edge;
+use super::failures::{DEFAULT_AIRSPEED_MPS, may_speak_for};
+use super::fields::Faults;
+use super::orders::{Done, Order};
+use super::pages::{PageRequest, filtered, token};
+use super::refusal::{Code, Refusal};
+use super::replies::Idempotency;
+use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::views;
+use super::zones::unexpected;
+use crate::access::{Caller, Role};
+use crate::compose::compose;
+use crate::network::NodeIx;
+use crate::recompose::World;
+use crate::wire::{self, PlanState};
+use jiff::{SignedDuration, Timestamp};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// How far ahead a plan may start.
+const START_AHEAD_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
+/// How long ago a plan may have started: clocks differ a little.
+const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
+/// The heaviest payload, in kilograms; more is a slip of units.
+const PAYLOAD_MAX_KG: f64 = 100.0;
+/// The fastest airspeed, in metres per second.
+const AIRSPEED_MAX_MPS: f64 = 100.0;
+
+/// Which plans are asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PlanFilter {
+    /// Those affected by this closure.
+    pub affected_by: Option<String>,
+    /// Those of this drone.
+    pub drone_id: Option<String>,
+}
+
+/// A delivery request that has been read.
+struct Delivery {
+    id: Option<String>,
+    source: NodeIx,
+    destination: NodeIx,
+    start: Timestamp,
+    payload_kg: f64,
+    airspeed_mps: f64,
+    drone_id: Option<Arc<str>>,
+}
+
+impl Edge {
+    /// Composes a plan: the shortest open way, each leg with its contingencies.
+    ///
+    /// # Errors
+    /// When the request is not valid, there is no open way, or the drone flies another plan.
+    pub async fn compose_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        request: wire::DeliveryRequest,
+        idempotency: Idempotency,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let composed = async {
+            let delivery = self.read_delivery(caller, request)?;
+            let (edge, subject) = (self.clone(), caller.subject.clone());
+            let plan = self
+                .aside(move || edge.compose(delivery, subject))
+                .await??;
+            let (outcome, snapshot) = self.order(Order::AddPlan(Box::new(plan))).await?;
+            self.told(outcome.done, &snapshot)
+        };
+        let now = self.clock.now();
+        self.write_replies
+            .once(&caller.subject, "compose_plan", idempotency, now, composed)
+            .await
+    }
+
+    /// A page of plans, by id, as far as the caller may see them.
+    ///
+    /// # Errors
+    /// When the page is not one.
+    pub fn plans(
+        &self,
+        caller: &Caller,
+        page: &PageRequest,
+        filter: &PlanFilter,
+    ) -> Result<wire::Plans<'static>, Refusal> {
+        let page = page.check()?;
+        let snapshot = self.snapshot();
+        let passes = |plan: &Arc<PlanEntry>| {
+            let by_closure = filter
+                .affected_by
+                .as_ref()
+                .is_none_or(|id| plan.affected_by.contains(id));
+            let by_drone = filter
+                .drone_id
+                .as_deref()
+                .is_none_or(|id| plan.drone_id.as_deref() == Some(id));
+            by_closure && by_drone && may_speak_for(caller, plan)
+        };
+        let (told, next) = filtered(&snapshot.plans, &page, passes);
+        let stamp = self.stamp_of(&snapshot);
+        let plans = told
+            .iter()
+            .map(|plan| views::plan(&snapshot, plan, &self.settings, stamp.clone()));
+        Ok(wire::Plans {
+            plans: plans.collect(),
+            next_page_token: next.map(|id| token(&id)),
+            stamp: stamp.clone(),
+        })
+    }
+
+    /// A plan.
+    ///
+    /// # Errors
+    /// When there is none that the caller may see.
+    pub fn plan(&self, caller: &Caller, id: &str) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        Ok(views::plan(
+            &snapshot,
+            &plan,
+            &self.settings,
+            self.stamp_of(&snapshot),
+        ))
+    }
+
+    /// Cancels a plan; its segments are free for others.
+    ///
+    /// # Errors
+    /// When there is none that the caller may change, or it is over.
+    pub async fn cancel_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        own_plan(&self.snapshot(), caller, id)?;
+        let order = Order::CancelPlan { id: id.to_owned() };
+        let (outcome, snapshot) = self.order(order).await?;
+        self.told(outcome.done, &snapshot)
+    }
+
+    /// A drone takes over a proposed version.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's, or the version is neither proposed nor flown.
+    pub async fn acknowledge_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        ack: wire::Ack,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        own_plan(&self.snapshot(), caller, id)?;
+        let order = Order::AcknowledgePlan {
+            id: id.to_owned(),
+            version: ack.version,
+        };
+        let (outcome, snapshot) = self.order(order).await?;
+        self.told(outcome.done, &snapshot)
+    }
+
+    fn told(&self, done: Done, snapshot: &Snapshot) -> Result<wire::Plan<'static>, Refusal> {
+        match done {
+            Done::Plan(plan) => Ok(views::plan(
+                snapshot,
+                &plan,
+                &self.settings,
+                self.stamp_of(snapshot),
+            )),
+            _ => Err(unexpected()),
+        }
+    }
+
+    fn read_delivery(
+        &self,
+        caller: &Caller,
+        request: wire::DeliveryRequest,
+    ) -> Result<Delivery, Refusal> {
+        let topology = self.topology();
+        let now = self.clock.now();
+        let mut faults = Faults::default();
+        faults.id("/id", request.id.as_deref());
+        faults.id("/drone_id", request.drone_id.as_deref());
+        let source = faults.node("/source", &topology, &request.source);
+        let destination = faults.node("/destination", &topology, &request.destination);
+        let start = faults
+            .instant("/start_time", request.start_time.as_deref())
+            .unwrap_or(now);
+        check_start(start, now, &mut faults);
+        let payload_kg = faults.number("/payload_kg", request.payload_kg, 0.0, PAYLOAD_MAX_KG);
+        let speed = request.airspeed_mps;
+        let airspeed_mps = faults.number("/airspeed_mps", speed, 0.1, AIRSPEED_MAX_MPS);
+        faults.check(Code::PlanInvalid, "delivery request")?;
+        if let Some(drone) = request
+            .drone_id
+            .as_deref()
+            .filter(|drone| !caller.speaks_for(drone))
+        {
+            let detail = format!(
+                "'{}' may not compose plans for drone '{drone}'",
+                caller.subject
+            );
+            return Err(Refusal::new(Code::Forbidden, detail));
+        }
+        let (Some(source), Some(destination)) = (source, destination) else {
+            return Err(unexpected());
+        };
+        Ok(Delivery {
+            id: request.id,
+            source,
+            destination,
+            start,
+            payload_kg: payload_kg.unwrap_or(0.0),
+            airspeed_mps: airspeed_mps.unwrap_or(DEFAULT_AIRSPEED_MPS),
+            drone_id: request.drone_id.map(Arc::from),
+        })
+    }
+
+    fn compose(&self, delivery: Delivery, subject: Arc<str>) -> Result<PlanEntry, Refusal> {
+        let snapshot = self.snapshot();
+        let topology = snapshot.topology();
+        let world = World {
+            airspace: &snapshot.airspace,
+            trees: Some(&self.trees),
+        };
+        let (source, destination) = (delivery.source, delivery.destination);
+        let mut scratch = self.scratches.take(topology);
+        let composition = compose(
+            &world,
+            source,
+            destination,
+            delivery.airspeed_mps,
+            &mut scratch,
+        );
+        self.scratches.give_back(scratch);
+        let Some(composition) = composition else {
+            let [from, to] = [source, destination].map(|node| topology.node_id(node));
+            let detail = format!(
+                "no open way leads from node '{from}' to node '{to}' at revision {}",
+                snapshot.revision
+            );
+            return Err(Refusal::new(Code::NoRoute, detail));
+        };
+        let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+        let id = delivery
+            .id
+            .unwrap_or_else(|| format!("plan-{}-{number}", self.epoch));
+        let version = Version {
+            number: 1,
+            outcome: None,
+            composition,
+            first_stretch_m: 0.0,
+            departs_at: delivery.start,
+            recomposition_id: None,
+            acknowledge_by: None,
+            warnings: Vec::new(),
+        };
+        Ok(PlanEntry {
+            id: Arc::from(id),
+            subject,
+            drone_id: delivery.drone_id,
+            source,
+            destination,
+            payload_kg: delivery.payload_kg,
+            airspeed_mps: delivery.airspeed_mps,
+            state: PlanState::Active,
+            current: Arc::new(version),
+            proposed: None,
+            affected_by: Vec::new(),
+            next_version: Arc::new(AtomicU32::new(2)),
+        })
+    }
+}
+
+fn check_start(start: Timestamp, now: Timestamp, faults: &mut Faults) {
+    let ahead = start.duration_since(now);
+    if ahead > START_AHEAD_MAX || -ahead > START_BEFORE_MAX {
+        let message =
+            format!("the start {start} is not within five minutes ago and a week ahead of {now}");
+        faults.add("start_time_out_of_range", "/start_time", message, None);
+    }
+}
+
+/// A plan that the caller may speak for; one of others is not told from one that is not there.
+fn own_plan(snapshot: &Snapshot, caller: &Caller, id: &str) -> Result<Arc<PlanEntry>, Refusal> {
+    let plan = snapshot.plans.get(id).filter(|plan| {
+        matches!(caller.role, Role::Operator | Role::Anyone) || may_speak_for(caller, plan)
+    });
+    plan.cloned().ok_or_else(|| Refusal::not_found("plan", id))
+}

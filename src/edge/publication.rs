@@ -1,0 +1,279 @@
+//! What a drone's report closes for everyone: little, a few at a time, and each ending by itself.
+//!
+//! A drone is not an operator. It publishes its own leg, or the pads ahead, when the edge can tell that it is
+//! there; everything else it brings is answered, binds its own request, and is proposed to operators.
+
+use super::Edge;
+use super::failures::Manner;
+use super::orders::{Order, Publication};
+use super::records::{AnswerRecord, Published};
+use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Snapshot};
+use super::state_airspace::windows;
+use super::views;
+use crate::access::Caller;
+use crate::airspace::{Cause, Closure, Hits};
+use crate::flight::{FailureReport, FailureType};
+use crate::network::{NodeIx, SegmentIx};
+use crate::wire::PublicationState;
+use jiff::{SignedDuration, Timestamp};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// How near its leg a drone's telemetry has to place it, in metres.
+const PLACED_WITHIN_M: f64 = 50.0;
+/// How old that telemetry may be.
+const PLACED_SINCE: SignedDuration = SignedDuration::from_secs(60);
+/// Prefixes of the ids of closures from reports; operators' closures have others.
+pub(super) const RESERVED_PREFIXES: [&str; 2] = ["report:", "pads:"];
+
+/// What a report of a type closes.
+#[derive(Clone, Copy, Debug)]
+enum Thing {
+    Segment(SegmentIx),
+    Pads(NodeIx),
+}
+
+impl Edge {
+    /// Decides what becomes of what a report closes, and hands it to the writer.
+    pub(super) fn publish(
+        &self,
+        snapshot: &Snapshot,
+        caller: &Caller,
+        record: &AnswerRecord,
+        plan: Option<&Arc<PlanEntry>>,
+        manner: Manner,
+    ) -> Published {
+        match manner {
+            Manner::First => {}
+            Manner::Again => return Published::nothing("sent_before"),
+            Manner::Silent => return Published::nothing("id_reused"),
+        }
+        let mut proposal_ids = Vec::new();
+        if let Some(brought) = &record.settled.request.zone {
+            let closure = Closure {
+                id: brought.zone.id().to_owned(),
+                windows: brought.zone.windows().to_vec(),
+                hits: brought.hits.clone(),
+                pads: Vec::new(),
+                cause: Cause::Zone(brought.zone.clone()),
+            };
+            proposal_ids.extend(self.propose(record, "zone_from_report", closure));
+        }
+        let report = &record.settled.request.report;
+        let Some((thing, life)) = self.closes(snapshot, report) else {
+            return Published {
+                proposal_ids,
+                ..Published::nothing("closes_nothing")
+            };
+        };
+        let closure = closure_of(snapshot, record, thing, life);
+        let doubt = self.doubt(snapshot, caller, record, plan, thing);
+        if let Some(reason) = doubt {
+            proposal_ids.extend(self.propose(record, reason, closure));
+            return Published {
+                state: PublicationState::Proposed,
+                closure_id: None,
+                proposal_ids,
+                reason: Some(reason),
+            };
+        }
+        self.order_publication(record, closure, proposal_ids)
+    }
+
+    fn closes(
+        &self,
+        snapshot: &Snapshot,
+        report: &FailureReport,
+    ) -> Option<(Thing, SignedDuration)> {
+        let life = self.settings.lives.of(report.failure)?;
+        let (from, to) = report.leg;
+        let thing = match report.failure {
+            FailureType::Infrastructure => Thing::Pads(to),
+            _ => Thing::Segment(snapshot.topology().segment_between(from, to)?),
+        };
+        Some((thing, life))
+    }
+
+    /// Why a report is not published as it is; `None` when it is.
+    fn doubt(
+        &self,
+        snapshot: &Snapshot,
+        caller: &Caller,
+        record: &AnswerRecord,
+        plan: Option<&Arc<PlanEntry>>,
+        thing: Thing,
+    ) -> Option<&'static str> {
+        if record.settled.doubts {
+            return Some("doubtful");
+        }
+        let Some(drone) = record
+            .drone_id
+            .as_deref()
+            .filter(|drone| caller.speaks_for(drone))
+        else {
+            return Some("anonymous");
+        };
+        let report = &record.settled.request.report;
+        let on_plan = plan.is_some_and(|plan| {
+            let is_own = plan.drone_id.as_deref() == Some(drone);
+            is_own && flies(plan, report.leg)
+        });
+        if !on_plan && !self.is_placed_on(snapshot, drone, report.leg, record.answered_at) {
+            return Some("not_placed_there");
+        }
+        let (id, segments) = match thing {
+            Thing::Segment(segment) => (segment_closure_id(snapshot, segment), 1),
+            Thing::Pads(node) => (pads_closure_id(snapshot, node), 0),
+        };
+        // What is closed already is renewed, which closes nothing more.
+        match snapshot.closures.contains_key(id.as_str()) {
+            true => None,
+            false => snapshot.exceeded_quota(&self.settings, drone, segments),
+        }
+    }
+
+    fn is_placed_on(
+        &self,
+        snapshot: &Snapshot,
+        drone: &str,
+        leg: (NodeIx, NodeIx),
+        now: Timestamp,
+    ) -> bool {
+        let Some(sighting) = self.drones.last(drone) else {
+            return false;
+        };
+        let topology = snapshot.topology();
+        let (from, to) = (topology.position(leg.0), topology.position(leg.1));
+        let age = now.duration_since(sighting.seen_at);
+        age <= PLACED_SINCE
+            && super::fleet::distance_to_line_m(sighting.position, from, to) <= PLACED_WITHIN_M
+    }
+
+    fn order_publication(
+        &self,
+        record: &AnswerRecord,
+        closure: Closure,
+        proposal_ids: Vec<String>,
+    ) -> Published {
+        let window = closure.windows.first();
+        let (from, until) = (
+            window.and_then(|window| window.from()),
+            window.and_then(|window| window.until()),
+        );
+        let closure = Arc::new(closure);
+        let otherwise = self.proposal(record, "quota", closure.clone());
+        let closure_id = closure.id.clone();
+        let entry = ClosureEntry {
+            closure,
+            version: 0,
+            failure: Some(record.settled.request.report.failure),
+            reported_by: record.drone_id.clone(),
+            confirmed: false,
+            from,
+            until,
+        };
+        let publication = Box::new(Publication { entry, otherwise });
+        match self.writer.tell(Order::Publish(publication)) {
+            Ok(()) => Published {
+                state: PublicationState::Published,
+                closure_id: Some(closure_id),
+                proposal_ids,
+                reason: None,
+            },
+            Err(refusal) => {
+                tracing::warn!(%refusal, "a report could not be published");
+                Published {
+                    proposal_ids,
+                    ..Published::nothing("overloaded")
+                }
+            }
+        }
+    }
+
+    /// Proposes something to operators; gives the id of the proposal.
+    fn propose(
+        &self,
+        record: &AnswerRecord,
+        reason: &'static str,
+        closure: Closure,
+    ) -> Option<String> {
+        let proposal = self.proposal(record, reason, Arc::new(closure));
+        let id = views::proposal_id(self.epoch, proposal.number);
+        match self.writer.tell(Order::Propose(Box::new(proposal))) {
+            Ok(()) => Some(id),
+            Err(refusal) => {
+                tracing::warn!(%refusal, "a report could not be proposed to operators");
+                None
+            }
+        }
+    }
+
+    fn proposal(
+        &self,
+        record: &AnswerRecord,
+        reason: &'static str,
+        closure: Arc<Closure>,
+    ) -> ProposalEntry {
+        let failure = record.settled.request.report.failure;
+        let life = self
+            .settings
+            .lives
+            .of(failure)
+            .unwrap_or(self.settings.lives.regulatory);
+        ProposalEntry {
+            number: self.next_proposal.fetch_add(1, Ordering::Relaxed),
+            reason,
+            proposed_at: record.answered_at,
+            expires_at: record
+                .answered_at
+                .checked_add(life)
+                .unwrap_or(Timestamp::MAX),
+            recomposition_id: Arc::from(record.id()),
+            drone_id: record.drone_id.clone(),
+            failure,
+            closure,
+        }
+    }
+}
+
+fn flies(plan: &PlanEntry, (from, to): (NodeIx, NodeIx)) -> bool {
+    let versions = [Some(&plan.current), plan.proposed.as_ref()];
+    let mut legs = versions
+        .into_iter()
+        .flatten()
+        .flat_map(|version| &version.composition.legs);
+    legs.any(|leg| (leg.from, leg.to) == (from, to))
+}
+
+fn segment_closure_id(snapshot: &Snapshot, segment: SegmentIx) -> String {
+    format!("report:{}", snapshot.topology().segment_id(segment))
+}
+
+fn pads_closure_id(snapshot: &Snapshot, node: NodeIx) -> String {
+    format!("pads:{}", snapshot.topology().node_id(node))
+}
+
+fn closure_of(
+    snapshot: &Snapshot,
+    record: &AnswerRecord,
+    thing: Thing,
+    life: SignedDuration,
+) -> Closure {
+    let (id, hits, pads) = match thing {
+        Thing::Segment(segment) => {
+            let hits = Hits::new(vec![segment], Vec::new());
+            (segment_closure_id(snapshot, segment), hits, Vec::new())
+        }
+        Thing::Pads(node) => (pads_closure_id(snapshot, node), Hits::default(), vec![node]),
+    };
+    let until = record.answered_at.checked_add(life).ok();
+    Closure {
+        id,
+        cause: Cause::Report {
+            report: record.id(),
+        },
+        windows: windows(Some(record.answered_at), until),
+        hits,
+        pads,
+    }
+}

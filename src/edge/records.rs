@@ -1,0 +1,218 @@
+//! What was answered, kept for a while: enough to explain an answer from its id alone and to compute it again.
+
+use crate::airspace::Airspace;
+use crate::compose::Composition;
+use crate::formats::{ReadWarning, Settled};
+use crate::recompose::Recomposition;
+use crate::wire;
+use jiff::Timestamp;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What becomes of what a report closes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Published {
+    pub(super) state: wire::PublicationState,
+    pub(super) closure_id: Option<String>,
+    pub(super) proposal_ids: Vec<String>,
+    pub(super) reason: Option<&'static str>,
+}
+
+impl Published {
+    /// It binds this answer alone.
+    pub(super) fn nothing(reason: &'static str) -> Self {
+        Self {
+            state: wire::PublicationState::None,
+            closure_id: None,
+            proposal_ids: Vec::new(),
+            reason: Some(reason),
+        }
+    }
+}
+
+/// The plan that an answer would change, and what its drone would fly.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PlanChange {
+    pub(super) plan: Arc<str>,
+    /// The version to acknowledge; `None` where there is no path, or nothing changes.
+    pub(super) version: Option<u32>,
+    pub(super) composition: Option<Composition>,
+    pub(super) departs_at: Timestamp,
+}
+
+/// An answer, with all it was computed from.
+#[derive(Clone, Debug)]
+pub(super) struct AnswerRecord {
+    pub(super) epoch: u64,
+    pub(super) number: u64,
+    pub(super) answered_at: Timestamp,
+    pub(super) subject: Arc<str>,
+    pub(super) report: wire::FailureReport,
+    pub(super) read: Vec<ReadWarning>,
+    pub(super) settled: Settled,
+    pub(super) answer: Recomposition,
+    pub(super) airspace: Arc<Airspace>,
+    pub(super) revision: Arc<str>,
+    pub(super) drone_id: Option<Arc<str>>,
+    pub(super) published: Published,
+    pub(super) plan: Option<PlanChange>,
+    pub(super) remaining_time_s: Option<f64>,
+    pub(super) dry_run: bool,
+}
+
+impl AnswerRecord {
+    /// The id by which it is asked for.
+    pub(super) fn id(&self) -> String {
+        record_id(self.epoch, self.number)
+    }
+
+    /// About how many bytes it takes, its world not included.
+    fn bytes(&self) -> usize {
+        let path = self.answer.path.nodes.len() + self.answer.path.segments.len();
+        let stages: usize = self
+            .answer
+            .stages
+            .iter()
+            .map(|stage| stage.nodes.len())
+            .sum();
+        let legs = self
+            .plan
+            .as_ref()
+            .and_then(|plan| plan.composition.as_ref());
+        let legs = legs.map_or(0, |composition| composition.legs.len());
+        let plan = self.report.remaining_path.as_ref().map_or(0, Vec::len);
+        size_of::<Self>() + 4 * (path + stages) + 200 * legs + 40 * plan + 500
+    }
+}
+
+/// The id of the record of a number.
+pub(super) fn record_id(epoch: u64, number: u64) -> String {
+    format!("{epoch}-{number}")
+}
+
+/// Answers, latest last; the oldest go first when a bound is reached.
+#[derive(Debug)]
+pub(super) struct Records {
+    epoch: u64,
+    capacity: usize,
+    capacity_bytes: usize,
+    kept: Mutex<Kept>,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    /// How many were ever given.
+    given: u64,
+    records: VecDeque<Arc<AnswerRecord>>,
+    bytes: usize,
+}
+
+impl Records {
+    pub(super) fn new(epoch: u64, capacity: usize, capacity_bytes: usize) -> Self {
+        Self {
+            epoch,
+            capacity,
+            capacity_bytes,
+            kept: Mutex::default(),
+        }
+    }
+
+    /// The number of an answer about to be given.
+    pub(super) fn next_number(&self) -> u64 {
+        let mut kept = self.lock();
+        kept.given += 1;
+        kept.given
+    }
+
+    /// Keeps an answer.
+    pub(super) fn keep(&self, record: &Arc<AnswerRecord>) {
+        let mut kept = self.lock();
+        // Answers given side by side may come here in another order than they were numbered.
+        let place = kept
+            .records
+            .partition_point(|other| other.number < record.number);
+        kept.bytes += record.bytes()
+            + world_bytes(
+                place.checked_sub(1).map(|before| &kept.records[before]),
+                record,
+            );
+        kept.records.insert(place, record.clone());
+        while kept.records.len() > self.capacity || kept.bytes > self.capacity_bytes {
+            let Some(oldest) = kept.records.pop_front() else {
+                return;
+            };
+            // The world of the oldest lives on in those that share it.
+            let shared = kept
+                .records
+                .front()
+                .is_some_and(|next| Arc::ptr_eq(&next.airspace, &oldest.airspace));
+            let world = if shared { 0 } else { weight(&oldest.airspace) };
+            kept.bytes = kept.bytes.saturating_sub(oldest.bytes() + world);
+        }
+    }
+
+    /// The answer of an id, while it is kept.
+    pub(super) fn get(&self, id: &str) -> Option<Arc<AnswerRecord>> {
+        let number = self.number_of(id)?;
+        let kept = self.lock();
+        let place = kept
+            .records
+            .binary_search_by_key(&number, |record| record.number)
+            .ok()?;
+        Some(kept.records[place].clone())
+    }
+
+    /// The number in an id of this start.
+    pub(super) fn number_of(&self, id: &str) -> Option<u64> {
+        let (epoch, number) = id.split_once('-')?;
+        (epoch.parse() == Ok(self.epoch))
+            .then(|| number.parse().ok())
+            .flatten()
+    }
+
+    /// Answers before a number, latest first, that a caller may see.
+    pub(super) fn before(
+        &self,
+        number: Option<u64>,
+        size: usize,
+        may_see: impl Fn(&AnswerRecord) -> bool,
+    ) -> Vec<Arc<AnswerRecord>> {
+        let kept = self.lock();
+        let end = number.map_or(kept.records.len(), |number| {
+            kept.records
+                .partition_point(|record| record.number < number)
+        });
+        let earlier = kept.records.range(..end).rev();
+        earlier
+            .filter(|record| may_see(record))
+            .take(size)
+            .cloned()
+            .collect()
+    }
+
+    /// How many are kept, and about how many bytes they take.
+    pub(super) fn figures(&self) -> (usize, usize) {
+        let kept = self.lock();
+        (kept.records.len(), kept.bytes)
+    }
+
+    // The queue and its weight are whole after every call, so a panic elsewhere cannot spoil them.
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What a record adds for its world: nothing where it shares that of the one before.
+fn world_bytes(before: Option<&Arc<AnswerRecord>>, record: &AnswerRecord) -> usize {
+    match before {
+        Some(before) if Arc::ptr_eq(&before.airspace, &record.airspace) => 0,
+        _ => weight(&record.airspace),
+    }
+}
+
+/// About how many bytes a snapshot of the airspace takes beside what it shares with others.
+fn weight(airspace: &Airspace) -> usize {
+    let topology = airspace.topology();
+    let bits = topology.segment_count() / 2 + topology.node_count();
+    4 * bits + 160 * airspace.closure_count()
+}

@@ -1,0 +1,253 @@
+//! Answers to requests that are sent twice.
+//!
+//! A drone's report is answered again by what was answered before, while that still holds; one whose first
+//! sending is still being answered joins it. An operator's write with an idempotency key is done once: the
+//! same body gets the same answer, another body is refused.
+
+use super::records::AnswerRecord;
+use super::refusal::{Code, Refusal};
+use crate::wire;
+use jiff::{SignedDuration, Timestamp};
+use std::any::Any;
+use std::collections::{BTreeMap, VecDeque};
+use std::future::Future;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::OnceCell;
+
+/// Entries by key, bounded in number and age: the oldest go first.
+#[derive(Debug)]
+struct Aging<K, V> {
+    capacity: usize,
+    age: SignedDuration,
+    by_key: BTreeMap<K, (u64, V)>,
+    order: VecDeque<(Timestamp, u64, K)>,
+    next: u64,
+}
+
+impl<K: Ord + Clone, V: Clone> Aging<K, V> {
+    fn new(capacity: usize, age: SignedDuration) -> Self {
+        Self {
+            capacity,
+            age,
+            by_key: BTreeMap::new(),
+            order: VecDeque::new(),
+            next: 0,
+        }
+    }
+
+    fn get(&mut self, key: &K, now: Timestamp) -> Option<V> {
+        self.forget(now);
+        self.by_key.get(key).map(|(_, value)| value.clone())
+    }
+
+    fn put(&mut self, key: K, value: V, now: Timestamp) -> u64 {
+        self.next += 1;
+        self.by_key.insert(key.clone(), (self.next, value));
+        self.order.push_back((now, self.next, key));
+        self.forget(now);
+        self.next
+    }
+
+    /// Removes an entry, unless another one has taken its key.
+    fn remove(&mut self, key: &K, serial: u64) {
+        if self
+            .by_key
+            .get(key)
+            .is_some_and(|(held, _)| *held == serial)
+        {
+            self.by_key.remove(key);
+        }
+    }
+
+    fn forget(&mut self, now: Timestamp) {
+        while let Some((at, serial, key)) = self.order.front() {
+            if self.order.len() <= self.capacity && now.duration_since(*at) <= self.age {
+                return;
+            }
+            let (key, serial) = (key.clone(), *serial);
+            self.remove(&key, serial);
+            self.order.pop_front();
+        }
+    }
+}
+
+/// The sending of a report under an id, answered or about to be.
+#[derive(Debug)]
+pub(super) struct Sending {
+    pub(super) report: wire::FailureReport,
+    pub(super) answer: OnceCell<Arc<AnswerRecord>>,
+}
+
+type ReportKey = (Arc<str>, String);
+
+/// What reports with ids were answered, by subject and id.
+#[derive(Debug)]
+pub(super) struct ReportReplies {
+    sendings: Mutex<Aging<ReportKey, Arc<Sending>>>,
+}
+
+impl ReportReplies {
+    pub(super) fn new(capacity: usize, age: SignedDuration) -> Self {
+        Self {
+            sendings: Mutex::new(Aging::new(capacity, age)),
+        }
+    }
+
+    /// The sending under this id: the one there is, or this one as the first.
+    pub(super) fn join(
+        &self,
+        subject: &Arc<str>,
+        id: &str,
+        report: &wire::FailureReport,
+        now: Timestamp,
+    ) -> Arc<Sending> {
+        let key = (subject.clone(), id.to_owned());
+        let mut sendings = lock(&self.sendings);
+        if let Some(sending) = sendings.get(&key, now) {
+            return sending;
+        }
+        let sending = Arc::new(Sending {
+            report: report.clone(),
+            answer: OnceCell::new(),
+        });
+        sendings.put(key, sending.clone(), now);
+        sending
+    }
+
+    /// Keeps a newer answer to the same report in place of one that no longer holds.
+    pub(super) fn renew(
+        &self,
+        subject: &Arc<str>,
+        id: &str,
+        record: &Arc<AnswerRecord>,
+        now: Timestamp,
+    ) {
+        let sending = Arc::new(Sending {
+            report: record.report.clone(),
+            answer: OnceCell::new_with(Some(record.clone())),
+        });
+        lock(&self.sendings).put((subject.clone(), id.to_owned()), sending, now);
+    }
+}
+
+/// An idempotency key, and what the body was.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Idempotency {
+    /// The key; without one every request is done.
+    pub key: Option<String>,
+    /// SHA-256 of the body.
+    pub fingerprint: [u8; 32],
+}
+
+#[derive(Clone)]
+enum Write {
+    Running,
+    Done(Arc<dyn Any + Send + Sync>),
+}
+
+type WriteKey = (Arc<str>, &'static str, String);
+type Writes = Aging<WriteKey, ([u8; 32], Write)>;
+
+/// What operators' writes with idempotency keys were answered, by subject, operation and key.
+pub(super) struct WriteReplies {
+    writes: Arc<Mutex<Writes>>,
+}
+
+impl WriteReplies {
+    pub(super) fn new(capacity: usize, age: SignedDuration) -> Self {
+        Self {
+            writes: Arc::new(Mutex::new(Aging::new(capacity, age))),
+        }
+    }
+
+    /// Does a write once. A refusal is not kept: the same key may be tried again.
+    pub(super) async fn once<T, W>(
+        &self,
+        subject: &Arc<str>,
+        operation: &'static str,
+        idempotency: Idempotency,
+        now: Timestamp,
+        write: W,
+    ) -> Result<T, Refusal>
+    where
+        T: Clone + Send + Sync + 'static,
+        W: Future<Output = Result<T, Refusal>>,
+    {
+        let Some(key) = idempotency.key else {
+            return write.await;
+        };
+        if key.is_empty() || key.len() > 256 {
+            let detail = "the idempotency key has to have 1 to 256 bytes";
+            return Err(Refusal::new(Code::ParameterInvalid, detail));
+        }
+        let key = (subject.clone(), operation, key);
+        let fingerprint = idempotency.fingerprint;
+        let serial = match self.begin(&key, fingerprint, now)? {
+            Begun::Done(answer) => return Ok(answer),
+            Begun::First(serial) => serial,
+        };
+        // Whatever ends this, also being dropped at a deadline, frees the key, unless the answer has taken it.
+        let _running = Running {
+            writes: self.writes.clone(),
+            key: key.clone(),
+            serial,
+        };
+        let answer = write.await?;
+        let done = Write::Done(Arc::new(answer.clone()));
+        lock(&self.writes).put(key, (fingerprint, done), now);
+        Ok(answer)
+    }
+
+    fn begin<T: Clone + Send + Sync + 'static>(
+        &self,
+        key: &WriteKey,
+        fingerprint: [u8; 32],
+        now: Timestamp,
+    ) -> Result<Begun<T>, Refusal> {
+        let mut writes = lock(&self.writes);
+        match writes.get(key, now) {
+            None => Ok(Begun::First(writes.put(
+                key.clone(),
+                (fingerprint, Write::Running),
+                now,
+            ))),
+            Some((before, _)) if before != fingerprint => {
+                let detail = "this idempotency key was used with another body; take a new key";
+                Err(Refusal::new(Code::IdempotencyMismatch, detail))
+            }
+            Some((_, Write::Running)) => {
+                let detail = "the first request with this idempotency key is still being answered";
+                Err(Refusal::new(Code::IdempotencyInProgress, detail).retry_after_s(1))
+            }
+            Some((_, Write::Done(answer))) => match answer.downcast_ref::<T>() {
+                Some(answer) => Ok(Begun::Done(answer.clone())),
+                None => Err(Refusal::new(
+                    Code::Internal,
+                    "an answer of another kind is kept under this key",
+                )),
+            },
+        }
+    }
+}
+
+enum Begun<T> {
+    First(u64),
+    Done(T),
+}
+
+struct Running {
+    writes: Arc<Mutex<Writes>>,
+    key: WriteKey,
+    serial: u64,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        lock(&self.writes).remove(&self.key, self.serial);
+    }
+}
+
+// Entries are whole after every call, so a panic elsewhere cannot spoil them.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,33 @@
+//! Scratch memory for searches, one for each that runs at the same time, used again and again.
+
+use crate::network::Topology;
+use crate::recompose::Scratch;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// At most this many are kept while nobody uses them.
+const KEPT_MAX: usize = 64;
+
+/// A pool of scratch memories.
+#[derive(Debug, Default)]
+pub(super) struct Scratches {
+    idle: Mutex<Vec<Scratch>>,
+}
+
+impl Scratches {
+    pub(super) fn take(&self, topology: &Topology) -> Scratch {
+        let idle = self.lock().pop();
+        idle.unwrap_or_else(|| Scratch::new(topology))
+    }
+
+    pub(super) fn give_back(&self, scratch: Scratch) {
+        let mut idle = self.lock();
+        if idle.len() < KEPT_MAX {
+            idle.push(scratch);
+        }
+    }
+
+    // A search resets what it finds, so a panic elsewhere cannot spoil it.
+    fn lock(&self) -> MutexGuard<'_, Vec<Scratch>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

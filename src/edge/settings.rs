@@ -1,0 +1,101 @@
+//! The bounds and lives that the edge works with, already checked.
+
+use crate::flight::FailureType;
+use jiff::SignedDuration;
+
+/// How long a closure that a report publishes lasts, by failure type (those that publish anything).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClosureLives {
+    /// Adverse weather.
+    pub environmental: SignedDuration,
+    /// An obstacle.
+    pub navigational: SignedDuration,
+    /// Restricted airspace.
+    pub regulatory: SignedDuration,
+    /// Pads that cannot be used.
+    pub infrastructure: SignedDuration,
+}
+
+impl ClosureLives {
+    /// The life of what a report of this type publishes; `None` where it publishes nothing.
+    pub fn of(&self, failure: FailureType) -> Option<SignedDuration> {
+        match failure {
+            FailureType::Environmental => Some(self.environmental),
+            FailureType::Navigational => Some(self.navigational),
+            FailureType::Regulatory => Some(self.regulatory),
+            FailureType::Infrastructure => Some(self.infrastructure),
+            FailureType::Operational | FailureType::ServiceLevel => None,
+        }
+    }
+}
+
+/// What the edge works with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// How far ahead a window counts as closing already.
+    pub horizon: SignedDuration,
+    /// Lives of closures from reports.
+    pub lives: ClosureLives,
+    /// At most this many closures of one drone's reports at a time.
+    pub alive_per_drone: usize,
+    /// At most this share of the segments is closed by reports.
+    pub closed_fraction_max: f64,
+    /// At most this many zones.
+    pub zones_max: usize,
+    /// At most this many closures that no zone causes.
+    pub closures_max: usize,
+    /// At most this many plans that are not over.
+    pub plans_max: usize,
+    /// Two plans on one segment in the same direction conflict within this time, in seconds.
+    pub headway_s: f64,
+    /// How long a recomposed version waits for its acknowledgement.
+    pub acknowledge_within: SignedDuration,
+    /// At most this many answers are kept.
+    pub records_max: usize,
+    /// At most about this many bytes of answers and of the worlds they were computed on are kept.
+    pub records_bytes_max: usize,
+    /// At most this many events are kept.
+    pub events_max: usize,
+    /// At most this many event streams are open.
+    pub event_streams_max: usize,
+    /// At most this many drones are remembered.
+    pub drones_max: usize,
+    /// At most this many answers are kept for repeated requests.
+    pub idempotency_max: usize,
+    /// How long they are kept.
+    pub idempotency_age: SignedDuration,
+    /// At most this many reports or positions in one batch.
+    pub batch_max: usize,
+    /// Bytes that the tables of destinations may take.
+    pub trees_bytes: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            horizon: SignedDuration::from_mins(60),
+            lives: ClosureLives {
+                environmental: SignedDuration::from_mins(30),
+                navigational: SignedDuration::from_mins(15),
+                regulatory: SignedDuration::from_mins(60),
+                infrastructure: SignedDuration::from_mins(30),
+            },
+            alive_per_drone: 3,
+            closed_fraction_max: 0.01,
+            zones_max: 20_000,
+            closures_max: 20_000,
+            plans_max: 20_000,
+            headway_s: 30.0,
+            acknowledge_within: SignedDuration::from_secs(60),
+            records_max: 10_000,
+            records_bytes_max: 64 << 20,
+            events_max: 10_000,
+            event_streams_max: 256,
+            drones_max: 50_000,
+            idempotency_max: 20_000,
+            idempotency_age: SignedDuration::from_hours(24),
+            batch_max: 1_000,
+            trees_bytes: 256 << 20,
+        }
+    }
+}

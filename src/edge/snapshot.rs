@@ -1,0 +1,233 @@
+//! One immutable state of the edge: what a request holds from beginning to end.
+//!
+//! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
+//! share, so that publishing one costs what changed.
+
+use super::settings::Settings;
+use crate::airspace::{Airspace, Closure, Zone};
+use crate::compose::{Composition, Occupation};
+use crate::flight::FailureType;
+use crate::network::{NodeIx, Topology};
+use crate::wire;
+use imbl::OrdMap;
+use jiff::Timestamp;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+
+/// A zone and its version.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ZoneEntry {
+    pub(super) zone: Arc<Zone>,
+    /// The sequence of the change that made it so.
+    pub(super) version: u64,
+}
+
+/// A closure that no zone causes, and what is known of its cause.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ClosureEntry {
+    pub(super) closure: Arc<Closure>,
+    /// The sequence of the change that made it so.
+    pub(super) version: u64,
+    /// The failure type reported, where a report is the cause.
+    pub(super) failure: Option<FailureType>,
+    /// The drone that reported it first; its quota carries it.
+    pub(super) reported_by: Option<Arc<str>>,
+    pub(super) confirmed: bool,
+    pub(super) from: Option<Timestamp>,
+    pub(super) until: Option<Timestamp>,
+}
+
+/// Something a report brought that waits for an operator.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ProposalEntry {
+    pub(super) number: u64,
+    pub(super) reason: &'static str,
+    pub(super) proposed_at: Timestamp,
+    pub(super) expires_at: Timestamp,
+    pub(super) recomposition_id: Arc<str>,
+    pub(super) drone_id: Option<Arc<str>>,
+    pub(super) failure: FailureType,
+    /// What accepting it puts into force: that of a zone is the zone's closure.
+    pub(super) closure: Arc<Closure>,
+}
+
+/// Removals that wait for an operator.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct HoldEntry {
+    pub(super) number: u64,
+    /// Where they come from.
+    pub(super) origin: Arc<str>,
+    pub(super) held_at: Timestamp,
+    /// Ids of the closures they would lift.
+    pub(super) lifts: Vec<String>,
+}
+
+/// One version of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Version {
+    pub(super) number: u32,
+    /// `None` for a first version; what its drone was told for a recomposed one.
+    pub(super) outcome: Option<crate::recompose::Outcome>,
+    pub(super) composition: Composition,
+    /// Flown before the first node, in metres.
+    pub(super) first_stretch_m: f64,
+    pub(super) departs_at: Timestamp,
+    pub(super) recomposition_id: Option<Arc<str>>,
+    /// Until when a proposed version is to be acknowledged.
+    pub(super) acknowledge_by: Option<Timestamp>,
+    pub(super) warnings: Vec<(&'static str, String)>,
+}
+
+impl Version {
+    /// When it is on each of its segments, in seconds of Unix time.
+    pub(super) fn occupations(&self) -> Vec<Occupation> {
+        let starts_s = self.departs_at.as_microsecond() as f64 / 1e6;
+        self.composition.occupations(starts_s)
+    }
+
+    /// When it ends, by nominal times.
+    pub(super) fn arrives_at(&self) -> Timestamp {
+        later(self.departs_at, self.composition.flight_time_s)
+    }
+}
+
+/// An instant some seconds later; the end of time where that is beyond it.
+pub(super) fn later(instant: Timestamp, seconds: f64) -> Timestamp {
+    let span = jiff::SignedDuration::try_from_secs_f64(seconds);
+    span.ok()
+        .and_then(|span| instant.checked_add(span).ok())
+        .unwrap_or(Timestamp::MAX)
+}
+
+/// A composition plan.
+#[derive(Clone, Debug)]
+pub(super) struct PlanEntry {
+    pub(super) id: Arc<str>,
+    /// Whose it is.
+    pub(super) subject: Arc<str>,
+    pub(super) drone_id: Option<Arc<str>>,
+    pub(super) source: NodeIx,
+    pub(super) destination: NodeIx,
+    pub(super) payload_kg: f64,
+    pub(super) airspeed_mps: f64,
+    pub(super) state: wire::PlanState,
+    pub(super) current: Arc<Version>,
+    pub(super) proposed: Option<Arc<Version>>,
+    /// Ids of the closures that block the current version.
+    pub(super) affected_by: Vec<String>,
+    /// The number of the next version; shared by all states of the plan, as answers take numbers without the writer.
+    pub(super) next_version: Arc<AtomicU32>,
+}
+
+impl PlanEntry {
+    /// Whether it is still flown, or about to be.
+    pub(super) fn is_active(&self) -> bool {
+        matches!(
+            self.state,
+            wire::PlanState::Active | wire::PlanState::Affected
+        )
+    }
+}
+
+/// Where a plan is on a segment: ordered by segment, then plan, version and leg.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct OccupationKey {
+    pub(super) segment: u32,
+    pub(super) plan: Arc<str>,
+    pub(super) version: u32,
+    pub(super) leg: u32,
+}
+
+/// One immutable state of the edge.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    pub(super) epoch: u64,
+    /// `epoch-sequence`, as answers carry it.
+    pub(super) revision: Arc<str>,
+    pub(super) airspace: Arc<Airspace>,
+    pub(super) zones: OrdMap<Arc<str>, Arc<ZoneEntry>>,
+    pub(super) closures: OrdMap<Arc<str>, Arc<ClosureEntry>>,
+    pub(super) proposals: OrdMap<u64, Arc<ProposalEntry>>,
+    pub(super) holds: OrdMap<u64, Arc<HoldEntry>>,
+    pub(super) plans: OrdMap<Arc<str>, Arc<PlanEntry>>,
+    /// The active plan of each drone.
+    pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
+    pub(super) occupations: OrdMap<OccupationKey, Occupation>,
+    /// How many segments closures from reports close.
+    pub(super) reported_segments: usize,
+    /// How many closures of each drone's reports are alive.
+    pub(super) alive_reports: OrdMap<Arc<str>, usize>,
+    pub(super) active_plans: usize,
+    /// How many proposed versions were not acknowledged in time.
+    pub(super) unacknowledged: u64,
+}
+
+impl Snapshot {
+    /// Nothing closed, nobody flying.
+    pub(super) fn empty(
+        topology: Arc<Topology>,
+        epoch: u64,
+        now: Timestamp,
+        settings: &Settings,
+    ) -> Self {
+        let airspace = Airspace::open(topology, 1, now, settings.horizon);
+        Self {
+            epoch,
+            revision: revision_text(epoch, airspace.revision()),
+            airspace: Arc::new(airspace),
+            zones: OrdMap::new(),
+            closures: OrdMap::new(),
+            proposals: OrdMap::new(),
+            holds: OrdMap::new(),
+            plans: OrdMap::new(),
+            flown_by: OrdMap::new(),
+            occupations: OrdMap::new(),
+            reported_segments: 0,
+            alive_reports: OrdMap::new(),
+            active_plans: 0,
+            unacknowledged: 0,
+        }
+    }
+
+    /// The airspace of this state.
+    pub fn airspace(&self) -> &Arc<Airspace> {
+        &self.airspace
+    }
+
+    /// The network.
+    pub fn topology(&self) -> &Arc<Topology> {
+        self.airspace.topology()
+    }
+
+    /// The version of a thing as an entity tag, quoted.
+    pub(super) fn etag(&self, version: u64) -> String {
+        format!("\"{}-{version}\"", self.epoch)
+    }
+
+    /// Which quota one more closure of so many segments would exceed, reported by this drone.
+    pub(super) fn exceeded_quota(
+        &self,
+        settings: &Settings,
+        drone: &str,
+        segments: usize,
+    ) -> Option<&'static str> {
+        let alive = self.alive_reports.get(drone).copied().unwrap_or_default();
+        if alive >= settings.alive_per_drone {
+            return Some("drone_quota");
+        }
+        let allowed = settings.closed_fraction_max * self.topology().segment_count() as f64;
+        let closed = self.reported_segments + segments;
+        (segments > 0 && closed as f64 > allowed).then_some("network_quota")
+    }
+
+    /// The plan that a drone flies.
+    pub(super) fn plan_of_drone(&self, drone_id: &str) -> Option<&Arc<PlanEntry>> {
+        let plan = self.flown_by.get(drone_id)?;
+        self.plans.get(&**plan).filter(|plan| plan.is_active())
+    }
+}
+
+/// A revision as answers carry it.
+pub(super) fn revision_text(epoch: u64, sequence: u64) -> Arc<str> {
+    Arc::from(format!("{epoch}-{sequence}"))
+}

@@ -1,0 +1,263 @@
+//! The state machine behind the writer: orders in, the next snapshot, events and replies out.
+//!
+//! It knows no thread and no clock: it is handed instants, and the same orders at the same instants make the
+//! same state. A batch of orders makes one snapshot: what they change of the airspace is applied together,
+//! then plans are looked over once.
+
+use super::drones::Drones;
+use super::events::Happening;
+use super::fleet::Detour;
+use super::orders::{Done, Expected, Order, Outcome, Reply};
+use super::refusal::{Code, Refusal};
+use super::settings::Settings;
+use super::snapshot::{Snapshot, revision_text};
+use super::timers::{Due, Timers};
+use crate::airspace::{Airspace, Change, Closure};
+use crate::network::Topology;
+use crate::recompose::Scratch;
+use crate::routing::TreeCache;
+use jiff::Timestamp;
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
+
+/// What a batch of orders came to.
+#[derive(Debug)]
+pub(super) struct Batch {
+    pub(super) snapshot: Arc<Snapshot>,
+    pub(super) airspace_changed: bool,
+    pub(super) events: Vec<Happening>,
+    /// One for each order, in their order.
+    pub(super) replies: Vec<Reply>,
+}
+
+/// The state that the writer alone changes.
+#[derive(Debug)]
+pub(super) struct State {
+    pub(super) settings: Settings,
+    pub(super) next: Snapshot,
+    pub(super) drones: Arc<Drones>,
+    pub(super) trees: Arc<TreeCache>,
+    pub(super) scratch: Scratch,
+    pub(super) timers: Timers,
+    /// Counts writes; versions of things are numbers of writes.
+    pub(super) writes: u64,
+    /// What the orders of this batch change of the airspace.
+    pub(super) changes: Vec<Change>,
+    pub(super) events: Vec<Happening>,
+    /// Plans that are over, in the order they ended.
+    pub(super) over: VecDeque<Arc<str>>,
+    /// Plans that have to be looked over though no closure has changed.
+    pub(super) touched_plans: BTreeSet<Arc<str>>,
+}
+
+impl State {
+    pub(super) fn new(
+        topology: Arc<Topology>,
+        epoch: u64,
+        now: Timestamp,
+        settings: Settings,
+        drones: Arc<Drones>,
+        trees: Arc<TreeCache>,
+    ) -> Self {
+        Self {
+            scratch: Scratch::new(&topology),
+            next: Snapshot::empty(topology, epoch, now, &settings),
+            settings,
+            drones,
+            trees,
+            timers: Timers::default(),
+            writes: 0,
+            changes: Vec::new(),
+            events: Vec::new(),
+            over: VecDeque::new(),
+            touched_plans: BTreeSet::new(),
+        }
+    }
+
+    /// The next instant at which something happens by itself.
+    pub(super) fn next_due(&self) -> Option<Timestamp> {
+        let own = self.timers.next();
+        let windows = self.next.airspace.next_change();
+        own.into_iter().chain(windows).min()
+    }
+
+    /// Carries out orders, then what is due by now.
+    pub(super) fn apply(&mut self, orders: Vec<Order>, now: Timestamp) -> Batch {
+        let done: Vec<Result<Done, Refusal>> = orders
+            .into_iter()
+            .map(|order| self.carry_out(order, now))
+            .collect();
+        self.follow_timers(now);
+        let revision = self.next.airspace.revision();
+        let detours = Arc::new(self.publish(now));
+        let replies = done.into_iter().map(|done| {
+            done.map(|done| Outcome {
+                done: self.refreshed(done),
+                durable: false,
+                detours: detours.clone(),
+            })
+        });
+        let replies = replies.collect();
+        Batch {
+            snapshot: Arc::new(self.next.clone()),
+            airspace_changed: self.next.airspace.revision() != revision,
+            events: std::mem::take(&mut self.events),
+            replies,
+        }
+    }
+
+    fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
+        match order {
+            Order::PutZone { closure, expected } => self.put_zone(closure, &expected),
+            Order::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
+            Order::PutClosure(entry) => self.put_closure(entry),
+            Order::ChangeClosure {
+                id,
+                confirmed,
+                until,
+                expected,
+            } => self.change_closure(&id, confirmed, until, &expected, now),
+            Order::LiftClosure { id, expected } => self.lift_closure(&id, &expected),
+            Order::Publish(publication) => Ok(self.publish_report(*publication)),
+            Order::Propose(proposal) => Ok(self.propose(*proposal)),
+            Order::DecideProposal { number, decision } => self.decide_proposal(number, decision),
+            Order::Follow { origin, changes } => Ok(self.follow(origin, changes, now)),
+            Order::DecideHold { number, decision } => self.decide_hold(number, decision),
+            Order::AddPlan(plan) => self.add_plan(*plan),
+            Order::CancelPlan { id } => self.cancel_plan(&id),
+            Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
+            Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
+            Order::Tick => Ok(Done::Nothing),
+        }
+    }
+
+    /// The number of the next write.
+    pub(super) fn write_number(&mut self) -> u64 {
+        self.writes += 1;
+        self.writes
+    }
+
+    /// Makes the airspace what the changes and the time make of it, and looks the plans over.
+    fn publish(&mut self, now: Timestamp) -> Vec<Detour> {
+        let before = self.next.airspace.clone();
+        let windows_turn = before.next_change().is_some_and(|instant| instant <= now);
+        let changes = std::mem::take(&mut self.changes);
+        if changes.is_empty() && !windows_turn {
+            return self.review_plans(&before, &[], now);
+        }
+        let after = Arc::new(before.apply(&changes, now));
+        self.next.airspace = after.clone();
+        self.next.revision = revision_text(self.next.epoch, after.revision());
+        self.tell_turned_windows(&before, &after, &changes);
+        let fresh = newly_in_force(&before, &after);
+        self.review_plans(&before, &fresh, now)
+    }
+
+    fn tell_turned_windows(&mut self, before: &Airspace, after: &Airspace, changes: &[Change]) {
+        let changed: BTreeSet<&str> = changes.iter().map(changed_id).collect();
+        let unchanged = after
+            .closures()
+            .filter(|(closure, _)| !changed.contains(closure.id.as_str()));
+        let (mut began, mut ended) = (Vec::new(), Vec::new());
+        for (closure, in_force) in unchanged {
+            if in_force != before.is_in_force(&closure.id) {
+                match in_force {
+                    true => began.push(closure.id.clone()),
+                    false => ended.push(closure.id.clone()),
+                }
+            }
+        }
+        if !began.is_empty() || !ended.is_empty() {
+            let data = serde_json::json!({"began": began, "ended": ended});
+            let kind = crate::wire::EventKind::WindowsTurned;
+            self.events.push(Happening::new(kind, data));
+        }
+    }
+
+    fn follow_timers(&mut self, now: Timestamp) {
+        while let Some(due) = self.timers.pop(now) {
+            match due {
+                Due::Closure(id) => self.end_closure(&id, now),
+                Due::Proposal(number) => self.expire_proposal(number, now),
+                Due::Acknowledgement { plan, version } => {
+                    self.miss_acknowledgement(&plan, version, now)
+                }
+                Due::Arrival { plan, version } => self.complete_plan(&plan, version, now),
+            }
+        }
+    }
+
+    /// What was done as the end of the batch has it: plans may have been looked over since.
+    fn refreshed(&self, done: Done) -> Done {
+        match done {
+            Done::Plan(plan) => {
+                let latest = self.next.plans.get(&plan.id).cloned();
+                Done::Plan(latest.unwrap_or(plan))
+            }
+            other => other,
+        }
+    }
+}
+
+fn changed_id(change: &Change) -> &str {
+    match change {
+        Change::Put(closure) => &closure.id,
+        Change::Lift(id) => id,
+    }
+}
+
+/// The closures that count now and did not before, or do so in another form.
+fn newly_in_force(before: &Airspace, after: &Airspace) -> Vec<Arc<Closure>> {
+    let counting = after.in_force();
+    let fresh = counting.filter(|closure| {
+        let same = before
+            .closure(&closure.id)
+            .is_some_and(|old| Arc::ptr_eq(old, closure));
+        !same || !before.is_in_force(&closure.id)
+    });
+    fresh.cloned().collect()
+}
+
+/// Checks what a write expects against the version there is.
+pub(super) fn check_expected(
+    expected: &Expected,
+    current: Option<u64>,
+    epoch: u64,
+    what: &str,
+    id: &str,
+) -> Result<(), Refusal> {
+    let tag = |version: u64| format!("\"{epoch}-{version}\"");
+    match (expected, current) {
+        (Expected::Anything, _) | (Expected::Absent | Expected::Unstated, None) => Ok(()),
+        (Expected::Absent, Some(version)) => {
+            let detail =
+                format!("there is a {what} '{id}' already; change it with PUT and If-Match");
+            Err(Refusal::new(Code::AlreadyExists, detail).with_etag(tag(version)))
+        }
+        (Expected::Unstated, Some(version)) => {
+            let detail = format!(
+                "{what} '{id}' exists: say with If-Match which version this write replaces"
+            );
+            Err(Refusal::new(Code::PreconditionRequired, detail).with_etag(tag(version)))
+        }
+        (Expected::Tags(_), None) => {
+            let detail = format!("there is no {what} '{id}' that If-Match could match");
+            Err(Refusal::new(Code::PreconditionFailed, detail))
+        }
+        (Expected::Tags(tags), Some(version)) => {
+            let tag = tag(version);
+            let matches = tags
+                .split(',')
+                .map(str::trim)
+                .any(|one| one == "*" || one == tag);
+            match matches {
+                true => Ok(()),
+                false => {
+                    let detail =
+                        format!("{what} '{id}' has changed meanwhile: it is at version {tag}");
+                    Err(Refusal::new(Code::PreconditionFailed, detail).with_etag(tag))
+                }
+            }
+        }
+    }
+}

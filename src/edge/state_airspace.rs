@@ -1,0 +1,449 @@
+//! Orders about zones, closures, proposals and holds.
+
+use super::events::Happening;
+use super::orders::{Decision, Done, Expected, Publication};
+use super::refusal::{Code, Refusal};
+use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
+use super::state::{State, check_expected};
+use super::timers::Due;
+use super::views;
+use crate::airspace::{Cause, Change, Closure, Window};
+use crate::wire::EventKind;
+use jiff::Timestamp;
+use serde_json::json;
+use std::sync::Arc;
+
+/// At most this many proposals wait; the oldest go first.
+const PROPOSALS_MAX: usize = 1_000;
+/// Removals at once wait for an operator above this share of what is there ...
+const HELD_SHARE: f64 = 0.2;
+/// ... and from this many on.
+const HELD_FROM: usize = 10;
+/// At most this many holds wait; more removals from elsewhere are not taken until some are decided.
+const HOLDS_MAX: usize = 100;
+
+impl State {
+    pub(super) fn put_zone(
+        &mut self,
+        closure: Arc<Closure>,
+        expected: &Expected,
+    ) -> Result<Done, Refusal> {
+        let id: Arc<str> = Arc::from(closure.id.as_str());
+        let current = self.next.zones.get(&id).map(|entry| entry.version);
+        check_expected(expected, current, self.next.epoch, "zone", &id)?;
+        if current.is_none() {
+            self.check_new_id("zone", &id)?;
+            if self.next.zones.len() >= self.settings.zones_max {
+                let detail = format!(
+                    "there are {} zones, as many as this edge holds",
+                    self.settings.zones_max
+                );
+                return Err(Refusal::new(Code::LimitReached, detail));
+            }
+        }
+        let Some(zone) = closure.zone().cloned() else {
+            return Err(Refusal::new(Code::Internal, "a zone without its shape"));
+        };
+        let version = self.write_number();
+        let entry = Arc::new(ZoneEntry { zone, version });
+        self.next.zones.insert(id, entry.clone());
+        self.changes.push(Change::Put(closure));
+        let data = json!({"zone": views::zone_feature(&entry)});
+        self.events.push(Happening::new(EventKind::ZonePut, data));
+        let created = current.is_none();
+        Ok(Done::Zone { entry, created })
+    }
+
+    pub(super) fn delete_zone(&mut self, id: &str, expected: &Expected) -> Result<Done, Refusal> {
+        let Some(entry) = self.next.zones.get(id).cloned() else {
+            return Err(Refusal::not_found("zone", id));
+        };
+        check_expected(expected, Some(entry.version), self.next.epoch, "zone", id)?;
+        self.next.zones.remove(id);
+        self.changes.push(Change::Lift(id.to_owned()));
+        self.events.push(Happening::new(
+            EventKind::ZoneDeleted,
+            json!({"zone_id": id}),
+        ));
+        Ok(Done::ZoneDeleted(entry))
+    }
+
+    pub(super) fn put_closure(&mut self, mut entry: ClosureEntry) -> Result<Done, Refusal> {
+        let id: Arc<str> = Arc::from(entry.closure.id.as_str());
+        self.check_new_id("closure", &id)?;
+        if self.next.closures.len() >= self.settings.closures_max {
+            let detail = format!(
+                "there are {} closures, as many as this edge holds",
+                self.settings.closures_max
+            );
+            return Err(Refusal::new(Code::LimitReached, detail));
+        }
+        entry.version = self.write_number();
+        Ok(Done::Closure(self.keep_closure(entry)))
+    }
+
+    /// Zones and closures share one space of ids: both close things under theirs.
+    fn check_new_id(&self, what: &str, id: &str) -> Result<(), Refusal> {
+        let other = match (self.next.zones.get(id), self.next.closures.get(id)) {
+            (Some(zone), _) => Some(("zone", zone.version)),
+            (_, Some(closure)) => Some(("closure", closure.version)),
+            (None, None) => None,
+        };
+        match other {
+            None => Ok(()),
+            Some((kind, version)) => {
+                let detail =
+                    format!("a {kind} has the id '{id}' already; give the {what} another one");
+                Err(Refusal::new(Code::AlreadyExists, detail).with_etag(self.next.etag(version)))
+            }
+        }
+    }
+
+    fn keep_closure(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
+        let id: Arc<str> = Arc::from(entry.closure.id.as_str());
+        if let Some(until) = entry.until {
+            self.timers.set(just_after(until), Due::Closure(id.clone()));
+        }
+        self.changes.push(Change::Put(entry.closure.clone()));
+        let entry = Arc::new(entry);
+        let before = self.next.closures.insert(id, entry.clone());
+        self.count_reported(before.as_deref(), Some(&entry));
+        let data = json!({"closure": views::closure(&self.next, &entry, true)});
+        self.events
+            .push(Happening::new(EventKind::ClosurePut, data));
+        entry
+    }
+
+    /// Keeps count of what reports close, in all and by drone.
+    fn count_reported(&mut self, before: Option<&ClosureEntry>, after: Option<&ClosureEntry>) {
+        let of_drone = |entry: Option<&ClosureEntry>| {
+            let entry = entry?;
+            let drone = entry.reported_by.clone()?;
+            Some((drone, entry.closure.hits.segments.len()))
+        };
+        if let Some((drone, segments)) = of_drone(after) {
+            self.next.reported_segments += segments;
+            *self.next.alive_reports.entry(drone).or_default() += 1;
+        }
+        if let Some((drone, segments)) = of_drone(before) {
+            self.next.reported_segments = self.next.reported_segments.saturating_sub(segments);
+            let alive = self
+                .next
+                .alive_reports
+                .get(&drone)
+                .copied()
+                .unwrap_or_default();
+            match alive {
+                0 | 1 => self.next.alive_reports.remove(&drone),
+                more => self.next.alive_reports.insert(drone, more - 1),
+            };
+        }
+    }
+
+    pub(super) fn change_closure(
+        &mut self,
+        id: &str,
+        confirmed: Option<bool>,
+        until: Option<Timestamp>,
+        expected: &Expected,
+        now: Timestamp,
+    ) -> Result<Done, Refusal> {
+        let entry = self.closure_to_change(id, expected)?;
+        let mut changed = (*entry).clone();
+        changed.confirmed = confirmed.unwrap_or(changed.confirmed);
+        if let Some(until) = until {
+            let from = changed.from.unwrap_or(Timestamp::MIN);
+            if until <= now || until <= from {
+                let detail = format!(
+                    "the closure would end at {until}, which is over; lift it with DELETE instead"
+                );
+                return Err(Refusal::new(Code::ClosureInvalid, detail));
+            }
+            changed = with_end(changed, Some(until));
+        }
+        changed.version = self.write_number();
+        Ok(Done::Closure(self.keep_closure(changed)))
+    }
+
+    pub(super) fn lift_closure(&mut self, id: &str, expected: &Expected) -> Result<Done, Refusal> {
+        let entry = self.closure_to_change(id, expected)?;
+        self.drop_closure(&entry, "lifted");
+        Ok(Done::ClosureLifted(entry))
+    }
+
+    fn closure_to_change(
+        &self,
+        id: &str,
+        expected: &Expected,
+    ) -> Result<Arc<ClosureEntry>, Refusal> {
+        if self.next.zones.contains_key(id) {
+            let detail = format!(
+                "the closure '{id}' is caused by the zone '{id}': change or delete the zone"
+            );
+            return Err(Refusal::new(Code::ClosureOfZone, detail));
+        }
+        let Some(entry) = self.next.closures.get(id).cloned() else {
+            return Err(Refusal::not_found("closure", id));
+        };
+        check_expected(
+            expected,
+            Some(entry.version),
+            self.next.epoch,
+            "closure",
+            id,
+        )?;
+        Ok(entry)
+    }
+
+    fn drop_closure(&mut self, entry: &ClosureEntry, why: &str) {
+        let id = &entry.closure.id;
+        self.next.closures.remove(id.as_str());
+        self.count_reported(Some(entry), None);
+        self.changes.push(Change::Lift(id.clone()));
+        let data = json!({"closure_id": id, "why": why});
+        self.events
+            .push(Happening::new(EventKind::ClosureEnded, data));
+    }
+
+    /// A closure's life is over, unless it was renewed since.
+    pub(super) fn end_closure(&mut self, id: &str, now: Timestamp) {
+        let entry = self.next.closures.get(id).cloned();
+        if let Some(entry) = entry.filter(|entry| entry.until.is_some_and(|until| until < now)) {
+            self.drop_closure(&entry, "over");
+        }
+    }
+
+    /// Closes for everyone what a report closes; a second report of the same thing renews it.
+    pub(super) fn publish_report(&mut self, publication: Publication) -> Done {
+        let Publication {
+            mut entry,
+            otherwise,
+        } = publication;
+        let known = self.next.closures.get(entry.closure.id.as_str()).cloned();
+        if let Some(known) = known {
+            let until = known.until.max(entry.until);
+            let renewed = match known.until {
+                // An operator made it last without end.
+                None => (*known).clone(),
+                Some(_) => with_end((*known).clone(), until),
+            };
+            let version = self.write_number();
+            return Done::Closure(self.keep_closure(ClosureEntry { version, ..renewed }));
+        }
+        match self.exceeded_quota(&entry) {
+            Some(reason) => self.propose(ProposalEntry {
+                reason,
+                ..otherwise
+            }),
+            None => {
+                entry.version = self.write_number();
+                Done::Closure(self.keep_closure(entry))
+            }
+        }
+    }
+
+    fn exceeded_quota(&self, entry: &ClosureEntry) -> Option<&'static str> {
+        let drone = entry.reported_by.as_deref().unwrap_or_default();
+        let segments = entry.closure.hits.segments.len();
+        self.next.exceeded_quota(&self.settings, drone, segments)
+    }
+
+    pub(super) fn propose(&mut self, proposal: ProposalEntry) -> Done {
+        let due = Due::Proposal(proposal.number);
+        self.timers.set(just_after(proposal.expires_at), due);
+        let proposal = Arc::new(proposal);
+        self.next
+            .proposals
+            .insert(proposal.number, proposal.clone());
+        let data = json!({"proposal": views::proposal(&self.next, &proposal)});
+        self.events
+            .push(Happening::new(EventKind::ProposalMade, data));
+        if self.next.proposals.len() > PROPOSALS_MAX
+            && let Some(oldest) = self.next.proposals.get_min().map(|(number, _)| *number)
+        {
+            self.drop_proposal(oldest, "crowded_out");
+        }
+        Done::Proposal(proposal)
+    }
+
+    fn drop_proposal(&mut self, number: u64, decision: &str) {
+        self.next.proposals.remove(&number);
+        let data = json!({"proposal_id": views::proposal_id(self.next.epoch, number), "decision": decision});
+        self.events
+            .push(Happening::new(EventKind::ProposalDecided, data));
+    }
+
+    pub(super) fn expire_proposal(&mut self, number: u64, now: Timestamp) {
+        let proposal = self.next.proposals.get(&number);
+        if proposal.is_some_and(|proposal| proposal.expires_at < now) {
+            self.drop_proposal(number, "expired");
+        }
+    }
+
+    pub(super) fn decide_proposal(
+        &mut self,
+        number: u64,
+        decision: Decision,
+    ) -> Result<Done, Refusal> {
+        let Some(proposal) = self.next.proposals.get(&number).cloned() else {
+            let id = views::proposal_id(self.next.epoch, number);
+            return Err(Refusal::not_found("proposal", &id));
+        };
+        if decision == Decision::Reject {
+            self.drop_proposal(number, "rejected");
+            return Ok(Done::Proposal(proposal));
+        }
+        match &proposal.closure.cause {
+            Cause::Zone(_) => {
+                self.put_zone(proposal.closure.clone(), &Expected::Absent)?;
+            }
+            Cause::Report { .. } | Cause::Operator { .. } => {
+                let entry = confirmed_closure(&proposal);
+                match self.next.closures.contains_key(entry.closure.id.as_str()) {
+                    true => {
+                        let version = self.write_number();
+                        self.keep_closure(ClosureEntry { version, ..entry });
+                    }
+                    false => {
+                        self.put_closure(entry)?;
+                    }
+                }
+            }
+        }
+        self.drop_proposal(number, "accepted");
+        Ok(Done::Proposal(proposal))
+    }
+
+    /// Changes from elsewhere. Restrictions are taken at once; many removals at once wait for an operator.
+    pub(super) fn follow(
+        &mut self,
+        origin: Arc<str>,
+        changes: Vec<Change>,
+        now: Timestamp,
+    ) -> Done {
+        let standing = self.next.zones.len() + self.next.closures.len();
+        let mut lifts = Vec::new();
+        for change in changes {
+            match change {
+                Change::Put(closure) => self.take_over(closure),
+                Change::Lift(id) => lifts.push(id),
+            }
+        }
+        let share = lifts.len() as f64 / standing.max(1) as f64;
+        if lifts.len() < HELD_FROM || share <= HELD_SHARE {
+            self.lift_all(&lifts);
+            return Done::Nothing;
+        }
+        if self.next.holds.len() >= HOLDS_MAX {
+            return Done::Nothing;
+        }
+        let number = self.write_number();
+        let hold = Arc::new(HoldEntry {
+            number,
+            origin,
+            held_at: now,
+            lifts,
+        });
+        self.next.holds.insert(number, hold.clone());
+        let data = json!({"hold": views::hold(&self.next, &hold)});
+        self.events.push(Happening::new(EventKind::HoldMade, data));
+        Done::Hold(hold)
+    }
+
+    /// A closure decided elsewhere takes the place of one with its id.
+    fn take_over(&mut self, closure: Arc<Closure>) {
+        let id: Arc<str> = Arc::from(closure.id.as_str());
+        let version = self.write_number();
+        if let Some(zone) = closure.zone().cloned() {
+            let entry = Arc::new(ZoneEntry { zone, version });
+            let data = json!({"zone": views::zone_feature(&entry)});
+            self.next.zones.insert(id, entry);
+            self.changes.push(Change::Put(closure));
+            self.events.push(Happening::new(EventKind::ZonePut, data));
+            return;
+        }
+        let window = closure.windows.first();
+        let entry = ClosureEntry {
+            version,
+            failure: None,
+            reported_by: None,
+            confirmed: true,
+            from: window.and_then(Window::from),
+            until: window.and_then(Window::until),
+            closure,
+        };
+        self.keep_closure(entry);
+    }
+
+    fn lift_all(&mut self, ids: &[String]) {
+        for id in ids {
+            let everything = Expected::Anything;
+            // What is gone already needs no lifting.
+            let lifted = match self.next.zones.contains_key(id.as_str()) {
+                true => self.delete_zone(id, &everything),
+                false => self.lift_closure(id, &everything),
+            };
+            drop(lifted);
+        }
+    }
+
+    pub(super) fn decide_hold(&mut self, number: u64, decision: Decision) -> Result<Done, Refusal> {
+        let Some(hold) = self.next.holds.get(&number).cloned() else {
+            let id = views::hold_id(self.next.epoch, number);
+            return Err(Refusal::not_found("hold", &id));
+        };
+        self.next.holds.remove(&number);
+        if decision == Decision::Accept {
+            self.lift_all(&hold.lifts);
+        }
+        let decision = match decision {
+            Decision::Accept => "released",
+            Decision::Reject => "rejected",
+        };
+        let data =
+            json!({"hold_id": views::hold_id(self.next.epoch, number), "decision": decision});
+        self.events
+            .push(Happening::new(EventKind::HoldDecided, data));
+        Ok(Done::Hold(hold))
+    }
+}
+
+/// What accepting a proposal closes: until the proposal itself would have ended, and confirmed.
+fn confirmed_closure(proposal: &ProposalEntry) -> ClosureEntry {
+    let window = proposal.closure.windows.first();
+    ClosureEntry {
+        closure: proposal.closure.clone(),
+        version: 0,
+        failure: Some(proposal.failure),
+        reported_by: None,
+        confirmed: true,
+        from: window.and_then(Window::from),
+        until: window.and_then(Window::until),
+    }
+}
+
+/// A closure that ends at another time.
+fn with_end(entry: ClosureEntry, until: Option<Timestamp>) -> ClosureEntry {
+    let mut closure = (*entry.closure).clone();
+    closure.windows = windows(entry.from, until);
+    ClosureEntry {
+        closure: Arc::new(closure),
+        until,
+        ..entry
+    }
+}
+
+/// The windows of a closure from when until when; always, where neither is given.
+pub(super) fn windows(from: Option<Timestamp>, until: Option<Timestamp>) -> Vec<Window> {
+    match (from, until) {
+        (None, None) => Vec::new(),
+        // The ends were checked when they were read.
+        _ => Window::new(from, until).into_iter().collect(),
+    }
+}
+
+/// The first instant at which something that ends then, end included, is over.
+fn just_after(instant: Timestamp) -> Timestamp {
+    let nanosecond = jiff::SignedDuration::from_nanos(1);
+    instant.checked_add(nanosecond).unwrap_or(Timestamp::MAX)
+}

@@ -1,0 +1,91 @@
+//! What the edge says of itself to its keepers.
+
+use super::Edge;
+use crate::wire;
+use serde::Serialize;
+
+/// How the edge stands: counts and bounds, no ids and no places.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Status {
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the network.
+    pub network: String,
+    /// Its nodes.
+    pub nodes: usize,
+    /// Its segments.
+    pub segments: usize,
+    /// Zones, whether they count now or not.
+    pub zones: usize,
+    /// Closures that no zone causes.
+    pub closures: usize,
+    /// Segments that are blocked now.
+    pub blocked_segments: usize,
+    /// Plans that are not over.
+    pub active_plans: usize,
+    /// Plans that have something closed ahead.
+    pub affected_plans: usize,
+    /// Proposed versions that were not acknowledged in time, ever.
+    pub plans_unacknowledged: u64,
+    /// Proposals that wait for an operator.
+    pub proposals: usize,
+    /// Removals that wait for an operator.
+    pub holds: usize,
+    /// Drones seen.
+    pub drones: usize,
+    /// Answers kept, and about how many bytes they and their worlds take.
+    pub records: usize,
+    /// See `records`.
+    pub record_bytes: usize,
+    /// Destinations with a table.
+    pub tables: usize,
+    /// Bytes they take.
+    pub table_bytes: usize,
+    /// Requests that found their destination's table.
+    pub table_hits: u64,
+    /// Requests that did not, and were answered by A*.
+    pub table_misses: u64,
+    /// The world as answers carry it.
+    #[serde(flatten)]
+    pub stamp: wire::Stamp<'static>,
+}
+
+impl Edge {
+    /// How the edge stands.
+    pub fn status(&self) -> Status {
+        let snapshot = self.snapshot();
+        let topology = snapshot.topology();
+        let (records, record_bytes) = self.records.figures();
+        let tables = self.trees.figures();
+        let plans = snapshot.plans.values();
+        Status {
+            version: env!("CARGO_PKG_VERSION"),
+            network: topology.name().to_owned(),
+            nodes: topology.node_count(),
+            segments: topology.segment_count(),
+            zones: snapshot.zones.len(),
+            closures: snapshot.closures.len(),
+            blocked_segments: snapshot.airspace.closed().blocked_segment_count(),
+            active_plans: snapshot.active_plans,
+            affected_plans: plans
+                .filter(|plan| plan.state == wire::PlanState::Affected)
+                .count(),
+            plans_unacknowledged: snapshot.unacknowledged,
+            proposals: snapshot.proposals.len(),
+            holds: snapshot.holds.len(),
+            drones: self.drones.count(),
+            records,
+            record_bytes,
+            tables: tables.destinations,
+            table_bytes: tables.bytes,
+            table_hits: tables.hits,
+            table_misses: tables.misses,
+            stamp: self.stamp_of(&snapshot),
+        }
+    }
+
+    /// Whether the edge has a network to answer on.
+    pub fn is_ready(&self) -> bool {
+        self.snapshot().topology().node_count() > 0
+    }
+}

@@ -1,0 +1,230 @@
+//! Telemetry: where drones are, and what they are told in return.
+
+use super::Edge;
+use super::drones::Sighting;
+use super::pages::{PageRequest, token};
+use super::refusal::Refusal;
+use super::snapshot::Snapshot;
+use super::views;
+use crate::access::Caller;
+use crate::geo::Point;
+use crate::wire;
+use jiff::{SignedDuration, Timestamp};
+use serde_json::Value;
+use std::borrow::Cow;
+
+/// How far a drone's clock may be ahead.
+const AHEAD_MAX: SignedDuration = SignedDuration::from_secs(5);
+/// The longest id of a drone, in bytes.
+const DRONE_ID_BYTES_MAX: usize = 128;
+
+impl Edge {
+    /// Takes positions; each drone is told what it is asked to fly instead of its plan, if anything.
+    ///
+    /// # Errors
+    /// When there are more positions than a batch may have. A position that cannot be read spoils no other.
+    pub fn telemetry(
+        &self,
+        caller: &Caller,
+        batch: wire::Telemetry,
+    ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
+        self.check_batch("positions", batch.positions.len())?;
+        let snapshot = self.snapshot();
+        let now = self.clock.now();
+        let positions = batch.positions.into_iter();
+        Ok(wire::TelemetryAnswer {
+            positions: positions
+                .map(|entry| self.take_position(caller, entry, &snapshot, now))
+                .collect(),
+            stamp: self.stamp_of(&snapshot),
+        })
+    }
+
+    /// What is last known of each drone that the caller may see, by id.
+    ///
+    /// # Errors
+    /// When the page is not one.
+    pub fn drones(
+        &self,
+        caller: &Caller,
+        page: &PageRequest,
+    ) -> Result<wire::Drones<'static>, Refusal> {
+        let page = page.check()?;
+        let snapshot = self.snapshot();
+        let may_see = |id: &str| caller.speaks_for(id);
+        let (found, has_more) = self.drones.page(page.after.as_deref(), page.size, may_see);
+        let next = found.last().filter(|_| has_more).map(|(id, _)| token(id));
+        let drones = found.into_iter().map(|(id, sighting)| wire::DroneState {
+            plan_id: snapshot
+                .plan_of_drone(&id)
+                .map(|plan| views::text(&plan.id)),
+            id: views::text(&id),
+            location: sighting.coordinates,
+            seen_at: views::instant(sighting.seen_at),
+            altitude_m: sighting.altitude_m,
+            battery_fraction: sighting.battery_fraction,
+            ground_speed_mps: sighting.ground_speed_mps,
+            heading_deg: sighting.heading_deg,
+        });
+        Ok(wire::Drones {
+            drones: drones.collect(),
+            next_page_token: next,
+            stamp: self.stamp_of(&snapshot),
+        })
+    }
+
+    fn take_position(
+        &self,
+        caller: &Caller,
+        entry: Value,
+        snapshot: &Snapshot,
+        now: Timestamp,
+    ) -> wire::Position<'static> {
+        let mut warnings = Vec::new();
+        let drone_id = entry
+            .get("drone_id")
+            .and_then(Value::as_str)
+            .map(str::to_owned);
+        let read = read_entry(entry, &mut warnings);
+        let accepted = match &read {
+            None => false,
+            Some(entry) if !caller.speaks_for(&entry.drone_id) => {
+                let message = format!(
+                    "'{}' may not speak for drone '{}'",
+                    caller.subject, entry.drone_id
+                );
+                warnings.push(views::warning("drone_not_yours", &message));
+                false
+            }
+            Some(entry) => self.see(entry, snapshot, now, &mut warnings),
+        };
+        let plan = match accepted {
+            true => drone_id
+                .as_deref()
+                .and_then(|drone| snapshot.plan_of_drone(drone)),
+            false => None,
+        };
+        let proposed = plan.and_then(|plan| plan.proposed.as_deref());
+        wire::Position {
+            drone_id: drone_id.map(Cow::Owned),
+            accepted,
+            plan_id: plan.map(|plan| views::text(&plan.id)),
+            affected: plan.is_some_and(|plan| plan.state == wire::PlanState::Affected),
+            proposed: proposed.map(|proposed| views::version(snapshot.topology(), proposed)),
+            warnings,
+        }
+    }
+
+    fn see(
+        &self,
+        entry: &wire::TelemetryEntry,
+        snapshot: &Snapshot,
+        now: Timestamp,
+        warnings: &mut Vec<wire::Warning<'static>>,
+    ) -> bool {
+        let Some((position, coordinates)) = place_of(&entry.location, snapshot) else {
+            let message = "'location' is not a place of this network; longitude comes first";
+            warnings.push(views::warning("location_ignored", message));
+            return false;
+        };
+        let stated = entry.timestamp.as_deref();
+        let seen_at = stated.and_then(|text| text.parse::<Timestamp>().ok());
+        let seen_at = match (stated, seen_at) {
+            (Some(text), None) => {
+                let message = format!("'{text}' is not an instant in RFC 3339; now is taken");
+                warnings.push(views::warning("timestamp_ignored", &message));
+                now
+            }
+            (_, Some(seen_at)) if seen_at.duration_since(now) > AHEAD_MAX => {
+                let message = format!("{seen_at} is ahead of {now}; now is taken");
+                warnings.push(views::warning("timestamp_ahead", &message));
+                now
+            }
+            (_, seen_at) => seen_at.unwrap_or(now),
+        };
+        let sighting = Sighting {
+            position,
+            coordinates,
+            seen_at,
+            altitude_m: entry.altitude_m.filter(|value| value.is_finite()),
+            battery_fraction: fraction(entry.battery_fraction, warnings),
+            ground_speed_mps: entry.ground_speed_mps.filter(|value| value.is_finite()),
+            heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
+        };
+        let taken = self.drones.see(&entry.drone_id, sighting);
+        if !taken {
+            let message = "a later position of this drone is known";
+            warnings.push(views::warning("position_outdated", message));
+        }
+        taken
+    }
+}
+
+/// Reads one entry; unknown fields are passed over with a warning, what is wrong otherwise is told.
+fn read_entry(
+    mut entry: Value,
+    warnings: &mut Vec<wire::Warning<'static>>,
+) -> Option<wire::TelemetryEntry> {
+    const FIELDS: [&str; 7] = [
+        "drone_id",
+        "location",
+        "timestamp",
+        "altitude_m",
+        "battery_fraction",
+        "ground_speed_mps",
+        "heading_deg",
+    ];
+    if let Some(fields) = entry.as_object_mut() {
+        fields.retain(|name, _| {
+            let is_known = FIELDS.contains(&name.as_str());
+            if !is_known {
+                let message = format!("the field '{name}' is not known and ignored");
+                warnings.push(views::warning("unknown_field", &message));
+            }
+            is_known
+        });
+    }
+    match serde_json::from_value::<wire::TelemetryEntry>(entry) {
+        Ok(entry) if entry.drone_id.is_empty() || entry.drone_id.len() > DRONE_ID_BYTES_MAX => {
+            let message = format!("'drone_id' has to have 1 to {DRONE_ID_BYTES_MAX} bytes");
+            warnings.push(views::warning("drone_id_invalid", &message));
+            None
+        }
+        Ok(entry) => Some(entry),
+        Err(error) => {
+            warnings.push(views::warning("position_unreadable", &error.to_string()));
+            None
+        }
+    }
+}
+
+fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<(Point, [f64; 2])> {
+    let topology = snapshot.topology();
+    let frame = topology.frame();
+    let coordinates = match place {
+        wire::Place::Pair(pair) => *pair,
+        wire::Place::Planar { x, y } => [*x, *y],
+        wire::Place::Node(node) => {
+            let position = topology.position(topology.node(&node.text())?);
+            return Some((position, frame.from_plane(position)));
+        }
+    };
+    let [first, second] = coordinates;
+    let is_on_earth = !frame.is_geographic() || (first.abs() <= 180.0 && second.abs() <= 90.0);
+    let position = frame.to_plane(coordinates);
+    (is_on_earth && position.is_finite()).then_some((position, coordinates))
+}
+
+fn fraction(value: Option<f64>, warnings: &mut Vec<wire::Warning<'static>>) -> Option<f64> {
+    let value = value?;
+    if (0.0..=1.0).contains(&value) {
+        return Some(value);
+    }
+    let hint = match (0.0..=100.0).contains(&value) {
+        true => format!("; did you mean {}?", value / 100.0),
+        false => String::new(),
+    };
+    let message = format!("'battery_fraction' {value} is not between 0 and 1{hint}");
+    warnings.push(views::warning("battery_ignored", &message));
+    None
+}

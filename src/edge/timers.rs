@@ -1,0 +1,45 @@
+//! What is to happen by itself, and when. A timer that comes due is checked against the state then, so none is ever cancelled.
+
+use jiff::Timestamp;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What is due.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    /// The life of a closure that no zone causes.
+    Closure(Arc<str>),
+    /// A proposal that nobody decided.
+    Proposal(u64),
+    /// The acknowledgement of a proposed version.
+    Acknowledgement { plan: Arc<str>, version: u32 },
+    /// The end of a plan.
+    Arrival { plan: Arc<str>, version: u32 },
+}
+
+/// Timers by their instant; of the same instant in the order they were set.
+#[derive(Debug, Default)]
+pub(super) struct Timers {
+    by_instant: BTreeMap<(Timestamp, u64), Due>,
+    set: u64,
+}
+
+impl Timers {
+    pub(super) fn set(&mut self, at: Timestamp, due: Due) {
+        self.set += 1;
+        self.by_instant.insert((at, self.set), due);
+    }
+
+    /// The first instant at which anything is due.
+    pub(super) fn next(&self) -> Option<Timestamp> {
+        self.by_instant.keys().next().map(|&(instant, _)| instant)
+    }
+
+    /// Takes the first timer that is due by now.
+    pub(super) fn pop(&mut self, now: Timestamp) -> Option<Due> {
+        let (&key, _) = self.by_instant.first_key_value()?;
+        (key.0 <= now)
+            .then(|| self.by_instant.remove(&key))
+            .flatten()
+    }
+}

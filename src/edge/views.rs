@@ -1,0 +1,357 @@
+//! The state of the edge in the words of the wire.
+
+use super::fleet::{self, Detour};
+use super::settings::Settings;
+use super::snapshot::{
+    ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
+};
+use crate::airspace::{Airspace, Cause, Closure};
+use crate::compose::{Composition, Contingency};
+use crate::formats::zone_to_feature;
+use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::recompose::Outcome;
+use crate::routing::Way;
+use crate::wire;
+use jiff::Timestamp;
+use serde_json::Value;
+use std::borrow::Cow;
+
+/// At most this many ids of segments or nodes, or affected plans, in one answer.
+pub(super) const IDS_MAX: usize = 1_000;
+/// At most this many plans are told in the answer to one write.
+pub(super) const PLANS_TOLD_MAX: usize = 100;
+/// At most this many conflicts of one plan are told.
+const CONFLICTS_MAX: usize = 100;
+
+pub(super) fn node_id(topology: &Topology, node: NodeIx) -> wire::Id<'static> {
+    wire_id(topology, topology.node_id(node))
+}
+
+fn wire_id(topology: &Topology, text: &str) -> wire::Id<'static> {
+    let number = topology.has_integer_ids().then(|| text.parse::<i64>());
+    match number {
+        Some(Ok(number)) => wire::Id::Integer(number),
+        _ => wire::Id::Text(Cow::Owned(text.to_owned())),
+    }
+}
+
+pub(super) fn node_ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<wire::Id<'static>> {
+    nodes.iter().map(|&node| node_id(topology, node)).collect()
+}
+
+fn segment_ids(topology: &Topology, segments: &[SegmentIx]) -> Vec<Cow<'static, str>> {
+    let ids = segments.iter().map(|&segment| topology.segment_id(segment));
+    ids.map(|id| Cow::Owned(id.into_owned())).collect()
+}
+
+pub(super) fn text(text: &str) -> Cow<'static, str> {
+    Cow::Owned(text.to_owned())
+}
+
+pub(super) fn instant(instant: Timestamp) -> Cow<'static, str> {
+    Cow::Owned(instant.to_string())
+}
+
+pub(super) fn path(topology: &Topology, way: &Way) -> wire::Path<'static> {
+    wire::Path {
+        nodes: node_ids(topology, &way.nodes),
+        segments: segment_ids(topology, &way.segments),
+    }
+}
+
+pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
+    match outcome {
+        Outcome::Rerouted => wire::Outcome::Rerouted,
+        Outcome::Unaffected => wire::Outcome::Unaffected,
+        Outcome::Diverted => wire::Outcome::Diverted,
+        Outcome::NoRoute => wire::Outcome::NoRoute,
+    }
+}
+
+fn outcome_name(outcome: Option<Outcome>) -> &'static str {
+    match outcome {
+        None => "composed",
+        Some(Outcome::Rerouted) => "rerouted",
+        Some(Outcome::Unaffected) => "unaffected",
+        Some(Outcome::Diverted) => "diverted",
+        Some(Outcome::NoRoute) => "no_route",
+    }
+}
+
+pub(super) fn warning(code: &'static str, message: &str) -> wire::Warning<'static> {
+    wire::Warning {
+        code: Cow::Borrowed(code),
+        message: text(message),
+    }
+}
+
+/// The zone as a GeoJSON feature.
+pub(super) fn zone_feature(entry: &ZoneEntry) -> Value {
+    zone_to_feature(&entry.zone)
+}
+
+/// A closure that no zone causes.
+pub(super) fn closure(
+    snapshot: &Snapshot,
+    entry: &ClosureEntry,
+    in_force: bool,
+) -> wire::Closure<'static> {
+    let topology = snapshot.topology();
+    let held = &entry.closure;
+    let (cause, reason) = match &held.cause {
+        Cause::Zone(zone) => (wire::ClosureCause::Zone, zone.reason().map(text)),
+        Cause::Report { .. } => {
+            let name = entry.failure.map(|failure| Cow::Borrowed(failure.name()));
+            (wire::ClosureCause::Report, name)
+        }
+        Cause::Operator { reason } => {
+            let reason = (!reason.is_empty()).then(|| text(reason));
+            (wire::ClosureCause::Operator, reason)
+        }
+    };
+    let told = |count: usize| count.min(IDS_MAX);
+    let (segments, nodes) = (&held.hits.segments, &held.hits.nodes);
+    wire::Closure {
+        id: text(&held.id),
+        cause,
+        reason,
+        reported_by: entry.reported_by.as_deref().map(text),
+        confirmed: entry.confirmed,
+        from: entry.from.map(instant),
+        until: entry.until.map(instant),
+        in_force,
+        segment_count: segments.len(),
+        segments: segment_ids(topology, &segments[..told(segments.len())]),
+        node_count: nodes.len(),
+        nodes: node_ids(topology, &nodes[..told(nodes.len())]),
+        pads: node_ids(topology, &held.pads),
+        etag: Cow::Owned(snapshot.etag(entry.version)),
+        effect: None,
+    }
+}
+
+/// The closure that a zone causes.
+pub(super) fn closure_of_zone(
+    snapshot: &Snapshot,
+    entry: &ZoneEntry,
+    held: &std::sync::Arc<Closure>,
+) -> wire::Closure<'static> {
+    let windows = entry.zone.windows();
+    let only = match windows {
+        [window] => Some(window),
+        _ => None,
+    };
+    let as_closure = ClosureEntry {
+        closure: held.clone(),
+        version: entry.version,
+        failure: None,
+        reported_by: None,
+        confirmed: true,
+        from: only.and_then(crate::airspace::Window::from),
+        until: only.and_then(crate::airspace::Window::until),
+    };
+    let in_force = snapshot.airspace.is_in_force(&held.id);
+    closure(snapshot, &as_closure, in_force)
+}
+
+pub(super) fn proposal_id(epoch: u64, number: u64) -> String {
+    format!("proposal-{epoch}-{number}")
+}
+
+pub(super) fn hold_id(epoch: u64, number: u64) -> String {
+    format!("hold-{epoch}-{number}")
+}
+
+/// The number in an id of a proposal or a hold of this start.
+pub(super) fn number_in(id: &str, kind: &str, epoch: u64) -> Option<u64> {
+    let rest = id.strip_prefix(kind)?.strip_prefix('-')?;
+    let (stated, number) = rest.split_once('-')?;
+    (stated.parse() == Ok(epoch))
+        .then(|| number.parse().ok())
+        .flatten()
+}
+
+pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Proposal<'static> {
+    let topology = snapshot.topology();
+    let zone = entry.closure.zone();
+    let segments = match zone {
+        Some(_) => Vec::new(),
+        None => segment_ids(topology, &entry.closure.hits.segments),
+    };
+    wire::Proposal {
+        id: Cow::Owned(proposal_id(snapshot.epoch, entry.number)),
+        subject: match zone {
+            Some(_) => wire::ProposalSubject::Zone,
+            None => wire::ProposalSubject::Closure,
+        },
+        reason: Cow::Borrowed(entry.reason),
+        proposed_at: instant(entry.proposed_at),
+        expires_at: instant(entry.expires_at),
+        recomposition_id: text(&entry.recomposition_id),
+        drone_id: entry.drone_id.as_deref().map(text),
+        zone: zone.map(|zone| zone_to_feature(zone)),
+        segments,
+        pads: node_ids(topology, &entry.closure.pads),
+    }
+}
+
+pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static> {
+    let told = entry.lifts.len().min(IDS_MAX);
+    wire::Hold {
+        id: Cow::Owned(hold_id(snapshot.epoch, entry.number)),
+        origin: text(&entry.origin),
+        reason: Cow::Borrowed("mass_removal"),
+        held_at: instant(entry.held_at),
+        closure_count: entry.lifts.len(),
+        closures: entry.lifts[..told].iter().map(|id| text(id)).collect(),
+    }
+}
+
+fn contingency(topology: &Topology, contingency: &Contingency) -> wire::Contingency<'static> {
+    wire::Contingency {
+        outcome: outcome(contingency.outcome),
+        nodes: node_ids(topology, &contingency.nodes),
+        rejoins: contingency.rejoins.map(|node| node_id(topology, node)),
+        remaining_length_m: contingency.remaining_length_m,
+        extra_m: contingency.extra_m,
+    }
+}
+
+/// The legs of a composition that departs at an instant.
+pub(super) fn legs(
+    topology: &Topology,
+    composition: &Composition,
+    departs_at: Timestamp,
+) -> Vec<wire::Leg<'static>> {
+    let legs = composition.legs.iter().map(|leg| wire::Leg {
+        from: node_id(topology, leg.from),
+        to: node_id(topology, leg.to),
+        segment: Cow::Owned(topology.segment_id(leg.segment).into_owned()),
+        length_m: leg.length_m,
+        departs_at: instant(later(departs_at, leg.departure_s)),
+        arrives_at: instant(later(departs_at, leg.arrival_s)),
+        if_closed: contingency(topology, &leg.if_closed),
+        nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
+            node: node_id(topology, safe.node),
+            nodes: node_ids(topology, &safe.nodes),
+            length_m: safe.length_m,
+        }),
+    });
+    legs.collect()
+}
+
+/// A version of a plan.
+pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersion<'static> {
+    let composition = &version.composition;
+    let warnings = version.warnings.iter();
+    wire::PlanVersion {
+        version: version.number,
+        outcome: Cow::Borrowed(outcome_name(version.outcome)),
+        path: path(topology, &composition.way),
+        length_m: composition.length_m,
+        flight_time_s: composition.flight_time_s,
+        departs_at: instant(version.departs_at),
+        arrives_at: instant(version.arrives_at()),
+        legs: legs(topology, composition, version.departs_at),
+        recomposition_id: version.recomposition_id.as_deref().map(text),
+        acknowledge_by: version.acknowledge_by.map(instant),
+        warnings: warnings
+            .map(|(code, message)| warning(code, message))
+            .collect(),
+    }
+}
+
+/// A plan.
+pub(super) fn plan(
+    snapshot: &Snapshot,
+    entry: &PlanEntry,
+    settings: &Settings,
+    stamp: wire::Stamp<'static>,
+) -> wire::Plan<'static> {
+    let topology = snapshot.topology();
+    let conflicts = match entry.is_active() {
+        true => fleet::conflicts_of(snapshot, entry, settings.headway_s, CONFLICTS_MAX),
+        false => Vec::new(),
+    };
+    let conflicts = conflicts.into_iter().map(|met| wire::Conflict {
+        plan_id: text(&met.plan),
+        segment: Cow::Owned(topology.segment_id(met.conflict.segment).into_owned()),
+        leg: u32::try_from(met.conflict.leg).unwrap_or(u32::MAX),
+        direction: Cow::Borrowed(met.conflict.direction.name()),
+        gap_s: met.conflict.gap_s,
+    });
+    wire::Plan {
+        id: text(&entry.id),
+        state: entry.state,
+        drone_id: entry.drone_id.as_deref().map(text),
+        source: node_id(topology, entry.source),
+        destination: node_id(topology, entry.destination),
+        payload_kg: entry.payload_kg,
+        airspeed_mps: entry.airspeed_mps,
+        current: version(topology, &entry.current),
+        proposed: entry
+            .proposed
+            .as_deref()
+            .map(|proposed| version(topology, proposed)),
+        affected_by: entry.affected_by.iter().map(|id| text(id)).collect(),
+        conflicts: conflicts.collect(),
+        energy: Cow::Borrowed("unchecked"),
+        times: Cow::Borrowed("nominal"),
+        stamp,
+    }
+}
+
+/// A plan in an event: what it flies and is to fly, without legs.
+pub(super) fn plan_summary(snapshot: &Snapshot, entry: &PlanEntry) -> Value {
+    let topology = snapshot.topology();
+    let brief = |version: &Version| {
+        serde_json::json!({
+            "version": version.number,
+            "outcome": outcome_name(version.outcome),
+            "nodes": node_ids(topology, &version.composition.way.nodes),
+            "length_m": version.composition.length_m,
+            "departs_at": version.departs_at.to_string(),
+            "arrives_at": version.arrives_at().to_string(),
+        })
+    };
+    serde_json::json!({
+        "id": &*entry.id,
+        "state": entry.state,
+        "drone_id": entry.drone_id.as_deref(),
+        "current": brief(&entry.current),
+        "proposed": entry.proposed.as_deref().map(brief),
+        "affected_by": entry.affected_by,
+    })
+}
+
+/// What a plan's drone is told under a zone or closure.
+pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::AffectedPlan<'static> {
+    wire::AffectedPlan {
+        plan_id: text(&detour.plan.id),
+        drone_id: detour.plan.drone_id.as_deref().map(text),
+        outcome: outcome(detour.answer.outcome),
+        path: path(topology, &detour.answer.path),
+        extra_m: detour.extra_m,
+        version: detour.version,
+    }
+}
+
+/// What a closure closes, and whom it meets.
+pub(super) fn effect(
+    airspace: &Airspace,
+    closure: &Closure,
+    detours: &[&Detour],
+) -> wire::ZoneEffect<'static> {
+    let topology = airspace.topology();
+    let (segments, nodes) = (&closure.hits.segments, &closure.hits.nodes);
+    let told = detours.iter().take(PLANS_TOLD_MAX);
+    wire::ZoneEffect {
+        in_force: airspace.is_in_force(&closure.id),
+        segment_count: segments.len(),
+        segments: segment_ids(topology, &segments[..segments.len().min(IDS_MAX)]),
+        node_count: nodes.len(),
+        nodes: node_ids(topology, &nodes[..nodes.len().min(IDS_MAX)]),
+        plan_count: detours.len(),
+        plans: told.map(|detour| affected_plan(topology, detour)).collect(),
+    }
+}

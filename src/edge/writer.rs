@@ -1,0 +1,140 @@
+//! The single writer: a thread that carries out orders in batches and publishes what comes of them.
+//!
+//! Requests never wait for it unless they have to know what became of their order. It sleeps until the next
+//! order or the next instant at which something happens by itself.
+
+use super::events::Events;
+use super::orders::{Order, Reply};
+use super::refusal::{Code, Refusal};
+use super::snapshot::Snapshot;
+use super::state::State;
+use super::store::Store;
+use super::tables::Tables;
+use crate::clock::Clock;
+use arc_swap::ArcSwap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::time::Duration;
+use tokio::sync::oneshot;
+
+/// At most this many orders wait.
+const QUEUE: usize = 4_096;
+/// At most this many orders make one snapshot.
+const BATCH: usize = 256;
+/// The writer looks at the clock at least this often, as a clock may be set.
+const LONGEST_SLEEP: Duration = Duration::from_secs(1);
+
+struct Letter {
+    order: Order,
+    reply: Option<oneshot::Sender<(Reply, Arc<Snapshot>)>>,
+}
+
+/// Where orders are handed in.
+#[derive(Clone, Debug)]
+pub(super) struct Writer {
+    orders: SyncSender<Letter>,
+}
+
+/// What the writer publishes to.
+pub(super) struct Desk {
+    pub(super) state: State,
+    pub(super) store: Box<dyn Store>,
+    pub(super) clock: Clock,
+    pub(super) world: Arc<ArcSwap<Snapshot>>,
+    pub(super) events: Arc<Events>,
+    pub(super) tables: Tables,
+}
+
+impl Writer {
+    /// Starts the thread. It ends when the last handle to it is dropped.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the one thread that changes the state"
+    )]
+    pub(super) fn start(desk: Desk) -> std::io::Result<Self> {
+        let (orders, inbox) = sync_channel(QUEUE);
+        let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
+        builder.spawn(move || desk.work(&inbox))?;
+        Ok(Self { orders })
+    }
+
+    /// Hands in an order and waits for what becomes of it.
+    pub(super) async fn ask(&self, order: Order) -> Result<(Reply, Arc<Snapshot>), Refusal> {
+        let (reply, answer) = oneshot::channel();
+        self.send(Letter {
+            order,
+            reply: Some(reply),
+        })?;
+        answer.await.map_err(|_| stopped())
+    }
+
+    /// Hands in an order that nobody waits for.
+    pub(super) fn tell(&self, order: Order) -> Result<(), Refusal> {
+        self.send(Letter { order, reply: None })
+    }
+
+    fn send(&self, letter: Letter) -> Result<(), Refusal> {
+        self.orders.try_send(letter).map_err(|error| match error {
+            TrySendError::Full(_) => {
+                let detail = format!("{QUEUE} changes are waiting already");
+                Refusal::new(Code::Overloaded, detail).retry_after_s(1)
+            }
+            TrySendError::Disconnected(_) => stopped(),
+        })
+    }
+}
+
+fn stopped() -> Refusal {
+    Refusal::new(
+        Code::ShuttingDown,
+        "the edge is stopping and takes no more changes",
+    )
+}
+
+impl Desk {
+    fn work(mut self, inbox: &Receiver<Letter>) {
+        loop {
+            let mut letters = match inbox.recv_timeout(self.patience()) {
+                Ok(letter) => vec![letter],
+                Err(RecvTimeoutError::Timeout) => Vec::new(),
+                Err(RecvTimeoutError::Disconnected) => return,
+            };
+            letters.extend(inbox.try_iter().take(BATCH - 1));
+            let now = self.clock.now();
+            let is_due = self.state.next_due().is_some_and(|instant| instant <= now);
+            if !letters.is_empty() || is_due {
+                self.carry_out(letters);
+            }
+        }
+    }
+
+    /// How long nothing can happen by itself.
+    fn patience(&self) -> Duration {
+        let due = self.state.next_due();
+        let until = due.and_then(|instant| self.clock.real_duration_until(instant));
+        until.map_or(LONGEST_SLEEP, |until| until.min(LONGEST_SLEEP))
+    }
+
+    fn carry_out(&mut self, letters: Vec<Letter>) {
+        let now = self.clock.now();
+        let (orders, waiting): (Vec<Order>, Vec<_>) = letters
+            .into_iter()
+            .map(|letter| (letter.order, letter.reply))
+            .unzip();
+        let batch = self.state.apply(orders, now);
+        // Enforced before stored, and acknowledged after both: nothing waits for a disk to be safe.
+        self.world.store(batch.snapshot.clone());
+        if batch.airspace_changed {
+            self.tables.renew();
+        }
+        let durable = self.store.commit(&batch.snapshot, &batch.events);
+        self.events.add(batch.events, now, &batch.snapshot.revision);
+        for (reply, waiting) in batch.replies.into_iter().zip(waiting) {
+            let reply = reply.map(|outcome| super::orders::Outcome { durable, ..outcome });
+            if let Some(waiting) = waiting {
+                // Whoever asked may have gone at its deadline.
+                let _ = waiting.send((reply, batch.snapshot.clone()));
+            }
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! No-fly zones: put, changed, deleted, listed, and previewed.
+//!
+//! What a zone closes is worked out beside the writer; the writer checks versions, puts it into force and
+//! tells which plans it meets.
+
+use super::Edge;
+use super::fleet::{self, Detour};
+use super::orders::{Done, Expected, Order, Outcome};
+use super::pages::{PageRequest, token};
+use super::refusal::{Code, Refusal};
+use super::replies::Idempotency;
+use super::snapshot::{Snapshot, ZoneEntry};
+use super::state::check_expected;
+use super::views;
+use crate::access::Caller;
+use crate::airspace::{Change, Closure, Zone};
+use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
+use crate::recompose::World;
+use crate::wire;
+use serde_json::Value;
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// How a zone is to be written.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ZoneWrite {
+    /// The zone, where the request names it.
+    pub id: Option<String>,
+    /// Entity tags of the version it replaces, as in `If-Match`.
+    pub if_match: Option<String>,
+    /// The same checks and the same answer, without effect.
+    pub validate_only: bool,
+}
+
+impl Edge {
+    /// Puts a new zone.
+    ///
+    /// # Errors
+    /// When it is not valid, or its id is taken.
+    pub async fn create_zone(
+        self: &Arc<Self>,
+        caller: &Caller,
+        feature: Value,
+        write: ZoneWrite,
+        idempotency: Idempotency,
+    ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let put = async {
+            let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+            let made = format!("zone-{}-{number}", self.epoch);
+            let closure = self.read_zone(feature, None, made).await?;
+            let (ack, _) = self
+                .put(closure, Expected::Absent, write.validate_only)
+                .await?;
+            Ok(ack)
+        };
+        let now = self.clock.now();
+        // A check without effect is not a write that a key could stand for.
+        let idempotency = match write.validate_only {
+            true => Idempotency::default(),
+            false => idempotency,
+        };
+        self.write_replies
+            .once(&caller.subject, "create_zone", idempotency, now, put)
+            .await
+    }
+
+    /// Puts a zone under an id; also tells whether it is new.
+    ///
+    /// # Errors
+    /// When it is not valid, or `If-Match` is missing or stale where there is one already.
+    pub async fn put_zone(
+        self: &Arc<Self>,
+        _caller: &Caller,
+        feature: Value,
+        write: ZoneWrite,
+    ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
+        let id = write.id.unwrap_or_default();
+        let closure = self.read_zone(feature, Some(id.clone()), id).await?;
+        self.put(closure, expected(write.if_match), write.validate_only)
+            .await
+    }
+
+    /// Deletes a zone; what it closed alone opens again.
+    ///
+    /// # Errors
+    /// When there is none, or `If-Match` is missing or stale.
+    pub async fn delete_zone(
+        self: &Arc<Self>,
+        _caller: &Caller,
+        write: ZoneWrite,
+    ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let id = write.id.unwrap_or_default();
+        let expected = expected(write.if_match);
+        let before = self.snapshot();
+        let closure = before.airspace.closure(&id).cloned();
+        let (entry, after, durable) = if write.validate_only {
+            let entry = before.zones.get(id.as_str()).cloned();
+            let entry = entry.ok_or_else(|| Refusal::not_found("zone", &id))?;
+            check_expected(&expected, Some(entry.version), self.epoch, "zone", &id)?;
+            (entry, before, false)
+        } else {
+            let order = Order::DeleteZone {
+                id: id.clone(),
+                expected,
+            };
+            let (outcome, after) = self.order(order).await?;
+            let Done::ZoneDeleted(entry) = outcome.done else {
+                return Err(unexpected());
+            };
+            (entry, after, outcome.durable)
+        };
+        let effect = match &closure {
+            Some(closure) => views::effect(&after.airspace, closure, &[]),
+            None => return Err(Refusal::not_found("zone", &id)),
+        };
+        Ok(wire::ZoneAck {
+            zone: zone_to_feature(&entry.zone),
+            etag: Some(Cow::Owned(after.etag(entry.version))),
+            enforced: false,
+            durable,
+            effect,
+            stamp: self.stamp_of(&after),
+        })
+    }
+
+    /// What a zone would close and which plans it would meet; nothing changes.
+    ///
+    /// # Errors
+    /// When it is not valid.
+    pub async fn preview_zone(
+        self: &Arc<Self>,
+        _caller: &Caller,
+        feature: Value,
+    ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let closure = self.read_zone(feature, None, "preview".to_owned()).await?;
+        self.preview(closure, None).await
+    }
+
+    /// A zone as a GeoJSON feature, and its entity tag.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn zone(&self, _caller: &Caller, id: &str) -> Result<(Value, String), Refusal> {
+        let snapshot = self.snapshot();
+        let entry = snapshot
+            .zones
+            .get(id)
+            .ok_or_else(|| Refusal::not_found("zone", id))?;
+        Ok((zone_to_feature(&entry.zone), snapshot.etag(entry.version)))
+    }
+
+    /// A page of zones, by id.
+    ///
+    /// # Errors
+    /// When the page is not one.
+    pub fn zones(
+        &self,
+        _caller: &Caller,
+        page: &PageRequest,
+    ) -> Result<wire::ZoneList<'static>, Refusal> {
+        let page = page.check()?;
+        let snapshot = self.snapshot();
+        let (told, next) = super::pages::slice(&snapshot.zones, &page);
+        Ok(wire::ZoneList {
+            kind: Cow::Borrowed("FeatureCollection"),
+            features: told
+                .iter()
+                .map(|entry| views::zone_feature(entry))
+                .collect(),
+            next_page_token: next.map(|id| token(&id)),
+            stamp: self.stamp_of(&snapshot),
+        })
+    }
+
+    /// Reads a zone and works out what it closes; `id` fixes its id, else `made` is the id of one that states none.
+    async fn read_zone(
+        self: &Arc<Self>,
+        feature: Value,
+        id: Option<String>,
+        made: String,
+    ) -> Result<Arc<Closure>, Refusal> {
+        let topology = self.topology();
+        self.aside(move || {
+            let id = match &id {
+                Some(id) => ZoneId::Fixed(id),
+                None => ZoneId::StatedOr(&made),
+            };
+            let zone =
+                zone_from_feature(&feature, id, topology.frame()).map_err(Refusal::of_zone)?;
+            Ok(Arc::new(Closure::of_zone(&topology, Arc::new(zone))))
+        })
+        .await?
+    }
+
+    async fn put(
+        self: &Arc<Self>,
+        closure: Arc<Closure>,
+        expected: Expected,
+        validate_only: bool,
+    ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
+        if validate_only {
+            let snapshot = self.snapshot();
+            let current = snapshot
+                .zones
+                .get(closure.id.as_str())
+                .map(|entry| entry.version);
+            check_expected(&expected, current, self.epoch, "zone", &closure.id)?;
+            let ack = self.preview(closure, current).await?;
+            return Ok((ack, current.is_none()));
+        }
+        let order = Order::PutZone {
+            closure: closure.clone(),
+            expected,
+        };
+        let (outcome, snapshot) = self.order(order).await?;
+        let Outcome {
+            done: Done::Zone { entry, created },
+            durable,
+            detours,
+        } = outcome
+        else {
+            return Err(unexpected());
+        };
+        let ack = self.ack(&entry, &closure, &snapshot, durable, &detours);
+        Ok((ack, created))
+    }
+
+    fn ack(
+        &self,
+        entry: &ZoneEntry,
+        closure: &Closure,
+        snapshot: &Snapshot,
+        durable: bool,
+        detours: &[Detour],
+    ) -> wire::ZoneAck<'static> {
+        let met: Vec<&Detour> = detours
+            .iter()
+            .filter(|detour| detour.plan.affected_by.contains(&closure.id))
+            .collect();
+        wire::ZoneAck {
+            zone: zone_to_feature(&entry.zone),
+            etag: Some(Cow::Owned(snapshot.etag(entry.version))),
+            enforced: true,
+            durable,
+            effect: views::effect(&snapshot.airspace, closure, &met),
+            stamp: self.stamp_of(snapshot),
+        }
+    }
+
+    /// What a zone would do, in a world that is thrown away afterwards.
+    async fn preview(
+        self: &Arc<Self>,
+        closure: Arc<Closure>,
+        version: Option<u64>,
+    ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let (edge, snapshot) = (self.clone(), self.snapshot());
+        self.aside(move || {
+            let zone: Option<Arc<Zone>> = closure.zone().cloned();
+            let zone = zone.ok_or_else(unexpected)?;
+            let now = edge.clock.now();
+            let (airspace, detours) = edge.imagine(&snapshot, &closure, now);
+            let met: Vec<&Detour> = detours.iter().collect();
+            Ok(wire::ZoneAck {
+                zone: zone_to_feature(&zone),
+                etag: version.map(|version| Cow::Owned(snapshot.etag(version))),
+                enforced: false,
+                durable: false,
+                effect: views::effect(&airspace, &closure, &met),
+                stamp: edge.stamp_of(&snapshot),
+            })
+        })
+        .await?
+    }
+
+    /// The airspace with one closure more, and what the drones of the plans that it meets would be told.
+    fn imagine(
+        &self,
+        snapshot: &Snapshot,
+        closure: &Arc<Closure>,
+        now: jiff::Timestamp,
+    ) -> (crate::airspace::Airspace, Vec<Detour>) {
+        let airspace = snapshot
+            .airspace
+            .apply(&[Change::Put(closure.clone())], now);
+        // Tables know standings by number, and the number of an imagined world may come again for another.
+        let world = World {
+            airspace: &airspace,
+            trees: None,
+        };
+        let topology = airspace.topology();
+        let mut scratch = self.scratches.take(topology);
+        let mut detours = Vec::new();
+        for plan in snapshot.plans.values().filter(|plan| plan.is_active()) {
+            let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+                continue;
+            };
+            let current = &plan.current.composition;
+            let is_met =
+                airspace.is_in_force(&closure.id) && fleet::is_hit(closure, current, progress.leg);
+            if is_met {
+                detours.push(fleet::detour(plan, &progress, &world, &mut scratch));
+            }
+        }
+        self.scratches.give_back(scratch);
+        (airspace, detours)
+    }
+}
+
+/// What a write with these entity tags expects to find.
+pub(super) fn expected(if_match: Option<String>) -> Expected {
+    if_match.map_or(Expected::Unstated, Expected::Tags)
+}
+
+/// The writer answers every order in kind; anything else is a defect.
+pub(super) fn unexpected() -> Refusal {
+    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
+}

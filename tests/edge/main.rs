@@ -1,0 +1,7 @@
+//! The use cases of the edge, played as stories on a clock that is moved by hand.
+
+mod idempotency;
+mod plans;
+mod publication;
+mod stage;
+mod windows;

@@ -1,0 +1,184 @@
+//! Plans in flight: closed ahead, recomposed, taken over, open again, over.
+
+use crate::stage::{Stage, circle, names};
+use jiff::SignedDuration;
+use serde_json::json;
+use skyway::edge::{Code, PageRequest, PlanFilter, ZoneWrite};
+use skyway::wire::{Ack, PlanState};
+
+fn ack(version: u32) -> Ack {
+    Ack {
+        version,
+        location: None,
+    }
+}
+
+#[tokio::test]
+async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_frees_them() {
+    let stage = Stage::set();
+    stage.compose("met", "d1", "a0", "a4").await;
+    stage.compose("free", "d2", "b5", "b7").await;
+    let zone = circle("fire", 250.0, 0.0, 10.0);
+    let preview = stage
+        .edge
+        .preview_zone(&stage.caller, zone.clone())
+        .await
+        .expect("a preview");
+    assert_eq!(preview.effect.segments, ["a2-a3"]);
+    assert_eq!(preview.effect.plans[0].plan_id, "met");
+    assert!(!preview.enforced);
+    assert_eq!(
+        stage.plan("met").state,
+        PlanState::Active,
+        "a preview changes nothing"
+    );
+
+    let ack = stage.zone(zone).await;
+    assert!(ack.enforced && !ack.durable);
+    assert_eq!(ack.effect.plan_count, 1);
+    assert_eq!(ack.effect.plans, {
+        let mut told = preview.effect.plans.clone();
+        told[0].version = Some(2);
+        told
+    });
+    let plan = stage.plan("met");
+    assert_eq!(plan.state, PlanState::Affected);
+    assert_eq!(plan.affected_by, ["fire"]);
+    let proposed = plan.proposed.expect("a version is ready");
+    assert!(
+        !proposed.path.segments.contains(&"a2-a3".into()),
+        "{proposed:?}"
+    );
+    assert_eq!(proposed.legs.len(), proposed.path.segments.len());
+    let told = stage.see("d1", 10.0, 0.0).positions.remove(0);
+    assert!(told.affected);
+    assert_eq!(told.proposed.expect("told").version, 2);
+    assert_eq!(stage.plan("free").state, PlanState::Active);
+
+    let write = ZoneWrite {
+        id: Some("fire".to_owned()),
+        if_match: ack.etag.map(String::from),
+        ..ZoneWrite::default()
+    };
+    stage
+        .edge
+        .delete_zone(&stage.caller, write)
+        .await
+        .expect("deleted");
+    let plan = stage.plan("met");
+    assert_eq!((plan.state, plan.proposed), (PlanState::Active, None));
+}
+
+#[tokio::test]
+async fn a_drone_takes_over_what_it_was_told_and_nothing_else() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    let answer = stage.answer(json!({"type": "navigational", "service": {"plan_id": "p1", "leg": 1}, "location": {"node": "a1"}})).await;
+    assert_eq!(answer["plan"], json!({"id": "p1", "version": 2}));
+    assert_eq!(
+        answer["legs"].as_array().map(Vec::len),
+        Some(
+            answer["path"]["segments"]
+                .as_array()
+                .expect("segments")
+                .len()
+        )
+    );
+
+    let wrong = stage
+        .edge
+        .acknowledge_plan(&stage.caller, "p1", ack(3))
+        .await;
+    assert_eq!(
+        wrong.expect_err("there is no version 3").code,
+        Code::PlanStateConflict
+    );
+    let plan = stage
+        .edge
+        .acknowledge_plan(&stage.caller, "p1", ack(2))
+        .await
+        .expect("taken over");
+    assert_eq!((plan.state, plan.current.version), (PlanState::Active, 2));
+    assert_eq!(plan.current.length_m, 500.0);
+    assert_eq!(names(&plan.current.path.nodes)[..2], ["a1", "b1"]);
+    let again = stage
+        .edge
+        .acknowledge_plan(&stage.caller, "p1", ack(2))
+        .await
+        .expect("the same again");
+    assert_eq!(again.current, plan.current);
+}
+
+#[tokio::test]
+async fn what_lies_behind_a_drone_affects_it_no_more() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a7").await;
+    stage.see("d1", 450.0, 0.0);
+    stage.zone(circle("behind", 150.0, 0.0, 10.0)).await;
+    assert_eq!(stage.plan("p1").state, PlanState::Active);
+    stage.zone(circle("ahead", 650.0, 0.0, 10.0)).await;
+    let plan = stage.plan("p1");
+    assert_eq!(plan.affected_by, ["ahead"]);
+    let proposed = plan.proposed.expect("a way");
+    assert_eq!(
+        names(&proposed.path.nodes)[0],
+        "a5",
+        "the open leg ahead is flown: {proposed:?}"
+    );
+}
+
+#[tokio::test]
+async fn opposite_plans_on_one_segment_conflict_until_one_is_cancelled() {
+    let stage = Stage::set();
+    stage.compose("east", "d1", "a0", "a3").await;
+    let west = stage.compose("west", "d2", "a3", "a0").await;
+    let conflict = &west.conflicts[0];
+    assert_eq!(
+        (&*conflict.plan_id, &*conflict.segment, &*conflict.direction),
+        ("east", "a1-a2", "opposite")
+    );
+    stage
+        .edge
+        .cancel_plan(&stage.caller, "east")
+        .await
+        .expect("cancelled");
+    assert!(stage.plan("west").conflicts.is_empty());
+    assert_eq!(stage.plan("east").state, PlanState::Cancelled);
+}
+
+#[tokio::test]
+async fn a_plan_is_over_some_time_after_its_nominal_end() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a3").await;
+    stage.pass(SignedDuration::from_secs(30 + 299)).await;
+    assert_eq!(stage.plan("p1").state, PlanState::Active);
+    stage.pass(SignedDuration::from_secs(2)).await;
+    assert_eq!(stage.plan("p1").state, PlanState::Completed);
+    stage.compose("p2", "d1", "a0", "a3").await;
+    let filter = PlanFilter {
+        drone_id: Some("d1".to_owned()),
+        ..PlanFilter::default()
+    };
+    let plans = stage
+        .edge
+        .plans(&stage.caller, &PageRequest::default(), &filter)
+        .expect("a list");
+    assert_eq!(plans.plans.len(), 2);
+}
+
+#[tokio::test]
+async fn a_drone_flies_one_plan_at_a_time() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a3").await;
+    let request =
+        serde_json::from_value(json!({"drone_id": "d1", "source": "a0", "destination": "a1"}))
+            .expect("a request");
+    let second = stage
+        .edge
+        .compose_plan(&stage.caller, request, Default::default())
+        .await;
+    assert_eq!(
+        second.expect_err("one at a time").code,
+        Code::PlanStateConflict
+    );
+}

@@ -1,0 +1,159 @@
+//! An edge on a small network, and short ways to say what happens to it.
+
+use jiff::{SignedDuration, Timestamp};
+use serde_json::{Value, json};
+use skyway::clock::{Clock, Hand};
+use skyway::edge::{Answered, Caller, Edge, Idempotency, Refusal, Settings, ZoneWrite};
+use skyway::formats::{load_network, parse_report, write_network};
+use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
+use skyway::wire;
+use std::sync::Arc;
+
+/// When every story begins.
+pub(crate) const DAWN: &str = "2026-11-21T06:00:00Z";
+/// The epoch of every edge here, so that ids are the same in every run.
+pub(crate) const EPOCH: u64 = 7;
+
+pub(crate) struct Stage {
+    pub(crate) edge: Arc<Edge>,
+    pub(crate) hand: Hand,
+    pub(crate) caller: Caller,
+}
+
+impl Stage {
+    /// A ladder of two rows of eight nodes, 100 m apart:
+    ///
+    /// ```text
+    /// b0 - b1 - b2 - ... - b7
+    ///  |    |    |          |
+    /// a0 - a1 - a2 - ... - a7
+    /// ```
+    pub(crate) fn set() -> Self {
+        // Of the ladder's 22 segments one hundredth would be none.
+        Self::with(Settings {
+            closed_fraction_max: 0.2,
+            ..Settings::default()
+        })
+    }
+
+    pub(crate) fn with(settings: Settings) -> Self {
+        let loaded = load_network(&write_network(&ladder())).expect("the ladder is a network");
+        let dawn: Timestamp = DAWN.parse().expect("an instant");
+        let (clock, hand) = Clock::by_hand(dawn);
+        let geojson = write_network(&ladder()).into();
+        let edge = Edge::start(Arc::new(loaded.topology), geojson, EPOCH, settings, clock);
+        Self {
+            edge: edge.expect("threads"),
+            hand,
+            caller: Caller::anyone(),
+        }
+    }
+
+    /// Lets time pass, and what is due happen.
+    pub(crate) async fn pass(&self, span: SignedDuration) {
+        self.hand.advance(span);
+        self.settle().await;
+    }
+
+    /// Waits until the writer has done all that was handed in before.
+    pub(crate) async fn settle(&self) {
+        self.edge.tick().await.expect("the writer works");
+    }
+
+    pub(crate) async fn report(&self, body: Value) -> Result<Answered, Refusal> {
+        let parsed = parse_report(body.to_string().as_bytes())?;
+        let answered = self.edge.report_failure(&self.caller, parsed).await;
+        self.settle().await;
+        answered
+    }
+
+    /// The answer to a report as its drone gets it.
+    pub(crate) async fn answer(&self, body: Value) -> Value {
+        let answered = self.report(body).await.expect("an outcome");
+        serde_json::to_value(answered.to_wire()).expect("JSON")
+    }
+
+    pub(crate) async fn compose(
+        &self,
+        id: &str,
+        drone: &str,
+        from: &str,
+        to: &str,
+    ) -> wire::Plan<'static> {
+        let request = json!({"id": id, "drone_id": drone, "source": from, "destination": to, "airspeed_mps": 10.0});
+        let request = serde_json::from_value(request).expect("a delivery request");
+        let plan = self
+            .edge
+            .compose_plan(&self.caller, request, Idempotency::default())
+            .await;
+        plan.expect("a plan")
+    }
+
+    pub(crate) fn plan(&self, id: &str) -> wire::Plan<'static> {
+        self.edge.plan(&self.caller, id).expect("a plan")
+    }
+
+    pub(crate) async fn zone(&self, feature: Value) -> wire::ZoneAck<'static> {
+        let write = ZoneWrite::default();
+        let ack = self
+            .edge
+            .create_zone(&self.caller, feature, write, Idempotency::default())
+            .await;
+        ack.expect("a zone")
+    }
+
+    pub(crate) fn see(&self, drone: &str, x: f64, y: f64) -> wire::TelemetryAnswer<'static> {
+        let batch = wire::Telemetry {
+            positions: vec![json!({"drone_id": drone, "location": {"x": x, "y": y}})],
+        };
+        self.edge.telemetry(&self.caller, batch).expect("telemetry")
+    }
+}
+
+/// A round zone.
+pub(crate) fn circle(id: &str, x: f64, y: f64, radius_m: f64) -> Value {
+    json!({
+        "type": "Feature", "id": id,
+        "geometry": {"type": "Point", "coordinates": [x, y]},
+        "properties": {"radius_m": radius_m, "margin_m": 0},
+    })
+}
+
+/// Ids as text, for comparing.
+pub(crate) fn names(ids: &[wire::Id<'_>]) -> Vec<String> {
+    ids.iter().map(ToString::to_string).collect()
+}
+
+fn ladder() -> NetworkDraft {
+    let node = |row: &str, place: usize, y: f64| NodeDraft {
+        id: format!("{row}{place}"),
+        position: [place as f64 * 100.0, y],
+        pads: u16::from(place == 0 || place == 7),
+        ..NodeDraft::default()
+    };
+    let nodes = (0..8).flat_map(|place| [node("a", place, 0.0), node("b", place, 100.0)]);
+    let mut segments = Vec::new();
+    let mut join = |from: String, to: String| segments.push(segment(from, to));
+    for place in 0..8 {
+        join(format!("a{place}"), format!("b{place}"));
+        if place < 7 {
+            join(format!("a{place}"), format!("a{}", place + 1));
+            join(format!("b{place}"), format!("b{}", place + 1));
+        }
+    }
+    NetworkDraft {
+        nodes: nodes.collect(),
+        segments,
+        coordinates: Coordinates::Planar,
+        name: "ladder".to_owned(),
+        ..NetworkDraft::default()
+    }
+}
+
+fn segment(from: String, to: String) -> SegmentDraft {
+    SegmentDraft {
+        from,
+        to,
+        ..SegmentDraft::default()
+    }
+}

@@ -1,0 +1,142 @@
+//! Time passes: windows open and close, versions are missed, removals are held, events are told.
+
+use crate::stage::{Stage, circle};
+use jiff::SignedDuration;
+use serde_json::json;
+use skyway::airspace::Change;
+use skyway::edge::{Code, Decision, PageRequest};
+use skyway::wire::{EventKind, PlanState};
+use tokio_stream::StreamExt;
+
+#[tokio::test]
+async fn a_zone_counts_from_an_hour_before_its_window_until_its_end() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    let mut zone = circle("concert", 150.0, 0.0, 10.0);
+    zone["properties"]["windows"] =
+        json!([{"from": "2026-11-21T08:00:00Z", "until": "2026-11-21T09:00:00Z"}]);
+    let ack = stage.zone(zone).await;
+    assert!(!ack.effect.in_force);
+    let question =
+        json!({"service": {"from": "b1", "to": "b2"}, "destination": "b3", "dry_run": true});
+    let length = async || stage.answer(question.clone()).await["remaining_length_m"].as_f64();
+    assert_eq!(length().await, Some(400.0));
+    stage.pass(SignedDuration::from_mins(60)).await;
+    assert_eq!(
+        stage.answer(question.clone()).await["outcome"],
+        "diverted",
+        "within the horizon both rows are cut"
+    );
+    stage.pass(SignedDuration::from_mins(120)).await;
+    assert_eq!(
+        stage.answer(question.clone()).await["outcome"],
+        "diverted",
+        "the end belongs to it"
+    );
+    stage.pass(SignedDuration::from_secs(1)).await;
+    assert_eq!(length().await, Some(400.0));
+}
+
+#[tokio::test]
+async fn a_version_that_nobody_acknowledges_is_told() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a7").await;
+    let mut events = stage.edge.events(None).expect("a stream");
+    stage.zone(circle("fire", 550.0, 0.0, 10.0)).await;
+    stage.pass(SignedDuration::from_secs(60)).await;
+    let mut kinds = Vec::new();
+    while kinds.last() != Some(&EventKind::PlanUnacknowledged) {
+        let event = events.next().await.expect("more").expect("no gap");
+        kinds.push(event.kind);
+    }
+    assert_eq!(
+        kinds,
+        [
+            EventKind::ZonePut,
+            EventKind::PlanAffected,
+            EventKind::PlanUnacknowledged
+        ]
+    );
+    assert_eq!(stage.plan("p1").state, PlanState::Affected);
+}
+
+#[tokio::test]
+async fn a_listener_goes_on_where_it_left_and_is_told_when_that_is_gone() {
+    let stage = Stage::set();
+    for place in 0..3 {
+        stage
+            .zone(circle(
+                &format!("z{place}"),
+                50.0 + 100.0 * f64::from(place),
+                50.0,
+                5.0,
+            ))
+            .await;
+    }
+    let mut events = stage.edge.events(Some("7-1")).expect("a stream");
+    let next = events.next().await.expect("more").expect("no gap");
+    assert_eq!(next.id, "7-2");
+    for (id, code) in [
+        ("6-1", Code::EventsGone),
+        ("7-99", Code::EventsGone),
+        ("yesterday", Code::ParameterInvalid),
+    ] {
+        assert_eq!(
+            stage.edge.events(Some(id)).expect_err(id).code,
+            code,
+            "{id}"
+        );
+    }
+}
+
+#[tokio::test]
+async fn many_removals_at_once_wait_for_an_operator() {
+    let stage = Stage::set();
+    for place in 0..12 {
+        stage
+            .zone(circle(
+                &format!("z{place:02}"),
+                40.0 + 50.0 * f64::from(place),
+                50.0,
+                5.0,
+            ))
+            .await;
+    }
+    let count = || {
+        stage
+            .edge
+            .zones(&stage.caller, &PageRequest::default())
+            .expect("a list")
+            .features
+            .len()
+    };
+    let lifts = |places: std::ops::Range<usize>| {
+        places
+            .map(|place| Change::Lift(format!("z{place:02}")))
+            .collect()
+    };
+    stage
+        .edge
+        .follow("registry", lifts(0..2))
+        .await
+        .expect("taken");
+    assert_eq!(count(), 10, "a few are removed at once");
+    stage
+        .edge
+        .follow("registry", lifts(2..12))
+        .await
+        .expect("taken");
+    assert_eq!(count(), 10, "many are held");
+    let held = stage
+        .edge
+        .holds(&stage.caller, &PageRequest::default())
+        .expect("a list")
+        .holds;
+    assert_eq!(held[0].closure_count, 10);
+    stage
+        .edge
+        .decide_hold(&stage.caller, &held[0].id, Decision::Accept)
+        .await
+        .expect("released");
+    assert_eq!(count(), 0);
+}
