@@ -1,0 +1,147 @@
+//! What is closed and why, what waits for an operator, and events, as messages and back.
+
+use super::convert::{FromProto, IntoProto, NodeIds, Unreadable};
+use super::convert_zone::{feature_of, zone_of};
+use super::mirror::{mirror, mirror_enum, required};
+use super::proto;
+use crate::wire;
+
+mirror_enum!(ClosureCause {
+    Zone,
+    Report,
+    Operator
+});
+mirror_enum!(ProposalSubject { Zone, Closure });
+mirror_enum!(EventKind {
+    ZonePut,
+    ZoneDeleted,
+    ClosurePut,
+    ClosureEnded,
+    WindowsTurned,
+    Recomposed,
+    PlanComposed,
+    PlanAffected,
+    PlanRelieved,
+    PlanAcknowledged,
+    PlanUnacknowledged,
+    PlanEnded,
+    ProposalMade,
+    ProposalDecided,
+    HoldMade,
+    HoldDecided,
+});
+
+mirror!(wire::AffectedPlan<'_> => AffectedPlan {
+    plan_id: plain,
+    drone_id: plain,
+    outcome: plain,
+    path: message,
+    extra_m: plain,
+    version: plain,
+});
+
+mirror!(wire::ZoneEffect<'_> => ZoneEffect {
+    in_force: plain,
+    segment_count: plain,
+    segments: plain,
+    node_count: plain,
+    nodes: plain,
+    plan_count: plain,
+    plans: plain,
+});
+
+mirror!(wire::ZoneAck<'_> => ZoneAck {
+    zone: zone,
+    etag: plain,
+    enforced: plain,
+    durable: plain,
+    effect: message,
+    stamp: message,
+});
+
+mirror!(wire::Closure<'_> => Closure {
+    id: plain,
+    cause: plain,
+    reason: plain,
+    reported_by: plain,
+    confirmed: plain,
+    from: maybe_time,
+    until: maybe_time,
+    in_force: plain,
+    segment_count: plain,
+    segments: plain,
+    node_count: plain,
+    nodes: plain,
+    pads: plain,
+    etag: plain,
+    effect: plain,
+});
+
+mirror!(wire::Closures<'_> => ListClosuresResponse {
+    closures: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::Proposal<'_> => Proposal {
+    id: plain,
+    subject: plain,
+    reason: plain,
+    proposed_at: time,
+    expires_at: time,
+    recomposition_id: plain,
+    drone_id: plain,
+    zone: maybe_zone,
+    segments: plain,
+    pads: plain,
+});
+
+mirror!(wire::Proposals<'_> => ListProposalsResponse {
+    proposals: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::Hold<'_> => Hold {
+    id: plain,
+    origin: plain,
+    reason: plain,
+    held_at: time,
+    closure_count: plain,
+    closures: plain,
+});
+
+mirror!(wire::Holds<'_> => ListHoldsResponse {
+    holds: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::Event<'_> => Event {
+    id: plain,
+    kind: plain,
+    at: time,
+    revision: plain,
+    data: json,
+});
+
+impl IntoProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
+    fn into_proto(self) -> proto::ListZonesResponse {
+        proto::ListZonesResponse {
+            zones: self.features.iter().map(zone_of).collect(),
+            next_page_token: self.next_page_token,
+            stamp: Some(self.stamp.into_proto()),
+        }
+    }
+}
+
+impl FromProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
+    fn from_proto(message: proto::ListZonesResponse, ids: NodeIds) -> Result<Self, Unreadable> {
+        Ok(Self {
+            kind: "FeatureCollection".into(),
+            features: message.zones.iter().map(feature_of).collect(),
+            next_page_token: message.next_page_token,
+            stamp: wire::Stamp::from_proto(required!(message.stamp, stamp), ids)?,
+        })
+    }
+}

@@ -1,0 +1,244 @@
+//! Plans, drones, the network, and what all services share, as messages and back.
+
+use super::convert::{FromProto, IntoProto, NodeIds, Unreadable, number_value};
+use super::mirror::{mirror, mirror_enum};
+use super::proto;
+use crate::wire;
+use serde_json::{Map, Value};
+
+mirror_enum!(Freshness {
+    Fresh,
+    Stale,
+    Degraded
+});
+mirror_enum!(ClockKind { Real, Simulated });
+mirror_enum!(Outcome {
+    Rerouted,
+    Unaffected,
+    Diverted,
+    NoRoute
+});
+mirror_enum!(PlanState {
+    Active,
+    Affected,
+    Completed,
+    Cancelled
+});
+
+mirror!(wire::Stamp<'_> => Stamp {
+    revision: plain,
+    topology_revision: plain,
+    registry_revision: plain,
+    registry_age_s: plain,
+    freshness: plain,
+    clock: plain,
+});
+
+mirror!(wire::Path<'_> => Path {
+    nodes: plain,
+    segments: plain,
+});
+
+mirror!(wire::Warning<'_> => Warning {
+    code: plain,
+    message: plain,
+});
+
+mirror!(wire::Contingency<'_> => Contingency {
+    outcome: plain,
+    nodes: plain,
+    rejoins: plain,
+    remaining_length_m: plain,
+    extra_m: plain,
+});
+
+mirror!(wire::SafeNode<'_> => SafeNode {
+    node: plain,
+    nodes: plain,
+    length_m: plain,
+});
+
+mirror!(wire::Leg<'_> => Leg {
+    from: plain,
+    to: plain,
+    segment: plain,
+    length_m: plain,
+    departs_at: time,
+    arrives_at: time,
+    if_closed: message,
+    nearest_safe_node: plain,
+});
+
+mirror!(wire::Conflict<'_> => Conflict {
+    plan_id: plain,
+    segment: plain,
+    leg: plain,
+    direction: plain,
+    gap_s: plain,
+});
+
+mirror!(wire::PlanVersion<'_> => PlanVersion {
+    version: plain,
+    outcome: plain,
+    path: message,
+    length_m: plain,
+    flight_time_s: plain,
+    departs_at: time,
+    arrives_at: time,
+    legs: plain,
+    recomposition_id: plain,
+    acknowledge_by: maybe_time,
+    warnings: plain,
+});
+
+mirror!(wire::Plan<'_> => Plan {
+    id: plain,
+    state: plain,
+    drone_id: plain,
+    source: plain,
+    destination: plain,
+    payload_kg: plain,
+    airspeed_mps: plain,
+    current: message,
+    proposed: plain,
+    affected_by: plain,
+    conflicts: plain,
+    energy: plain,
+    times: plain,
+    stamp: message,
+});
+
+mirror!(wire::Plans<'_> => ListPlansResponse {
+    plans: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::Position<'_> => Position {
+    drone_id: plain,
+    accepted: plain,
+    plan_id: plain,
+    affected: plain,
+    proposed: plain,
+    warnings: plain,
+});
+
+mirror!(wire::TelemetryAnswer<'_> => ReportTelemetryResponse {
+    positions: plain,
+    stamp: message,
+});
+
+mirror!(wire::DroneState<'_> => DroneState {
+    id: plain,
+    location: message,
+    seen_at: time,
+    altitude_m: plain,
+    battery_fraction: plain,
+    ground_speed_mps: plain,
+    heading_deg: plain,
+    plan_id: plain,
+});
+
+mirror!(wire::Drones<'_> => ListDronesResponse {
+    drones: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::NodeSegment<'_> => NodeSegment {
+    id: plain,
+    to: plain,
+    length_m: plain,
+    closed: plain,
+});
+
+mirror!(wire::Node<'_> => Node {
+    id: plain,
+    name: plain,
+    location: message,
+    altitude_m: plain,
+    pads: plain,
+    role: plain,
+    closed: plain,
+    pads_closed: plain,
+    segments: plain,
+    stamp: message,
+});
+
+mirror!(wire::NearNode<'_> => NearNode {
+    id: plain,
+    location: message,
+    distance_m: plain,
+    pads: plain,
+    closed: plain,
+});
+
+mirror!(wire::Nearest<'_> => NearestResponse {
+    nodes: plain,
+    stamp: message,
+});
+
+impl IntoProto<proto::Place> for wire::Place {
+    fn into_proto(self) -> proto::Place {
+        use proto::place::Place;
+        let place = match self {
+            Self::Pair([lon, lat]) => Place::LonLat(proto::LonLat { lon, lat }),
+            Self::Planar { x, y } => Place::Planar(proto::PlanarPosition { x, y }),
+            Self::Node(id) => Place::Node(id.into_proto()),
+        };
+        proto::Place { place: Some(place) }
+    }
+}
+
+impl FromProto<proto::Place> for wire::Place {
+    fn from_proto(message: proto::Place, ids: NodeIds) -> Result<Self, Unreadable> {
+        use proto::place::Place;
+        match message.place {
+            Some(Place::LonLat(proto::LonLat { lon, lat })) => Ok(Self::Pair([lon, lat])),
+            Some(Place::Planar(proto::PlanarPosition { x, y })) => Ok(Self::Planar { x, y }),
+            Some(Place::Node(id)) => Ok(Self::Node(ids.read(id))),
+            None => Err(Unreadable::Missing { field: "place" }),
+        }
+    }
+}
+
+/// The entry as REST has it, for the reader that passes over what it cannot read, entry by entry.
+pub(super) fn telemetry_value(entry: proto::TelemetryEntry, ids: NodeIds) -> Value {
+    let mut fields = Map::new();
+    if !entry.drone_id.is_empty() {
+        fields.insert("drone_id".to_owned(), Value::from(entry.drone_id));
+    }
+    if let Some(place) = entry.location {
+        fields.insert("location".to_owned(), place_value(place, ids));
+    }
+    if let Some(instant) = &entry.timestamp {
+        let text = super::convert::instant_text(instant);
+        fields.insert("timestamp".to_owned(), Value::from(text));
+    }
+    let numbers = [
+        ("altitude_m", entry.altitude_m),
+        ("battery_fraction", entry.battery_fraction),
+        ("ground_speed_mps", entry.ground_speed_mps),
+        ("heading_deg", entry.heading_deg),
+    ];
+    for (name, number) in numbers {
+        if let Some(number) = number {
+            fields.insert(name.to_owned(), number_value(number));
+        }
+    }
+    Value::Object(fields)
+}
+
+/// A place as REST has it; one that says nothing is an object that says nothing.
+fn place_value(place: proto::Place, ids: NodeIds) -> Value {
+    match wire::Place::from_proto(place, ids) {
+        Ok(wire::Place::Pair([lon, lat])) => {
+            Value::Array(vec![number_value(lon), number_value(lat)])
+        }
+        Ok(wire::Place::Planar { x, y }) => {
+            serde_json::json!({"x": number_value(x), "y": number_value(y)})
+        }
+        Ok(wire::Place::Node(id)) => serde_json::json!({"node": id}),
+        Err(_) => Value::Object(Map::new()),
+    }
+}

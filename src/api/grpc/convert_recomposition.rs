@@ -1,0 +1,271 @@
+//! Answers to failure reports, and what is kept of them, as messages and back.
+
+use super::convert::{FromProto, IntoProto, NodeIds, Unreadable};
+use super::mirror::{mirror, mirror_enum};
+use super::proto;
+use crate::wire;
+
+mirror_enum!(FailureType {
+    Environmental,
+    Navigational,
+    Regulatory,
+    Infrastructure,
+    Operational,
+    ServiceLevel,
+});
+mirror_enum!(Strategy {
+    Exact,
+    TwoPhased,
+    CellDensity,
+    Radius,
+    Dijkstra,
+    Astar,
+    BellmanFord,
+});
+mirror_enum!(Scope { Local, Global });
+mirror_enum!(Stage {
+    Global,
+    Circle,
+    Cells,
+    Triangle,
+    Rhombus,
+    Rectangle,
+    Grown,
+    Local,
+});
+mirror_enum!(PublicationState {
+    Published,
+    Proposed,
+    None
+});
+
+mirror!(wire::Repair<'_> => Repair {
+    from: plain,
+    to: plain,
+    recomposed_length_m: plain,
+    stage: plain,
+    searches: plain,
+    area_nodes: plain,
+    area_segments: plain,
+    settled_nodes: plain,
+});
+
+mirror!(wire::AreaStage<'_> => AreaStage {
+    stage: plain,
+    skipped: plain,
+    nodes: plain,
+    area: json,
+    searched: plain,
+    path_found: plain,
+});
+
+mirror!(wire::Publication<'_> => Publication {
+    state: plain,
+    closure_id: plain,
+    proposal_ids: plain,
+    reason: plain,
+});
+
+mirror!(wire::PlanReference<'_> => PlanReference {
+    id: plain,
+    version: plain,
+});
+
+mirror!(wire::Answer<'_> => Answer {
+    outcome: plain,
+    path: message,
+    first_stretch_m: plain,
+    recomposed_length_m: plain,
+    remaining_length_m: plain,
+    strategy: plain,
+    strategy_used: plain,
+    fallback_reason: plain,
+    stage: plain,
+    searches: plain,
+    area_nodes: plain,
+    area_segments: plain,
+    settled_nodes: plain,
+    local_optimum_m: plain,
+    global_optimum_m: plain,
+    remaining_optimum_m: plain,
+    repairs: plain,
+    severed_by: plain,
+    stages: plain,
+    warnings: plain,
+    energy: plain,
+});
+
+mirror!(wire::Recomposition<'_> => RecompositionAnswer {
+    id: plain,
+    answer: message,
+    remaining_time_s: plain,
+    times: plain,
+    publication: message,
+    plan: plain,
+    legs: plain,
+    replayed: plain,
+    stamp: message,
+});
+
+mirror!(wire::BatchAnswer<'_> => ReportFailuresResponse {
+    answers: plain,
+});
+
+mirror!(wire::RecordSummary<'_> => RecordSummary {
+    id: plain,
+    answered_at: time,
+    failure: plain,
+    drone_id: plain,
+    plan_id: plain,
+    leg: plain,
+    outcome: plain,
+    path: message,
+    old_path: plain,
+    remaining_length_m: plain,
+    dry_run: plain,
+    revision: plain,
+});
+
+mirror!(wire::Recompositions<'_> => ListRecompositionsResponse {
+    recompositions: plain,
+    next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::RecordedClosure<'_> => RecordedClosure {
+    id: plain,
+    cause: plain,
+    zone: maybe_zone,
+    segments: plain,
+    nodes: plain,
+    pads: plain,
+});
+
+mirror!(wire::RecordedWorld<'_> => RecordedWorld {
+    revision: plain,
+    topology_revision: plain,
+    network_sha256: plain,
+    as_of: time,
+    horizon_s: plain,
+    closures: plain,
+});
+
+mirror!(wire::Record<'_> => Record {
+    id: plain,
+    answered_at: time,
+    report: message,
+    settled_report: message,
+    answer: message,
+    world: message,
+    certificate: maybe_json,
+});
+
+mirror!(wire::Fault => Fault {
+    code: plain,
+    pointer: plain,
+    message: plain,
+    hint: plain,
+});
+
+impl IntoProto<proto::Problem> for wire::Problem {
+    fn into_proto(self) -> proto::Problem {
+        proto::Problem {
+            r#type: self.kind,
+            title: self.title,
+            status: u32::from(self.status),
+            code: self.code,
+            detail: self.detail,
+            errors: self.errors.into_proto(),
+            request_id: self.request_id,
+            retry_after_s: self.retry_after_s,
+            current_etag: self.current_etag,
+        }
+    }
+}
+
+impl FromProto<proto::Problem> for wire::Problem {
+    fn from_proto(message: proto::Problem, ids: NodeIds) -> Result<Self, Unreadable> {
+        Ok(Self {
+            kind: message.r#type,
+            title: message.title,
+            status: u16::from_proto(message.status, ids)?,
+            code: message.code,
+            detail: message.detail,
+            errors: Vec::from_proto(message.errors, ids)?,
+            request_id: message.request_id,
+            retry_after_s: message.retry_after_s,
+            current_etag: message.current_etag,
+        })
+    }
+}
+
+impl IntoProto<proto::BatchEntry> for wire::BatchEntry<'_> {
+    fn into_proto(self) -> proto::BatchEntry {
+        use proto::batch_entry::Entry;
+        let entry = match self {
+            Self::Recomposition(answer) => Entry::Recomposition((*answer).into_proto()),
+            Self::Problem(problem) => Entry::Problem((*problem).into_proto()),
+        };
+        proto::BatchEntry { entry: Some(entry) }
+    }
+}
+
+impl FromProto<proto::BatchEntry> for wire::BatchEntry<'_> {
+    fn from_proto(message: proto::BatchEntry, ids: NodeIds) -> Result<Self, Unreadable> {
+        use proto::batch_entry::Entry;
+        match message.entry {
+            Some(Entry::Recomposition(answer)) => {
+                let answer = wire::Recomposition::from_proto(answer, ids)?;
+                Ok(Self::Recomposition(Box::new(answer)))
+            }
+            Some(Entry::Problem(problem)) => {
+                let problem = wire::Problem::from_proto(problem, ids)?;
+                Ok(Self::Problem(Box::new(problem)))
+            }
+            None => Err(Unreadable::Missing { field: "entry" }),
+        }
+    }
+}
+
+impl IntoProto<proto::Severance> for wire::Severance<'_> {
+    fn into_proto(self) -> proto::Severance {
+        let (cause, id) = match self {
+            Self::Report => (proto::SeveranceCause::Report, None),
+            Self::Closure { id } => (proto::SeveranceCause::Closure, Some(id.into_owned())),
+            Self::Network => (proto::SeveranceCause::Network, None),
+        };
+        let cause = cause as i32;
+        proto::Severance { cause, id }
+    }
+}
+
+impl FromProto<proto::Severance> for wire::Severance<'_> {
+    fn from_proto(message: proto::Severance, _: NodeIds) -> Result<Self, Unreadable> {
+        let number = message.cause;
+        match proto::SeveranceCause::try_from(number) {
+            Ok(proto::SeveranceCause::Report) => Ok(Self::Report),
+            Ok(proto::SeveranceCause::Network) => Ok(Self::Network),
+            Ok(proto::SeveranceCause::Closure) => {
+                let id = message.id.ok_or(Unreadable::Missing { field: "id" })?;
+                Ok(Self::Closure { id: id.into() })
+            }
+            Ok(proto::SeveranceCause::Unspecified) | Err(_) => {
+                let what = "SeveranceCause";
+                Err(Unreadable::UnknownNumber { what, number })
+            }
+        }
+    }
+}
+
+impl IntoProto<proto::LegEnds> for [wire::Id<'_>; 2] {
+    fn into_proto(self) -> proto::LegEnds {
+        let [from, to] = self.map(wire::Id::into_proto);
+        proto::LegEnds { from, to }
+    }
+}
+
+impl FromProto<proto::LegEnds> for [wire::Id<'_>; 2] {
+    fn from_proto(message: proto::LegEnds, ids: NodeIds) -> Result<Self, Unreadable> {
+        Ok([ids.read(message.from), ids.read(message.to)])
+    }
+}

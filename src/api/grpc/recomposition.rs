@@ -1,0 +1,83 @@
+//! The service `Recomposition`: failure reports and their answers.
+
+use super::convert::{IntoProto, NodeIds};
+use super::convert_report::parsed_report;
+use super::proto::{self, recomposition_server};
+use super::requests::{opened, opened_with_id, page, told};
+use crate::api::problem::document;
+use crate::edge::{Answered, Edge, Refusal};
+use crate::wire::BatchEntry;
+use std::sync::Arc;
+use tonic::{Request, Response, Status};
+
+/// Answers failure reports.
+#[derive(Debug)]
+pub(super) struct Service {
+    edge: Arc<Edge>,
+    node_ids: NodeIds,
+}
+
+impl Service {
+    pub(super) fn new(edge: Arc<Edge>) -> Self {
+        let node_ids = NodeIds::of(&edge.topology());
+        Self { edge, node_ids }
+    }
+}
+
+#[tonic::async_trait]
+impl recomposition_server::Recomposition for Service {
+    async fn report_failure(
+        &self,
+        request: Request<proto::FailureReport>,
+    ) -> Result<Response<proto::RecompositionAnswer>, Status> {
+        let (caller, report) = opened(request)?;
+        let parsed = parsed_report(report, self.node_ids);
+        let answered = told(self.edge.report_failure(&caller, parsed).await)?;
+        Ok(Response::new(answered.to_wire().into_proto()))
+    }
+
+    async fn report_failures(
+        &self,
+        request: Request<proto::ReportFailuresRequest>,
+    ) -> Result<Response<proto::ReportFailuresResponse>, Status> {
+        let (caller, request_id, message) = opened_with_id(request)?;
+        let parsed = |report| Ok(parsed_report(report, self.node_ids));
+        let reports = message.failures.into_iter().map(parsed).collect();
+        let answers = told(self.edge.report_failures(&caller, reports).await)?;
+        let entries = answers
+            .iter()
+            .map(|answer| batch_entry(answer, &request_id));
+        let answers = entries.collect();
+        Ok(Response::new(proto::ReportFailuresResponse { answers }))
+    }
+
+    async fn list_recompositions(
+        &self,
+        request: Request<proto::ListRecompositionsRequest>,
+    ) -> Result<Response<proto::ListRecompositionsResponse>, Status> {
+        let (caller, message) = opened(request)?;
+        let page = page(message.page_size, message.page_token);
+        let listed = told(self.edge.recompositions(&caller, &page))?;
+        Ok(Response::new(listed.into_proto()))
+    }
+
+    async fn get_recomposition(
+        &self,
+        request: Request<proto::GetRecompositionRequest>,
+    ) -> Result<Response<proto::Record>, Status> {
+        let (caller, message) = opened(request)?;
+        let found = self
+            .edge
+            .recomposition(&caller, &message.id, message.certificate);
+        let record = told(found.await)?;
+        Ok(Response::new(record.to_wire().into_proto()))
+    }
+}
+
+fn batch_entry(answer: &Result<Answered, Refusal>, request_id: &str) -> proto::BatchEntry {
+    let entry = match answer {
+        Ok(answered) => BatchEntry::Recomposition(Box::new(answered.to_wire())),
+        Err(refusal) => BatchEntry::Problem(Box::new(document(refusal, Some(request_id)))),
+    };
+    entry.into_proto()
+}

@@ -1,0 +1,4 @@
+//! Tests of the dialect: its conversions, and its services over a small network.
+
+mod conversions;
+mod services;

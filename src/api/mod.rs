@@ -1,0 +1,10 @@
+//! The edge over the network: which operations there are, how problems are told, and the server under both dialects.
+
+pub mod grpc;
+pub mod metrics;
+mod openapi;
+pub mod operations;
+pub mod page;
+pub mod problem;
+pub mod rest;
+pub mod server;

@@ -1,0 +1,92 @@
+// Requests to the edge, and its stream of events. The token, where one is needed, lives in this module alone.
+
+let token = "";
+let onUnauthorized = () => {};
+
+/** Uses a bearer token from now on. */
+export function useToken(text) {
+  token = text;
+}
+
+/** Has `listener` called whenever the edge asks for a token. */
+export function whenUnauthorized(listener) {
+  onUnauthorized = listener;
+}
+
+/** An answer that is a problem: `status`, stable `code`, and a message for people. */
+export class Problem extends Error {
+  constructor(status, document) {
+    const faults = (document?.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
+    const said = [document?.detail ?? document?.title ?? `the edge answered ${status}`, ...faults];
+    super(said.join("; "));
+    this.status = status;
+    this.code = document?.code ?? "";
+  }
+}
+
+/** Sends a request; throws `Problem` for any answer that is none of success. */
+export async function request(method, path, { body, headers = {}, signal } = {}) {
+  const sent = { ...headers };
+  if (token) sent.Authorization = `Bearer ${token}`;
+  if (body !== undefined) sent["Content-Type"] = "application/json";
+  const text = body === undefined ? undefined : JSON.stringify(body);
+  // Browsers keep a 410 for ever unless told not to, and would answer the next request with it.
+  const response = await fetch(path, { method, headers: sent, body: text, signal, cache: "no-store" });
+  if (response.ok) return response;
+  if (response.status === 401) onUnauthorized();
+  const document = await response.json().catch(() => null);
+  throw new Problem(response.status, document);
+}
+
+/** Reads a JSON document. */
+export async function read(path) {
+  return (await request("GET", path)).json();
+}
+
+/** Reads the entries of a list, page by page, at most `most` of them; gives them with the last page. */
+export async function readList(path, key, most) {
+  const entries = [];
+  let page = await read(`${path}?page_size=200`);
+  entries.push(...page[key]);
+  while (page.next_page_token && entries.length < most) {
+    page = await read(`${path}?page_size=200&page_token=${encodeURIComponent(page.next_page_token)}`);
+    entries.push(...page[key]);
+  }
+  return { entries: entries.slice(0, most), page };
+}
+
+/**
+ * Follows the events after `lastId` until the stream ends, and calls `take` with each.
+ *
+ * `EventSource` cannot send a token, so the stream is read from an ordinary request.
+ */
+export async function follow(lastId, signal, opened, take) {
+  const headers = { Accept: "text/event-stream" };
+  if (lastId) headers["Last-Event-ID"] = lastId;
+  const response = await request("GET", "/v1/events", { headers, signal });
+  opened();
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (;;) {
+    const { value, done } = await reader.read();
+    if (done) return;
+    const blocks = (rest + value).replaceAll("\r\n", "\n").split("\n\n");
+    rest = blocks.pop();
+    for (const block of blocks) {
+      const event = parse(block);
+      if (event) take(event);
+    }
+  }
+}
+
+/** One event of a stream, `null` for a comment. */
+function parse(block) {
+  const event = { id: "", kind: "message", data: "" };
+  for (const line of block.split("\n")) {
+    const [, field, value] = /^(\w*):? ?(.*)$/.exec(line) ?? [];
+    if (field === "id") event.id = value;
+    if (field === "event") event.kind = value;
+    if (field === "data") event.data += event.data ? `\n${value}` : value;
+  }
+  return event.data ? event : null;
+}

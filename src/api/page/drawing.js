@@ -1,0 +1,259 @@
+// The two canvases: the ground, drawn when the view moves, and the traffic above it, drawn as things move.
+
+import { drawnAt, nodeAt, standing, world } from "./world.js";
+
+const INKS = ["segment", "node", "pad", "plan", "proposed", "old", "new", "failed", "zone", "over", "drone", "halo", "ink", "paper"];
+let ink = {};
+const hatches = new Map();
+
+/** Reads the colours of the page; to be called again when the scheme changes. */
+export function readInks() {
+  const style = getComputedStyle(document.documentElement);
+  ink = Object.fromEntries(INKS.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
+  hatches.clear();
+}
+
+/** A canvas as large as its view, cleared. */
+function sheet(canvas, view) {
+  const scale = window.devicePixelRatio || 1;
+  const [width, height] = [Math.round(view.width * scale), Math.round(view.height * scale)];
+  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+  const context = canvas.getContext("2d");
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.clearRect(0, 0, view.width, view.height);
+  context.lineJoin = context.lineCap = "round";
+  return context;
+}
+
+/** Draws the network, which changes only with the view. */
+export function drawGround(canvas, view) {
+  const context = sheet(canvas, view);
+  const network = world.network;
+  if (!network) return;
+  const { coordinates, segments, pads } = network;
+  const at = [];
+  for (let place = 0; place < coordinates.length; place += 2) at.push(view.pixels([coordinates[place], coordinates[place + 1]]));
+  network.drawn = at;
+  const crowded = segments.length > 20000;
+  context.strokeStyle = ink.segment;
+  context.globalAlpha = crowded ? 0.35 : 0.7;
+  context.lineWidth = Math.min(Math.max(view.pixelsPerMetre * 1.2, 0.5), 1.6);
+  context.beginPath();
+  for (let end = 0; end < segments.length; end += 2) {
+    const [from, to] = [at[segments[end]], at[segments[end + 1]]];
+    context.moveTo(from[0], from[1]);
+    context.lineTo(to[0], to[1]);
+  }
+  context.stroke();
+  context.globalAlpha = 1;
+  const radius = Math.min(Math.max(view.pixelsPerMetre * 5, 1), 5);
+  for (let node = 0; node < at.length; node += 1) {
+    const hasPads = pads[node] > 0 && radius > 1.5;
+    context.beginPath();
+    context.arc(at[node][0], at[node][1], hasPads ? radius : radius * 0.7, 0, 2 * Math.PI);
+    context.fillStyle = hasPads ? ink.paper : ink.node;
+    context.fill();
+    if (!hasPads) continue;
+    context.strokeStyle = ink.pad;
+    context.lineWidth = 1.2;
+    context.stroke();
+  }
+}
+
+function line(context, view, places, style) {
+  if (places.length < 2) return;
+  context.beginPath();
+  places.forEach((place, index) => {
+    const [x, y] = view.pixels(place);
+    if (index === 0) context.moveTo(x, y);
+    else context.lineTo(x, y);
+  });
+  if (style.halo) {
+    context.setLineDash([]);
+    context.strokeStyle = ink.halo;
+    context.lineWidth = style.width + 3;
+    context.stroke();
+  }
+  context.setLineDash(style.dash ?? []);
+  context.strokeStyle = style.colour;
+  context.lineWidth = style.width;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Coordinates of nodes, those that this network does not have left out. */
+export function placesOf(nodes) {
+  const places = [];
+  for (const id of nodes) {
+    const place = nodeAt(id);
+    if (place !== undefined) places.push(world.network.coordinates.slice(2 * place, 2 * place + 2));
+  }
+  return places;
+}
+
+/** A pattern of slanted lines. */
+function hatch(context, colour, spacing) {
+  const name = `${colour} ${spacing}`;
+  if (!hatches.has(name)) {
+    const tile = document.createElement("canvas");
+    tile.width = tile.height = spacing;
+    const pen = tile.getContext("2d");
+    pen.strokeStyle = colour;
+    pen.lineWidth = 1.4;
+    pen.globalAlpha = 0.75;
+    pen.beginPath();
+    for (const offset of [-spacing, 0, spacing]) {
+      pen.moveTo(offset - 1, spacing + 1);
+      pen.lineTo(offset + spacing + 1, -1);
+    }
+    pen.stroke();
+    hatches.set(name, context.createPattern(tile, "repeat"));
+  }
+  return hatches.get(name);
+}
+
+/** Traces the outline of a zone. */
+function trace(context, view, zone) {
+  const { type, coordinates } = zone.geometry ?? {};
+  context.beginPath();
+  if (type === "Point") {
+    const [x, y] = view.pixels(coordinates);
+    context.arc(x, y, (zone.properties?.radius_m ?? 0) * view.pixelsPerMetre, 0, 2 * Math.PI);
+    return;
+  }
+  const polygons = type === "MultiPolygon" ? coordinates : type === "Polygon" ? [coordinates] : [];
+  for (const ring of polygons.flat()) {
+    ring.forEach((place, index) => {
+      const [x, y] = view.pixels(place);
+      if (index === 0) context.moveTo(x, y);
+      else context.lineTo(x, y);
+    });
+    context.closePath();
+  }
+}
+
+/** How each standing of a zone looks: by pattern as well as by colour. */
+const ZONE_LOOKS = {
+  active: { colour: "zone", spacing: 7, dash: [] },
+  coming: { colour: "zone", spacing: 14, dash: [7, 5] },
+  over: { colour: "over", spacing: 0, dash: [2, 5] },
+  draft: { colour: "plan", spacing: 10, dash: [4, 4] },
+};
+
+function drawZone(context, view, zone, look) {
+  trace(context, view, zone);
+  const colour = ink[look.colour];
+  if (look.spacing) {
+    context.fillStyle = hatch(context, colour, look.spacing);
+    context.fill("evenodd");
+  }
+  context.setLineDash(look.dash);
+  context.strokeStyle = colour;
+  context.lineWidth = 2;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** The ends of a segment by its id, `A-B`. */
+function endsOf(segment) {
+  const network = world.network;
+  if (!network.segmentEnds) network.segmentEnds = new Map();
+  if (!network.segmentEnds.has(segment)) {
+    const cuts = [...segment.matchAll(/-/g)].map((match) => [segment.slice(0, match.index), segment.slice(match.index + 1)]);
+    const ends = cuts.find(([from, to]) => nodeAt(from) !== undefined && nodeAt(to) !== undefined);
+    network.segmentEnds.set(segment, ends ?? null);
+  }
+  return network.segmentEnds.get(segment);
+}
+
+function drawClosures(context, view) {
+  for (const closure of world.closures.values()) {
+    if (!world.inForce.has(closure.id)) continue;
+    for (const segment of closure.segments) {
+      const ends = endsOf(segment);
+      if (ends) line(context, view, placesOf(ends), { colour: ink.failed, width: 3.5, dash: [1, 5] });
+    }
+    for (const place of placesOf([...closure.nodes, ...closure.pads])) {
+      const [x, y] = view.pixels(place);
+      context.strokeStyle = ink.failed;
+      context.lineWidth = 2;
+      context.strokeRect(x - 6, y - 6, 12, 12);
+    }
+  }
+}
+
+function cross(context, [x, y]) {
+  for (const [colour, width] of [[ink.halo, 6], [ink.failed, 3]]) {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.beginPath();
+    context.moveTo(x - 7, y - 7);
+    context.lineTo(x + 7, y + 7);
+    context.moveTo(x + 7, y - 7);
+    context.lineTo(x - 7, y + 7);
+    context.stroke();
+  }
+}
+
+function drawChosen(context, view, chosen) {
+  line(context, view, placesOf(chosen.old_path), { colour: ink.old, width: 3, dash: [6, 6], halo: true });
+  line(context, view, placesOf(chosen.path.nodes), { colour: ink.new, width: 4.5, halo: true });
+  const leg = placesOf(chosen.leg ?? []);
+  if (leg.length === 2) cross(context, view.pixels([(leg[0][0] + leg[1][0]) / 2, (leg[0][1] + leg[1][1]) / 2]));
+}
+
+/** Draws a drone: an arrow in flight, a diamond when affected, a square without a plan. */
+function drawDrone(context, view, drone, place, withName) {
+  const [x, y] = view.pixels(place);
+  const plan = world.plans.get(drone.plan_id);
+  const affected = plan?.state === "affected";
+  context.save();
+  context.translate(x, y);
+  context.beginPath();
+  if (affected) {
+    for (const [east, south] of [[0, -9], [9, 0], [0, 9], [-9, 0]]) context.lineTo(east, south);
+  } else if (plan) {
+    context.rotate(((drone.heading_deg ?? 0) * Math.PI) / 180);
+    for (const [east, south] of [[0, -10], [6.5, 8], [0, 4.5], [-6.5, 8]]) context.lineTo(east, south);
+  } else {
+    context.rect(-5, -5, 10, 10);
+  }
+  context.closePath();
+  context.lineWidth = 4;
+  context.strokeStyle = ink.halo;
+  context.stroke();
+  context.fillStyle = affected ? ink.failed : ink.drone;
+  if (plan) context.fill();
+  else {
+    context.lineWidth = 2;
+    context.strokeStyle = ink.drone;
+    context.stroke();
+  }
+  context.restore();
+  if (!withName) return;
+  context.font = "11px system-ui, 'DejaVu Sans', sans-serif";
+  context.lineWidth = 3;
+  context.strokeStyle = ink.halo;
+  context.fillStyle = ink.ink;
+  context.strokeText(drone.id, x + 11, y - 8);
+  context.fillText(drone.id, x + 11, y - 8);
+}
+
+/** Draws all that moves or changes. `still` leaves drones where they were seen last. */
+export function drawTraffic(canvas, view, { chosen, draft, still }) {
+  const context = sheet(canvas, view);
+  if (!world.network) return;
+  for (const zone of world.zones.values()) drawZone(context, view, zone, ZONE_LOOKS[standing(zone)]);
+  drawClosures(context, view);
+  for (const plan of world.plans.values()) {
+    line(context, view, placesOf(plan.current.nodes), { colour: ink.plan, width: 2 });
+    if (plan.proposed) line(context, view, placesOf(plan.proposed.nodes), { colour: ink.proposed, width: 3, dash: [8, 5] });
+  }
+  if (chosen) drawChosen(context, view, chosen);
+  if (draft) drawZone(context, view, draft, ZONE_LOOKS.draft);
+  const now = performance.now();
+  const withName = world.drones.size <= 60;
+  for (const drone of world.drones.values()) {
+    drawDrone(context, view, drone, still ? drone.location : drawnAt(drone, now), withName);
+  }
+}

@@ -1,0 +1,224 @@
+// The lists beside the map: every fact of the picture in words.
+
+import { placesOf } from "./drawing.js";
+import { LINES_MAX, edgeTime, standing, world } from "./world.js";
+
+const $ = (id) => document.getElementById(id);
+
+/** Makes an element with classes and contents; text is never read as markup. */
+export function make(name, classes, ...contents) {
+  const element = document.createElement(name);
+  if (classes) element.className = classes;
+  element.append(...contents.filter((content) => content !== null));
+  return element;
+}
+
+/** Hours, minutes and seconds of an instant, UTC. */
+export function hours(instant) {
+  return new Date(instant).toISOString().slice(11, 19);
+}
+
+/** A count with its noun. */
+export function counted(count, noun) {
+  return `${count} ${noun}${count === 1 ? "" : noun.endsWith("ch") ? "es" : "s"}`;
+}
+
+export function metres(length) {
+  if (length === null || length === undefined) return "–";
+  return `${Math.round(length).toLocaleString("en")} m`;
+}
+
+export function extra(length) {
+  if (length === null || length === undefined) return "";
+  const rounded = Math.round(length);
+  return `${rounded < 0 ? "−" : "+"}${Math.abs(rounded).toLocaleString("en")} m`;
+}
+
+const OUTCOME_LOOKS = { rerouted: "good", unaffected: "info", diverted: "bad", no_route: "bad" };
+
+export function words(name) {
+  return String(name).replaceAll("_", " ");
+}
+
+function lengthBetween(view, places) {
+  let length = 0;
+  for (let place = 1; place < places.length; place += 1) {
+    const [from, to] = [view.metres(places[place - 1]), view.metres(places[place])];
+    length += Math.hypot(to[0] - from[0], to[1] - from[1]);
+  }
+  return length;
+}
+
+/**
+ * How much longer the new way is than the old one from where the drone was, or null.
+ *
+ * Both are measured here, so that what they share cancels out; the network's own lengths differ a little.
+ */
+export function extraOf(summary, location, view) {
+  if (summary.outcome !== "rerouted" || !location) return null;
+  const length = (nodes) => lengthBetween(view, [location, ...placesOf(nodes)]);
+  return length(summary.path.nodes) - length(summary.old_path.slice(1));
+}
+
+export function showStamp() {
+  const { stamp, network } = world;
+  if (network) $("network-name").textContent = `${network.name} · ${network.ids.length} nodes, ${network.segments.length / 2} segments`;
+  if (!stamp) return;
+  $("revision").textContent = stamp.revision;
+  $("freshness").textContent = stamp.freshness;
+  $("clock-kind").textContent = stamp.clock === "simulated" ? "clock: simulated" : stamp.clock;
+  $("clock-kind").dataset.kind = stamp.clock;
+}
+
+export function showClock() {
+  const time = edgeTime();
+  if (time === null) return;
+  $("clock-time").textContent = `${new Date(time).toISOString().slice(0, 19).replace("T", " ")} UTC`;
+  const rate = world.clock?.rate;
+  const isSimulated = world.stamp?.clock === "simulated" && rate;
+  $("clock-rate").textContent = isSimulated ? `× ${rate.toPrecision(2)}` : "";
+}
+
+export function showCounts() {
+  const plans = [...world.plans.values()];
+  const affected = plans.filter((plan) => plan.state === "affected").length;
+  const counts = [
+    [world.drones.size + (world.dronesLeftOut ? "+" : ""), "drones"],
+    [plans.length, "plans flown"],
+    [affected, "affected"],
+    [[...world.zones.values()].filter((zone) => standing(zone) === "active").length, "zones in force"],
+    [world.closures.size, "closures"],
+  ];
+  $("counts").replaceChildren(...counts.map(([count, name]) => make("li", "", make("b", "", String(count)), name)));
+}
+
+/** Draws the answers; `details` has what was read of some of them. */
+export function showRecompositions(chosenId, details, choose) {
+  $("recompositions-empty").hidden = world.recompositions.length > 0;
+  const lines = world.recompositions.map((answer) => {
+    const detail = details.get(answer.id);
+    const leg = answer.leg ? `leg ${answer.leg[0]} → ${answer.leg[1]}` : "no leg";
+    const first = make("span", "row",
+      make("span", "", make("span", OUTCOME_LOOKS[answer.outcome] ?? "", words(answer.outcome)), ` ${answer.drone_id ?? "anonymous"}`),
+      make("span", "", extra(detail?.extra_m)));
+    const second = make("span", "row quiet",
+      make("span", "", `${words(answer.failure)}, ${leg}${answer.dry_run ? ", dry run" : ""}`),
+      make("time", "", hours(answer.answered_at)));
+    const button = make("button", "", first, second);
+    button.type = "button";
+    button.dataset.id = answer.id;
+    button.setAttribute("aria-pressed", String(answer.id === chosenId));
+    button.addEventListener("click", () => choose(answer));
+    return make("li", "", button);
+  });
+  keepingFocus($("recompositions"), lines);
+}
+
+/** Replaces the lines of a list; who has the focus keeps it. */
+function keepingFocus(list, lines) {
+  const focused = list.contains(document.activeElement) ? document.activeElement.dataset.id : null;
+  list.replaceChildren(...lines);
+  if (focused === null) return;
+  const again = [...list.querySelectorAll("[data-id]")].find((element) => element.dataset.id === focused);
+  again?.focus({ preventScroll: true });
+}
+
+/** Draws what is known of the chosen answer. */
+export function showChosen(summary, detail) {
+  const box = $("chosen");
+  box.hidden = !summary;
+  if (!summary) return;
+  const path = summary.path.nodes.length ? summary.path.nodes.join(" → ") : "no path";
+  const lines = [
+    make("p", "", make("span", OUTCOME_LOOKS[summary.outcome] ?? "", words(summary.outcome)), ` ${summary.id}`),
+    make("p", "", `Remaining ${metres(summary.remaining_length_m)}${detail?.extra_m !== undefined && detail.extra_m !== null ? `, ${extra(detail.extra_m)} against the old path` : ""}`),
+    make("p", "quiet", `Was ${summary.old_path.join(" → ")}`),
+    make("p", "quiet", `Now ${path}`),
+  ];
+  if (detail) {
+    const { strategy_used, stage, searches, settled_nodes, publication } = detail.answer;
+    const published = `${words(publication.state)}${publication.reason ? ` (${words(publication.reason)})` : ""}`;
+    lines.push(make("p", "quiet", `${words(strategy_used)}, ${stage}; ${counted(searches, "search")} settled ${counted(settled_nodes, "node")}; closure: ${published}`));
+    for (const warning of detail.answer.warnings) lines.push(make("p", "quiet", `Warning: ${warning.message}`));
+  }
+  box.replaceChildren(...lines);
+}
+
+/** What an event says, in one line. */
+export function sentence({ kind, data }) {
+  const plan = data.plan;
+  const flyer = plan ? (plan.drone_id ?? plan.id) : "";
+  switch (kind) {
+    case "recomposed": return `${data.drone_id ?? "someone"} reported a failure (${words(data.failure)}): ${words(data.outcome)}`;
+    case "zone_put": return `zone ${data.zone.properties?.name ?? data.zone.id} is put`;
+    case "zone_deleted": return `zone ${data.zone_id} is lifted`;
+    case "closure_put": return `${data.closure.id} is closed`;
+    case "closure_ended": return `${data.closure_id} is open again (${words(data.why)})`;
+    case "windows_turned": return [data.began.length ? `begins: ${data.began.join(", ")}` : "", data.ended.length ? `ends: ${data.ended.join(", ")}` : ""].filter(Boolean).join("; ");
+    case "plan_composed": return `${flyer} has a plan of ${metres(plan.current.length_m)}`;
+    case "plan_affected": return plan.proposed ? `${flyer} is affected; proposed: ${metres(plan.proposed.length_m)}` : `${flyer} is affected and has no way on`;
+    case "plan_relieved": return `${flyer} flies on as planned`;
+    case "plan_acknowledged": return `${flyer} took version ${plan.current.version} over`;
+    case "plan_unacknowledged": return `${flyer} has not acknowledged in time`;
+    case "plan_ended": return `${flyer} is done with its plan`;
+    case "proposal_made": return `an operator is to decide on ${data.proposal.id} (${words(data.proposal.reason)})`;
+    case "proposal_decided": return `${data.proposal_id}: ${words(data.decision)}`;
+    case "hold_made": return `${data.hold.closure_count} removals wait for an operator`;
+    case "hold_decided": return `${data.hold_id}: ${words(data.decision)}`;
+    case "gap": return data.text;
+    default: return words(kind);
+  }
+}
+
+export function showEvents() {
+  $("events-empty").hidden = world.events.length > 0;
+  $("events").replaceChildren(...world.events.map((event) =>
+    make("li", event.kind === "gap" ? "bad" : "", make("span", "row", make("span", "", sentence(event)), make("time", "quiet", hours(event.at))))));
+}
+
+/** How a drone stands, and the class of the word. */
+function stateOf(drone, plan, now) {
+  if (now - Date.parse(drone.seen_at) > 60000) return ["not heard lately", "bad"];
+  if (!plan) return ["without a plan", "quiet"];
+  return plan.state === "affected" ? ["affected", "bad"] : ["in flight", "info"];
+}
+
+export function showDrones(view) {
+  const drones = [...world.drones.values()].slice(0, LINES_MAX);
+  $("drones-empty").hidden = drones.length > 0;
+  $("drones").hidden = drones.length === 0;
+  const now = edgeTime() ?? 0;
+  const rows = drones.map((drone) => {
+    const plan = world.plans.get(drone.plan_id);
+    const [state, look] = stateOf(drone, plan, now);
+    const charge = drone.battery_fraction === null ? "–" : `${Math.round(drone.battery_fraction * 100)} %`;
+    const end = plan?.current.nodes.at(-1);
+    const left = end === undefined ? null : lengthBetween(view, [drone.location, ...placesOf([end])]);
+    return make("tr", "", make("td", "", drone.id), make("td", look, state), make("td", "", String(end ?? "–")), make("td", "", metres(left)), make("td", "", charge));
+  });
+  $("drones").tBodies[0].replaceChildren(...rows);
+}
+
+export function showAirspace(lift) {
+  const zones = [...world.zones.values()].slice(0, LINES_MAX);
+  $("zones-empty").hidden = zones.length > 0;
+  keepingFocus($("zones"), zones.map((zone) => {
+    const stands = standing(zone);
+    const until = zone.properties?.windows?.at(-1)?.until;
+    const reason = zone.properties?.reason;
+    const told = `${zone.properties?.name ?? zone.id}: ${{ active: "in force", coming: "to come", over: "over" }[stands]}${until ? `, until ${hours(until)}` : ""}${reason ? ` (${reason})` : ""}`;
+    const button = make("button", "", "Lift");
+    button.type = "button";
+    button.setAttribute("aria-label", `Lift zone ${zone.id}`);
+    button.dataset.id = String(zone.id);
+    button.addEventListener("click", () => lift(String(zone.id)));
+    return make("li", "", make("span", "", told), button);
+  }));
+  const closures = [...world.closures.values()].slice(0, LINES_MAX);
+  $("closures-empty").hidden = closures.length > 0;
+  $("closures").replaceChildren(...closures.map((closure) => {
+    const who = closure.reported_by ? ` by ${closure.reported_by}` : "";
+    const until = closure.until ? `, until ${hours(closure.until)}` : "";
+    return make("li", "", make("span", "", `${closure.id}: ${words(closure.reason ?? closure.cause)}${who}${until}`));
+  }));
+}

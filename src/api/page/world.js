@@ -1,0 +1,178 @@
+// What this page knows of the edge: lists read once, then kept by events. All of it is bounded.
+
+/** At most this many lines in a list. */
+export const LINES_MAX = 50;
+const DRONES_MAX = 1000;
+const POLL_MS = 500;
+
+/** The state; `changed` names what a panel has to draw again. */
+export const world = {
+  network: null,
+  drones: new Map(),
+  dronesLeftOut: false,
+  plans: new Map(),
+  zones: new Map(),
+  closures: new Map(),
+  inForce: new Set(),
+  recompositions: [],
+  events: [],
+  stamp: null,
+  clock: null,
+  changed: new Set(),
+};
+
+export function setNetwork(compact) {
+  const index = new Map(compact.ids.map((id, place) => [String(id), place]));
+  world.network = { ...compact, index };
+  world.changed.add("network");
+}
+
+/** The index of a node, or undefined. */
+export function nodeAt(id) {
+  return world.network?.index.get(String(id));
+}
+
+export function setStamp(answer) {
+  if (!answer?.revision) return;
+  const { revision, freshness, clock } = answer;
+  world.stamp = { revision, freshness, clock };
+  world.changed.add("stamp");
+}
+
+/** Takes an instant that the edge told: its time is at least this. */
+export function heardInstant(text) {
+  const shown = Date.parse(text);
+  if (Number.isNaN(shown)) return;
+  const now = performance.now();
+  const clock = world.clock;
+  if (!clock) {
+    world.clock = { shown, at: now, since: { shown, at: now }, rate: null };
+    return;
+  }
+  if (shown <= clock.shown) return;
+  // Over a long time, as every single instant is heard up to a poll late.
+  const elapsed = now - clock.since.at;
+  if (elapsed > 5000) clock.rate = (shown - clock.since.shown) / elapsed;
+  clock.shown = shown;
+  clock.at = now;
+}
+
+/** The edge's time as far as it is known, in milliseconds, run on for a moment after it was last heard. */
+export function edgeTime() {
+  const clock = world.clock;
+  if (!clock) return world.stamp?.clock === "real" ? Date.now() : null;
+  const since = Math.min(performance.now() - clock.at, 2000);
+  return clock.shown + since * (clock.rate ?? 1);
+}
+
+/** Takes the answer of `GET /v1/drones`. */
+export function setDrones(answer) {
+  const now = performance.now();
+  const seen = new Set();
+  for (const drone of answer.drones.slice(0, DRONES_MAX)) {
+    seen.add(drone.id);
+    heardInstant(drone.seen_at);
+    const before = world.drones.get(drone.id);
+    const moved = !before || before.seen_at !== drone.seen_at;
+    // A drone is drawn on its way from where it was drawn last to where it was seen last.
+    const from = moved ? (before ? drawnAt(before, now) : drone.location) : before.from;
+    world.drones.set(drone.id, { ...drone, from, at: moved ? now : before.at });
+  }
+  for (const id of world.drones.keys()) if (!seen.has(id)) world.drones.delete(id);
+  world.dronesLeftOut = Boolean(answer.next_page_token);
+  setStamp(answer);
+  world.changed.add("drones");
+}
+
+/** Where to draw a drone now. */
+export function drawnAt(drone, now) {
+  const part = Math.min((now - drone.at) / (POLL_MS * 1.2), 1);
+  return drone.from.map((from, axis) => from + (drone.location[axis] - from) * part);
+}
+
+export { POLL_MS };
+
+function brief(version) {
+  if (!version) return null;
+  const nodes = version.nodes ?? version.path.nodes;
+  return { version: version.version, outcome: version.outcome, nodes, length_m: version.length_m, arrives_at: version.arrives_at };
+}
+
+/** Takes a plan, of a list or of an event. */
+export function setPlan(plan) {
+  world.changed.add("drones");
+  if (plan.state !== "active" && plan.state !== "affected") {
+    world.plans.delete(plan.id);
+    return;
+  }
+  world.plans.set(plan.id, {
+    id: plan.id,
+    state: plan.state,
+    drone_id: plan.drone_id,
+    current: brief(plan.current),
+    proposed: brief(plan.proposed),
+  });
+}
+
+export function setZone(zone) {
+  world.zones.set(String(zone.id), zone);
+  world.changed.add("zones");
+}
+
+export function setClosure(closure) {
+  if (closure.cause !== "zone") world.closures.set(closure.id, closure);
+  if (closure.in_force) world.inForce.add(closure.id);
+  else world.inForce.delete(closure.id);
+  world.changed.add("zones");
+}
+
+/** Forgets what lists and events tell, before they are read again. */
+export function clearLists() {
+  for (const kept of [world.plans, world.zones, world.closures, world.inForce]) kept.clear();
+  // An edge that has started again may show an earlier time.
+  world.clock = null;
+}
+
+/** Puts an answer on top of the list. */
+export function addRecomposition(summary) {
+  const others = world.recompositions.filter((other) => other.id !== summary.id);
+  world.recompositions = [summary, ...others].slice(0, LINES_MAX);
+  world.changed.add("recompositions");
+}
+
+/** `coming`, `active` or `over`: how a zone stands. */
+export function standing(zone) {
+  if (world.inForce.has(String(zone.id))) return "active";
+  const windows = zone.properties?.windows ?? [];
+  const now = edgeTime() ?? 0;
+  const over = windows.length > 0 && windows.every((window) => window.until && Date.parse(window.until) <= now);
+  return over ? "over" : "coming";
+}
+
+/** Takes an event of the stream; gives true when what it tells is to be seen at once. */
+export function apply(event) {
+  const { kind, data, at, revision } = event;
+  heardInstant(at);
+  if (world.stamp) world.stamp.revision = revision;
+  world.changed.add("stamp").add("events");
+  world.events = [event, ...world.events].slice(0, LINES_MAX);
+  if (data.plan) setPlan(data.plan);
+  if (kind === "recomposed") addRecomposition(data);
+  if (kind === "zone_put") setZone(data.zone);
+  if (kind === "zone_deleted") {
+    world.zones.delete(data.zone_id);
+    world.inForce.delete(data.zone_id);
+    world.changed.add("zones");
+  }
+  if (kind === "closure_put") setClosure(data.closure);
+  if (kind === "closure_ended") {
+    world.closures.delete(data.closure_id);
+    world.inForce.delete(data.closure_id);
+    world.changed.add("zones");
+  }
+  if (kind === "windows_turned") {
+    for (const id of data.began) world.inForce.add(id);
+    for (const id of data.ended) world.inForce.delete(id);
+    world.changed.add("zones");
+  }
+}

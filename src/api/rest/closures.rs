@@ -1,0 +1,182 @@
+//! `/v1/closures`: what is closed and why, and what operators close by their word.
+
+use super::answer::{Answer, created, json, set, stamped};
+use super::asked::{self, By, Named, NoParameters, PageParameters, Query};
+use super::reading::{self, Sent};
+use super::refusals;
+use crate::edge::Edge;
+use crate::wire::{Closure, ClosureChange, ClosureDraft, Closures};
+use axum::extract::State;
+use axum::response::Response;
+use http::{HeaderMap, header};
+use std::sync::Arc;
+
+fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Response {
+    set(&mut response, header::ETAG, &closure.etag);
+    stamped(response, &edge.stamp())
+}
+
+/// Lists everything that closes anything, by id: zones too.
+#[utoipa::path(
+    get,
+    path = "/v1/closures",
+    tag = "airspace",
+    params(PageParameters),
+    responses((status = 200, description = "A page of closures.", body = Closures)),
+)]
+pub(super) async fn list_closures(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    json(&edge.closures(&caller, &page.into_request())?)
+}
+
+/// Tells a closure.
+#[utoipa::path(
+    get,
+    path = "/v1/closures/{id}",
+    tag = "airspace",
+    params(("id" = String, Path, description = "`id` of a closure; that of a zone is the zone's.")),
+    responses((
+        status = 200,
+        description = "The closure.",
+        body = Closure,
+        headers(
+            ("ETag" = String, description = "Its version, for `If-Match`."),
+            ("Skyway-Revision" = String, description = "Revision of the edge."),
+            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+            ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+        ),
+    )),
+)]
+pub(super) async fn get_closure(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    let closure = edge.closure(&caller, &id)?;
+    Ok(complete(json(&closure)?, &closure, &edge))
+}
+
+/// Closes segments, nodes or pads by an operator's word.
+#[utoipa::path(
+    post,
+    path = "/v1/closures",
+    tag = "airspace",
+    params(
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
+    request_body(
+        content = ClosureDraft,
+        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": [406]}),
+    ),
+    responses(
+        (
+            status = 201,
+            description = "The closure, and which plans it meets.",
+            body = Closure,
+            headers(
+                ("Location" = String, description = "The path of the closure."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 429, response = refusals::TooManyRequests),
+    ),
+)]
+pub(super) async fn create_closure(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    Sent(body): Sent,
+) -> Answer {
+    let draft: ClosureDraft = reading::body(&body, "closure")?;
+    let idempotency = asked::idempotency(&headers, &body)?;
+    let closure = edge.close(&caller, draft, idempotency).await?;
+    let response = created(&closure, "/v1/closures", &closure.id)?;
+    Ok(complete(response, &closure, &edge))
+}
+
+/// Confirms a closure or moves its end.
+#[utoipa::path(
+    patch,
+    path = "/v1/closures/{id}",
+    tag = "airspace",
+    params(
+        ("id" = String, Path, description = "`id` of a closure."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to change; any where none is given."),
+    ),
+    request_body(content = ClosureChange, example = json!({"confirmed": true})),
+    responses(
+        (
+            status = 200,
+            description = "The closure as it is now.",
+            body = Closure,
+            headers(
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+    ),
+)]
+pub(super) async fn change_closure(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    Sent(body): Sent,
+) -> Answer {
+    let change: ClosureChange = reading::body(&body, "change of a closure")?;
+    let if_match = asked::if_match(&headers)?;
+    let closure = edge.change_closure(&caller, &id, change, if_match).await?;
+    Ok(complete(json(&closure)?, &closure, &edge))
+}
+
+/// Lifts a closure; what it closed alone opens again.
+#[utoipa::path(
+    delete,
+    path = "/v1/closures/{id}",
+    tag = "airspace",
+    params(
+        ("id" = String, Path, description = "`id` of a closure."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; any where none is given."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "What was lifted.",
+            body = Closure,
+            headers(
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+    ),
+)]
+pub(super) async fn delete_closure(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let if_match = asked::if_match(&headers)?;
+    let closure = edge.lift_closure(&caller, &id, if_match).await?;
+    Ok(stamped(json(&closure)?, &edge.stamp()))
+}

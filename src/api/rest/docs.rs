@@ -1,0 +1,31 @@
+//! `/openapi.json`, its page at `/docs`, and the table of problems at `/docs/problems`.
+
+use super::answer::{JSON, of_bytes};
+use crate::api::problem;
+use axum::Router;
+use axum::routing::get;
+use bytes::Bytes;
+use http::StatusCode;
+use utoipa::openapi::OpenApi;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+const HTML: &str = "text/html; charset=utf-8";
+
+/// The pages of a description. They ask nothing of other hosts.
+pub(super) fn router(description: &OpenApi) -> Router {
+    // A map with text keys and plain values always has a JSON form.
+    let json = Bytes::from(description.to_json().unwrap_or_default());
+    let problems = Bytes::from(problem::problems_html());
+    // Without this the page asks a validator on the internet.
+    let config = Config::from("/openapi.json").validator_url("none");
+    Router::new()
+        .route(
+            "/openapi.json",
+            get(|| async move { of_bytes(StatusCode::OK, JSON, json) }),
+        )
+        .route(
+            "/docs/problems",
+            get(|| async move { of_bytes(StatusCode::OK, HTML, problems) }),
+        )
+        .merge(SwaggerUi::new("/docs").config(config))
+}

@@ -1,0 +1,118 @@
+//! `POST /v1/failures` and `POST /v1/failures:batch`: failure reports, answered by recompositions.
+//!
+//! A drone always gets an outcome: only a body that is no JSON object, or that locates nothing, is refused.
+
+use super::answer::{Answer, json, set};
+use super::asked::{By, IDEMPOTENCY_KEY};
+use super::reading::{self, SentByDrone};
+use super::refusals;
+use crate::api::problem;
+use crate::edge::{Answered, Edge, Refusal};
+use crate::formats::{ParsedReport, ReadWarning, lenient_report, parse_report};
+use crate::wire::{BatchAnswer, BatchEntry, FailureReport, Failures, Id, Recomposition};
+use axum::extract::State;
+use http::{HeaderMap, HeaderName};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Answers a failure report with a recomposition.
+///
+/// Send at least what locates the drone: `service` with the failed leg, `remaining_path`, or `location`. A field
+/// that cannot be read is passed over with a warning. With `remaining_path` the report is complete in itself.
+#[utoipa::path(
+    post,
+    path = "/v1/failures",
+    tag = "recomposition",
+    params(
+        ("Idempotency-Key" = Option<String>, Header, description = "Counts as `id` where the report has none."),
+    ),
+    request_body(
+        content = FailureReport,
+        example = json!({
+            "type": "navigational",
+            "service": {"from": 379, "to": 406},
+            "location": {"node": 379},
+            "remaining_path": [379, 406, 420, 450],
+            "drone": {"id": "drone-7", "battery_fraction": 0.62},
+        }),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "What the drone is to do; `outcome` says whether there is a way.",
+            body = Recomposition,
+            headers(("Server-Timing" = String, description = "`recompose;dur=` the computation in milliseconds; 0 for a stored answer.")),
+        ),
+        (status = 422, response = refusals::UnprocessableContent),
+    ),
+)]
+pub(super) async fn report_failure(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    headers: HeaderMap,
+    SentByDrone(body): SentByDrone,
+) -> Answer {
+    let mut parsed = parse_report(&body).map_err(Refusal::from)?;
+    if parsed.report.id.is_none() {
+        take_key(&mut parsed, &headers);
+    }
+    let answered = edge.report_failure(&caller, parsed).await?;
+    let mut response = json(&answered.to_wire())?;
+    let timing = format!("recompose;dur={:.3}", answered.compute_us() / 1e3);
+    set(
+        &mut response,
+        HeaderName::from_static("server-timing"),
+        &timing,
+    );
+    Ok(response)
+}
+
+fn take_key(parsed: &mut ParsedReport, headers: &HeaderMap) {
+    let Some(key) = headers.get(IDEMPOTENCY_KEY) else {
+        return;
+    };
+    match key.to_str() {
+        Ok(key) => parsed.report.id = Some(Id::Text(Cow::Owned(key.to_owned()))),
+        Err(_) => {
+            let message = "the header Idempotency-Key is not plain text and is passed over";
+            let warning = ReadWarning::new("idempotency_key_ignored", message);
+            parsed.warnings.push(warning);
+        }
+    }
+}
+
+/// Answers many failure reports at once, in their order, each with its own recomposition or problem.
+#[utoipa::path(
+    post,
+    path = "/v1/failures:batch",
+    tag = "recomposition",
+    request_body(
+        content = Failures,
+        example = json!({"failures": [
+            {"type": "navigational", "service": {"from": 379, "to": 406}, "remaining_path": [379, 406, 420, 450]},
+            {"type": "operational", "location": [151.2097388, -33.862532]},
+        ]}),
+    ),
+    responses(
+        (status = 200, description = "An entry for each report, in order.", body = BatchAnswer),
+    ),
+)]
+pub(super) async fn report_failures(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    SentByDrone(body): SentByDrone,
+) -> Answer {
+    let batch: Failures = reading::body(&body, "batch of failure reports")?;
+    let reports = batch.failures.into_iter().map(lenient_report).collect();
+    let answers = edge.report_failures(&caller, reports).await?;
+    json(&BatchAnswer {
+        answers: answers.iter().map(entry).collect(),
+    })
+}
+
+fn entry(answer: &Result<Answered, Refusal>) -> BatchEntry<'_> {
+    match answer {
+        Ok(answered) => BatchEntry::Recomposition(Box::new(answered.to_wire())),
+        Err(refusal) => BatchEntry::Problem(Box::new(problem::document(refusal, None))),
+    }
+}

@@ -1,0 +1,86 @@
+//! `/v1/holds`: removals that wait for an operator because they are many at once.
+
+use super::answer::{Answer, json, stamped};
+use super::asked::{By, Named, NoParameters, PageParameters, Query};
+use super::refusals;
+use crate::access::Caller;
+use crate::edge::{Decision, Edge};
+use crate::wire::{Hold, Holds};
+use axum::extract::State;
+use std::sync::Arc;
+
+/// Lists removals that wait for an operator, oldest first.
+#[utoipa::path(
+    get,
+    path = "/v1/holds",
+    tag = "decisions",
+    params(PageParameters),
+    responses((status = 200, description = "A page of holds.", body = Holds)),
+)]
+pub(super) async fn list_holds(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    json(&edge.holds(&caller, &page.into_request())?)
+}
+
+/// Lets held removals go.
+#[utoipa::path(
+    post,
+    path = "/v1/holds/{id}/release",
+    tag = "decisions",
+    params(("id" = String, Path, description = "`id` of a hold.")),
+    responses(
+        (
+            status = 200,
+            description = "The hold, which is decided now.",
+            body = Hold,
+            headers(
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+    ),
+)]
+pub(super) async fn release_hold(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    decide(&edge, &caller, &id, Decision::Accept).await
+}
+
+/// Drops held removals; what they would have opened stays closed.
+#[utoipa::path(
+    post,
+    path = "/v1/holds/{id}/reject",
+    tag = "decisions",
+    params(("id" = String, Path, description = "`id` of a hold.")),
+    responses((
+        status = 200,
+        description = "The hold, which is decided now.",
+        body = Hold,
+        headers(
+            ("Skyway-Revision" = String, description = "Revision of the edge."),
+            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+            ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+        ),
+    )),
+)]
+pub(super) async fn reject_hold(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    decide(&edge, &caller, &id, Decision::Reject).await
+}
+
+async fn decide(edge: &Arc<Edge>, caller: &Caller, id: &str, decision: Decision) -> Answer {
+    let decided = edge.decide_hold(caller, id, decision).await?;
+    Ok(stamped(json(&decided)?, &edge.stamp()))
+}

@@ -1,0 +1,135 @@
+//! REST: one file for each resource, whose handlers read a request, call the use case and write its answer.
+//!
+//! A handler and its description stand together, so that neither is there without the other. Problems are
+//! told by the gate, which knows the request's id; a handler only says what was refused.
+
+mod admin;
+mod answer;
+mod asked;
+mod closures;
+mod docs;
+mod drones;
+mod events;
+mod failures;
+mod holds;
+mod network;
+mod plans;
+mod probes;
+mod proposals;
+mod reading;
+mod recompositions;
+pub(crate) mod refusals;
+mod unique;
+mod zone_schema;
+mod zones;
+
+use super::openapi;
+use super::server::Drain;
+use crate::edge::Edge;
+use axum::Router;
+use axum::extract::FromRef;
+use axum::routing::get;
+use prometheus_client::registry::Registry;
+use std::sync::Arc;
+use utoipa::openapi::OpenApi;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
+
+/// What handlers work with.
+#[derive(Clone)]
+struct Shared {
+    edge: Arc<Edge>,
+    drain: Drain,
+}
+
+impl FromRef<Shared> for Arc<Edge> {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.edge.clone()
+    }
+}
+
+impl FromRef<Shared> for Drain {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.drain.clone()
+    }
+}
+
+/// The public listener's REST routes, and their description. Readiness ends when the drain begins.
+///
+/// It is to stand behind the gate: handlers take the caller from its `RequestContext`, and leave problems to it.
+pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, OpenApi) {
+    let (routes, described) = OpenApiRouter::with_openapi(openapi::outline())
+        .merge(recomposition())
+        .merge(planning())
+        .merge(airspace())
+        .merge(observation())
+        .split_for_parts();
+    let description = openapi::complete(described);
+    let router = routes
+        .with_state(Shared { edge, drain })
+        .merge(docs::router(&description));
+    (router, description)
+}
+
+/// The admin listener's routes.
+pub fn admin_router(edge: Arc<Edge>, registry: Arc<Registry>, drain: Drain) -> Router {
+    let shared = Shared {
+        edge: edge.clone(),
+        drain,
+    };
+    Router::new()
+        .route("/livez", get(probes::live))
+        .route("/readyz", get(probes::ready))
+        .with_state(shared)
+        .merge(admin::router(edge, registry))
+}
+
+fn recomposition() -> OpenApiRouter<Shared> {
+    OpenApiRouter::default()
+        .routes(routes!(failures::report_failure))
+        .routes(routes!(failures::report_failures))
+        .routes(routes!(recompositions::list_recompositions))
+        .routes(routes!(recompositions::get_recomposition))
+}
+
+fn planning() -> OpenApiRouter<Shared> {
+    OpenApiRouter::default()
+        .routes(routes!(plans::create_plan, plans::list_plans))
+        .routes(routes!(plans::get_plan, plans::cancel_plan))
+        .routes(routes!(plans::acknowledge_plan))
+}
+
+fn airspace() -> OpenApiRouter<Shared> {
+    OpenApiRouter::default()
+        .routes(routes!(zones::create_zone, zones::list_zones))
+        .routes(routes!(
+            zones::put_zone,
+            zones::get_zone,
+            zones::delete_zone
+        ))
+        .routes(routes!(zones::preview_zone))
+        .routes(routes!(closures::create_closure, closures::list_closures))
+        .routes(routes!(
+            closures::get_closure,
+            closures::change_closure,
+            closures::delete_closure
+        ))
+        .routes(routes!(proposals::list_proposals))
+        .routes(routes!(proposals::accept_proposal))
+        .routes(routes!(proposals::reject_proposal))
+        .routes(routes!(holds::list_holds))
+        .routes(routes!(holds::release_hold))
+        .routes(routes!(holds::reject_hold))
+}
+
+fn observation() -> OpenApiRouter<Shared> {
+    OpenApiRouter::default()
+        .routes(routes!(network::get_network))
+        .routes(routes!(network::get_node))
+        .routes(routes!(network::nearest))
+        .routes(routes!(drones::post_telemetry))
+        .routes(routes!(drones::list_drones))
+        .routes(routes!(events::watch_events))
+        .routes(routes!(probes::live))
+        .routes(routes!(probes::ready))
+}

@@ -1,0 +1,40 @@
+//! `GET /livez` and `GET /readyz`: whether the process lives, and whether to send it requests.
+
+use super::answer::{Answer, of_bytes};
+use crate::api::server::Drain;
+use crate::edge::{Code, Edge, Refusal};
+use axum::extract::State;
+use axum::response::Response;
+use http::StatusCode;
+use std::sync::Arc;
+
+const TEXT: &str = "text/plain; charset=utf-8";
+
+/// Says that the process lives.
+#[utoipa::path(
+    get,
+    path = "/livez",
+    tag = "probes",
+    responses((status = 200, description = "It lives.", body = String, content_type = "text/plain")),
+)]
+pub(super) async fn live() -> Response {
+    of_bytes(StatusCode::OK, TEXT, "live\n")
+}
+
+/// Says whether to send requests here: not during a drain.
+#[utoipa::path(
+    get,
+    path = "/readyz",
+    tag = "probes",
+    responses((status = 200, description = "It is ready.", body = String, content_type = "text/plain")),
+)]
+pub(super) async fn ready(State(edge): State<Arc<Edge>>, State(drain): State<Drain>) -> Answer {
+    if drain.has_begun() {
+        return Err(Refusal::new(Code::ShuttingDown, "the edge is draining").into());
+    }
+    if !edge.is_ready() {
+        let refusal = Refusal::new(Code::Overloaded, "the edge has no network to answer on yet");
+        return Err(refusal.retry_after_s(1).into());
+    }
+    Ok(of_bytes(StatusCode::OK, TEXT, "ready\n"))
+}

@@ -1,0 +1,88 @@
+//! `/v1/proposals`: what reports brought and what an operator is to decide.
+
+use super::answer::{Answer, json, stamped};
+use super::asked::{By, Named, NoParameters, PageParameters, Query};
+use super::refusals;
+use crate::access::Caller;
+use crate::edge::{Decision, Edge};
+use crate::wire::{Proposal, Proposals};
+use axum::extract::State;
+use std::sync::Arc;
+
+/// Lists what reports brought and what was not published, oldest first.
+#[utoipa::path(
+    get,
+    path = "/v1/proposals",
+    tag = "decisions",
+    params(PageParameters),
+    responses((status = 200, description = "A page of proposals.", body = Proposals)),
+)]
+pub(super) async fn list_proposals(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    json(&edge.proposals(&caller, &page.into_request())?)
+}
+
+/// Puts a proposal into force.
+#[utoipa::path(
+    post,
+    path = "/v1/proposals/{id}/accept",
+    tag = "decisions",
+    params(("id" = String, Path, description = "`id` of a proposal.")),
+    responses(
+        (
+            status = 200,
+            description = "The proposal, which is decided now.",
+            body = Proposal,
+            headers(
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 429, response = refusals::TooManyRequests),
+    ),
+)]
+pub(super) async fn accept_proposal(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    decide(&edge, &caller, &id, Decision::Accept).await
+}
+
+/// Drops a proposal.
+#[utoipa::path(
+    post,
+    path = "/v1/proposals/{id}/reject",
+    tag = "decisions",
+    params(("id" = String, Path, description = "`id` of a proposal.")),
+    responses((
+        status = 200,
+        description = "The proposal, which is decided now.",
+        body = Proposal,
+        headers(
+            ("Skyway-Revision" = String, description = "Revision of the edge."),
+            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+            ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+        ),
+    )),
+)]
+pub(super) async fn reject_proposal(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    decide(&edge, &caller, &id, Decision::Reject).await
+}
+
+async fn decide(edge: &Arc<Edge>, caller: &Caller, id: &str, decision: Decision) -> Answer {
+    let decided = edge.decide_proposal(caller, id, decision).await?;
+    Ok(stamped(json(&decided)?, &edge.stamp()))
+}

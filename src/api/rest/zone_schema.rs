@@ -1,0 +1,230 @@
+//! The shape of a zone as GeoJSON, for the description of the API; `formats` reads and checks zones.
+#![expect(
+    dead_code,
+    reason = "these types describe what `formats` reads, and are never made"
+)]
+
+use crate::wire::Stamp;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::borrow::Cow;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
+use utoipa::openapi::{Ref, RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
+
+/// A zone: a GeoJSON feature (RFC 7946), longitude first, or metres on a planar network.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ZoneFeature {
+    r#type: FeatureType,
+    /// Id of the zone; one is made where none is given. With `PUT` it is that of the path.
+    #[schema(min_length = 1, max_length = 200)]
+    id: Option<String>,
+    geometry: ZoneGeometry,
+    properties: Option<ZoneProperties>,
+    /// Read and not kept: the geometry says it better.
+    bbox: Option<Value>,
+}
+
+/// Always `Feature`.
+#[derive(Deserialize, ToSchema)]
+enum FeatureType {
+    Feature,
+}
+
+/// A polygon, several, or a circle: a point whose feature has the property `radius_m`.
+#[derive(Deserialize, ToSchema)]
+#[serde(untagged)]
+enum ZoneGeometry {
+    Polygon(Polygon),
+    MultiPolygon(MultiPolygon),
+    Point(Point),
+}
+
+/// A polygon: its outer ring, then its holes. Rings are closed.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct Polygon {
+    r#type: PolygonType,
+    #[schema(min_items = 1)]
+    coordinates: Vec<Ring>,
+    bbox: Option<Value>,
+}
+
+/// Several polygons.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct MultiPolygon {
+    r#type: MultiPolygonType,
+    #[schema(min_items = 1)]
+    coordinates: Vec<Vec<Ring>>,
+    bbox: Option<Value>,
+}
+
+/// The centre of a circle.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct Point {
+    r#type: PointType,
+    coordinates: Position,
+    bbox: Option<Value>,
+}
+
+/// Always `Polygon`.
+#[derive(Deserialize, ToSchema)]
+enum PolygonType {
+    Polygon,
+}
+
+/// Always `MultiPolygon`.
+#[derive(Deserialize, ToSchema)]
+enum MultiPolygonType {
+    MultiPolygon,
+}
+
+/// Always `Point`.
+#[derive(Deserialize, ToSchema)]
+enum PointType {
+    Point,
+}
+
+/// Positions of which the last is the first again.
+#[derive(Deserialize)]
+struct Ring(Vec<Position>);
+
+impl PartialSchema for Ring {
+    fn schema() -> RefOr<Schema> {
+        let ring = ArrayBuilder::new()
+            .items(Ref::from_schema_name(Position::name()))
+            .min_items(Some(4))
+            .description(Some("Positions of which the last is the first again."));
+        ring.into()
+    }
+}
+
+impl ToSchema for Ring {
+    fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
+        schemas.push((Position::name().into_owned(), Position::schema()));
+    }
+}
+
+/// Longitude and latitude in degrees; metres on a planar network.
+#[derive(Deserialize)]
+struct Position(Vec<f64>);
+
+impl PartialSchema for Position {
+    fn schema() -> RefOr<Schema> {
+        let position = ArrayBuilder::new()
+            .items(ObjectBuilder::new().schema_type(Type::Number))
+            .min_items(Some(2))
+            .max_items(Some(2))
+            .description(Some(
+                "Longitude and latitude in degrees; metres on a planar network.",
+            ));
+        position.into()
+    }
+}
+
+impl ToSchema for Position {
+    // Telemetry has a `Position` of another shape, and names of schemas are one space.
+    fn name() -> Cow<'static, str> {
+        Cow::Borrowed("ZonePosition")
+    }
+}
+
+/// What a zone is, how high and when. What is null counts as absent.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneProperties {
+    /// A name for people.
+    #[schema(max_length = 10000)]
+    name: Option<String>,
+    /// Why it is closed.
+    #[schema(max_length = 10000)]
+    reason: Option<String>,
+    /// Who closed it.
+    #[schema(max_length = 10000)]
+    authority: Option<String>,
+    /// Its lower limit in metres; without one it reaches down without end.
+    lower_m: Option<f64>,
+    lower_reference: Option<AltitudeReference>,
+    /// Its upper limit in metres; without one it reaches up without end.
+    upper_m: Option<f64>,
+    upper_reference: Option<AltitudeReference>,
+    /// When it counts; always where none is given.
+    #[schema(max_items = 1000)]
+    windows: Option<Vec<ZoneWindow>>,
+    /// Radius of a circle in metres: of a `Point`, which has to have one, and of nothing else.
+    #[schema(exclusive_minimum = 0)]
+    radius_m: Option<f64>,
+    /// How far around it segments are closed, in metres; 10 where none is given.
+    #[schema(minimum = 0, maximum = 10000)]
+    margin_m: Option<f64>,
+}
+
+/// From where altitudes count; above ground where none is given.
+#[derive(Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum AltitudeReference {
+    /// Above ground.
+    Agl,
+    /// Above mean sea level.
+    Amsl,
+    /// Above the ellipsoid of WGS 84.
+    Wgs84,
+}
+
+/// A time in which a zone counts.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneWindow {
+    /// Its beginning, RFC 3339.
+    #[schema(format = DateTime)]
+    from: Option<String>,
+    /// Its end, RFC 3339.
+    #[schema(format = DateTime)]
+    until: Option<String>,
+}
+
+/// A page of zones: a GeoJSON feature collection.
+#[derive(Deserialize, ToSchema)]
+pub(super) struct ZoneCollection {
+    r#type: CollectionType,
+    /// The zones, by id.
+    features: Vec<ZoneFeature>,
+    /// Where the next page begins; absent on the last.
+    next_page_token: Option<String>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    stamp: Stamp<'static>,
+}
+
+/// Always `FeatureCollection`.
+#[derive(Deserialize, ToSchema)]
+enum CollectionType {
+    FeatureCollection,
+}
+
+/// A zone around Customs House in Sydney.
+pub(super) fn example() -> Value {
+    let mut feature = example_without_id();
+    feature["id"] = json!("harbour-concert");
+    feature
+}
+
+/// The same for an id that the path has.
+pub(super) fn example_without_id() -> Value {
+    json!({
+        "type": "Feature",
+        "geometry": {"type": "Point", "coordinates": [151.2108551, -33.862204]},
+        "properties": {
+            "name": "Concert",
+            "reason": "crowd",
+            "radius_m": 60,
+            "lower_m": 0,
+            "upper_m": 120,
+            "upper_reference": "agl",
+            "margin_m": 10,
+        },
+    })
+}

@@ -1,0 +1,267 @@
+//! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
+
+use super::answer::{Answer, GEOJSON, created, json, not_modified, set, stamped, told};
+use super::asked::{self, By, Named, NoParameters, PageParameters, Query};
+use super::reading::{self, Sent};
+use super::refusals;
+use super::zone_schema::{ZoneCollection, ZoneFeature};
+use crate::edge::{Edge, ZoneWrite};
+use crate::wire::ZoneAck;
+use axum::extract::State;
+use axum::response::Response;
+use http::{HeaderMap, StatusCode, header};
+use serde::Deserialize;
+use serde_json::Value;
+use std::sync::Arc;
+use utoipa::IntoParams;
+
+const COLLECTION: &str = "/v1/zones";
+
+/// How a zone is written.
+#[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct WriteParameters {
+    /// Whether only to check: the same checks and the same answer, without effect.
+    #[serde(default)]
+    validate_only: bool,
+}
+
+fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
+    if let Some(etag) = &ack.etag {
+        set(&mut response, header::ETAG, etag);
+    }
+    response
+}
+
+/// Puts a new zone into force.
+#[utoipa::path(
+    post,
+    path = "/v1/zones",
+    tag = "airspace",
+    params(
+        WriteParameters,
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
+    request_body(
+        description = "The zone.",
+        content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example())), (ZoneFeature = "application/json")),
+    ),
+    responses(
+        (
+            status = 201,
+            description = "The zone as it is understood, what it closes and which plans it meets.",
+            body = ZoneAck,
+            headers(
+                ("Location" = String, description = "The path of the zone."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        (status = 200, description = "With `validate_only`: what the answer would be.", body = ZoneAck),
+        (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 429, response = refusals::TooManyRequests),
+    ),
+)]
+pub(super) async fn create_zone(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(asked): Query<WriteParameters>,
+    headers: HeaderMap,
+    Sent(body): Sent,
+) -> Answer {
+    let feature = reading::value(&body)?;
+    let idempotency = asked::idempotency(&headers, &body)?;
+    let write = ZoneWrite {
+        validate_only: asked.validate_only,
+        ..ZoneWrite::default()
+    };
+    let ack = edge
+        .create_zone(&caller, feature, write, idempotency)
+        .await?;
+    if asked.validate_only {
+        return json(&ack);
+    }
+    let id = ack
+        .zone
+        .get("id")
+        .and_then(Value::as_str)
+        .unwrap_or_default();
+    Ok(tagged(created(&ack, COLLECTION, id)?, &ack))
+}
+
+/// Puts a zone under an id, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/zones/{id}",
+    tag = "airspace",
+    params(
+        ("id" = String, Path, description = "`id` of the zone."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+    ),
+    request_body(
+        description = "The zone.",
+        content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example_without_id())), (ZoneFeature = "application/json")),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The zone as it is understood; it was there before, or `validate_only`.",
+            body = ZoneAck,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (
+            status = 201,
+            description = "The same; the zone is new.",
+            body = ZoneAck,
+            headers(
+                ("Location" = String, description = "The path of the zone."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 429, response = refusals::TooManyRequests),
+    ),
+)]
+pub(super) async fn put_zone(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(asked): Query<WriteParameters>,
+    headers: HeaderMap,
+    Sent(body): Sent,
+) -> Answer {
+    let feature = reading::value(&body)?;
+    let write = ZoneWrite {
+        id: Some(id.clone()),
+        if_match: asked::if_match(&headers)?,
+        validate_only: asked.validate_only,
+    };
+    let (ack, is_new) = edge.put_zone(&caller, feature, write).await?;
+    let response = match is_new && !asked.validate_only {
+        true => created(&ack, COLLECTION, &id)?,
+        false => json(&ack)?,
+    };
+    Ok(tagged(response, &ack))
+}
+
+/// Lifts a zone; what it closed alone opens again.
+#[utoipa::path(
+    delete,
+    path = "/v1/zones/{id}",
+    tag = "airspace",
+    params(
+        ("id" = String, Path, description = "`id` of the zone."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
+    ),
+    responses(
+        (status = 200, description = "What was lifted.", body = ZoneAck),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 428, response = refusals::PreconditionRequired),
+    ),
+)]
+pub(super) async fn delete_zone(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(asked): Query<WriteParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let write = ZoneWrite {
+        id: Some(id),
+        if_match: asked::if_match(&headers)?,
+        validate_only: asked.validate_only,
+    };
+    json(&edge.delete_zone(&caller, write).await?)
+}
+
+/// Tells what a zone would close and which plans it would meet; nothing changes.
+#[utoipa::path(
+    post,
+    path = "/v1/zones:preview",
+    tag = "airspace",
+    request_body(
+        description = "The zone.",
+        content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example())), (ZoneFeature = "application/json")),
+    ),
+    responses(
+        (status = 200, description = "What it would do.", body = ZoneAck),
+        (status = 422, response = refusals::UnprocessableContent),
+    ),
+)]
+pub(super) async fn preview_zone(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+    Sent(body): Sent,
+) -> Answer {
+    json(&edge.preview_zone(&caller, reading::value(&body)?).await?)
+}
+
+/// Tells a zone as a GeoJSON feature.
+#[utoipa::path(
+    get,
+    path = "/v1/zones/{id}",
+    tag = "airspace",
+    params(
+        ("id" = String, Path, description = "`id` of the zone."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The zone.",
+            body = ZoneFeature,
+            content_type = "application/geo+json",
+            headers(
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_zone(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let (feature, etag) = edge.zone(&caller, &id)?;
+    if let Some(response) = not_modified(&headers, &etag) {
+        return Ok(response);
+    }
+    let mut response = told(StatusCode::OK, GEOJSON, &feature)?;
+    set(&mut response, header::ETAG, &etag);
+    Ok(stamped(response, &edge.stamp()))
+}
+
+/// Lists the zones, by id, as a GeoJSON feature collection.
+#[utoipa::path(
+    get,
+    path = "/v1/zones",
+    tag = "airspace",
+    params(PageParameters),
+    responses((
+        status = 200,
+        description = "A page of zones.",
+        body = ZoneCollection,
+        content_type = "application/geo+json",
+    )),
+)]
+pub(super) async fn list_zones(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    let zones = edge.zones(&caller, &page.into_request())?;
+    told(StatusCode::OK, GEOJSON, &zones)
+}

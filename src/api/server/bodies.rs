@@ -1,0 +1,179 @@
+//! Bodies under watch: of requests, which may not grow beyond the limit, and of answers, which end with the drain.
+
+use super::drain::{Drain, Phase};
+use super::watch::Visit;
+use crate::api::metrics::Dialect;
+use crate::api::problem;
+use crate::edge::{Code, Refusal};
+use axum::body::Body;
+use bytes::Bytes;
+use http_body::{Frame, SizeHint};
+use http_body_util::{LengthLimitError, Limited};
+use hyper::body::Incoming;
+use prometheus_client::metrics::gauge::Gauge;
+use std::error::Error;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll};
+use tokio_util::sync::WaitForCancellationFutureOwned;
+
+/// A place among the requests of a class, given back when dropped.
+#[derive(Debug)]
+pub(crate) struct Permit {
+    in_flight: Gauge,
+}
+
+impl Permit {
+    /// A place, where fewer than the limit are taken.
+    pub(crate) fn take(in_flight: &Gauge, limit: i64) -> Option<Self> {
+        let taken_before = in_flight.inc();
+        let permit = Self {
+            in_flight: in_flight.clone(),
+        };
+        (taken_before < limit).then_some(permit)
+    }
+}
+
+impl Drop for Permit {
+    fn drop(&mut self) {
+        self.in_flight.dec();
+    }
+}
+
+/// The body of a request that did not say how long it is.
+pub(crate) struct BoundedBody {
+    inner: Limited<Incoming>,
+    exceeded: Arc<AtomicBool>,
+}
+
+impl BoundedBody {
+    /// The body, and a flag that says that it was longer than the limit: handlers tell that in many words, and
+    /// the gate in one.
+    pub(crate) fn new(body: Incoming, limit_bytes: usize) -> (Self, Arc<AtomicBool>) {
+        let exceeded = Arc::new(AtomicBool::new(false));
+        let bounded = Self {
+            inner: Limited::new(body, limit_bytes),
+            exceeded: Arc::clone(&exceeded),
+        };
+        (bounded, exceeded)
+    }
+}
+
+impl http_body::Body for BoundedBody {
+    type Data = Bytes;
+    type Error = Box<dyn Error + Send + Sync>;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Self::Error>>> {
+        let polled = Pin::new(&mut self.inner).poll_frame(context);
+        if let Poll::Ready(Some(Err(error))) = &polled
+            && error.is::<LengthLimitError>()
+        {
+            self.exceeded.store(true, Ordering::Relaxed);
+        }
+        polled
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.inner.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.inner.size_hint()
+    }
+}
+
+/// The body of an answer. While it lasts, its connection is in use.
+pub(crate) struct AnswerBody {
+    inner: Body,
+    visit: Option<Visit>,
+    stream: Option<Box<OpenStream>>,
+}
+
+/// What an answer without an end holds on to.
+struct OpenStream {
+    dialect: Dialect,
+    closing: Pin<Box<WaitForCancellationFutureOwned>>,
+    has_ended: bool,
+    _permit: Permit,
+}
+
+impl AnswerBody {
+    pub(crate) fn whole(inner: Body) -> Self {
+        Self {
+            inner,
+            visit: None,
+            stream: None,
+        }
+    }
+
+    /// A body without an end: it keeps its place until it is dropped, and ends when connections close.
+    pub(crate) fn stream(inner: Body, permit: Permit, dialect: Dialect, drain: &Drain) -> Self {
+        let stream = OpenStream {
+            dialect,
+            closing: Box::pin(drain.past(Phase::Open)),
+            has_ended: false,
+            _permit: permit,
+        };
+        Self {
+            inner,
+            visit: None,
+            stream: Some(Box::new(stream)),
+        }
+    }
+
+    pub(crate) fn with_visit(mut self, visit: Visit) -> Self {
+        self.visit = Some(visit);
+        self
+    }
+}
+
+impl OpenStream {
+    /// The end of a stream by the drain: gRPC says it in trailers, server-sent events just end.
+    fn end(&mut self) -> Option<Frame<Bytes>> {
+        self.has_ended = true;
+        if self.dialect == Dialect::Rest {
+            return None;
+        }
+        let refusal = Refusal::new(
+            Code::ShuttingDown,
+            "the edge stops; watch another, or this one when it is back",
+        );
+        let mut trailers = http::HeaderMap::new();
+        problem::grpc_status(&refusal)
+            .add_header(&mut trailers)
+            .ok()?;
+        Some(Frame::trailers(trailers))
+    }
+}
+
+impl http_body::Body for AnswerBody {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        if let Some(stream) = &mut self.stream {
+            if stream.has_ended {
+                return Poll::Ready(None);
+            }
+            if stream.closing.as_mut().poll(context).is_ready() {
+                return Poll::Ready(stream.end().map(Ok));
+            }
+        }
+        Pin::new(&mut self.inner).poll_frame(context)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.stream.as_ref().is_some_and(|stream| stream.has_ended) || self.inner.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.inner.size_hint()
+    }
+}

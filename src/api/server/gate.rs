@@ -1,0 +1,479 @@
+//! What happens to every request before and after its handler: one pass, because each layer costs on the hot path.
+//!
+//! Before: id, operation, host, caller, role, body limit, a place in its class. All this happens when the
+//! request arrives and not when its task runs, so that requests that wait for a processor count as in flight.
+//! After: deadline, panics, metrics, the dialect of refusals, headers.
+
+use super::bodies::{AnswerBody, BoundedBody, Permit};
+use super::drain::Drain;
+use super::hosts::Hosts;
+use super::refuse::{self, Finding};
+use super::request::{RequestContext, RequestId, grpc_timeout};
+use crate::access::Caller;
+use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
+use crate::api::operations::{Access, Class, Listener, Operation, Unresolved};
+use crate::api::problem;
+use crate::edge::{Code, Refusal};
+use axum::Router;
+use axum::body::Body;
+use http::request::Parts;
+use http::{HeaderValue, Request, Response, header};
+use http_body::Body as _;
+use hyper::body::Incoming;
+use std::future::poll_fn;
+use std::io;
+use std::net::SocketAddr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::pin::pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::task::Poll;
+use std::time::Duration;
+use tokio::time::{Instant, Sleep, sleep_until};
+use tower::Service;
+
+/// The prefix of a gRPC message: one byte of flags, four of length.
+const GRPC_PREFIX_BYTES: usize = 5;
+
+/// When to try again after a request was shed, in seconds.
+const RETRY_AFTER_S: u32 = 1;
+
+/// Finds the caller of a bearer token.
+pub type FindCaller = Arc<dyn Fn(&str) -> Option<Caller> + Send + Sync>;
+
+/// How callers say who they are.
+#[derive(Clone)]
+pub enum Authentication {
+    /// They need not, but must name this listener as their host: for loopback without tokens.
+    Loopback,
+    /// By a bearer token.
+    Tokens(FindCaller),
+}
+
+/// How many requests of each class may be in flight.
+#[derive(Clone, Copy, Debug)]
+pub struct Slots {
+    /// Failure reports.
+    pub failures: u32,
+    /// Writes of airspace.
+    pub zone_writes: u32,
+    /// Reads.
+    pub reads: u32,
+    /// The rest.
+    pub other: u32,
+    /// Streams of events and of health.
+    pub streams: u32,
+}
+
+impl Default for Slots {
+    fn default() -> Self {
+        Self {
+            failures: 512,
+            zone_writes: 32,
+            reads: 256,
+            other: 64,
+            streams: 256,
+        }
+    }
+}
+
+impl Slots {
+    fn of(self, class: Class) -> i64 {
+        match class {
+            Class::Failure => i64::from(self.failures),
+            Class::ZoneWrite => i64::from(self.zone_writes),
+            Class::Read => i64::from(self.reads),
+            Class::Other => i64::from(self.other),
+            Class::Stream => i64::from(self.streams),
+            Class::Health => i64::MAX,
+        }
+    }
+}
+
+/// What a gate lets pass.
+#[derive(Clone)]
+pub struct GateConfig {
+    /// Which listener it stands at.
+    pub listener: Listener,
+    /// How callers say who they are.
+    pub authentication: Authentication,
+    /// How many may be in flight. Gates that share metrics share the places.
+    pub slots: Slots,
+    /// How large a body may be, in bytes.
+    pub body_bytes_max: usize,
+    /// How long an answer may take to begin; a `grpc-timeout` may shorten it.
+    pub deadline: Duration,
+}
+
+/// The gate of one listener.
+pub(crate) struct Gate {
+    config: GateConfig,
+    router: Router,
+    hosts: Hosts,
+    anyone: Caller,
+    process: u32,
+    number: AtomicU64,
+    metrics: Arc<RequestMetrics>,
+    drain: Drain,
+    opened: Instant,
+    /// The second of the last warning, so that a flood of refusals is not one of log lines.
+    warned_s: AtomicU64,
+}
+
+/// A request that may be handled.
+struct Passed {
+    request: Request<Body>,
+    deadline: Instant,
+    permit: Permit,
+    /// Set when the body turned out too long.
+    exceeded: Option<Arc<AtomicBool>>,
+}
+
+/// What is known of a request, whether it passes or not.
+struct Known {
+    dialect: Dialect,
+    operation: Option<Operation>,
+    request_id: RequestId,
+    arrived: Instant,
+}
+
+enum Outcome {
+    Answered(Response<Body>),
+    Panicked,
+    Expired,
+}
+
+impl Gate {
+    pub(crate) fn new(
+        config: GateConfig,
+        router: Router,
+        address: SocketAddr,
+        metrics: Arc<RequestMetrics>,
+        drain: Drain,
+    ) -> io::Result<Self> {
+        Ok(Self {
+            config,
+            router,
+            hosts: Hosts::of(address),
+            anyone: Caller::anyone(),
+            process: getrandom::u32().map_err(io::Error::other)?,
+            number: AtomicU64::new(0),
+            metrics,
+            drain,
+            opened: Instant::now(),
+            warned_s: AtomicU64::new(u64::MAX),
+        })
+    }
+
+    /// Takes a request in; the future answers it.
+    pub(crate) fn enter(
+        self: &Arc<Self>,
+        request: Request<Incoming>,
+    ) -> impl Future<Output = Response<AnswerBody>> + Send + use<> {
+        let (head, body) = request.into_parts();
+        let mut known = Known {
+            dialect: dialect(&head),
+            operation: None,
+            request_id: self.request_id(&head),
+            arrived: Instant::now(),
+        };
+        let checked = self.check(head, body, &mut known);
+        let gate = Arc::clone(self);
+        async move {
+            match checked {
+                Ok(passed) => gate.answer(passed, known).await,
+                Err(refused) => gate.finish(refused, &known).map(AnswerBody::whole),
+            }
+        }
+    }
+
+    fn request_id(&self, head: &Parts) -> RequestId {
+        RequestId::of_client(&head.headers).unwrap_or_else(|| {
+            RequestId::counted(self.process, self.number.fetch_add(1, Ordering::Relaxed))
+        })
+    }
+
+    #[expect(
+        clippy::result_large_err,
+        reason = "a refusal is an answer, and is passed on once"
+    )]
+    fn check(
+        &self,
+        head: Parts,
+        body: Incoming,
+        known: &mut Known,
+    ) -> Result<Passed, Response<Body>> {
+        let operation = self.resolve(&head, known.dialect).map_err(|unresolved| {
+            refuse::unresolved(
+                &unresolved,
+                head.uri.path(),
+                known.dialect,
+                &known.request_id.to_string(),
+            )
+        })?;
+        known.operation = Some(operation);
+        self.admit(head, body, operation, known).map_err(|refusal| {
+            refuse::answer(&refusal, known.dialect, &known.request_id.to_string())
+        })
+    }
+
+    fn resolve(&self, head: &Parts, dialect: Dialect) -> Result<Operation, Unresolved> {
+        let path = head.uri.path();
+        let operation = match dialect {
+            Dialect::Grpc => Operation::of_grpc(path).ok_or(Unresolved::Path)?,
+            Dialect::Rest => Operation::of_rest(&head.method, path)?,
+        };
+        let served_here = operation
+            .row()
+            .listener
+            .is_none_or(|listener| listener == self.config.listener);
+        served_here.then_some(operation).ok_or(Unresolved::Path)
+    }
+
+    fn admit(
+        &self,
+        mut head: Parts,
+        body: Incoming,
+        operation: Operation,
+        known: &Known,
+    ) -> Result<Passed, Refusal> {
+        let caller = self.caller(&head, operation)?;
+        let (body, exceeded) = self.bounded(&head, body, known.dialect)?;
+        let permit = self.place(operation.row().class)?;
+        let timeout = match known.dialect {
+            Dialect::Rest => None,
+            Dialect::Grpc => grpc_timeout(&head.headers),
+        };
+        let allowed = timeout.map_or(self.config.deadline, |asked| {
+            asked.min(self.config.deadline)
+        });
+        let deadline = known.arrived + allowed;
+        head.extensions.insert(RequestContext {
+            caller,
+            operation,
+            request_id: known.request_id.clone(),
+            deadline,
+        });
+        Ok(Passed {
+            request: Request::from_parts(head, body),
+            deadline,
+            permit,
+            exceeded,
+        })
+    }
+
+    fn caller(&self, head: &Parts, operation: Operation) -> Result<Caller, Refusal> {
+        let find = match &self.config.authentication {
+            Authentication::Tokens(find) => find,
+            Authentication::Loopback => {
+                return match self.hosts.stranger(head) {
+                    None => Ok(self.anyone.clone()),
+                    Some(what) => Err(Refusal::new(Code::HostRefused, what)),
+                };
+            }
+        };
+        if operation.row().access == Access::Open {
+            return Ok(self.anyone.clone());
+        }
+        let Some(token) = bearer(head) else {
+            return Err(Refusal::new(
+                Code::Unauthenticated,
+                "there is no bearer token in the Authorization header",
+            ));
+        };
+        let Some(caller) = find(token) else {
+            return Err(Refusal::new(
+                Code::Unauthenticated,
+                "the bearer token is not known here",
+            ));
+        };
+        if !operation.allows(caller.role) {
+            let detail = format!(
+                "the role '{}' may not {}",
+                caller.role.name(),
+                operation.row().name
+            );
+            return Err(Refusal::new(Code::Forbidden, detail));
+        }
+        Ok(caller)
+    }
+
+    fn bounded(
+        &self,
+        head: &Parts,
+        body: Incoming,
+        dialect: Dialect,
+    ) -> Result<(Body, Option<Arc<AtomicBool>>), Refusal> {
+        let encoding = head.headers.get(header::CONTENT_ENCODING);
+        if encoding.is_some_and(|encoding| !encoding.as_bytes().eq_ignore_ascii_case(b"identity")) {
+            return Err(Refusal::new(
+                Code::MediaTypeUnsupported,
+                "the body has a content encoding; send it plain",
+            ));
+        }
+        let limit_bytes = match dialect {
+            Dialect::Rest => self.config.body_bytes_max,
+            Dialect::Grpc => self.config.body_bytes_max.saturating_add(GRPC_PREFIX_BYTES),
+        };
+        let hint = body.size_hint();
+        if hint.lower() > limit_bytes as u64 {
+            return Err(too_large(self.config.body_bytes_max));
+        }
+        // hyper holds a body to the length that it announced.
+        if hint.exact().is_some() {
+            return Ok((Body::new(body), None));
+        }
+        let (body, exceeded) = BoundedBody::new(body, limit_bytes);
+        Ok((Body::new(body), Some(exceeded)))
+    }
+
+    fn place(&self, class: Class) -> Result<Permit, Refusal> {
+        let limit = self.config.slots.of(class);
+        if let Some(permit) = Permit::take(self.metrics.in_flight(class), limit) {
+            return Ok(permit);
+        }
+        let (code, reason) = match class {
+            Class::Stream => (Code::LimitReached, ShedReason::Streams),
+            _ => (Code::Overloaded, ShedReason::Slots),
+        };
+        self.metrics.shed(class, reason);
+        let detail = format!(
+            "{limit} requests of the class '{}' are in flight",
+            class.name()
+        );
+        Err(Refusal::new(code, detail).retry_after_s(RETRY_AFTER_S))
+    }
+
+    async fn answer(self: Arc<Self>, passed: Passed, known: Known) -> Response<AnswerBody> {
+        let Passed {
+            request,
+            deadline,
+            permit,
+            exceeded,
+        } = passed;
+        let outcome = self.handle(request, deadline).await;
+        let was_exceeded = exceeded.is_some_and(|flag| flag.load(Ordering::Relaxed));
+        let refusal = match outcome {
+            Outcome::Answered(_) if was_exceeded => too_large(self.config.body_bytes_max),
+            Outcome::Answered(response) => {
+                let is_stream = known
+                    .operation
+                    .is_some_and(|operation| operation.row().class == Class::Stream);
+                let response = self.finish(response, &known);
+                if is_stream {
+                    return response
+                        .map(|body| AnswerBody::stream(body, permit, known.dialect, &self.drain));
+                }
+                return response.map(AnswerBody::whole);
+            }
+            Outcome::Expired => Refusal::new(
+                Code::DeadlineExceeded,
+                "there was no answer before the deadline",
+            ),
+            Outcome::Panicked => {
+                self.metrics.panicked();
+                Refusal::new(Code::Internal, "the request met a defect of the edge")
+            }
+        };
+        drop(permit);
+        let refused = refuse::answer(&refusal, known.dialect, &known.request_id.to_string());
+        self.finish(refused, &known).map(AnswerBody::whole)
+    }
+
+    /// Runs the handler until it answers, panics or the deadline passes; then it is dropped.
+    async fn handle(&self, request: Request<Body>, deadline: Instant) -> Outcome {
+        let mut router = self.router.clone();
+        let mut handler = pin!(async move { router.call(request).await });
+        // Most handlers answer when first polled and never need the timer.
+        let mut timer = pin!(None::<Sleep>);
+        poll_fn(|context| {
+            // What a handler shares outlives its panic, and is made of locks that know it and of snapshots.
+            match catch_unwind(AssertUnwindSafe(|| handler.as_mut().poll(context))) {
+                Ok(Poll::Ready(Ok(response))) => return Poll::Ready(Outcome::Answered(response)),
+                Ok(Poll::Pending) => {}
+                Err(_) => return Poll::Ready(Outcome::Panicked),
+            }
+            if timer.is_none() {
+                timer.set(Some(sleep_until(deadline)));
+            }
+            match timer.as_mut().as_pin_mut() {
+                Some(timer) => timer.poll(context).map(|()| Outcome::Expired),
+                None => Poll::Pending,
+            }
+        })
+        .await
+    }
+
+    /// Counts an answer, tells a library's refusal anew, and adds the headers.
+    fn finish(&self, response: Response<Body>, known: &Known) -> Response<Body> {
+        let (mut response, code) = match refuse::find(&response, known.dialect) {
+            Finding::Fine => (response, None),
+            Finding::Told(code) => (response, Some(code)),
+            Finding::Foreign(refusal) => {
+                let told = refuse::answer(&refusal, known.dialect, &known.request_id.to_string());
+                (told, Some(refusal.code))
+            }
+        };
+        let status = match (known.dialect, code) {
+            (Dialect::Rest, _) => response.status().as_u16(),
+            (Dialect::Grpc, None) => 0,
+            (Dialect::Grpc, Some(code)) => problem::row(code).grpc as u16,
+        };
+        let took = known.arrived.elapsed();
+        match known.operation {
+            Some(operation) => self
+                .metrics
+                .answered(operation, known.dialect, status, took),
+            None => self.metrics.answered_nothing(known.dialect, status),
+        }
+        if let Some(code) = code {
+            self.metrics.refused(code);
+            self.log(code, known);
+        }
+        let headers = response.headers_mut();
+        headers.insert("x-request-id", known.request_id.header());
+        if known.dialect == Dialect::Rest {
+            headers.insert(
+                header::X_CONTENT_TYPE_OPTIONS,
+                HeaderValue::from_static("nosniff"),
+            );
+        }
+        response
+    }
+
+    /// One line for a refusal: a warning where the edge could not do what it should, at most one a second.
+    fn log(&self, code: Code, known: &Known) {
+        let row = problem::row(code);
+        let operation = known
+            .operation
+            .map_or("none", |operation| operation.row().name);
+        let request_id = &known.request_id;
+        let second = self.opened.elapsed().as_secs();
+        if row.status.is_server_error() && self.warned_s.swap(second, Ordering::Relaxed) != second {
+            tracing::warn!(code = row.name, operation, %request_id, "request refused");
+        } else {
+            tracing::debug!(code = row.name, operation, %request_id, "request refused");
+        }
+    }
+}
+
+fn dialect(head: &Parts) -> Dialect {
+    let media_type = head.headers.get(header::CONTENT_TYPE);
+    if media_type.is_some_and(|media_type| media_type.as_bytes().starts_with(b"application/grpc")) {
+        return Dialect::Grpc;
+    }
+    Dialect::Rest
+}
+
+fn bearer(head: &Parts) -> Option<&str> {
+    let text = head.headers.get(header::AUTHORIZATION)?.to_str().ok()?;
+    let (scheme, token) = text.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
+}
+
+fn too_large(limit_bytes: usize) -> Refusal {
+    Refusal::new(
+        Code::BodyTooLarge,
+        format!("the body is larger than {limit_bytes} bytes"),
+    )
+}

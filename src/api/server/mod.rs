@@ -1,0 +1,66 @@
+//! The server under both dialects: it accepts connections, bounds what they may take, and drains.
+//!
+//! `accept` owns the loop and the drain, `connection` the deadlines of one connection, and `gate` what
+//! happens to a request before and after its handler.
+
+mod accept;
+mod bodies;
+mod connection;
+mod drain;
+mod gate;
+mod hosts;
+mod refuse;
+mod request;
+mod watch;
+
+pub use accept::{Drained, serve};
+pub use drain::Drain;
+pub use gate::{Authentication, FindCaller, GateConfig, Slots};
+pub use request::{RequestContext, RequestId};
+
+use std::time::Duration;
+
+/// What connections may take.
+#[derive(Clone, Debug)]
+pub struct ServerConfig {
+    /// How many connections may be open; beyond that, new ones are closed at once.
+    pub connections_max: usize,
+    /// How many streams one HTTP/2 connection may have open.
+    pub streams_per_connection: u32,
+    /// How large the head of a request may be, in bytes; at least 8,192.
+    pub header_bytes_max: u32,
+    /// How long a new connection may take to say which protocol it speaks.
+    pub preface_deadline: Duration,
+    /// How long the head of an HTTP/1.1 request may take, from its first byte.
+    pub header_deadline: Duration,
+    /// How long a connection may be open without a request.
+    pub idle_deadline: Duration,
+    /// How long a client may read nothing of an answer that waits for it.
+    pub write_deadline: Duration,
+    /// After how long a quiet HTTP/2 connection is pinged.
+    pub ping_interval: Duration,
+    /// How long the answer to a ping may take.
+    pub ping_timeout: Duration,
+    /// How long to keep serving after a drain has begun, so that load balancers notice.
+    pub drain_delay: Duration,
+    /// How long requests in flight may take to finish during a drain.
+    pub drain_timeout: Duration,
+}
+
+impl Default for ServerConfig {
+    fn default() -> Self {
+        Self {
+            connections_max: 10_000,
+            streams_per_connection: 128,
+            header_bytes_max: 16 * 1024,
+            preface_deadline: Duration::from_secs(3),
+            header_deadline: Duration::from_secs(5),
+            idle_deadline: Duration::from_secs(120),
+            write_deadline: Duration::from_secs(30),
+            ping_interval: Duration::from_secs(10),
+            ping_timeout: Duration::from_secs(5),
+            drain_delay: Duration::ZERO,
+            drain_timeout: Duration::from_secs(10),
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! The server over real sockets: deadlines, limits, shedding, roles and the drain, with handlers of its own.
+
+mod connections;
+mod deadlines;
+mod drain;
+mod harness;
+mod limits;
+mod raw;
+mod roles;
+mod shedding;
+mod slowloris;

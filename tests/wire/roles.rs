@@ -1,0 +1,160 @@
+//! Who may do what: every operation, role and dialect through the gate, against a list written down here.
+
+use crate::harness::{Options, Server, ask, call, code, grpc_refusal, h2, rest};
+use skyway::api::operations::{Listener, Row, TABLE};
+
+const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
+
+/// What each role may do besides what needs no token.
+fn may(role: &str) -> Vec<&'static str> {
+    let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan \
+                 cancel_plan acknowledge_plan post_telemetry";
+    let airspace = "get_zone list_zones list_closures get_closure get_network get_node nearest";
+    let operator = "create_zone put_zone delete_zone preview_zone create_closure change_closure delete_closure \
+                    list_proposals decide_proposal list_holds decide_hold list_drones watch_events";
+    let admin = "metrics status";
+    let lists = match role {
+        "drone" => vec![drone, airspace],
+        "operator" => vec![drone, airspace, operator, admin],
+        "edge" => vec![airspace, "watch_events"],
+        "metrics" => vec![admin],
+        other => panic!("no role '{other}'"),
+    };
+    lists.into_iter().flat_map(str::split_whitespace).collect()
+}
+
+const NEEDS_NO_TOKEN: &str =
+    "live ready health_check health_watch reflection reflection_alpha openapi docs page";
+
+fn expected(row: &Row, token: Option<&str>) -> u16 {
+    let is_open = NEEDS_NO_TOKEN.split(' ').any(|name| name == row.name);
+    match token {
+        _ if is_open => 200,
+        Some(role) if ROLES.contains(&role) && may(role).contains(&row.name) => 200,
+        Some(role) if ROLES.contains(&role) => 403,
+        _ => 401,
+    }
+}
+
+async fn rest_status(
+    server: &Server,
+    client: &reqwest::Client,
+    row: &Row,
+    token: Option<&str>,
+) -> Vec<u16> {
+    let mut found = Vec::new();
+    for (method, path) in row.rest {
+        let path = path.replace("{id}", "7").replace("{*file}", "a.js");
+        let mut request = ask(client, method.clone(), server.url(&path), "");
+        if let Some(token) = token {
+            request = request.header("authorization", format!("Bearer {token}"));
+        }
+        let response = request.send().await.expect("an answer");
+        let status = response.status().as_u16();
+        match status {
+            200 => assert!(
+                response.text().await.expect("a body").starts_with(row.name),
+                "{path}"
+            ),
+            401 => assert_eq!(code(response).await, "unauthenticated"),
+            403 => assert_eq!(code(response).await, "forbidden"),
+            _ => {}
+        }
+        found.push(status);
+    }
+    found
+}
+
+async fn grpc_status(
+    server: &Server,
+    client: &reqwest::Client,
+    row: &Row,
+    token: Option<&str>,
+) -> Option<u16> {
+    let mut request = call(client, server, row.grpc?, "");
+    if let Some(token) = token {
+        request = request.header("authorization", format!("bearer {token}"));
+    }
+    let response = request.send().await.expect("an answer");
+    if !response.headers().contains_key("grpc-status") {
+        assert!(
+            response.text().await.expect("a body").starts_with(row.name),
+            "{}",
+            row.name
+        );
+        return Some(200);
+    }
+    match grpc_refusal(&response) {
+        (16, code) if code == "unauthenticated" => Some(401),
+        (7, code) if code == "forbidden" => Some(403),
+        other => panic!("{}: {other:?}", row.name),
+    }
+}
+
+#[tokio::test]
+async fn every_operation_is_allowed_or_refused_as_the_list_says() {
+    let main = Options::with_tokens().start().await;
+    let admin = Options {
+        listener: Listener::Admin,
+        ..Options::with_tokens()
+    };
+    let admin = admin.start().await;
+    let (rest, h2) = (rest(), h2());
+    let mut checked = 0;
+    for row in TABLE {
+        let server = match row.listener {
+            Some(Listener::Admin) => &admin,
+            _ => &main,
+        };
+        let tokens = ROLES
+            .map(Some)
+            .into_iter()
+            .chain([None, Some("anyone"), Some("")]);
+        for token in tokens {
+            let wanted = expected(row, token);
+            for status in rest_status(server, &rest, row, token).await {
+                assert_eq!(status, wanted, "{} as {token:?} over REST", row.name);
+                checked += 1;
+            }
+            if let Some(status) = grpc_status(server, &h2, row, token).await {
+                assert_eq!(status, wanted, "{} as {token:?} over gRPC", row.name);
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 400, "only {checked} were checked");
+}
+
+#[tokio::test]
+async fn without_tokens_anyone_may_do_everything() {
+    let main = Options::default().start().await;
+    let (rest, h2) = (rest(), h2());
+    for row in TABLE
+        .iter()
+        .filter(|row| row.listener != Some(Listener::Admin))
+    {
+        let statuses = rest_status(&main, &rest, row, None).await;
+        assert!(statuses.iter().all(|status| *status == 200), "{}", row.name);
+        assert_ne!(
+            grpc_status(&main, &h2, row, None).await,
+            Some(401),
+            "{}",
+            row.name
+        );
+    }
+}
+
+#[tokio::test]
+async fn the_admin_listener_has_nothing_but_its_own() {
+    let options = Options {
+        listener: Listener::Admin,
+        ..Options::default()
+    };
+    let admin = options.start().await;
+    for row in TABLE {
+        let is_here = row.listener != Some(Listener::Main);
+        for status in rest_status(&admin, &rest(), row, None).await {
+            assert_eq!(status == 200, is_here, "{}", row.name);
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Under load each class has its own places: a flood of one leaves the others served.
+
+use crate::harness::{Options, Server, ask, call, code, grpc_refusal, h2, rest};
+use http::Method;
+use skyway::api::server::Slots;
+
+const READ: (Method, &str, &str) = (Method::GET, "/v1/zones", "/skyway.v1.Airspace/ListZones");
+const FAILURE: (Method, &str, &str) = (
+    Method::POST,
+    "/v1/failures",
+    "/skyway.v1.Recomposition/ReportFailure",
+);
+const ZONE_WRITE: (Method, &str, &str) =
+    (Method::POST, "/v1/zones", "/skyway.v1.Airspace/CreateZone");
+const OTHER: (Method, &str, &str) = (Method::POST, "/v1/plans", "/skyway.v1.Plans/CreatePlan");
+
+async fn small() -> Server {
+    let slots = Slots {
+        failures: 2,
+        zone_writes: 2,
+        reads: 2,
+        other: 2,
+        streams: 2,
+    };
+    Options {
+        slots,
+        ..Options::default()
+    }
+    .start()
+    .await
+}
+
+async fn is_served(server: &Server, (method, path, rpc): &(Method, &str, &str)) -> bool {
+    let rest = ask(&rest(), method.clone(), server.url(path), "")
+        .send()
+        .await
+        .expect("an answer");
+    let grpc = call(&h2(), server, rpc, "")
+        .send()
+        .await
+        .expect("an answer");
+    let is_served = rest.status() == 200;
+    if is_served {
+        assert!(
+            !grpc.headers().contains_key("grpc-status"),
+            "{rpc}: the dialects differ"
+        );
+    } else {
+        assert_eq!(rest.status(), 503, "{path}");
+        assert_eq!(rest.headers()["retry-after"], "1");
+        assert_eq!(code(rest).await, "overloaded");
+        assert_eq!(grpc_refusal(&grpc), (8, "overloaded".to_owned()));
+        assert_eq!(grpc.headers()["grpc-retry-pushback-ms"], "1000");
+    }
+    is_served
+}
+
+#[tokio::test]
+async fn a_saturated_class_leaves_the_others_served() {
+    let all = [READ, FAILURE, ZONE_WRITE, OTHER];
+    for saturated in &all {
+        let server = small().await;
+        let client = rest();
+        let waiting = [(); 2].map(|()| {
+            tokio::spawn(
+                ask(
+                    &client,
+                    saturated.0.clone(),
+                    server.url(saturated.1),
+                    "wait",
+                )
+                .send(),
+            )
+        });
+        server.entered(2).await;
+        for class in &all {
+            assert_eq!(
+                is_served(&server, class).await,
+                class != saturated,
+                "{} while {}",
+                class.1,
+                saturated.1
+            );
+        }
+        assert_eq!(
+            ask(&client, Method::GET, server.url("/livez"), "")
+                .send()
+                .await
+                .expect("an answer")
+                .status(),
+            200
+        );
+
+        server.release(2);
+        for request in waiting {
+            let response = request.await.expect("no panic").expect("an answer");
+            assert_eq!(response.text().await.expect("a body"), "waited");
+        }
+        assert!(
+            is_served(&server, saturated).await,
+            "{} after the flood",
+            saturated.1
+        );
+    }
+}
+
+#[tokio::test]
+async fn what_is_shed_is_counted() {
+    let server = small().await;
+    let client = rest();
+    let waiting = [(); 2]
+        .map(|()| tokio::spawn(ask(&client, Method::GET, server.url("/v1/zones"), "wait").send()));
+    server.entered(2).await;
+    assert!(!is_served(&server, &READ).await);
+    assert_eq!(
+        server.metric("shed_total{class=\"read\",reason=\"slots\"}"),
+        Some(2.0)
+    );
+    assert_eq!(
+        server.metric("refusals_total{code=\"overloaded\"}"),
+        Some(2.0)
+    );
+    assert_eq!(server.metric("in_flight{class=\"read\"}"), Some(2.0));
+    let shed = "requests_total{operation=\"list_zones\",dialect=\"rest\",status=\"503\"}";
+    assert_eq!(server.metric(shed), Some(1.0));
+    let shed = "requests_total{operation=\"list_zones\",dialect=\"grpc\",status=\"8\"}";
+    assert_eq!(server.metric(shed), Some(1.0));
+    server.release(2);
+    for request in waiting {
+        request.await.expect("no panic").expect("an answer");
+    }
+}
+
+#[tokio::test]
+async fn streams_keep_their_places_until_they_end() {
+    let server = small().await;
+    let open = || async {
+        ask(&rest(), Method::GET, server.url("/v1/events"), "stream")
+            .send()
+            .await
+            .expect("an answer")
+    };
+    let first = open().await;
+    let _second = open().await;
+    let refused = open().await;
+    assert_eq!(refused.status(), 429);
+    assert_eq!(code(refused).await, "limit_reached");
+    let refused = call(&h2(), &server, "/skyway.v1.Airspace/WatchEvents", "stream")
+        .send()
+        .await
+        .expect("an answer");
+    assert_eq!(grpc_refusal(&refused), (8, "limit_reached".to_owned()));
+
+    drop(first);
+    // The server sees the close a moment later.
+    for _ in 0..1000 {
+        if open().await.status() == 200 {
+            return;
+        }
+    }
+    panic!("the place of a stream that ended stays taken");
+}
