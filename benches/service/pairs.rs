@@ -1,0 +1,134 @@
+//! Edge and echo in turns, and how many requests each answers: the ratio is taken within each pair, so that what
+//! the machine does meanwhile is in both.
+
+use crate::load::{self, Dialect, Run};
+use crate::rest_load;
+use crate::servers::Server;
+use crate::workload::Workload;
+use crate::{Extent, Result};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// How long the tables of destinations may take that the first answers asked for.
+const TABLES_WITHIN: Duration = Duration::from_millis(500);
+/// The queue of tables is bounded: what was dropped is asked for again.
+const PASSES: usize = 4;
+
+/// What the edge answers to every report, as lines of JSON in a file, once it has its tables.
+pub(crate) fn record(edge: &Server, workload: &Workload, folder: &Path) -> Result<PathBuf> {
+    let mut lines = Vec::new();
+    for _ in 0..PASSES {
+        lines = answers(edge.address, workload)?;
+        std::thread::sleep(TABLES_WITHIN);
+    }
+    let file = folder.join("answers.jsonl");
+    std::fs::write(&file, lines.concat())?;
+    Ok(file)
+}
+
+fn answers(address: SocketAddr, workload: &Workload) -> Result<Vec<Vec<u8>>> {
+    let mut stream = TcpStream::connect(address)?;
+    stream.set_nodelay(true)?;
+    let mut lines = Vec::with_capacity(workload.reports.len());
+    for request in rest_load::requests(address, &workload.reports) {
+        let (head, received) = ask(&mut stream, &request)?;
+        let body = &received[head.body_from..head.body_until];
+        if !head.is_ok {
+            return Err(format!("refused: {}", String::from_utf8_lossy(body)).into());
+        }
+        let mut line = body.to_vec();
+        line.push(b'\n');
+        lines.push(line);
+    }
+    Ok(lines)
+}
+
+/// Sends a request and waits for its answer.
+pub(crate) fn ask(stream: &mut TcpStream, request: &[u8]) -> Result<(rest_load::Head, Vec<u8>)> {
+    stream.write_all(request)?;
+    let mut received = Vec::with_capacity(8 * 1024);
+    let mut part = [0; 8 * 1024];
+    loop {
+        let count = stream.read(&mut part)?;
+        if count == 0 {
+            return Err("the server closed before it answered".into());
+        }
+        received.extend(&part[..count]);
+        if let Some(head) = rest_load::whole(&received)? {
+            return Ok((head, received));
+        }
+    }
+}
+
+/// Measures pairs and prints them.
+pub(crate) fn measure(
+    dialect: Dialect,
+    edge: &Server,
+    echo: &Server,
+    workload: &Workload,
+    extent: Extent,
+) -> Result<()> {
+    println!(
+        "\n| {} | edge, requests/s | echo, requests/s | ratio | edge, CPU µs | echo, CPU µs | server busy, edge / echo | load busy, edge / echo |",
+        dialect.title()
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|");
+    let mut pairs = Vec::with_capacity(extent.pairs);
+    for number in 1..=extent.pairs {
+        let of_edge = load::run(dialect, edge, workload, extent)?;
+        let of_echo = load::run(dialect, echo, workload, extent)?;
+        print_pair(&format!("pair {number}"), &of_edge, &of_echo);
+        pairs.push((of_edge, of_echo));
+    }
+    print_summary(&pairs);
+    Ok(())
+}
+
+fn print_pair(name: &str, edge: &Run, echo: &Run) {
+    println!(
+        "| {name} | {:.0} | {:.0} | {:.3} | {:.2} | {:.2} | {:.0} % / {:.0} % | {:.0} % / {:.0} % |",
+        edge.requests_per_s,
+        echo.requests_per_s,
+        ratio((edge, echo)),
+        edge.server_us,
+        echo.server_us,
+        100.0 * edge.server_share,
+        100.0 * echo.server_share,
+        100.0 * edge.load_share,
+        100.0 * echo.load_share,
+    );
+}
+
+fn ratio((edge, echo): (&Run, &Run)) -> f64 {
+    edge.requests_per_s / echo.requests_per_s
+}
+
+fn print_summary(pairs: &[(Run, Run)]) {
+    let sorted = |figure: &dyn Fn(&(Run, Run)) -> f64| {
+        let mut figures: Vec<f64> = pairs.iter().map(figure).collect();
+        figures.sort_by(f64::total_cmp);
+        figures
+    };
+    let median = |figure: &dyn Fn(&(Run, Run)) -> f64| sorted(figure)[pairs.len() / 2];
+    let ratios = sorted(&|(edge, echo)| ratio((edge, echo)));
+    println!(
+        "| **median** | **{:.0}** | **{:.0}** | **{:.3}** | {:.2} | {:.2} | | |",
+        median(&|(edge, _)| edge.requests_per_s),
+        median(&|(_, echo)| echo.requests_per_s),
+        ratios[pairs.len() / 2],
+        median(&|(edge, _)| edge.server_us),
+        median(&|(_, echo)| echo.server_us),
+    );
+    println!(
+        "\nThe edge answers {:.1} % of the requests that the echo answers (median of {} pairs, from {:.1} % to {:.1} %), \
+         with {:.2} times its processor time; {:.1} % of its answers are rerouted.",
+        100.0 * ratios[pairs.len() / 2],
+        pairs.len(),
+        100.0 * ratios[0],
+        100.0 * ratios[pairs.len() - 1],
+        median(&|(edge, echo)| edge.server_us / echo.server_us),
+        100.0 * median(&|(edge, _)| edge.rerouted_share),
+    );
+}

@@ -1,0 +1,188 @@
+//! What the demo asks of an edge, over REST.
+
+use crate::wire;
+use reqwest::{Method, RequestBuilder, Response, StatusCode};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use std::time::Duration;
+use thiserror::Error;
+
+/// The longest wait for an answer; one edge on the same machine takes a thousandth of it.
+const ANSWER_WITHIN: Duration = Duration::from_secs(5);
+
+/// Why something asked of the edge did not come about.
+#[derive(Debug, Error)]
+pub enum ClientError {
+    /// No answer, or one that cannot be read.
+    #[error("the edge cannot be asked: {0}")]
+    Transport(#[from] reqwest::Error),
+    /// The edge refuses.
+    #[error("the edge refuses {asked}: {status}, {code}: {detail}")]
+    Refused {
+        /// Method and path.
+        asked: String,
+        /// The status of the answer.
+        status: StatusCode,
+        /// The stable code of the problem.
+        code: String,
+        /// What is wrong, for people.
+        detail: String,
+    },
+    /// Its network has too little to fly between.
+    #[error("the network '{network}' has no two connected nodes to fly between")]
+    NothingToFly {
+        /// Name of the network.
+        network: String,
+    },
+}
+
+impl ClientError {
+    /// True when what was asked does not go with the state of the edge.
+    pub(super) fn is_conflict(&self) -> bool {
+        matches!(self, Self::Refused { status, .. } if *status == StatusCode::CONFLICT)
+    }
+
+    /// True when what was asked for is not there, any more or at all.
+    pub(super) fn is_missing(&self) -> bool {
+        matches!(self, Self::Refused { status, .. } if *status == StatusCode::NOT_FOUND)
+    }
+}
+
+/// A client of one edge.
+#[derive(Debug)]
+pub(super) struct Client {
+    http: reqwest::Client,
+    base_url: String,
+}
+
+impl Client {
+    pub(super) fn new(base_url: &str) -> Result<Self, ClientError> {
+        // The edge is on this machine: no proxy has to do with it.
+        let http = reqwest::Client::builder()
+            .no_proxy()
+            .timeout(ANSWER_WITHIN)
+            .build()?;
+        Ok(Self {
+            http,
+            base_url: base_url.trim_end_matches('/').to_owned(),
+        })
+    }
+
+    pub(super) async fn network(&self) -> Result<wire::CompactNetwork<'static>, ClientError> {
+        self.read("/v1/network?format=compact").await
+    }
+
+    pub(super) async fn compose(
+        &self,
+        request: &wire::DeliveryRequest,
+    ) -> Result<wire::Plan<'static>, ClientError> {
+        self.send(Method::POST, "/v1/plans", request).await
+    }
+
+    /// The plans of a drone, those that are over included.
+    pub(super) async fn plans_of(
+        &self,
+        drone_id: &str,
+    ) -> Result<wire::Plans<'static>, ClientError> {
+        self.read(&format!("/v1/plans?drone_id={drone_id}&page_size=1000"))
+            .await
+    }
+
+    pub(super) async fn end_plan(&self, id: &str) -> Result<(), ClientError> {
+        let path = format!("/v1/plans/{id}");
+        self.ask(Method::DELETE, &path, |request| request).await?;
+        Ok(())
+    }
+
+    pub(super) async fn acknowledge(&self, id: &str, ack: &wire::Ack) -> Result<(), ClientError> {
+        let path = format!("/v1/plans/{id}/ack");
+        self.ask(Method::POST, &path, |request| request.json(ack))
+            .await?;
+        Ok(())
+    }
+
+    /// Tells where a drone is, and gives what it is told in return.
+    pub(super) async fn telemetry(
+        &self,
+        entry: &wire::TelemetryEntry,
+    ) -> Result<Option<wire::Position<'static>>, ClientError> {
+        let batch = json!({"positions": [entry]});
+        let answer: wire::TelemetryAnswer<'static> =
+            self.send(Method::POST, "/v1/telemetry", &batch).await?;
+        Ok(answer.positions.into_iter().next())
+    }
+
+    pub(super) async fn report(
+        &self,
+        report: &wire::FailureReport,
+    ) -> Result<wire::Recomposition<'static>, ClientError> {
+        self.send(Method::POST, "/v1/failures", report).await
+    }
+
+    pub(super) async fn preview_zone(
+        &self,
+        feature: &Value,
+    ) -> Result<wire::ZoneAck<'static>, ClientError> {
+        self.send(Method::POST, "/v1/zones:preview", feature).await
+    }
+
+    pub(super) async fn post_zone(
+        &self,
+        feature: &Value,
+    ) -> Result<wire::ZoneAck<'static>, ClientError> {
+        self.send(Method::POST, "/v1/zones", feature).await
+    }
+
+    /// Deletes a zone as it is now.
+    pub(super) async fn delete_zone(&self, id: &str) -> Result<(), ClientError> {
+        let path = format!("/v1/zones/{id}");
+        let current = self.ask(Method::GET, &path, |request| request).await?;
+        let etag = current.headers().get(reqwest::header::ETAG).cloned();
+        let with_version = |request: RequestBuilder| match etag {
+            Some(etag) => request.header(reqwest::header::IF_MATCH, etag),
+            None => request,
+        };
+        self.ask(Method::DELETE, &path, with_version).await?;
+        Ok(())
+    }
+
+    async fn read<T: DeserializeOwned>(&self, path: &str) -> Result<T, ClientError> {
+        let answer = self.ask(Method::GET, path, |request| request).await?;
+        Ok(answer.json().await?)
+    }
+
+    async fn send<T: DeserializeOwned>(
+        &self,
+        method: Method,
+        path: &str,
+        body: &impl Serialize,
+    ) -> Result<T, ClientError> {
+        let answer = self.ask(method, path, |request| request.json(body)).await?;
+        Ok(answer.json().await?)
+    }
+
+    async fn ask(
+        &self,
+        method: Method,
+        path: &str,
+        complete: impl FnOnce(RequestBuilder) -> RequestBuilder,
+    ) -> Result<Response, ClientError> {
+        let url = format!("{}{path}", self.base_url);
+        let request = complete(self.http.request(method.clone(), url));
+        let answer = request.send().await?;
+        let status = answer.status();
+        if status.is_success() {
+            return Ok(answer);
+        }
+        // What is no problem document still has a status.
+        let problem: Value = answer.json().await.unwrap_or_default();
+        let text = |name: &str| problem[name].as_str().unwrap_or_default().to_owned();
+        Err(ClientError::Refused {
+            asked: format!("{method} {path}"),
+            status,
+            code: text("code"),
+            detail: text("detail"),
+        })
+    }
+}
