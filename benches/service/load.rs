@@ -67,7 +67,7 @@ impl Tally {
     pub(crate) fn answer(&self, outcome: impl FnOnce() -> Option<Outcome>) {
         let number = self.answered.get();
         self.answered.set(number + 1);
-        if number % READ_EVERY == 0 {
+        if number.is_multiple_of(READ_EVERY) {
             self.read.set(self.read.get() + 1);
             let is_rerouted = outcome() == Some(Outcome::Rerouted);
             self.rerouted

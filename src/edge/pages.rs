@@ -99,7 +99,7 @@ pub(super) fn token(key: &str) -> String {
 }
 
 fn read_token(token: &str) -> Option<String> {
-    if !token.is_ascii() || token.len() % 2 != 0 || token.len() > 2_000 {
+    if !token.is_ascii() || !token.len().is_multiple_of(2) || token.len() > 2_000 {
         return None;
     }
     let pairs = (0..token.len()).step_by(2).map(|at| &token[at..at + 2]);

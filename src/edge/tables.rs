@@ -34,10 +34,6 @@ pub(super) struct Tables {
 
 impl Tables {
     /// Starts the thread. It ends when the last handle to it is dropped.
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the one thread that makes tables"
-    )]
     pub(super) fn start(
         world: Arc<ArcSwap<Snapshot>>,
         trees: Arc<TreeCache>,

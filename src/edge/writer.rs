@@ -47,10 +47,6 @@ pub(super) struct Desk {
 
 impl Writer {
     /// Starts the thread. It ends when the last handle to it is dropped.
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the one thread that changes the state"
-    )]
     pub(super) fn start(desk: Desk) -> std::io::Result<Self> {
         let (orders, inbox) = sync_channel(QUEUE);
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());

@@ -7,8 +7,15 @@ use std::fmt::Write;
 
 const ZONE_TWICE: &str = r#"{"type": "Feature", "type": "Feature"}"#;
 
-/// Requests that are refused: the line, a header or none, and the body.
-const REFUSED: &[(&str, Option<(&str, &str)>, &str)] = &[
+/// The line of a request, a header or none, and the body.
+type Case = (
+    &'static str,
+    Option<(&'static str, &'static str)>,
+    &'static str,
+);
+
+/// Requests that are refused.
+const REFUSED: &[Case] = &[
     ("POST /v1/failures", None, ""),
     ("POST /v1/failures", None, "{\"type\": "),
     ("POST /v1/failures", None, "[]"),
