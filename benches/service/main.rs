@@ -96,10 +96,10 @@ fn measure(extent: Extent) -> Result<()> {
     let workload = Workload::sydney(extent.reports)?;
     let is_pinned = cores::take_second();
     let edge = servers::start_edge(folder.path())?;
-    let answers = pairs::record(&edge, &workload, folder.path())?;
-    workload.describe(is_pinned);
+    let recorded = pairs::record(&edge, &workload, folder.path())?;
+    workload.describe(is_pinned, &recorded);
     for dialect in [load::Dialect::Rest, load::Dialect::Grpc] {
-        let echo = servers::start_echo(folder.path(), dialect, &answers)?;
+        let echo = servers::start_echo(folder.path(), dialect, &recorded.file)?;
         pairs::measure(dialect, &edge, &echo, &workload, extent)?;
     }
     slow_sockets::measure(&edge, &workload, extent)

@@ -6,6 +6,7 @@ use crate::rest_load;
 use crate::servers::Server;
 use crate::workload::Workload;
 use crate::{Extent, Result};
+use skyway::wire::Outcome;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
@@ -16,16 +17,34 @@ const TABLES_WITHIN: Duration = Duration::from_millis(500);
 /// The queue of tables is bounded: what was dropped is asked for again.
 const PASSES: usize = 4;
 
-/// What the edge answers to every report, as lines of JSON in a file, once it has its tables.
-pub(crate) fn record(edge: &Server, workload: &Workload, folder: &Path) -> Result<PathBuf> {
+/// What the edge answers to every report, once it has its tables.
+pub(crate) struct Recorded {
+    /// Lines of JSON.
+    pub(crate) file: PathBuf,
+    /// Which part of them leads on to the destination.
+    pub(crate) rerouted_share: f64,
+    /// How long they are on average.
+    pub(crate) mean_bytes: f64,
+}
+
+/// Asks the edge everything, and writes its last answers to a file.
+pub(crate) fn record(edge: &Server, workload: &Workload, folder: &Path) -> Result<Recorded> {
     let mut lines = Vec::new();
     for _ in 0..PASSES {
         lines = answers(edge.address, workload)?;
         std::thread::sleep(TABLES_WITHIN);
     }
     let file = folder.join("answers.jsonl");
-    std::fs::write(&file, lines.concat())?;
-    Ok(file)
+    let text = lines.concat();
+    std::fs::write(&file, &text)?;
+    let count = lines.len() as f64;
+    let outcomes = lines.iter().map(|line| rest_load::outcome(line));
+    let rerouted = outcomes.filter(|outcome| *outcome == Some(Outcome::Rerouted));
+    Ok(Recorded {
+        file,
+        rerouted_share: rerouted.count() as f64 / count,
+        mean_bytes: text.len() as f64 / count,
+    })
 }
 
 fn answers(address: SocketAddr, workload: &Workload) -> Result<Vec<Vec<u8>>> {
@@ -123,7 +142,7 @@ fn print_summary(pairs: &[(Run, Run)]) {
     );
     println!(
         "\nThe edge answers {:.1} % of the requests that the echo answers (median of {} pairs, from {:.1} % to {:.1} %), \
-         with {:.2} times its processor time; {:.1} % of its answers are rerouted.",
+         with {:.2} times its processor time; {:.1} % of the answers that were read are `rerouted`.",
         100.0 * ratios[pairs.len() / 2],
         pairs.len(),
         100.0 * ratios[0],

@@ -1,6 +1,7 @@
 //! The failure reports that are sent: drawn with a seed over shortest ways of the bundled Sydney network.
 
 use crate::Result;
+use crate::pairs::Recorded;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use skyway::airspace::{Airspace, Closed, RequestClosures};
@@ -45,7 +46,7 @@ impl Workload {
     }
 
     /// Prints what is measured, as the title of the tables.
-    pub(crate) fn describe(&self, is_pinned: bool) {
+    pub(crate) fn describe(&self, is_pinned: bool, recorded: &Recorded) {
         println!(
             "### {SYDNEY_CBD_NAME}, {} nodes, {} segments; {} failures, dry runs, seed {SEED}; profile {}\n",
             self.topology.node_count(),
@@ -57,11 +58,12 @@ impl Workload {
             },
         );
         println!(
-            "{}",
+            "{:.1} % of the answers are `rerouted`; an answer in JSON has {:.0} bytes on average. {}",
+            100.0 * recorded.rerouted_share,
+            recorded.mean_bytes,
             match is_pinned {
-                true => "Each server on the first core, the load on the second.",
-                false =>
-                    "Servers and load share all cores: without taskset and two cores, ratios say little.",
+                true => "Servers run on the first core, the load on the second.",
+                false => "Servers and load share all cores, so that ratios say little.",
             }
         );
     }

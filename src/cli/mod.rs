@@ -28,9 +28,9 @@ mod network_source;
 mod output;
 mod picture;
 mod plan;
-mod requests;
 #[cfg(feature = "edge")]
 mod replay;
+mod requests;
 mod reroute;
 mod stop;
 #[cfg(feature = "edge")]

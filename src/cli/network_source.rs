@@ -78,7 +78,10 @@ pub(super) fn load_with_text(name: &str, output: &Output) -> Result<(Topology, S
     let loaded = load_network(&text).map_err(|error| Stop::all_of(name, &error.lines()))?;
     let topology = loaded.topology;
     let (nodes, segments) = (topology.node_count(), topology.segment_count());
-    output.note(&format!("{}: {nodes} nodes, {segments} segments", topology.name()));
+    output.note(&format!(
+        "{}: {nodes} nodes, {segments} segments",
+        topology.name()
+    ));
     Ok((topology, text))
 }
 

@@ -11,10 +11,10 @@ use super::orders::Order;
 use super::records::{AnswerRecord, PlanChange, Published};
 use super::refusal::{Code, Refusal};
 use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::validity::still_holds;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::compose::{equip, flight_time_s};
-use crate::flight::Location;
 use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
 };
@@ -48,6 +48,19 @@ impl Edge {
     /// # Errors
     /// When the report names nothing that locates the drone.
     pub async fn report_failure(
+        self: &Arc<Self>,
+        caller: &Caller,
+        parsed: ParsedReport,
+    ) -> Result<Answered, Refusal> {
+        if parsed.report.id.is_none() && self.is_quick(&parsed.report) {
+            return self.answer_in_place(caller, parsed, Manner::First);
+        }
+        // In a box, because a future is as large as its largest path, and is moved before it runs.
+        Box::pin(self.answer_with_patience(caller, parsed)).await
+    }
+
+    /// The answer to a report that has an id, or takes its time.
+    async fn answer_with_patience(
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
@@ -120,21 +133,23 @@ impl Edge {
         Ok(answered)
     }
 
-    /// Answers now. The exact strategy takes microseconds and is answered in place; others may take
-    /// milliseconds and go where blocking is allowed.
+    /// Whether a report is answered in place: the exact strategy takes microseconds on a network that is not
+    /// large; others may take milliseconds and go where blocking is allowed.
+    fn is_quick(&self, report: &wire::FailureReport) -> bool {
+        let strategy = report.strategy;
+        let is_exact = strategy.is_none_or(|strategy| strategy == wire::Strategy::Exact);
+        let asks_for_more =
+            report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
+        is_exact && !asks_for_more && self.is_small
+    }
+
     async fn answer(
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
         manner: Manner,
     ) -> Result<Answered, Refusal> {
-        let report = &parsed.report;
-        let is_exact = report
-            .strategy
-            .is_none_or(|strategy| strategy == wire::Strategy::Exact);
-        let asks_for_more =
-            report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
-        if is_exact && !asks_for_more && self.is_small {
+        if self.is_quick(&parsed.report) {
             return self.answer_in_place(caller, parsed, manner);
         }
         let (edge, caller) = (self.clone(), caller.clone());
@@ -161,28 +176,12 @@ impl Edge {
             let known = self.known(&snapshot, plan.as_ref(), drone_id.as_deref(), now);
             settle_report(&report, &known, &snapshot.airspace, &mut read)?
         };
-        let world = World {
-            airspace: &snapshot.airspace,
-            trees: Some(&self.trees),
-        };
-        let mut scratch = self.scratches.take(snapshot.topology());
-        let answer = recompose(&world, &settled.request, &mut scratch);
-        let airspeed_mps = airspeed_mps(&report, plan.as_deref());
         let dry_run = report.dry_run == Some(true);
-        let is_free = !dry_run && manner != Manner::Silent;
-        let plan_change = match &plan {
-            Some(plan) if is_free => Some(change_of_plan(
-                plan,
-                &settled.request,
-                &answer,
-                &snapshot.airspace,
-                &mut scratch,
-                now,
-            )),
-            _ => None,
-        };
-        self.scratches.give_back(scratch);
-        self.tables.want(settled.request.report.destination, &world);
+        let changed = plan
+            .as_ref()
+            .filter(|_| !dry_run && manner != Manner::Silent);
+        let (answer, plan_change) = self.recompose(&snapshot, &settled.request, changed, now);
+        let airspeed_mps = airspeed_mps(&report, plan.as_deref());
         let remaining_time_s = (!answer.path.nodes.is_empty()).then(|| {
             flight_time_s(
                 snapshot.topology(),
@@ -223,6 +222,28 @@ impl Edge {
             self.standing(&snapshot),
             elapsed_us,
         ))
+    }
+
+    /// The answer to a request, and what it changes of a plan.
+    fn recompose(
+        &self,
+        snapshot: &Snapshot,
+        request: &Request,
+        plan: Option<&Arc<PlanEntry>>,
+        now: Timestamp,
+    ) -> (Recomposition, Option<PlanChange>) {
+        let airspace = &snapshot.airspace;
+        let world = World {
+            airspace,
+            trees: Some(&self.trees),
+        };
+        let mut scratch = self.scratches.take(snapshot.topology());
+        let answer = recompose(&world, request, &mut scratch);
+        let change =
+            plan.map(|plan| change_of_plan(plan, request, &answer, airspace, &mut scratch, now));
+        self.scratches.give_back(scratch);
+        self.tables.want(request.report.destination, &world);
+        (answer, change)
     }
 
     /// What the edge knows of the drone.
@@ -452,46 +473,4 @@ fn warn_of_missed_deadline(
             ),
         });
     }
-}
-
-/// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
-fn still_holds(record: &AnswerRecord, snapshot: &Snapshot, now: Timestamp) -> bool {
-    let airspace = &snapshot.airspace;
-    if record.airspace.topology_revision() != airspace.topology_revision() {
-        return false;
-    }
-    let deadline = record
-        .report
-        .deadline
-        .as_deref()
-        .and_then(|text| text.parse::<Timestamp>().ok());
-    if deadline.is_some_and(|deadline| deadline < now) {
-        return false;
-    }
-    let path = &record.answer.path;
-    let Some(&last) = path.nodes.last() else {
-        return record.airspace.revision() == airspace.revision();
-    };
-    let closed = airspace.closed();
-    let is_open =
-        path.segments.iter().all(|&segment| !closed.blocks(segment)) && !closed.closes_node(last);
-    let is_safe = record.answer.outcome != Outcome::Diverted || !airspace.closes_pads(last);
-    is_open && is_safe && first_stretch_is_clear(record, snapshot)
-}
-
-/// A zone that has come over the drone or its first stretch since makes the way onto the path another one.
-fn first_stretch_is_clear(record: &AnswerRecord, snapshot: &Snapshot) -> bool {
-    let request = &record.settled.request;
-    let (Location::At(place), Some(&first)) =
-        (request.report.location, record.answer.path.nodes.first())
-    else {
-        return true;
-    };
-    let first = snapshot.topology().position(first);
-    let fresh = snapshot
-        .airspace
-        .in_force()
-        .filter(|closure| !record.airspace.is_in_force(&closure.id));
-    let mut zones = fresh.filter_map(|closure| closure.zone());
-    zones.all(|zone| zone.coverage(place, first).is_empty())
 }

@@ -33,6 +33,7 @@ mod store;
 mod tables;
 mod telemetry;
 mod timers;
+mod validity;
 mod views;
 mod writer;
 mod zones;

@@ -128,9 +128,16 @@ impl Records {
     pub(super) fn keep(&self, record: &Arc<AnswerRecord>) {
         let mut kept = self.lock();
         // Answers given side by side may come here in another order than they were numbered.
-        let place = kept
+        let is_last = kept
             .records
-            .partition_point(|other| other.number < record.number);
+            .back()
+            .is_none_or(|last| last.number < record.number);
+        let place = match is_last {
+            true => kept.records.len(),
+            false => kept
+                .records
+                .partition_point(|other| other.number < record.number),
+        };
         kept.bytes += record.bytes()
             + world_bytes(
                 place.checked_sub(1).map(|before| &kept.records[before]),

@@ -7,19 +7,22 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// At most this many are kept while nobody uses them.
 const KEPT_MAX: usize = 64;
 
+/// In a box, as a scratch is large and is handed around for every request.
+type Boxed = Box<Scratch>;
+
 /// A pool of scratch memories.
 #[derive(Debug, Default)]
 pub(super) struct Scratches {
-    idle: Mutex<Vec<Scratch>>,
+    idle: Mutex<Vec<Boxed>>,
 }
 
 impl Scratches {
-    pub(super) fn take(&self, topology: &Topology) -> Scratch {
+    pub(super) fn take(&self, topology: &Topology) -> Boxed {
         let idle = self.lock().pop();
-        idle.unwrap_or_else(|| Scratch::new(topology))
+        idle.unwrap_or_else(|| Box::new(Scratch::new(topology)))
     }
 
-    pub(super) fn give_back(&self, scratch: Scratch) {
+    pub(super) fn give_back(&self, scratch: Boxed) {
         let mut idle = self.lock();
         if idle.len() < KEPT_MAX {
             idle.push(scratch);
@@ -27,7 +30,7 @@ impl Scratches {
     }
 
     // A search resets what it finds, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, Vec<Scratch>> {
+    fn lock(&self) -> MutexGuard<'_, Vec<Boxed>> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

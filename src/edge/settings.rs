@@ -1,5 +1,6 @@
 //! The bounds and lives that the edge works with, already checked.
 
+use crate::airspace::DEFAULT_MARGIN_M;
 use crate::flight::FailureType;
 use jiff::SignedDuration;
 
@@ -34,6 +35,8 @@ impl ClosureLives {
 pub struct Settings {
     /// How far ahead a window counts as closing already.
     pub horizon: SignedDuration,
+    /// By how much a zone is widened where it does not say, in metres.
+    pub margin_m: f64,
     /// Lives of closures from reports.
     pub lives: ClosureLives,
     /// At most this many closures of one drone's reports at a time.
@@ -74,6 +77,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             horizon: SignedDuration::from_mins(60),
+            margin_m: DEFAULT_MARGIN_M,
             lives: ClosureLives {
                 environmental: SignedDuration::from_mins(30),
                 navigational: SignedDuration::from_mins(15),

@@ -17,7 +17,7 @@ use crate::airspace::{Change, Closure, Zone};
 use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
 use crate::recompose::World;
 use crate::wire;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -176,11 +176,12 @@ impl Edge {
     /// Reads a zone and works out what it closes; `id` fixes its id, else `made` is the id of one that states none.
     async fn read_zone(
         self: &Arc<Self>,
-        feature: Value,
+        mut feature: Value,
         id: Option<String>,
         made: String,
     ) -> Result<Arc<Closure>, Refusal> {
         let topology = self.topology();
+        widen_by_default(&mut feature, self.settings.margin_m);
         self.aside(move || {
             let id = match &id {
                 Some(id) => ZoneId::Fixed(id),
@@ -304,6 +305,23 @@ impl Edge {
         }
         self.scratches.give_back(scratch);
         (airspace, detours)
+    }
+}
+
+/// Puts in the margin of this edge where a zone states none.
+fn widen_by_default(feature: &mut Value, margin_m: f64) {
+    let Some(members) = feature.as_object_mut() else {
+        return;
+    };
+    let properties = members.entry("properties").or_insert(Value::Null);
+    if properties.is_null() {
+        *properties = json!({});
+    }
+    if let Some(properties) = properties.as_object_mut() {
+        let margin = properties.entry("margin_m").or_insert(Value::Null);
+        if margin.is_null() {
+            *margin = json!(margin_m);
+        }
     }
 }
 

@@ -31,7 +31,7 @@ pub fn id_text(value: &Value) -> Option<String> {
         Value::Number(number) if !number.is_f64() => Some(number.to_string()),
         Value::Number(number) => {
             let whole = number.as_f64().filter(|number| number.fract() == 0.0)?;
-            (whole.abs() < 9e15).then(|| format!("{whole:.0}"))
+            (whole.abs() <= 9_007_199_254_740_991.0).then(|| format!("{whole:.0}"))
         }
         _ => None,
     }

@@ -237,6 +237,7 @@ fn settings(config: &EdgeConfig) -> Settings {
     let reports = &config.reports;
     Settings {
         horizon: span(config.airspace.horizon),
+        margin_m: config.airspace.margin_m,
         lives: ClosureLives {
             environmental: span(reports.life_environmental),
             navigational: span(reports.life_navigational),

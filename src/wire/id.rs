@@ -71,7 +71,7 @@ impl<'de> Deserialize<'de> for Id<'_> {
 
             fn visit_f64<E: de::Error>(self, number: f64) -> Result<Self::Value, E> {
                 // Some clients write every number with a point; beyond 2^53 a double is no longer one integer.
-                let is_whole = number.fract() == 0.0 && number.abs() < 9e15;
+                let is_whole = number.fract() == 0.0 && number.abs() <= 9_007_199_254_740_991.0;
                 match is_whole {
                     true => Ok(Id::Integer(number as i64)),
                     false => Err(E::invalid_value(de::Unexpected::Float(number), &self)),

@@ -37,6 +37,7 @@ const SHOWN: [&str; 10] = [
 
 /// The listeners of an edge, and a client.
 pub(crate) struct Api {
+    edge: Arc<Edge>,
     pub(crate) drain: Drain,
     address: SocketAddr,
     admin: SocketAddr,
@@ -92,16 +93,22 @@ impl Api {
         let (router, _) = rest::router(edge.clone(), drain.clone());
         let address = listen(Listener::Main, router, &drain).await;
         let registry = Arc::new(Registry::default());
-        let admin = rest::admin_router(edge, registry, drain.clone());
+        let admin = rest::admin_router(edge.clone(), registry, drain.clone());
         let admin = listen(Listener::Admin, admin, &drain).await;
         let client = reqwest::Client::builder().no_proxy().http1_only();
         let client = client.redirect(reqwest::redirect::Policy::none());
         Self {
+            edge,
             drain,
             address,
             admin,
             client: client.build().expect("a client"),
         }
+    }
+
+    /// Waits until the writer has done what it was told before: a report is answered without waiting for that.
+    pub(crate) async fn settled(&self) {
+        self.edge.tick().await.expect("the writer takes it");
     }
 
     /// Sends a request and leaves the body of the answer to be read.

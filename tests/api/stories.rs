@@ -174,6 +174,7 @@ async fn what_waits_for_an_operator_is_listed_and_decided() {
         let answer = api.post("/v1/failures", &regulatory).await.is(200).json();
         let id = answer["publication"]["proposal_ids"][0].as_str();
         let id = id.unwrap_or_else(|| panic!("no proposal: {}", answer["publication"]));
+        api.settled().await;
         story.get("/v1/proposals").await.is(200);
         let path = format!("/v1/proposals/{id}/{decision}");
         story.post(&path, &Value::Null).await.is(200);

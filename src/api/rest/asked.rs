@@ -7,11 +7,12 @@ use crate::api::server::RequestContext;
 use crate::edge::{Code, Idempotency, PageRequest, Refusal};
 use crate::wire::Fault;
 use axum::extract::{FromRequestParts, Path};
-use http::HeaderMap;
 use http::request::Parts;
+use http::{HeaderMap, HeaderValue};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
+use std::convert::Infallible;
 use utoipa::IntoParams;
 
 /// The header that makes a request one that may be sent twice.
@@ -29,6 +30,17 @@ impl<S: Sync> FromRequestParts<S> for By {
             // Without a gate nobody knows who calls, so nobody is answered.
             None => Err(Refusal::new(Code::Internal, "the request came past the gate").into()),
         }
+    }
+}
+
+/// The idempotency key, if the request has one. It alone is taken: copying all headers costs a report more than its search.
+pub(super) struct Key(pub(super) Option<HeaderValue>);
+
+impl<S: Sync> FromRequestParts<S> for Key {
+    type Rejection = Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
+        Ok(Self(parts.headers.get(IDEMPOTENCY_KEY).cloned()))
     }
 }
 

@@ -3,7 +3,7 @@
 //! A drone always gets an outcome: only a body that is no JSON object, or that locates nothing, is refused.
 
 use super::answer::{Answer, json, set};
-use super::asked::{By, IDEMPOTENCY_KEY};
+use super::asked::{By, Key};
 use super::reading::{self, SentByDrone};
 use super::refusals;
 use crate::api::problem;
@@ -11,7 +11,7 @@ use crate::edge::{Answered, Edge, Refusal};
 use crate::formats::{ParsedReport, ReadWarning, lenient_report, parse_report};
 use crate::wire::{BatchAnswer, BatchEntry, FailureReport, Failures, Id, Recomposition};
 use axum::extract::State;
-use http::{HeaderMap, HeaderName};
+use http::{HeaderName, HeaderValue};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -49,12 +49,12 @@ use std::sync::Arc;
 pub(super) async fn report_failure(
     State(edge): State<Arc<Edge>>,
     By(caller): By,
-    headers: HeaderMap,
+    Key(key): Key,
     SentByDrone(body): SentByDrone,
 ) -> Answer {
     let mut parsed = parse_report(&body).map_err(Refusal::from)?;
     if parsed.report.id.is_none() {
-        take_key(&mut parsed, &headers);
+        take_key(&mut parsed, key.as_ref());
     }
     let answered = edge.report_failure(&caller, parsed).await?;
     let mut response = json(&answered.to_wire())?;
@@ -67,8 +67,8 @@ pub(super) async fn report_failure(
     Ok(response)
 }
 
-fn take_key(parsed: &mut ParsedReport, headers: &HeaderMap) {
-    let Some(key) = headers.get(IDEMPOTENCY_KEY) else {
+fn take_key(parsed: &mut ParsedReport, key: Option<&HeaderValue>) {
+    let Some(key) = key else {
         return;
     };
     match key.to_str() {

@@ -431,12 +431,21 @@ impl Gate {
             self.log(code, known);
         }
         let headers = response.headers_mut();
-        headers.insert("x-request-id", known.request_id.header());
+        let mut request_id = known.request_id.header();
+        // Never the same twice: without this HTTP/2 would remember each in its table of headers.
+        request_id.set_sensitive(true);
+        headers.insert("x-request-id", request_id);
         if known.dialect == Dialect::Rest {
             headers.insert(
                 header::X_CONTENT_TYPE_OPTIONS,
                 HeaderValue::from_static("nosniff"),
             );
+            // What is true now may be false in a second; what has a version may be kept and asked about.
+            let caching = match headers.contains_key(header::ETAG) {
+                true => HeaderValue::from_static("no-cache"),
+                false => HeaderValue::from_static("no-store"),
+            };
+            headers.entry(header::CACHE_CONTROL).or_insert(caching);
         }
         response
     }
