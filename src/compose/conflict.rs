@@ -6,7 +6,6 @@
 
 use crate::network::{NodeIx, SegmentIx};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
 
 /// When a plan is on one of its segments. Times are seconds on one clock that all plans share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,76 +100,4 @@ fn conflict(own: &Occupation, other: &Occupation, headway_s: f64) -> Option<Conf
         direction,
         gap_s,
     })
-}
-
-/// The occupations of many plans by segment, so that one plan is compared only with those it may meet.
-///
-/// Plans go by keys of the caller's choice. Holds what was inserted and not removed, and nothing else.
-/// Segments are those of one topology; with another, begin a new index.
-#[derive(Clone, Debug, Default)]
-pub struct OccupationIndex {
-    by_segment: FxHashMap<SegmentIx, Vec<(u64, Occupation)>>,
-    /// The segments of each plan, each named once.
-    segments: BTreeMap<u64, Vec<SegmentIx>>,
-}
-
-impl OccupationIndex {
-    /// Puts the occupations of a plan in place of those it had.
-    ///
-    /// A plan with two versions that both count brings those of both.
-    pub fn insert(&mut self, plan: u64, occupations: &[Occupation]) {
-        self.remove(plan);
-        if occupations.is_empty() {
-            return;
-        }
-        let mut segments: Vec<SegmentIx> = occupations
-            .iter()
-            .map(|occupation| occupation.segment)
-            .collect();
-        segments.sort_unstable();
-        segments.dedup();
-        self.segments.insert(plan, segments);
-        for &occupation in occupations {
-            let there = self.by_segment.entry(occupation.segment).or_default();
-            there.push((plan, occupation));
-        }
-    }
-
-    /// Takes a plan out; one that is not there changes nothing.
-    pub fn remove(&mut self, plan: u64) {
-        for segment in self.segments.remove(&plan).unwrap_or_default() {
-            let Some(there) = self.by_segment.get_mut(&segment) else {
-                continue;
-            };
-            there.retain(|(holder, _)| *holder != plan);
-            if there.is_empty() {
-                self.by_segment.remove(&segment);
-            }
-        }
-    }
-
-    /// How many plans occupy anything.
-    pub fn plan_count(&self) -> usize {
-        self.segments.len()
-    }
-
-    /// The conflicts of a plan with all others, each with the other's key; by leg, then key, then the other's leg.
-    ///
-    /// The plan itself may be in the index or not. `headway_s` as for [`conflicts`].
-    pub fn conflicts_of(
-        &self,
-        plan: u64,
-        own: &[Occupation],
-        headway_s: f64,
-    ) -> Vec<(u64, Conflict)> {
-        let mut found = Vec::new();
-        for one in own {
-            let there = self.by_segment.get(&one.segment).into_iter().flatten();
-            for (holder, other) in there.filter(|(holder, _)| *holder != plan) {
-                found.extend(conflict(one, other, headway_s).map(|found| (*holder, found)));
-            }
-        }
-        found.sort_by_key(|(holder, conflict)| (conflict.leg, *holder, conflict.other_leg));
-        found
-    }
 }

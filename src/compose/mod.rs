@@ -1,8 +1,7 @@
 //! Composition: a plan from a source to a destination, each leg with what to do when it fails.
 //!
 //! [`compose`] makes the plan of a delivery, [`equip`] that of a way that exists already, a recomposed one
-//! for instance. Which plans come too near to each other is told by [`conflicts`], and by an
-//! [`OccupationIndex`] where one plan is compared with many. Times are nominal: at the airspeed, or a
+//! for instance. Which plans come too near to each other is told by [`conflicts`]. Times are nominal: at the airspeed, or a
 //! segment's limit where that is slower, without wind, climb or stops. Energy is not checked.
 
 mod composition;
@@ -10,5 +9,5 @@ mod conflict;
 mod open_way;
 
 pub use composition::{Composition, Contingency, Leg, SafeNode, compose, equip, flight_time_s};
-pub use conflict::{Conflict, Direction, Occupation, OccupationIndex, conflicts};
+pub use conflict::{Conflict, Direction, Occupation, conflicts};
 pub use open_way::{prepare_table, shortest_way};

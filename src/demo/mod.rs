@@ -1,7 +1,7 @@
 //! The demo fleet: pilots that fly deliveries, and an operator who closes circles now and then.
 //!
 //! It is a client of an edge like any other and speaks REST to it. What is to happen, and when, comes from a
-//! [`script`] that a seed determines; what the edge answers decides what becomes of it.
+//! [`Script`] that a seed determines; what the edge answers decides what becomes of it.
 
 mod client;
 mod flight;
