@@ -176,7 +176,7 @@ impl Edge {
         let until = faults.instant("/until", draft.until.as_deref());
         check_end(from, until, now, &mut faults);
         faults.check(Code::ClosureInvalid, "closure")?;
-        let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+        let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let closure = Closure {
             id: draft
                 .id

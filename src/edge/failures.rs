@@ -173,7 +173,9 @@ impl Edge {
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
         let drone_id = drone_of(&report, plan.as_deref());
         let settled = {
-            let known = self.known(&snapshot, plan.as_ref(), drone_id.as_deref(), now);
+            // Where a drone is, is nobody's business who may not speak for it.
+            let own = drone_id.as_deref().filter(|id| caller.speaks_for(id));
+            let known = self.known(&snapshot, plan.as_ref(), own, now);
             settle_report(&report, &known, &snapshot.airspace, &mut read)?
         };
         let dry_run = report.dry_run == Some(true);

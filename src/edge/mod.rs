@@ -94,7 +94,7 @@ pub struct Edge {
     trees: Arc<TreeCache>,
     tables: Tables,
     scratches: Scratches,
-    next_proposal: AtomicU64,
+    next_number: AtomicU64,
     documents: NetworkDocuments,
 }
 
@@ -143,7 +143,7 @@ impl Edge {
             report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
             write_replies: WriteReplies::new(settings.idempotency_max, settings.idempotency_age),
             scratches: Scratches::default(),
-            next_proposal: AtomicU64::new(1),
+            next_number: AtomicU64::new(1),
             documents: NetworkDocuments::of(&topology, geojson),
             settings,
             clock,

@@ -10,7 +10,7 @@ use super::replies::Idempotency;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;
-use crate::access::{Caller, Role};
+use crate::access::Caller;
 use crate::compose::compose;
 use crate::network::NodeIx;
 use crate::recompose::World;
@@ -240,7 +240,7 @@ impl Edge {
             );
             return Err(Refusal::new(Code::NoRoute, detail));
         };
-        let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+        let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let id = delivery
             .id
             .unwrap_or_else(|| format!("plan-{}-{number}", self.epoch));
@@ -282,8 +282,7 @@ fn check_start(start: Timestamp, now: Timestamp, faults: &mut Faults) {
 
 /// A plan that the caller may speak for; one of others is not told from one that is not there.
 fn own_plan(snapshot: &Snapshot, caller: &Caller, id: &str) -> Result<Arc<PlanEntry>, Refusal> {
-    let plan = snapshot.plans.get(id).filter(|plan| {
-        matches!(caller.role, Role::Operator | Role::Anyone) || may_speak_for(caller, plan)
-    });
+    let plan = snapshot.plans.get(id);
+    let plan = plan.filter(|plan| may_speak_for(caller, plan));
     plan.cloned().ok_or_else(|| Refusal::not_found("plan", id))
 }

@@ -221,7 +221,7 @@ impl Edge {
             .of(failure)
             .unwrap_or(self.settings.lives.regulatory);
         ProposalEntry {
-            number: self.next_proposal.fetch_add(1, Ordering::Relaxed),
+            number: self.next_number.fetch_add(1, Ordering::Relaxed),
             reason,
             proposed_at: record.answered_at,
             expires_at: record

@@ -46,7 +46,7 @@ impl Edge {
         idempotency: Idempotency,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
         let put = async {
-            let number = self.next_proposal.fetch_add(1, Ordering::Relaxed);
+            let number = self.next_number.fetch_add(1, Ordering::Relaxed);
             let made = format!("zone-{}-{number}", self.epoch);
             let closure = self.read_zone(feature, None, made).await?;
             let (ack, _) = self

@@ -3,7 +3,7 @@
 use crate::stage::Stage;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Code, Decision, PageRequest, Settings};
+use skyway::edge::{Caller, Code, Decision, PageRequest, Role, Settings};
 use skyway::wire::ClosureCause;
 
 fn everything() -> PageRequest {
@@ -227,5 +227,23 @@ async fn pads_that_fail_can_be_flown_over() {
     assert_eq!(
         over["outcome"], "rerouted",
         "the way over a7 is open: {over}"
+    );
+}
+
+#[tokio::test]
+async fn a_drone_learns_nothing_of_where_another_one_is() {
+    let mut stage = Stage::set();
+    stage.see("d1", 250.0, 10.0);
+    let body = json!({"type": "navigational", "drone": {"id": "d1"}, "destination": "a5"});
+    let own = stage.report(body.clone()).await;
+    assert!(own.is_ok(), "its telemetry locates it: {own:?}");
+    stage.caller = Caller {
+        role: Role::Drone,
+        subject: "d2".into(),
+    };
+    let others = stage.report(body).await;
+    assert_eq!(
+        others.expect_err("nothing locates it").code,
+        Code::ReportNotLocated
     );
 }
