@@ -51,9 +51,9 @@ pub(crate) struct Extent {
 
 const FULL: Extent = Extent {
     reports: 1_000,
-    pairs: 7,
-    warm_up: Duration::from_secs(1),
-    measured: Duration::from_secs(4),
+    pairs: 15,
+    warm_up: Duration::from_millis(300),
+    measured: Duration::from_millis(1500),
     slow_sockets: 1_000,
     slow_before: Duration::from_secs(7),
     paced: Duration::from_secs(15),

@@ -3,7 +3,6 @@
 use super::report_problem::{ReadWarning, ReportProblem, cut};
 use crate::network::{NodeIx, Topology};
 use crate::wire::{FailureReport, Id};
-use std::io::Write;
 
 /// The node of an id on the wire.
 pub(super) fn find_named(topology: &Topology, id: &Id<'_>) -> Option<NodeIx> {
@@ -11,13 +10,8 @@ pub(super) fn find_named(topology: &Topology, id: &Id<'_>) -> Option<NodeIx> {
         Id::Text(text) => return topology.node(text),
         Id::Integer(number) => number,
     };
-    // Paths are long and reports many: an integer is written where it needs no allocation.
-    let mut digits = [0; 20];
-    let mut rest = digits.as_mut_slice();
-    write!(rest, "{number}").ok()?;
-    let unused = rest.len();
-    let written = std::str::from_utf8(&digits[..digits.len() - unused]).ok()?;
-    topology.node(written)
+    // Paths are long and reports many: an integer is written without formatting and without allocation.
+    topology.node(itoa::Buffer::new().format(*number))
 }
 
 /// The nodes that locate the drone, as far as the network has them.

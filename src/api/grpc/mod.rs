@@ -28,6 +28,7 @@ mod tests;
 pub use convert::{FromProto, IntoProto, NodeIds, Unreadable};
 pub use health::Health;
 
+use crate::api::operations;
 use crate::edge::Edge;
 use proto::airspace_server::AirspaceServer;
 use proto::drones_server::DronesServer;
@@ -145,6 +146,11 @@ where
         + 'static,
     S::Future: Send + 'static,
 {
-    let path = format!("/{}/{{*method}}", S::NAME);
-    routes.route_service(&path, service.map_response(codec::in_our_words))
+    let service = service.map_response(codec::in_our_words);
+    let paths = operations::TABLE.iter().filter_map(|row| row.grpc);
+    // A route for each method: one for all of a service would have its name read and kept for every call.
+    let own = paths.filter(|path| path.trim_start_matches('/').split('/').next() == Some(S::NAME));
+    own.fold(routes, |routes, path| {
+        routes.route_service(path, service.clone())
+    })
 }

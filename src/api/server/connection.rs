@@ -64,10 +64,11 @@ impl Connections {
         let service = service_fn(move |request: Request<Incoming>| {
             let visit = Visit::begin(&visited);
             let answered = gate.enter(request);
-            async move {
+            // In a box: hyper moves the future several times before it runs, and it holds all of a request.
+            Box::pin(async move {
                 let answer = answered.await;
                 Ok::<Response<AnswerBody>, Infallible>(answer.map(|body| body.with_visit(visit)))
-            }
+            })
         });
         let mut connection = pin!(self.builder.serve_connection(io, service));
         let mut watch = Watch::new(self.deadlines, Instant::now());

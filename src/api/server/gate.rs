@@ -8,7 +8,7 @@ use super::bodies::{AnswerBody, BoundedBody, Permit};
 use super::drain::Drain;
 use super::hosts::Hosts;
 use super::refuse::{self, Finding};
-use super::request::{RequestContext, RequestId, grpc_timeout};
+use super::request::{RequestContext, RequestId, X_REQUEST_ID, grpc_timeout};
 use crate::access::Caller;
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
 use crate::api::operations::{Access, Class, Listener, Operation, Unresolved};
@@ -434,7 +434,7 @@ impl Gate {
         let mut request_id = known.request_id.header();
         // Never the same twice: without this HTTP/2 would remember each in its table of headers.
         request_id.set_sensitive(true);
-        headers.insert("x-request-id", request_id);
+        headers.insert(X_REQUEST_ID, request_id);
         if known.dialect == Dialect::Rest {
             headers.insert(
                 header::X_CONTENT_TYPE_OPTIONS,

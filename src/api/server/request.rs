@@ -2,12 +2,15 @@
 
 use crate::access::Caller;
 use crate::api::operations::Operation;
-use http::{HeaderMap, HeaderValue};
+use http::{HeaderMap, HeaderName, HeaderValue};
 use std::fmt::{self, Write};
 use std::time::Duration;
 use tokio::time::Instant;
 
 const ID_LENGTH_MAX: usize = 64;
+
+/// The header with the id of a request.
+pub(crate) const X_REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 
 /// In the extensions of every request that a handler sees.
 #[derive(Clone, Debug)]
@@ -39,7 +42,7 @@ impl RequestId {
 
     /// The client's own, where it is one that can stand in a log line.
     pub(crate) fn of_client(headers: &HeaderMap) -> Option<Self> {
-        let id = headers.get("x-request-id")?;
+        let id = headers.get(X_REQUEST_ID)?;
         let is_sane = |byte: &u8| byte.is_ascii_alphanumeric() || b"._-".contains(byte);
         let bytes = id.as_bytes();
         let accepted = (1..=ID_LENGTH_MAX).contains(&bytes.len()) && bytes.iter().all(is_sane);
