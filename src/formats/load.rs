@@ -3,10 +3,12 @@
 use super::csv_network::read_csv_network;
 use super::error::FormatError;
 use super::network_geojson::read_network;
-use super::node_link::{is_node_link, read_node_link};
+use super::node_link::read_node_link;
 use crate::network::{NetworkDraft, NetworkError, Repair, Topology};
-use serde_json::Value;
+use serde::Deserializer as _;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
 use sha2::{Digest, Sha256};
+use std::fmt;
 use thiserror::Error;
 
 /// A network with what had to be repaired to load it.
@@ -88,16 +90,71 @@ pub fn fingerprint(texts: &[&str]) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// True for node-link JSON; anything else, broken JSON included, is for the native reader to judge.
+/// True for node-link JSON; anything else, JSON that breaks before it says what it is included, is for the native
+/// reader to judge.
 pub fn is_foreign(text: &str) -> bool {
-    // GeoJSON says so at once; parsing a large file twice only to find that out would double the time to load it.
-    let head = text
-        .char_indices()
-        .nth(512)
-        .map_or(text, |(end, _)| &text[..end]);
-    if head.contains("FeatureCollection") {
-        return false;
+    let mut kind = Kind::default();
+    // That reading stops early, or at a fault, says nothing: what was seen until then does.
+    let _ = serde_json::Deserializer::from_str(text).deserialize_map(&mut kind);
+    kind.is_node_link()
+}
+
+/// What the names of a document's members have told of it. GeoJSON says what it is at once, so that a large file is
+/// not read twice only to find that out.
+#[derive(Debug, Default)]
+struct Kind {
+    has_nodes: bool,
+    has_links: bool,
+}
+
+impl Kind {
+    fn is_node_link(&self) -> bool {
+        self.has_nodes && self.has_links
     }
-    let document = serde_json::from_str::<Value>(text);
-    document.is_ok_and(|document| document.as_object().is_some_and(is_node_link))
+}
+
+impl<'de> Visitor<'de> for &mut Kind {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<(), A::Error> {
+        while let Some(name) = members.next_key::<String>()? {
+            match name.as_str() {
+                "type" | "features" => return Ok(()),
+                "nodes" => self.has_nodes = true,
+                "links" | "edges" => self.has_links = true,
+                _ => {}
+            }
+            if self.is_node_link() {
+                return Ok(());
+            }
+            members.next_value::<IgnoredAny>()?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_document_is_told_by_the_names_of_its_members_and_not_by_its_texts() {
+        let named = r#"{"graph": {}, "nodes": [{"id": "FeatureCollection", "x": 0, "y": 0}], "links": []}"#;
+        assert!(is_foreign(named));
+        assert!(is_foreign(r#"{"links": [{"nodes": 1}], "nodes": []}"#));
+        for native in [
+            r#"{"type": "FeatureCollection", "features": [], "nodes": [], "links": []}"#,
+            r#"{"name": "\"nodes\" \"links\"", "features": []}"#,
+            r#"{"nodes": []}"#,
+            r#"{"nodes": [}, "links": []}"#,
+            "[1]",
+            "",
+        ] {
+            assert!(!is_foreign(native), "{native}");
+        }
+    }
 }

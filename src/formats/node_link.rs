@@ -42,12 +42,6 @@ pub fn read_node_link(text: &str) -> Result<NetworkDraft, Vec<FormatError>> {
     errors.or(draft)
 }
 
-/// True for a document that looks like node-link JSON.
-pub(super) fn is_node_link(members: &Map<String, Value>) -> bool {
-    members.contains_key("nodes")
-        && (members.contains_key("links") || members.contains_key("edges"))
-}
-
 /// An attribute of the graph as a whole, where it is text.
 fn graph_text<'v>(members: &'v Map<String, Value>, attribute: &str) -> Option<&'v str> {
     members.get("graph")?.get(attribute)?.as_str()
