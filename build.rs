@@ -1,13 +1,42 @@
-//! Compiles the proto files: messages, servers and clients, and the descriptors that reflection tells.
+//! Compiles the proto files: messages, servers and clients, and the descriptors that reflection tells. Tells the
+//! package which compiler and profile it is built with.
 
 #[cfg(feature = "edge")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    tell_build();
     proto::compile()
 }
 
 #[cfg(not(feature = "edge"))]
 fn main() {
+    tell_build();
     println!("cargo::rerun-if-changed=build.rs");
+}
+
+/// Compiler and profile, which a report of measurements names.
+#[expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "cargo tells a build script by the environment, and the compiler by its answer"
+)]
+fn tell_build() {
+    let compiler = std::env::var_os("RUSTC")
+        .and_then(|rustc| {
+            let told = std::process::Command::new(rustc).arg("--version").output();
+            String::from_utf8(told.ok()?.stdout).ok()
+        })
+        .unwrap_or_default();
+    // The profile's own name is told by the folder alone: `target/<profile>/build/<package>/out`.
+    let profile = std::env::var_os("OUT_DIR").and_then(|folder| {
+        let folder = std::path::PathBuf::from(folder);
+        let name = folder.ancestors().nth(3)?.file_name()?;
+        name.to_str().map(str::to_owned)
+    });
+    println!("cargo::rustc-env=SKYWAY_COMPILER={}", compiler.trim());
+    println!(
+        "cargo::rustc-env=SKYWAY_PROFILE={}",
+        profile.unwrap_or_default()
+    );
 }
 
 #[cfg(feature = "edge")]

@@ -24,6 +24,8 @@ pub mod demo;
 pub mod draw;
 #[cfg(feature = "edge")]
 pub mod edge;
+#[cfg(feature = "cli")]
+pub mod evaluate;
 pub mod flight;
 pub mod formats;
 pub mod geo;

@@ -72,6 +72,33 @@ pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(),
         .map_err(|error| Stop::failed(format!("cannot write {}: {error}", path.display())))
 }
 
+/// Writes a whole file so that nobody ever finds half of it: beside its place, then moved there.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn replace_text(path: &Path, text: &str) -> Result<(), Stop> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = Path::new(&beside);
+    std::fs::write(beside, text)
+        .and_then(|()| std::fs::rename(beside, path))
+        .map_err(|error| Stop::failed(format!("cannot write {}: {error}", path.display())))
+}
+
+/// Removes a file or a directory with all in it, if it is there.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn remove(path: &Path) -> Result<(), Stop> {
+    let removed = match path.is_dir() {
+        true => std::fs::remove_dir_all(path),
+        false => std::fs::remove_file(path),
+    };
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            let problem = format!("cannot remove {}: {error}", path.display());
+            Err(Stop::failed(problem))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Makes a directory with all above it, unless it is there.
 #[expect(clippy::disallowed_methods, reason = "the door to files")]
 pub(super) fn create_directory(path: &Path) -> Result<(), Stop> {

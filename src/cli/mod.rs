@@ -18,6 +18,7 @@ mod demo;
 mod edge;
 #[cfg(feature = "edge")]
 mod edge_flags;
+mod evaluate;
 mod failure;
 mod files;
 mod man;
@@ -85,6 +86,8 @@ enum Command {
     Compose(compose::Compose),
     /// Answer one failure report with every strategy, in one table
     Compare(compare::Compare),
+    /// Repeat the paper's experiments with exact beside them, and write a report
+    Evaluate(evaluate::Evaluate),
     /// Start an edge on this machine with a small fleet that flies in accelerated time
     #[cfg(feature = "edge")]
     Demo(demo::Demo),
@@ -143,6 +146,7 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Reroute(command) => command.run(output),
         Command::Compose(command) => command.run(output),
         Command::Compare(command) => command.run(output),
+        Command::Evaluate(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Demo(command) => command.run(output),
         #[cfg(feature = "edge")]

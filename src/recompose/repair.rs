@@ -271,8 +271,7 @@ impl Work<'_> {
             }
             LocalStrategy::TwoPhased => Ok(two_phased::recompose(
                 &mut problem,
-                parameters.val_ratio,
-                parameters.stage_skipping,
+                parameters,
                 &mut memory.growth,
                 connectivity,
             )),

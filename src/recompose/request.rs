@@ -81,6 +81,16 @@ pub enum Scope {
     Global,
 }
 
+/// How the two-phased strategy finds out which nodes lie in its areas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum AreaTest {
+    /// By where a node lies along the leg and off it: a few multiplications.
+    #[default]
+    Frame,
+    /// By polygons that are built for every request, as the paper measures it.
+    Polygon,
+}
+
 /// Numbers that the paper leaves open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
@@ -90,6 +100,8 @@ pub struct Parameters {
     pub val_ratio: f64,
     /// Whether the two-phased strategy skips stages with few nodes.
     pub stage_skipping: bool,
+    /// How the two-phased strategy decides which nodes lie in an area.
+    pub area_test: AreaTest,
     /// Whether Dijkstra as a baseline settles everything.
     pub full_tree: bool,
     /// What local strategies run inside their areas.
@@ -102,6 +114,7 @@ impl Default for Parameters {
             cell_size_m: None,
             val_ratio: 0.5,
             stage_skipping: true,
+            area_test: AreaTest::Frame,
             full_tree: false,
             inside: Baseline::AStar,
         }

@@ -6,6 +6,8 @@
 use super::connectivity::Connectivity;
 use super::explanation::{AreaShape, Stage};
 use super::local::{Gap, LocalProblem, LocalResult};
+use super::polygons::{LegPolygons, holds, polygon_of};
+use super::request::{AreaTest, Parameters};
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 use crate::network::NodeIx;
 
@@ -20,17 +22,28 @@ pub(super) struct GrowthMemory {
     added: Vec<NodeIx>,
 }
 
+impl GrowthMemory {
+    /// The nodes of an area, A and B included.
+    fn count(&self, belongs: impl Fn(&Place) -> bool) -> usize {
+        let ends = 2;
+        let nodes = self.classified.iter();
+        ends + nodes.filter(|(_, place)| belongs(place)).count()
+    }
+}
+
 /// In which of the shapes a node lies.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    rectangle: bool,
-    rhombus: bool,
-    left: bool,
-    right: bool,
+pub(super) struct Place {
+    pub(super) rectangle: bool,
+    pub(super) rhombus: bool,
+    pub(super) left: bool,
+    pub(super) right: bool,
+    /// Only where polygons decide, and once the half is chosen; else it follows from the others.
+    pub(super) triangle: bool,
 }
 
 /// The frame along A - B: `s` metres from A towards B, `t` metres to the left of it.
-struct LegFrame {
+pub(super) struct LegFrame {
     from: Point,
     along: Point,
     length_m: f64,
@@ -62,10 +75,12 @@ impl LegFrame {
             rhombus: off_middle <= val * length_m / 2.0 + slack,
             left: t >= -e,
             right: t <= e,
+            triangle: false,
         }
     }
 
-    fn point(&self, s_share: f64, t_m: f64) -> Point {
+    /// The point at a share of the way from A to B, and so many metres to the left of it.
+    pub(super) fn point(&self, s_share: f64, t_m: f64) -> Point {
         let unit = Point::new(self.along.x / self.length_m, self.along.y / self.length_m);
         Point::new(
             self.from.x + self.along.x * s_share - unit.y * t_m,
@@ -73,8 +88,13 @@ impl LegFrame {
         )
     }
 
+    /// Half the height of rectangle and rhombus, in metres.
+    pub(super) fn half_height_m(&self) -> f64 {
+        self.half_height_m
+    }
+
     /// The corners of a stage's shape; the triangle lies on the left or on the right.
-    fn corners(&self, stage: Stage, on_left: bool) -> Vec<Point> {
+    pub(super) fn corners(&self, stage: Stage, on_left: bool) -> Vec<Point> {
         let val = self.half_height_m;
         let (start, end) = (self.point(0.0, 0.0), self.point(1.0, 0.0));
         let (left, right) = (self.point(0.5, val), self.point(0.5, -val));
@@ -117,43 +137,48 @@ impl LegFrame {
 
 pub(super) fn recompose(
     problem: &mut LocalProblem<'_>,
-    val_ratio: f64,
-    stage_skipping: bool,
+    parameters: &Parameters,
     memory: &mut GrowthMemory,
     connectivity: &mut Connectivity,
 ) -> LocalResult {
-    let frame = LegFrame::new(&problem.gap, val_ratio);
-    classify(problem, &frame, memory);
-    let ends = 2;
-    let count = |belongs: fn(&Place) -> bool| {
-        let nodes = memory.classified.iter();
-        ends + nodes.filter(|(_, place)| belongs(place)).count()
+    let frame = LegFrame::new(&problem.gap, parameters.val_ratio);
+    let polygons = match parameters.area_test {
+        AreaTest::Frame => None,
+        AreaTest::Polygon => Some(LegPolygons::new(&frame)),
     };
-    let rectangle = count(|place| place.rectangle);
-    let on_left = count(|place| place.rectangle && place.left)
-        >= count(|place| place.rectangle && place.right);
-    let in_triangle: fn(&Place) -> bool = match on_left {
-        true => |place| place.rhombus && place.rectangle && place.left,
-        false => |place| place.rhombus && place.rectangle && place.right,
+    match &polygons {
+        None => classify(problem, &frame, memory, |position| frame.place(position)),
+        Some(polygons) => classify(problem, &frame, memory, |position| polygons.place(position)),
+    }
+    let rectangle = memory.count(|place| place.rectangle);
+    let on_left = memory.count(|place| place.rectangle && place.left)
+        >= memory.count(|place| place.rectangle && place.right);
+    let in_triangle: fn(&Place) -> bool = match (&polygons, on_left) {
+        (Some(_), _) => |place| place.triangle,
+        (None, true) => |place| place.rhombus && place.rectangle && place.left,
+        (None, false) => |place| place.rhombus && place.rectangle && place.right,
     };
+    if polygons.is_some() {
+        place_in_triangle(&problem.gap, &frame, on_left, memory);
+    }
     let in_rhombus: fn(&Place) -> bool = |place| place.rhombus;
     let in_rectangle: fn(&Place) -> bool = |place| place.rectangle;
     let stages = [
         (
             Stage::Triangle,
             in_triangle,
-            4 * count(in_triangle) < rectangle,
+            4 * memory.count(in_triangle) < rectangle,
         ),
         (
             Stage::Rhombus,
             in_rhombus,
-            2 * count(in_rhombus) < rectangle,
+            2 * memory.count(in_rhombus) < rectangle,
         ),
         (Stage::Rectangle, in_rectangle, false),
     ];
     for (stage, belongs, has_few) in stages {
         fill(problem, memory, belongs);
-        let skipped = stage_skipping && has_few;
+        let skipped = parameters.stage_skipping && has_few;
         let arrival = match skipped {
             true => None,
             false => problem.search_area(),
@@ -173,18 +198,31 @@ pub(super) fn recompose(
 }
 
 /// Finds the nodes of rectangle and rhombus; A and B belong to every area and are not listed.
-fn classify(problem: &LocalProblem<'_>, frame: &LegFrame, memory: &mut GrowthMemory) {
+fn classify(
+    problem: &LocalProblem<'_>,
+    frame: &LegFrame,
+    memory: &mut GrowthMemory,
+    place_of: impl Fn(Point) -> Place,
+) {
     let gap = problem.gap;
     memory.classified.clear();
     gap.visit_nodes_in(frame.bounds(), |node, position| {
         if node == gap.from || node == gap.to {
             return;
         }
-        let place = frame.place(position);
+        let place = place_of(position);
         if place.rectangle || place.rhombus {
             memory.classified.push((node, place));
         }
     });
+}
+
+/// Tests the nodes of the rhombus against the triangle of the taken half.
+fn place_in_triangle(gap: &Gap<'_>, frame: &LegFrame, on_left: bool, memory: &mut GrowthMemory) {
+    let triangle = polygon_of(&frame.corners(Stage::Triangle, on_left));
+    for (node, place) in &mut memory.classified {
+        place.triangle = place.rhombus && holds(&triangle, gap.position(*node));
+    }
 }
 
 fn fill(problem: &mut LocalProblem<'_>, memory: &GrowthMemory, belongs: fn(&Place) -> bool) {

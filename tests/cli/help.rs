@@ -7,6 +7,7 @@ const COMMANDS: &[&[&str]] = &[
     &["reroute"],
     &["compose"],
     &["compare"],
+    &["evaluate"],
     &["verify"],
     &["network"],
     &["network", "build"],

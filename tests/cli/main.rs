@@ -6,6 +6,7 @@ mod binary;
 mod config;
 #[cfg(feature = "edge")]
 mod demo;
+mod evaluate;
 mod help;
 mod input;
 mod networks;

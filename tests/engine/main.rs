@@ -10,6 +10,8 @@ mod bundled;
 mod certificates;
 mod composition;
 mod drawing;
+#[cfg(feature = "cli")]
+mod evaluate;
 mod oracle;
 mod projection;
 mod report_properties;

@@ -23,6 +23,10 @@ const LAYERS: &[(&str, &str)] = &[
         "wire geo network airspace flight routing recompose compose",
     ),
     ("draw", "geo network airspace flight routing recompose"),
+    (
+        "evaluate",
+        "geo network airspace flight routing recompose compose formats draw",
+    ),
     ("clock", "wire"),
     ("config", "wire access formats clock"),
     ("demo", "wire geo clock"),
@@ -37,7 +41,7 @@ const LAYERS: &[(&str, &str)] = &[
     ("process", "network clock config edge api"),
     (
         "cli",
-        "wire access geo network airspace flight routing recompose compose verify formats draw clock config demo edge api process",
+        "wire access geo network airspace flight routing recompose compose verify formats draw evaluate clock config demo edge api process",
     ),
     ("main", "cli"),
 ];

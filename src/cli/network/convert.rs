@@ -60,7 +60,7 @@ impl Convert {
 }
 
 /// A topology as it would be stated: nodes and segments in node order.
-fn draft_of(topology: &Topology) -> NetworkDraft {
+pub(in crate::cli) fn draft_of(topology: &Topology) -> NetworkDraft {
     let mut nodes: Vec<NodeIx> = topology.nodes().collect();
     nodes.sort_unstable_by_key(|&node| topology.rank(node));
     let mut segments: Vec<SegmentIx> = topology.segments().collect();

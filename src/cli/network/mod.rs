@@ -8,6 +8,8 @@ mod info;
 
 use super::output::Output;
 use super::stop::{Stop, Verdict};
+pub(super) use convert::draft_of;
+
 use clap::Subcommand;
 
 /// The commands of `skyway network`.

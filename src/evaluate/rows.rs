@@ -1,0 +1,233 @@
+//! Raw rows as CSV: written once a cell is measured, read again when a run is resumed.
+
+use super::cells::{Cells, FailureRow};
+use super::method::Method;
+use super::record::{Figure, Scale};
+use super::statistics::{Resampler, quantile};
+use csv::{ReaderBuilder, WriterBuilder};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What one method answered to one failure, and how long that took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// The failure's number in its cell.
+    pub failure: usize,
+    /// The method.
+    pub method: Method,
+    /// The median time over all repetitions, in microseconds.
+    pub time_us: f64,
+    /// The lower quartile.
+    pub lower_us: f64,
+    /// The upper quartile.
+    pub upper_us: f64,
+    /// How often it was timed.
+    pub repetitions: usize,
+    /// Length of the new part, in metres: from A to B over the leg, the whole rest over the route.
+    pub recomposed_m: f64,
+    /// Length of the whole remaining route from A to the destination, in metres.
+    pub remaining_m: f64,
+    /// Nodes of the last area.
+    pub area_nodes: usize,
+    /// Open segments of the last area.
+    pub area_segments: usize,
+    /// Areas examined.
+    pub searches: u32,
+    /// Nodes settled by all searches.
+    pub settled_nodes: usize,
+    /// Where the last search looked.
+    pub stage: String,
+    /// The stages that were skipped, with `+` between them.
+    pub skipped: String,
+    /// Nodes of all areas examined, added up; where stages were recorded.
+    pub searched_nodes: Option<usize>,
+    /// Segments of all areas examined, added up; where stages were recorded.
+    pub searched_segments: Option<usize>,
+}
+
+/// Why raw rows cannot be read or written.
+#[derive(Debug, Error)]
+pub enum RowsError {
+    /// The text is not such a table.
+    #[error("{0}")]
+    Csv(#[from] csv::Error),
+    /// The writer could not finish.
+    #[error("{0}")]
+    Write(String),
+}
+
+impl Serialize for Method {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.id())
+    }
+}
+
+impl<'de> Deserialize<'de> for Method {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let id = String::deserialize(deserializer)?;
+        Self::from_id(&id)
+            .ok_or_else(|| serde::de::Error::custom(format!("there is no method {id}")))
+    }
+}
+
+/// Writes the rows of a cell.
+///
+/// # Errors
+/// [`RowsError`] where a row cannot be written.
+pub fn write_rows(rows: &[Row]) -> Result<String, RowsError> {
+    write(rows)
+}
+
+/// Writes the failures of a cell.
+///
+/// # Errors
+/// [`RowsError`] where a row cannot be written.
+pub fn write_failures(failures: &[FailureRow]) -> Result<String, RowsError> {
+    write(failures)
+}
+
+/// Reads the rows of a cell.
+///
+/// # Errors
+/// [`RowsError`] where the text is not what was written.
+pub fn read_rows(text: &str) -> Result<Vec<Row>, RowsError> {
+    read(text)
+}
+
+/// Reads the failures of a cell.
+///
+/// # Errors
+/// [`RowsError`] where the text is not what was written.
+pub fn read_failures(text: &str) -> Result<Vec<FailureRow>, RowsError> {
+    read(text)
+}
+
+/// One method in one cell.
+#[derive(Debug, Serialize)]
+struct Summary<'a> {
+    cell: &'a str,
+    method: Method,
+    failures: usize,
+    median_us: f64,
+    median_low_us: f64,
+    median_high_us: f64,
+    quartile_1_us: f64,
+    quartile_3_us: f64,
+    p99_us: f64,
+    mean_us: f64,
+    mean_overhead_percent: f64,
+    p99_overhead_percent: f64,
+    mean_area_nodes: f64,
+    mean_area_segments: f64,
+    mean_settled_nodes: f64,
+    mean_searches: f64,
+}
+
+/// Writes the summary of a run: per cell and method the median time with its 95 % interval and its spread, and
+/// the means of what the method looked at.
+///
+/// # Errors
+/// [`RowsError`] where a row cannot be written.
+pub fn write_summary(cells: &Cells, seed: u64) -> Result<String, RowsError> {
+    let mut rows = Vec::new();
+    for cell in &cells.0 {
+        for &method in cell.figures.rows.keys() {
+            let name = &cell.plan.name;
+            let mut times_us = cell.times_us(method);
+            let mut resampler = Resampler::new(seed, &format!("summary {name} {}", method.id()));
+            let Some(median) = resampler.of_median(&times_us) else {
+                continue;
+            };
+            let mean = |figure: &dyn Fn(&FailureRow, &Row) -> f64| {
+                let values = cell.values(method, figure);
+                values.iter().sum::<f64>() / values.len() as f64
+            };
+            let overhead =
+                |failure: &FailureRow, row: &Row| (row.remaining_m / failure.optimum_m - 1.0) * 1e2;
+            let mut at = |share| rounded(quantile(&mut times_us, share), 3);
+            rows.push(Summary {
+                cell: name,
+                method,
+                failures: median.cases,
+                median_us: rounded(median.value, 3),
+                median_low_us: rounded(median.low, 3),
+                median_high_us: rounded(median.high, 3),
+                quartile_1_us: at(0.25),
+                quartile_3_us: at(0.75),
+                p99_us: at(0.99),
+                mean_us: rounded(mean(&|_, row| row.time_us), 3),
+                mean_overhead_percent: rounded(mean(&overhead), 4),
+                p99_overhead_percent: rounded(
+                    quantile(&mut cell.values(method, overhead), 0.99),
+                    4,
+                ),
+                mean_area_nodes: rounded(mean(&|_, row| row.area_nodes as f64), 2),
+                mean_area_segments: rounded(mean(&|_, row| row.area_segments as f64), 2),
+                mean_settled_nodes: rounded(mean(&|_, row| row.settled_nodes as f64), 2),
+                mean_searches: rounded(mean(&|_, row| f64::from(row.searches)), 3),
+            });
+        }
+    }
+    write(&rows)
+}
+
+/// One point of a plot.
+#[derive(Debug, Serialize)]
+struct PlotRow<'a> {
+    series: &'a str,
+    x: f64,
+    place: &'a str,
+    y: f64,
+    low: f64,
+    high: f64,
+    cases: usize,
+}
+
+/// Writes the points of a plot; `place` names them on an axis of names.
+///
+/// # Errors
+/// [`RowsError`] where a row cannot be written.
+pub fn write_figure(figure: &Figure) -> Result<String, RowsError> {
+    let places: &[String] = match &figure.x.scale {
+        Scale::Categories(names) => names,
+        Scale::Linear | Scale::Log => &[],
+    };
+    let mut rows = Vec::new();
+    for series in &figure.series {
+        rows.extend(series.points.iter().map(|point| PlotRow {
+            series: &series.name,
+            x: point.x,
+            place: places.get(point.x as usize).map_or("", String::as_str),
+            y: point.y,
+            low: point.low,
+            high: point.high,
+            cases: point.cases,
+        }));
+    }
+    write(&rows)
+}
+
+/// A figure with no more than so many decimals: files need not tell noise.
+pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    (value * scale).round() / scale
+}
+
+/// Writes rows of any table.
+fn write<T: Serialize>(rows: &[T]) -> Result<String, RowsError> {
+    let mut writer = WriterBuilder::new().from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| RowsError::Write(error.to_string()))?;
+    String::from_utf8(bytes).map_err(|error| RowsError::Write(error.to_string()))
+}
+
+fn read<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, RowsError> {
+    let mut reader = ReaderBuilder::new().from_reader(text.as_bytes());
+    let rows: Result<Vec<T>, csv::Error> = reader.deserialize().collect();
+    Ok(rows?)
+}
