@@ -33,8 +33,10 @@ fn tell_build() {
         name.to_str().map(str::to_owned)
     });
     println!("cargo::rustc-env=SKYWAY_COMPILER={}", compiler.trim());
+    // A bench is built in the folder of `release`, with other settings.
+    let level = std::env::var("OPT_LEVEL").unwrap_or_default();
     println!(
-        "cargo::rustc-env=SKYWAY_PROFILE={}",
+        "cargo::rustc-env=SKYWAY_PROFILE={}, opt-level {level}",
         profile.unwrap_or_default()
     );
 }

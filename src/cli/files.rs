@@ -11,8 +11,8 @@ use flate2::write::GzEncoder;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::Path;
 
-/// Nothing larger is read, compressed or not.
-const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Nothing larger is read, compressed or not. A network of a million nodes has 1.1 GB.
+const MAX_FILE_BYTES: u64 = 4 << 30;
 /// The two bytes that every gzip file begins with (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 /// What stands for standard input or output.

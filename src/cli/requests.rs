@@ -180,7 +180,8 @@ impl<'a> Desk<'a> {
             airspace: self.standing,
             trees: Some(&self.tables),
         };
-        if self.tables.get(destination, world.standing()).is_none() {
+        let topology_revision = self.standing.topology_revision();
+        if !self.tables.holds(destination, topology_revision) {
             prepare_table(&world, destination, self.scratch.searcher());
         }
     }

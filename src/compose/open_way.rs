@@ -64,7 +64,9 @@ pub(super) fn prepare_missing_table(
     destination: NodeIx,
     searcher: &mut Searcher,
 ) {
-    let is_missing = |trees: &TreeCache| trees.get(destination, world.standing()).is_none();
+    // Looking it up would count as a search with or without a table.
+    let topology_revision = world.airspace.topology_revision();
+    let is_missing = |trees: &TreeCache| !trees.holds(destination, topology_revision);
     if world.trees.is_some_and(is_missing) {
         prepare_table(world, destination, searcher);
     }

@@ -21,6 +21,7 @@ mod shape_queries;
 mod shapes;
 mod starts;
 mod strategies;
+mod table_cache;
 mod zone_format;
 mod zone_hits;
 mod zone_problems;
