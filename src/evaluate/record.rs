@@ -62,7 +62,7 @@ pub struct NetworkFacts {
     pub failures: usize,
     /// Of those, the failures after which no way leads to the destination any more.
     pub without_detour: usize,
-    /// Distances of `exact` found equal to those of an independent search, one per failure and kind of answer.
+    /// Distances of `exact` and of the baselines found equal to those of an independent search.
     pub distances_checked: usize,
     /// The median length of the failed segments, in metres.
     pub median_failed_segment_m: f64,

@@ -7,10 +7,9 @@ use std::borrow::Cow;
 
 /// The id of a node as the network's file writes it.
 pub fn node_id(topology: &Topology, node: NodeIx) -> Id<'_> {
-    let id = topology.node_id(node);
-    match topology.has_integer_ids().then(|| id.parse::<i64>()) {
-        Some(Ok(number)) => Id::Integer(number),
-        _ => Id::Text(Cow::Borrowed(id)),
+    match topology.node_number(node) {
+        Some(number) => Id::Integer(number),
+        None => Id::Text(Cow::Borrowed(topology.node_id(node))),
     }
 }
 

@@ -143,7 +143,8 @@ mod tests {
 
     #[test]
     fn a_document_is_told_by_the_names_of_its_members_and_not_by_its_texts() {
-        let named = r#"{"graph": {}, "nodes": [{"id": "FeatureCollection", "x": 0, "y": 0}], "links": []}"#;
+        let named =
+            r#"{"graph": {}, "nodes": [{"id": "FeatureCollection", "x": 0, "y": 0}], "links": []}"#;
         assert!(is_foreign(named));
         assert!(is_foreign(r#"{"links": [{"nodes": 1}], "nodes": []}"#));
         for native in [

@@ -6,12 +6,10 @@ use crate::wire::{FailureReport, Id};
 
 /// The node of an id on the wire.
 pub(super) fn find_named(topology: &Topology, id: &Id<'_>) -> Option<NodeIx> {
-    let number = match id {
-        Id::Text(text) => return topology.node(text),
-        Id::Integer(number) => number,
-    };
-    // Paths are long and reports many: an integer is written without formatting and without allocation.
-    topology.node(itoa::Buffer::new().format(*number))
+    match id {
+        Id::Text(text) => topology.node(text),
+        Id::Integer(number) => topology.node_of_number(*number),
+    }
 }
 
 /// The nodes that locate the drone, as far as the network has them.

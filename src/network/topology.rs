@@ -119,6 +119,16 @@ impl Topology {
         self.node_ids.find(id)
     }
 
+    /// The node of an id that is a number: as [`Self::node`] of its decimal digits, but without text.
+    pub fn node_of_number(&self, number: i64) -> Option<NodeIx> {
+        self.node_ids.find_number(number)
+    }
+
+    /// The id of a node as a number, where the file writes its ids as integers.
+    pub fn node_number(&self, node: NodeIx) -> Option<i64> {
+        self.node_ids.number(node)
+    }
+
     /// True when the file writes its ids as integers; answers then do too.
     pub fn has_integer_ids(&self) -> bool {
         self.node_ids.are_integers()

@@ -12,6 +12,7 @@ mod composition;
 mod drawing;
 #[cfg(feature = "cli")]
 mod evaluate;
+mod numbered_nodes;
 mod oracle;
 mod projection;
 mod report_properties;

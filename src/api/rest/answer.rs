@@ -13,8 +13,8 @@ pub(super) const JSON: &str = "application/json";
 /// The media type of zones and of the network (RFC 7946).
 pub(super) const GEOJSON: &str = "application/geo+json";
 
-/// Answers are a few kilobytes; a longer one grows the buffer.
-const CAPACITY_BYTES: usize = 4096;
+/// Most recompositions are shorter; a longer answer grows the buffer.
+const CAPACITY_BYTES: usize = 1024;
 
 /// What a handler gives back.
 pub(super) type Answer = Result<Response, Refused>;

@@ -129,6 +129,8 @@ fn builder(config: &ServerConfig) -> auto::Builder<TokioExecutor> {
         .http1()
         // The watch has the deadline of heads.
         .header_read_timeout(None)
+        // Answers are short: copied behind their heads they leave in one piece, which costs the kernel less than two.
+        .writev(false)
         // A head must fit in the buffer: a larger one is answered with 431.
         .max_buf_size(header_bytes_max as usize);
     builder

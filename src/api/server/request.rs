@@ -3,7 +3,7 @@
 use crate::access::Caller;
 use crate::api::operations::Operation;
 use http::{HeaderMap, HeaderName, HeaderValue};
-use std::fmt::{self, Write};
+use std::fmt;
 use std::time::Duration;
 use tokio::time::Instant;
 
@@ -52,14 +52,26 @@ impl RequestId {
     pub(crate) fn header(&self) -> HeaderValue {
         match &self.0 {
             Source::Client(id) => id.clone(),
-            Source::Counted { .. } => {
-                let mut text = String::with_capacity(26);
-                // Writing to a string does not fail, and hexadecimal digits are a header value.
-                let _ = write!(text, "{self}");
+            Source::Counted { process, number } => {
+                let mut text = Vec::with_capacity(26);
+                push_hex(&mut text, u64::from(*process), 8);
+                text.push(b'-');
+                push_hex(&mut text, *number, 1);
+                // Hexadecimal digits are a header value.
                 HeaderValue::try_from(text).unwrap_or(HeaderValue::from_static(""))
             }
         }
     }
+}
+
+/// Writes a number in hexadecimal with at least so many digits: every answer has one, and formatting takes several
+/// times as long.
+fn push_hex(text: &mut Vec<u8>, number: u64, digits_min: u32) {
+    let digits = (u64::BITS - number.leading_zeros())
+        .div_ceil(4)
+        .max(digits_min);
+    let nibbles = (0..digits).rev().map(|place| (number >> (4 * place)) & 0xf);
+    text.extend(nibbles.map(|nibble| b"0123456789abcdef"[nibble as usize]));
 }
 
 impl fmt::Display for RequestId {
@@ -141,6 +153,13 @@ mod tests {
                 found.map(|found| found.to_string()).as_deref(),
                 kept.then_some(id)
             );
+        }
+        for id in [
+            RequestId::counted(0xab, 17),
+            RequestId::counted(0, 0),
+            RequestId::counted(u32::MAX, u64::MAX),
+        ] {
+            assert_eq!(id.header(), id.to_string());
         }
         assert_eq!(RequestId::counted(0xab, 17).header(), "000000ab-11");
     }
