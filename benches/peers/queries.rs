@@ -295,7 +295,7 @@ fn zone_about(topology: &Topology, centre: Point, turn: f64) -> (Zone, Vec<Point
     let area_m2 = ZONE_SHARE * bounds.width_m() * bounds.height_m();
     let corner = |place: usize, radius_m: f64| {
         let angle = TAU * (turn + place as f64 / ZONE_CORNERS as f64);
-        let reach_m = radius_m * if place % 2 == 0 { 1.1 } else { 0.9 };
+        let reach_m = radius_m * if place.is_multiple_of(2) { 1.1 } else { 0.9 };
         Point::new(
             centre.x + reach_m * angle.cos(),
             centre.y + reach_m * angle.sin(),
