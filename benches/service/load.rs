@@ -142,8 +142,8 @@ pub(crate) fn run(
     })
 }
 
-/// Keeps the load from sleeping. A server has to wake a client that sleeps, which in a virtual machine costs it
-/// about as much as an answer; how often that happens depends on how slow it is, which exaggerates differences.
+/// Keeps the load from sleeping. A server has to wake a client that sleeps, which is dear in a virtual machine; how
+/// often that happens depends on how slow it is, which exaggerates differences.
 async fn stay_awake() -> io::Result<Infallible> {
     loop {
         tokio::task::yield_now().await;
