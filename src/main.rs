@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-// Every answer is some hundred small pieces that live as long as its record; this allocator is at home with that.
+// Every answer is many small pieces that live as long as its record; this allocator is at home with that.
 #[cfg(feature = "edge")]
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;

@@ -7,6 +7,7 @@ use super::node_link::read_node_link;
 use crate::network::{NetworkDraft, NetworkError, Repair, Topology};
 use serde::Deserializer as _;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fmt;
 use thiserror::Error;
@@ -123,7 +124,13 @@ impl<'de> Visitor<'de> for &mut Kind {
     fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<(), A::Error> {
         while let Some(name) = members.next_key::<String>()? {
             match name.as_str() {
-                "type" | "features" => return Ok(()),
+                "features" => return Ok(()),
+                "type" => {
+                    if members.next_value::<Value>()? == "FeatureCollection" {
+                        return Ok(());
+                    }
+                    continue;
+                }
                 "nodes" => self.has_nodes = true,
                 "links" | "edges" => self.has_links = true,
                 _ => {}
@@ -147,6 +154,7 @@ mod tests {
             r#"{"graph": {}, "nodes": [{"id": "FeatureCollection", "x": 0, "y": 0}], "links": []}"#;
         assert!(is_foreign(named));
         assert!(is_foreign(r#"{"links": [{"nodes": 1}], "nodes": []}"#));
+        assert!(is_foreign(r#"{"type": "graph", "nodes": [], "edges": []}"#));
         for native in [
             r#"{"type": "FeatureCollection", "features": [], "nodes": [], "links": []}"#,
             r#"{"name": "\"nodes\" \"links\"", "features": []}"#,
