@@ -29,10 +29,16 @@ pub mod evaluate;
 pub mod flight;
 pub mod formats;
 pub mod geo;
+#[cfg(feature = "edge")]
+pub mod intake;
 pub mod network;
 #[cfg(feature = "edge")]
 pub mod process;
 pub mod recompose;
+#[cfg(feature = "edge")]
+pub mod refusal;
+#[cfg(feature = "edge")]
+pub mod registry;
 pub mod routing;
 pub mod verify;
 pub mod wire;

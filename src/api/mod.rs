@@ -1,4 +1,4 @@
-//! The edge over the network: which operations there are, how problems are told, and the server under both dialects.
+//! The daemons over the network: which operations there are, how problems are told, and the server under both dialects.
 
 pub mod grpc;
 pub mod metrics;
@@ -6,5 +6,6 @@ mod openapi;
 pub mod operations;
 pub mod page;
 pub mod problem;
+pub mod registry;
 pub mod rest;
 pub mod server;

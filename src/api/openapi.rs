@@ -3,7 +3,7 @@
 //! Handlers describe their operations; here stands the frame, and what follows from the tables of operations
 //! and of problems: who may call, and how any call may be refused.
 
-use super::operations::{Access, Operation};
+use super::operations::{Access, Daemon, Operation};
 use super::rest::refusals;
 use crate::wire::{Event, EventKind, Problem, TelemetryEntry};
 use http::{Method, StatusCode};
@@ -17,6 +17,31 @@ use utoipa::openapi::{
 };
 
 const BEARER: &str = "bearer";
+
+/// What distinguishes the description of one daemon from that of another.
+pub(in crate::api) struct Outline {
+    pub(in crate::api) title: &'static str,
+    pub(in crate::api) description: &'static str,
+    pub(in crate::api) tags: &'static [(&'static str, &'static str)],
+    /// Whose tokens are asked for.
+    pub(in crate::api) tokens: &'static str,
+    /// Schemas that no operation names.
+    pub(in crate::api) schemas: fn(ComponentsBuilder) -> ComponentsBuilder,
+}
+
+/// The description of an edge.
+pub(super) const EDGE: Outline = Outline {
+    title: "Skyway edge",
+    description: DESCRIPTION,
+    tags: &TAGS,
+    tokens: "A token of this edge. Without tokens, on loopback, anyone may do everything.",
+    schemas: |components| {
+        components
+            .schema_from::<Event<'static>>()
+            .schema_from::<EventKind>()
+            .schema_from::<TelemetryEntry>()
+    },
+};
 
 const DESCRIPTION: &str = "Exact recomposition of drone delivery routes on a skyway network, beside the airspace and the \
 plans that it depends on. Positions are longitude first; times are RFC 3339 in UTC; units are in the names of fields. \
@@ -41,32 +66,28 @@ const TAGS: [(&str, &str); 8] = [
 ];
 
 /// The frame, without any operation.
-pub(super) fn outline() -> OpenApi {
+pub(super) fn outline(outline: &Outline) -> OpenApi {
     let license = LicenseBuilder::new()
         .name("Apache-2.0")
         .identifier(Some("Apache-2.0"));
     let info = InfoBuilder::new()
-        .title("Skyway edge")
+        .title(outline.title)
         .version(env!("CARGO_PKG_VERSION"))
-        .description(Some(DESCRIPTION))
+        .description(Some(outline.description))
         .license(Some(license.build()));
-    let tags = TAGS.map(|(name, description)| {
+    let tags = outline.tags.iter().map(|(name, description)| {
         TagBuilder::new()
-            .name(name)
-            .description(Some(description))
+            .name(*name)
+            .description(Some(*description))
             .build()
     });
     let token = HttpBuilder::new()
         .scheme(HttpAuthScheme::Bearer)
-        .description(Some(
-            "A token of this edge. Without tokens, on loopback, anyone may do everything.",
-        ));
+        .description(Some(outline.tokens));
     let mut components = ComponentsBuilder::new()
         .security_scheme(BEARER, SecurityScheme::Http(token.build()))
-        .schema_from::<Problem>()
-        .schema_from::<Event<'static>>()
-        .schema_from::<EventKind>()
-        .schema_from::<TelemetryEntry>();
+        .schema_from::<Problem>();
+    components = (outline.schemas)(components);
     for (_, name, response) in refusals::all() {
         components = components.response(name, response);
     }
@@ -79,11 +100,13 @@ pub(super) fn outline() -> OpenApi {
 }
 
 /// The description with what follows for each operation from the tables.
-pub(super) fn complete(mut description: OpenApi) -> OpenApi {
+pub(super) fn complete(mut description: OpenApi, daemon: Daemon) -> OpenApi {
     for (path, item) in &mut description.paths.paths {
+        let has_id = path.contains('{');
         for (method, described) in operations(item) {
-            if let Ok(operation) = Operation::of_rest(&method, &path.replace("{id}", "id")) {
-                refuse(described, operation, path.contains("{id}"));
+            let path = path.replace(['{', '}'], "");
+            if let Ok(operation) = Operation::of_rest(daemon, &method, &path) {
+                refuse(described, operation, has_id);
             }
             state_parameters(described);
         }

@@ -24,6 +24,8 @@ const RETRY_PUSHBACK: &str = "grpc-retry-pushback-ms";
 
 const CURRENT_ETAG: &str = "current_etag";
 
+const OLDEST_REVISION: &str = "oldest_revision";
+
 /// One row of the table.
 #[derive(Debug)]
 pub struct Row {
@@ -83,6 +85,10 @@ problems! {
         "The delivery request can be read but not composed. Each fault names its place.";
     ClosureInvalid "closure_invalid" UNPROCESSABLE_ENTITY InvalidArgument "the closure is not valid"
         "The closure can be read but not enforced. Each fault names its place.";
+    NetworkInvalid "network_invalid" UNPROCESSABLE_ENTITY InvalidArgument "the network is not valid"
+        "The network, or the patch of one, can be read but not flown. Each fault names its place.";
+    WeatherInvalid "weather_invalid" UNPROCESSABLE_ENTITY InvalidArgument "the weather is not valid"
+        "The weather can be read but not be so. Each fault names its place.";
     NotFound "not_found" NOT_FOUND NotFound "not found"
         "Nothing has this id, or the path leads nowhere.";
     MethodNotAllowed "method_not_allowed" METHOD_NOT_ALLOWED Unimplemented "method not allowed"
@@ -95,6 +101,8 @@ problems! {
         "No open way leads to the destination at this time. Closures or zones that end may open one.";
     ClosureOfZone "closure_of_zone" CONFLICT FailedPrecondition "the closure belongs to a zone"
         "The closure stands as long as its zone does. Lift the zone.";
+    NetworkInUse "network_in_use" CONFLICT FailedPrecondition "the network is in use"
+        "A zone or a closure names what the change of the network would take away. Lift it first. Each fault names one.";
     PlanStateConflict "plan_state_conflict" CONFLICT FailedPrecondition "the plan is in another state"
         "The plan has no such version to acknowledge, or is over. Read it again.";
     PreconditionRequired "precondition_required" PRECONDITION_REQUIRED FailedPrecondition "If-Match is required"
@@ -107,6 +115,8 @@ problems! {
         "The first request with this key is still being answered. Try again for its answer.";
     EventsGone "events_gone" GONE OutOfRange "the events are gone"
         "Events before the oldest kept, or of another epoch. Read the state again, and watch from there.";
+    ChangesGone "changes_gone" GONE OutOfRange "the changes are gone"
+        "Changes before the oldest kept, or of another epoch. Take the snapshot, and follow from its revision.";
     BodyTooLarge "body_too_large" PAYLOAD_TOO_LARGE ResourceExhausted "the body is too large"
         "The body exceeds the limit of this edge. Send less at once.";
     Unauthenticated "unauthenticated" UNAUTHORIZED Unauthenticated "not authenticated"
@@ -121,6 +131,10 @@ problems! {
         "A bound of this edge is reached. Remove what is not needed, or try again later.";
     ShuttingDown "shutting_down" SERVICE_UNAVAILABLE Unavailable "shutting down"
         "The edge stops. Go to another, or try again when it is back.";
+    StoreUnavailable "store_unavailable" SERVICE_UNAVAILABLE Unavailable "the store does not answer"
+        "What is known cannot be read or written just now. Try again after the time given.";
+    StoreFull "store_full" INSUFFICIENT_STORAGE Unavailable "the store takes nothing more"
+        "The disk of the store is full or failing. Nothing was written. Free it, and try again.";
     DeadlineExceeded "deadline_exceeded" GATEWAY_TIMEOUT DeadlineExceeded "the deadline passed"
         "There was no answer within the time allowed. The work was stopped.";
     Internal "internal" INTERNAL_SERVER_ERROR Internal "internal error"
@@ -148,6 +162,7 @@ pub fn document(refusal: &Refusal, request_id: Option<&str>) -> Problem {
         request_id: request_id.map(str::to_owned),
         retry_after_s: refusal.retry_after_s,
         current_etag: refusal.current_etag.clone(),
+        oldest_revision: refusal.oldest_revision,
     }
 }
 
@@ -159,6 +174,7 @@ pub fn of_document(problem: Problem) -> Option<Refusal> {
         faults: problem.errors,
         current_etag: problem.current_etag,
         retry_after_s: problem.retry_after_s,
+        oldest_revision: problem.oldest_revision,
     })
 }
 
@@ -192,9 +208,11 @@ pub fn response(refusal: &Refusal, request_id: Option<&str>) -> Response<Body> {
 /// first 16 faults are told, and no text beyond 256 bytes.
 pub fn grpc_status(refusal: &Refusal) -> tonic::Status {
     let row = row(refusal.code);
-    let etag = refusal.current_etag.iter();
-    let metadata: Metadata = etag
-        .map(|etag| (CURRENT_ETAG.to_owned(), etag.clone()))
+    let etag = refusal.current_etag.clone();
+    let oldest = refusal.oldest_revision.map(|revision| revision.to_string());
+    let stated = [(CURRENT_ETAG, etag), (OLDEST_REVISION, oldest)].into_iter();
+    let metadata: Metadata = stated
+        .filter_map(|(name, text)| Some((name.to_owned(), text?)))
         .collect();
     let mut details = ErrorDetails::new();
     details.set_error_info(row.name, DOMAIN, metadata);
@@ -230,6 +248,10 @@ pub fn of_grpc_status(status: &tonic::Status) -> Option<Refusal> {
         faults: faults.unwrap_or_default(),
         current_etag: info.metadata.get(CURRENT_ETAG).cloned(),
         retry_after_s: retry_delay.and_then(|delay| u32::try_from(delay.as_secs()).ok()),
+        oldest_revision: info
+            .metadata
+            .get(OLDEST_REVISION)
+            .and_then(|text| text.parse().ok()),
     })
 }
 
@@ -308,6 +330,7 @@ mod tests {
             ..Refusal::new(code, "the zone has 2 faults: 'ä\u{7f}'")
                 .with_etag("\"7\"")
                 .retry_after_s(1)
+                .with_oldest_revision(12)
         }
     }
 

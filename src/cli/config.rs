@@ -1,10 +1,13 @@
-//! `skyway config`: what an edge would be configured with, and what is wrong with that.
+//! `skyway config`: what a daemon would be configured with, and what is wrong with that.
 
-use super::edge_flags::{EdgeFlags, misconfigured};
+use super::config_sources::misconfigured;
+use super::edge_flags::EdgeFlags;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::{EffectiveConfig, sample};
+use crate::config::{
+    Admission, ConfigFault, Configuration, EdgeConfig, EffectiveConfig, RegistryConfig, sample,
+};
 use clap::{Args, Subcommand};
 
 const EXAMPLES: &str = "\
@@ -12,9 +15,10 @@ Examples:
   skyway config check --config edge.toml          every fault, or ok
   skyway config show --origin --config edge.toml  what holds, and who said so
   skyway config sample > edge.toml                every setting with its meaning
+  skyway config sample --registry > registry.toml the same for a registry
 
 A flag wins over the environment, that over the file, that over the default. The variable of
-limits.body is SKYWAY_EDGE_LIMITS_BODY.
+limits.body is SKYWAY_EDGE_LIMITS_BODY, that of a registry SKYWAY_REGISTRY_LIMITS_BODY.
 
 Exit codes: 0 when all is well, 78 for a configuration that is not valid, 2 for arguments that
 make no sense.";
@@ -23,17 +27,34 @@ make no sense.";
 #[derive(Debug, Subcommand)]
 #[command(after_help = EXAMPLES)]
 pub(super) enum Config {
-    /// Say everything that would keep an edge from starting; exit code 78 when there is anything
+    /// Say everything that would keep a daemon from starting; exit code 78 when there is anything
     Check(Check),
-    /// Write the configuration that an edge would have
+    /// Write the configuration that a daemon would have
     Show(Show),
     /// Write a sample of the configuration file, with every setting, its meaning and its default
-    Sample,
+    Sample(Sample),
+}
+
+/// Whose configuration.
+#[derive(Clone, Copy, Debug, Args)]
+pub(super) struct Whose {
+    /// Of a registry instead of an edge; --listen, --admin-listen and --set are then the registry's
+    #[arg(long)]
+    registry: bool,
+}
+
+/// Arguments of `skyway config sample`.
+#[derive(Debug, Args)]
+pub(super) struct Sample {
+    #[command(flatten)]
+    whose: Whose,
 }
 
 /// Arguments of `skyway config check`.
 #[derive(Debug, Args)]
 pub(super) struct Check {
+    #[command(flatten)]
+    whose: Whose,
     #[command(flatten)]
     flags: EdgeFlags,
 }
@@ -41,6 +62,8 @@ pub(super) struct Check {
 /// Arguments of `skyway config show`.
 #[derive(Debug, Args)]
 pub(super) struct Show {
+    #[command(flatten)]
+    whose: Whose,
     #[command(flatten)]
     flags: EdgeFlags,
     /// Tell for each value who said so: a flag, the environment, a line of the file, the default
@@ -56,29 +79,52 @@ impl Config {
         match self {
             Self::Check(check) => check.run(output),
             Self::Show(show) => show.run(output),
-            Self::Sample => output.raw(sample().as_bytes()).map(|()| Verdict::Done),
+            Self::Sample(sample) => sample.run(output),
         }
+    }
+}
+
+impl Sample {
+    fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        let text = match self.whose.registry {
+            true => sample::<RegistryConfig>(),
+            false => sample::<EdgeConfig>(),
+        };
+        output.raw(text.as_bytes()).map(|()| Verdict::Done)
     }
 }
 
 impl Check {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        if self.whose.registry {
+            let effective = self.flags.effective_of::<RegistryConfig>()?;
+            return told(effective.admit(), Vec::new(), output);
+        }
         let effective = self.flags.effective()?;
-        let admission = effective.admit();
-        let mut faults = match &admission {
-            Ok(_) => Vec::new(),
-            Err(faults) => misconfigured(faults).messages(),
-        };
-        faults.extend(network_faults(&effective, output)?);
-        if !faults.is_empty() {
-            return Err(Stop::Misconfigured(faults));
-        }
-        for warning in admission.iter().flat_map(|admission| &admission.warnings) {
-            output.warn(&warning.to_string());
-        }
-        output.line("ok")?;
-        Ok(Verdict::Done)
+        let of_network = network_faults(&effective, output)?;
+        told(effective.admit(), of_network, output)
     }
+}
+
+/// Tells what would keep a daemon from starting, or that nothing would.
+fn told(
+    admission: Result<Admission, Vec<ConfigFault>>,
+    more: Vec<String>,
+    output: &Output,
+) -> Result<Verdict, Stop> {
+    let mut faults = match &admission {
+        Ok(_) => Vec::new(),
+        Err(faults) => misconfigured(faults).messages(),
+    };
+    faults.extend(more);
+    if !faults.is_empty() {
+        return Err(Stop::Misconfigured(faults));
+    }
+    for warning in admission.iter().flat_map(|admission| &admission.warnings) {
+        output.warn(&warning.to_string());
+    }
+    output.line("ok")?;
+    Ok(Verdict::Done)
 }
 
 /// What is wrong with the network, each with who named it.
@@ -96,7 +142,17 @@ fn network_faults(effective: &EffectiveConfig, output: &Output) -> Result<Vec<St
 
 impl Show {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
-        let effective = self.flags.effective()?;
+        match self.whose.registry {
+            true => self.tell(&self.flags.effective_of::<RegistryConfig>()?, output),
+            false => self.tell(&self.flags.effective()?, output),
+        }
+    }
+
+    fn tell<C: Configuration>(
+        &self,
+        effective: &EffectiveConfig<C>,
+        output: &Output,
+    ) -> Result<Verdict, Stop> {
         match self.json {
             true => output.json(&effective.to_json(self.origin))?,
             false => output.raw(effective.to_toml(self.origin).as_bytes())?,

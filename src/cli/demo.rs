@@ -1,13 +1,14 @@
 //! `skyway demo`: an edge on this machine, and a small fleet that flies in accelerated time.
 
 use super::clock;
+use super::config_sources::misconfigured;
 use super::edge::{prepare, runtime, write_ports};
-use super::edge_flags::misconfigured;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::{EffectiveConfig, Flag, Sources, resolve};
 use crate::demo::{Fleet, fly};
-use crate::process::service::{Addresses, Service, Start};
+use crate::process::listening::Addresses;
+use crate::process::service::{Service, Start};
 use crate::process::{logs, signals};
 use clap::Args;
 use std::path::PathBuf;
@@ -57,7 +58,8 @@ impl Demo {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let effective = self.effective()?;
         let start = prepare(&effective, output)?;
-        logs::start(&effective.config.log).map_err(Stop::failed)?;
+        let log = &effective.config.log;
+        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
         runtime()?.block_on(self.serve(start, output))?;
         Ok(Verdict::Done)
     }

@@ -1,12 +1,14 @@
 //! `skyway edge`: the daemon that answers drones and operators.
 
-use super::edge_flags::{EdgeFlags, misconfigured};
+use super::config_sources::misconfigured;
+use super::edge_flags::EdgeFlags;
 use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::EffectiveConfig;
-use crate::process::service::{Addresses, Service, Start};
+use crate::process::listening::Addresses;
+use crate::process::service::{Service, Start};
 use crate::process::{logs, signals};
 use bytes::Bytes;
 use clap::Args;
@@ -38,7 +40,8 @@ impl Edge {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let effective = self.flags.effective()?;
         let start = prepare(&effective, output)?;
-        logs::start(&effective.config.log).map_err(Stop::failed)?;
+        let log = &effective.config.log;
+        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
         runtime()?.block_on(serve(start, output))?;
         Ok(Verdict::Done)
     }

@@ -1,11 +1,9 @@
-//! The flags that configure an edge, and where else its configuration comes from.
+//! The flags that configure an edge.
 
-use super::files;
+use super::config_sources;
 use super::stop::Stop;
-use crate::config::{ConfigFault, ENVIRONMENT_PREFIX, EffectiveConfig, Flag, Sources, resolve};
+use crate::config::{Configuration, EdgeConfig, EffectiveConfig};
 use clap::Args;
-use std::ffi::OsString;
-use std::fmt::Display;
 use std::path::PathBuf;
 
 /// How an edge is configured. Every value is checked where all sources come together, so these are texts.
@@ -53,23 +51,14 @@ impl EdgeFlags {
     /// # Errors
     /// Everything wrong in any of them.
     pub(super) fn effective(&self) -> Result<EffectiveConfig, Stop> {
-        let sources = Sources {
-            file: self.file()?,
-            environment: environment()?,
-            flags: self.flags()?,
-        };
-        resolve(&sources).map_err(|faults| misconfigured(&faults))
+        self.effective_of::<EdgeConfig>()
     }
 
-    fn file(&self) -> Result<Option<(String, String)>, Stop> {
-        let Some(path) = &self.config else {
-            return Ok(None);
-        };
-        let text = files::read_text(path).map_err(|stop| Stop::Misconfigured(stop.messages()))?;
-        Ok(Some((path.display().to_string(), text)))
-    }
-
-    fn flags(&self) -> Result<Vec<Flag>, Stop> {
+    /// The same for any daemon, as far as it has these settings.
+    ///
+    /// # Errors
+    /// Everything wrong in any of them.
+    pub(super) fn effective_of<C: Configuration>(&self) -> Result<EffectiveConfig<C>, Stop> {
         let named = [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
@@ -81,68 +70,6 @@ impl EdgeFlags {
             ("--log", "log.filter", &self.log),
             ("--log-format", "log.format", &self.log_format),
         ];
-        let given = named.into_iter().filter_map(|(flag, name, value)| {
-            let value = value.clone()?;
-            Some(Flag {
-                flag: flag.to_owned(),
-                name: name.to_owned(),
-                value,
-            })
-        });
-        let mut flags: Vec<Flag> = given.collect();
-        for pair in &self.set {
-            let Some((name, value)) = pair.split_once('=') else {
-                return Err(Stop::Misconfigured(vec![format!(
-                    "flag --set {pair}: write NAME=VALUE, as in limits.body=2MiB"
-                )]));
-            };
-            flags.push(Flag {
-                flag: format!("--set {name}"),
-                name: name.to_owned(),
-                value: value.to_owned(),
-            });
-        }
-        Ok(flags)
+        config_sources::effective(self.config.as_deref(), &named, &self.set)
     }
-}
-
-/// Everything wrong with a configuration, as the end of a command.
-pub(super) fn misconfigured(faults: &[ConfigFault]) -> Stop {
-    Stop::Misconfigured(faults.iter().map(ToString::to_string).collect())
-}
-
-/// The variables that configure an edge, by name.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "the door to the environment: settings of the edge"
-)]
-fn environment() -> Result<Vec<(String, String)>, Stop> {
-    ours(std::env::vars_os())
-}
-
-fn ours(
-    variables: impl Iterator<Item = (OsString, OsString)>,
-) -> Result<Vec<(String, String)>, Stop> {
-    let mut ours = Vec::new();
-    let mut faults = Vec::new();
-    for (name, value) in variables {
-        let name = name.to_string_lossy();
-        if !name.starts_with(ENVIRONMENT_PREFIX) {
-            continue;
-        }
-        match value.into_string() {
-            Ok(value) => ours.push((name.into_owned(), value)),
-            Err(_) => faults.push(not_text(&name)),
-        }
-    }
-    // The environment has no order of its own; faults are told in one that stays.
-    ours.sort();
-    match faults.is_empty() {
-        true => Ok(ours),
-        false => Err(Stop::Misconfigured(faults)),
-    }
-}
-
-fn not_text(variable: &dyn Display) -> String {
-    format!("env {variable}: the value is not UTF-8 text")
 }

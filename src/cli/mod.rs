@@ -13,6 +13,8 @@ mod compose;
 #[cfg(feature = "edge")]
 mod config;
 #[cfg(feature = "edge")]
+mod config_sources;
+#[cfg(feature = "edge")]
 mod demo;
 #[cfg(feature = "edge")]
 mod edge;
@@ -29,6 +31,8 @@ mod network_source;
 mod output;
 mod picture;
 mod plan;
+#[cfg(feature = "edge")]
+mod registry;
 #[cfg(feature = "edge")]
 mod replay;
 mod requests;
@@ -94,6 +98,9 @@ enum Command {
     /// Serve drones and operators: REST and gRPC on one port
     #[cfg(feature = "edge")]
     Edge(edge::Edge),
+    /// Serve the log of changes that edges follow
+    #[cfg(feature = "edge")]
+    Registry(registry::Registry),
     /// Compute an answer of an edge again, from what it kept of it
     #[cfg(feature = "edge")]
     Replay(replay::Replay),
@@ -102,11 +109,11 @@ enum Command {
     /// Make, inspect, convert and draw networks
     #[command(subcommand)]
     Network(network::Network),
-    /// Check and show the configuration of an edge
+    /// Check and show the configuration of an edge or a registry
     #[cfg(feature = "edge")]
     #[command(subcommand)]
     Config(config::Config),
-    /// Make a token for those who call an edge
+    /// Make a token for those who call an edge or a registry
     #[cfg(feature = "edge")]
     Token(token::Token),
     /// Write completions for a shell to standard output
@@ -151,6 +158,8 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Demo(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Edge(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Registry(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Replay(command) => command.run(output),
         Command::Verify(command) => command.run(output),

@@ -1,9 +1,9 @@
 //! From what the file, the environment and the flags say to one configuration that knows who said what.
 
-use super::ENVIRONMENT_PREFIX;
+use super::edge::EdgeConfig;
 use super::fault::{ConfigFault, Origin};
 use super::sample::toml_value;
-use super::settings::{EdgeConfig, Misfit, SECTIONS, SETTINGS, Setting};
+use super::settings::{Configuration, Misfit, Setting};
 use super::value::Kind;
 use crate::formats::nearest;
 use serde_json::{Map, Value as Json};
@@ -26,7 +26,7 @@ pub struct Flag {
 pub struct Sources {
     /// The file's name and its text, if there is one.
     pub file: Option<(String, String)>,
-    /// The environment: names and values; what does not begin with [`ENVIRONMENT_PREFIX`] is passed over.
+    /// The environment: names and values; what does not begin with the prefix of the daemon is passed over.
     pub environment: Vec<(String, String)>,
     /// The flags.
     pub flags: Vec<Flag>,
@@ -34,10 +34,10 @@ pub struct Sources {
 
 /// A configuration that knows who said what.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EffectiveConfig {
+pub struct EffectiveConfig<C = EdgeConfig> {
     /// What holds.
-    pub config: EdgeConfig,
-    /// Who said so, in the order of [`SETTINGS`].
+    pub config: C,
+    /// Who said so, in the order of the settings.
     origins: Vec<Origin>,
 }
 
@@ -45,10 +45,12 @@ pub struct EffectiveConfig {
 ///
 /// # Errors
 /// Everything that is wrong in any of them, also in what another overrides.
-pub fn resolve(sources: &Sources) -> Result<EffectiveConfig, Vec<ConfigFault>> {
+pub fn resolve<C: Configuration>(
+    sources: &Sources,
+) -> Result<EffectiveConfig<C>, Vec<ConfigFault>> {
     let mut effective = EffectiveConfig {
-        config: EdgeConfig::default(),
-        origins: vec![Origin::Default; SETTINGS.len()],
+        config: C::default(),
+        origins: vec![Origin::Default; C::SETTINGS.len()],
     };
     let mut faults = Vec::new();
     if let Some((path, text)) = &sources.file {
@@ -57,7 +59,7 @@ pub fn resolve(sources: &Sources) -> Result<EffectiveConfig, Vec<ConfigFault>> {
         faults.sort_by_key(ConfigFault::line);
     }
     for (variable, value) in &sources.environment {
-        if variable.starts_with(ENVIRONMENT_PREFIX) {
+        if variable.starts_with(C::ENVIRONMENT_PREFIX) {
             effective.read_variable(variable, value, &mut faults);
         }
     }
@@ -70,10 +72,10 @@ pub fn resolve(sources: &Sources) -> Result<EffectiveConfig, Vec<ConfigFault>> {
     }
 }
 
-impl EffectiveConfig {
+impl<C: Configuration> EffectiveConfig<C> {
     /// Who said what a setting is, by its full name; the default of one that there is not.
     pub fn origin(&self, name: &str) -> Origin {
-        let place = SETTINGS.iter().position(|row| row.name() == name);
+        let place = C::SETTINGS.iter().position(|row| row.name() == name);
         place.map_or(Origin::Default, |place| self.origins[place].clone())
     }
 
@@ -81,12 +83,12 @@ impl EffectiveConfig {
     pub fn to_toml(&self, with_origin: bool) -> String {
         let mut text = String::new();
         let mut section = "";
-        for (setting, origin) in SETTINGS.iter().zip(&self.origins) {
+        for (setting, origin) in C::SETTINGS.iter().zip(&self.origins) {
             if setting.section != section {
                 section = setting.section;
                 text.push_str(&format!("\n[{section}]\n"));
             }
-            let value = toml_value(setting, &(setting.text)(&self.config));
+            let value = toml_value(setting.kind, &(setting.text)(&self.config));
             text.push_str(&format!("{} = {value}", setting.key));
             if with_origin {
                 text.push_str(&format!("  # {origin}"));
@@ -100,7 +102,7 @@ impl EffectiveConfig {
     /// and `origin`.
     pub fn to_json(&self, with_origin: bool) -> Json {
         let mut document = Map::new();
-        for (setting, origin) in SETTINGS.iter().zip(&self.origins) {
+        for (setting, origin) in C::SETTINGS.iter().zip(&self.origins) {
             let value = json_value(setting.kind, (setting.text)(&self.config));
             let value = match with_origin {
                 true => serde_json::json!({"value": value, "origin": origin.to_string()}),
@@ -133,7 +135,7 @@ impl EffectiveConfig {
         for (key, value) in document.get_ref() {
             let origin = file.origin(key.span().start);
             let name = key.get_ref().as_ref();
-            let is_section = SECTIONS.iter().any(|(section, _)| *section == name);
+            let is_section = C::SECTIONS.iter().any(|(section, _)| *section == name);
             match value.get_ref() {
                 DeValue::Table(table) if is_section => {
                     self.read_section(&file, name, table, faults)
@@ -144,7 +146,9 @@ impl EffectiveConfig {
                     found: kind_of(other),
                     expected: "a section of the file".to_owned(),
                 }),
-                DeValue::Table(_) if !is_known(name) => faults.push(unknown_section(origin, name)),
+                DeValue::Table(_) if !is_known::<C>(name) => {
+                    faults.push(unknown_section::<C>(origin, name))
+                }
                 _ => self.read_entry(origin, name, value, faults),
             }
         }
@@ -175,8 +179,8 @@ impl EffectiveConfig {
         value: &Spanned<DeValue<'_>>,
         faults: &mut Vec<ConfigFault>,
     ) {
-        let Some(setting) = SETTINGS.iter().find(|row| row.name() == name) else {
-            faults.push(unknown(origin, name));
+        let Some(setting) = C::SETTINGS.iter().find(|row| row.name() == name) else {
+            faults.push(unknown::<C>(origin, name));
             return;
         };
         let value = value.get_ref();
@@ -205,8 +209,8 @@ impl EffectiveConfig {
         let origin = Origin::Environment {
             variable: variable.to_owned(),
         };
-        let Some(setting) = SETTINGS.iter().find(|row| row.variable() == variable) else {
-            let variables: Vec<String> = SETTINGS.iter().map(Setting::variable).collect();
+        let Some(setting) = C::SETTINGS.iter().find(|row| row.variable() == variable) else {
+            let variables: Vec<String> = C::SETTINGS.iter().map(Setting::<C>::variable).collect();
             let nearest = nearest_of(variable, &variables);
             faults.push(ConfigFault::Unknown {
                 origin,
@@ -231,11 +235,11 @@ impl EffectiveConfig {
     }
 
     fn assign(&mut self, name: &str, origin: Origin, text: &str, faults: &mut Vec<ConfigFault>) {
-        let Some(place) = SETTINGS.iter().position(|row| row.name() == name) else {
-            faults.push(unknown(origin, name));
+        let Some(place) = C::SETTINGS.iter().position(|row| row.name() == name) else {
+            faults.push(unknown::<C>(origin, name));
             return;
         };
-        let setting = &SETTINGS[place];
+        let setting = &C::SETTINGS[place];
         let bounds = (setting.bounds)().unwrap_or_default();
         let (name, text) = (name.to_owned(), text.to_owned());
         match (setting.assign)(&mut self.config, &text) {
@@ -272,12 +276,12 @@ impl ConfigFile<'_> {
     }
 }
 
-fn is_known(name: &str) -> bool {
-    SETTINGS.iter().any(|row| row.name() == name)
+fn is_known<C: Configuration>(name: &str) -> bool {
+    C::SETTINGS.iter().any(|row| row.name() == name)
 }
 
-fn unknown_section(origin: Origin, name: &str) -> ConfigFault {
-    let sections: Vec<String> = SECTIONS
+fn unknown_section<C: Configuration>(origin: Origin, name: &str) -> ConfigFault {
+    let sections: Vec<String> = C::SECTIONS
         .iter()
         .map(|(section, _)| (*section).to_owned())
         .collect();
@@ -290,12 +294,12 @@ fn unknown_section(origin: Origin, name: &str) -> ConfigFault {
 
 /// A setting that there is not, with the one that was probably meant: of the same key elsewhere, or nearly
 /// of this name.
-fn unknown(origin: Origin, name: &str) -> ConfigFault {
-    let names: Vec<String> = SETTINGS.iter().map(Setting::name).collect();
+fn unknown<C: Configuration>(origin: Origin, name: &str) -> ConfigFault {
+    let names: Vec<String> = C::SETTINGS.iter().map(Setting::<C>::name).collect();
     let key = name.rsplit('.').next().unwrap_or(name);
-    let elsewhere = SETTINGS.iter().find(|row| row.key == key);
+    let elsewhere = C::SETTINGS.iter().find(|row| row.key == key);
     let nearest = elsewhere
-        .map(Setting::name)
+        .map(Setting::<C>::name)
         .or_else(|| nearest_of(name, &names));
     ConfigFault::Unknown {
         origin,

@@ -1,19 +1,23 @@
-//! The one table of settings: name, meaning, default and bounds of each.
+//! What a table of settings is made of: name, meaning, default and bounds of each.
 //!
-//! The struct that the edge reads, the keys of the file, the names in the environment, `config show` and the
-//! sample file all come from it.
+//! The struct that a daemon reads, the keys of the file, the names in the environment, `config show` and the
+//! sample file all come from its table: [`edge`](super::edge) has that of an edge, [`registry`](super::registry)
+//! that of a registry.
 
-use super::value::{Kind, LogFilter, LogFormat, Size, Value};
+use super::edge::EdgeConfig;
+use super::fault::ConfigFault;
+use super::resolve::EffectiveConfig;
+use super::value::{Kind, Value};
+use crate::clock::Clock;
 use jiff::Timestamp;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
-use tracing_subscriber::filter::LevelFilter;
 
 /// One row of the table.
 #[derive(Debug)]
-pub struct Setting {
+pub struct Setting<C: 'static = EdgeConfig> {
     /// The table of the file it stands in; empty for the top of the file.
     pub section: &'static str,
     /// Its key there.
@@ -27,9 +31,60 @@ pub struct Setting {
     /// The least and the most it may be, as text.
     pub(super) bounds: fn() -> Option<(String, String)>,
     /// Reads a value from text into the configuration.
-    pub(super) assign: fn(&mut EdgeConfig, &str) -> Result<(), Misfit>,
+    pub(super) assign: fn(&mut C, &str) -> Result<(), Misfit>,
     /// The value in the configuration, as text that `assign` understands.
-    pub(super) text: fn(&EdgeConfig) -> String,
+    pub(super) text: fn(&C) -> String,
+}
+
+/// The configuration of a daemon: its table, and what all daemons have in common.
+pub trait Configuration: Clone + Default + PartialEq + std::fmt::Debug + 'static {
+    /// What the names of all its variables begin with.
+    const ENVIRONMENT_PREFIX: &'static str;
+    /// The head of its sample file, as comments.
+    const INTRODUCTION: &'static str;
+    /// All its settings, in the order of the file.
+    const SETTINGS: &'static [Setting<Self>];
+    /// What each section of the file is about, in the order of the file.
+    const SECTIONS: &'static [(&'static str, &'static [&'static str])];
+
+    /// Who can reach it, and in whose time it lives.
+    fn exposure(&self) -> Exposure<'_>;
+
+    /// What is wrong with it beyond single settings and who can reach it.
+    fn own_faults(effective: &EffectiveConfig<Self>) -> Vec<ConfigFault>;
+}
+
+/// Who can reach a daemon, and in whose time it lives.
+#[derive(Clone, Copy, Debug)]
+pub struct Exposure<'a> {
+    /// Where it is served.
+    pub listen: SocketAddr,
+    /// Where metrics and status are read.
+    pub admin_listen: SocketAddr,
+    /// The file with the digests of the tokens.
+    pub tokens_file: Option<&'a Path>,
+    /// Whether other machines may be served without encryption.
+    pub allow_plaintext: bool,
+    /// What a simulated clock shows at the start.
+    pub clock_start: Option<Timestamp>,
+    /// How many times faster than the machine's it runs.
+    pub clock_rate: f64,
+}
+
+impl Exposure<'_> {
+    /// True when the daemon has a time of its own.
+    pub fn has_simulated_clock(&self) -> bool {
+        self.clock_start.is_some() || self.clock_rate != 1.0
+    }
+
+    /// Starts the clock that is configured.
+    pub fn start_clock(&self) -> Clock {
+        if !self.has_simulated_clock() {
+            return Clock::real();
+        }
+        let start = self.clock_start.unwrap_or_else(|| Clock::real().now());
+        Clock::simulated(start, self.clock_rate)
+    }
 }
 
 /// Why a text is no value of a setting.
@@ -41,7 +96,7 @@ pub(super) enum Misfit {
     OutOfBounds,
 }
 
-impl Setting {
+impl<C: Configuration> Setting<C> {
     /// The full name: `limits.connections`.
     pub fn name(&self) -> String {
         match self.section {
@@ -50,15 +105,15 @@ impl Setting {
         }
     }
 
-    /// The name in the environment: `SKYWAY_EDGE_LIMITS_CONNECTIONS`.
+    /// The name in the environment: of the edge's, `SKYWAY_EDGE_LIMITS_CONNECTIONS`.
     pub fn variable(&self) -> String {
         let name = self.name().replace('.', "_").to_uppercase();
-        format!("{}{name}", super::ENVIRONMENT_PREFIX)
+        format!("{}{name}", C::ENVIRONMENT_PREFIX)
     }
 }
 
 /// Takes a value unless it is outside its bounds.
-fn checked<T: Value>(
+pub(super) fn checked<T: Value>(
     text: &str,
     bounds: Option<RangeInclusive<T>>,
     is_within: impl Fn(&RangeInclusive<T>, &T) -> bool,
@@ -73,6 +128,7 @@ fn checked<T: Value>(
 /// Makes the structs and the table from one list. A row is `key: type = default, least..=most;`.
 macro_rules! settings {
     (
+        $(#[doc = $config_doc:literal])+ $config:ident;
         { $( $(#[doc = $doc:literal])+ $key:ident : $type:ty = $default:expr $(, $bounds:expr)? ; )* }
         $(
             $(#[doc = $section_doc:literal])+
@@ -81,14 +137,14 @@ macro_rules! settings {
             }
         )*
     ) => {
-        /// The configuration of an edge. `Default` is what holds where nobody says otherwise.
+        $(#[doc = $config_doc])+
         #[derive(Clone, Debug, PartialEq)]
-        pub struct EdgeConfig {
+        pub struct $config {
             $( $(#[doc = $doc])+ pub $key: $type, )*
             $( $(#[doc = $section_doc])+ pub $section: $struct, )*
         }
 
-        impl Default for EdgeConfig {
+        impl Default for $config {
             fn default() -> Self {
                 Self {
                     $( $key: $default, )*
@@ -117,7 +173,7 @@ macro_rules! settings {
         ];
 
         /// All settings, in the order of the file.
-        pub const SETTINGS: &[Setting] = &[
+        pub const SETTINGS: &[Setting<$config>] = &[
             $( settings!(@row "", $key, [$($doc),+], $type, [$($bounds)?], config => config.$key), )*
             $( $(
                 settings!(@row stringify!($section), $inner, [$($inner_doc),+], $inner_type,
@@ -151,151 +207,13 @@ macro_rules! settings {
     };
 }
 
-const fn loopback(port: u16) -> SocketAddr {
+pub(super) use settings;
+
+pub(super) const fn loopback(port: u16) -> SocketAddr {
     SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), port)
 }
 
-const SECOND: Duration = Duration::from_secs(1);
-const MINUTE: Duration = Duration::from_mins(1);
-const HOUR: Duration = Duration::from_hours(1);
-const DAY: Duration = Duration::from_hours(24);
-
-settings! {
-    {
-        /// Where drones and operators reach the edge, REST and gRPC alike. Port 0 takes a free one.
-        listen: SocketAddr = loopback(8080);
-        /// Where metrics and status are read: loopback, or a private address that is named.
-        admin_listen: SocketAddr = loopback(9090);
-        /// A file to write the ports to that were taken, as JSON; empty for none.
-        ports_file: Option<PathBuf> = None;
-        /// The network: sydney, corridor, or a file.
-        network: String = "sydney".to_owned();
-        /// Serve other machines without encryption. Off loopback the edge starts only with this, as
-        /// encryption is the work of a proxy in front of it.
-        allow_plaintext: bool = false;
-        /// The file with the digests of the tokens, which only its owner may read; empty for none. Off
-        /// loopback the edge starts only with tokens. `skyway token` makes them.
-        tokens_file: Option<PathBuf> = None;
-    }
-    /// How much at once. What is beyond is refused at once, failure reports last of all.
-    limits: Limits {
-        /// Connections.
-        connections: usize = 10_000, 1..=1_000_000;
-        /// Streams in a connection of HTTP/2.
-        streams_per_connection: usize = 128, 1..=10_000;
-        /// Failure reports being answered.
-        in_flight_failures: usize = 512, 1..=100_000;
-        /// Writes of zones and closures being answered.
-        in_flight_zone_writes: usize = 32, 1..=100_000;
-        /// Reads being answered.
-        in_flight_reads: usize = 256, 1..=100_000;
-        /// Other requests being answered.
-        in_flight_other: usize = 64, 1..=100_000;
-        /// The body of a request.
-        body: Size = Size::of_mib(1), Size::of_kib(1)..=Size::of_mib(64);
-        /// The headers of a request together.
-        header: Size = Size::of_kib(16), Size::of_kib(8)..=Size::of_mib(1);
-        /// Reports, or positions, in one request.
-        batch: usize = 1_000, 1..=100_000;
-        /// From a request to the start of its answer.
-        request_deadline: Duration = 10 * SECOND, Duration::from_millis(10)..=10 * MINUTE;
-        /// From a new connection to its first request line or HTTP/2 preface.
-        preface_deadline: Duration = 3 * SECOND, Duration::from_millis(10)..=MINUTE;
-        /// From the first byte of a request to the end of its headers.
-        header_deadline: Duration = 5 * SECOND, Duration::from_millis(10)..=MINUTE;
-        /// Streams of events.
-        event_streams: usize = 256, 0..=100_000;
-    }
-    /// How the edge ends when it is told to.
-    drain: Drain {
-        /// From the moment it says that it is not ready to the moment it takes no more connections.
-        delay: Duration = Duration::ZERO, Duration::ZERO..=10 * MINUTE;
-        /// How long it then waits for answers under way.
-        timeout: Duration = 10 * SECOND, Duration::ZERO..=HOUR;
-    }
-    /// Zones and closures.
-    airspace: Airspace {
-        /// How far ahead windows of zones are looked at for drones in flight.
-        horizon: Duration = HOUR, MINUTE..=DAY;
-        /// How far beside a segment a zone still hits it, in metres.
-        margin_m: f64 = 10.0, 0.0..=1_000.0;
-        /// Zones at once.
-        zones_max: usize = 20_000, 1..=1_000_000;
-        /// Closures at once.
-        closures_max: usize = 20_000, 1..=1_000_000;
-    }
-    /// Closures that failure reports bring about.
-    reports: Reports {
-        /// How long a closure for an environmental failure lasts.
-        life_environmental: Duration = 30 * MINUTE, SECOND..=DAY;
-        /// How long a closure for a navigational failure lasts.
-        life_navigational: Duration = 15 * MINUTE, SECOND..=DAY;
-        /// How long a closure for a regulatory failure lasts.
-        life_regulatory: Duration = HOUR, SECOND..=DAY;
-        /// How long a closure for an infrastructure failure lasts.
-        life_infrastructure: Duration = 30 * MINUTE, SECOND..=DAY;
-        /// Such closures of one drone at once; further ones wait for an operator.
-        alive_per_drone: usize = 3, 0..=1_000;
-        /// The part of all segments that reports may close; further ones wait for an operator.
-        closed_fraction_max: f64 = 0.01, 0.0..=1.0;
-    }
-    /// Plans of deliveries.
-    plans: Plans {
-        /// Active plans at once.
-        active_max: usize = 20_000, 1..=1_000_000;
-        /// The time between two drones at one place below which their plans conflict.
-        headway: Duration = 30 * SECOND, Duration::ZERO..=HOUR;
-        /// How long a drone has to acknowledge a new version of its plan.
-        acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
-    }
-    /// Recompositions that are kept to be looked up and computed again. The oldest go first.
-    records: Records {
-        /// So many.
-        count: usize = 10_000, 0..=10_000_000;
-        /// And no more memory than this.
-        bytes: Size = Size::of_mib(64), Size::of_bytes(0)..=Size::of_mib(16_384);
-    }
-    /// Events that are kept for those who resume a stream.
-    events: Events {
-        /// So many; the oldest go first.
-        count: usize = 10_000, 1..=10_000_000;
-    }
-    /// Last known positions.
-    drones: Drones {
-        /// Of so many drones; those heard least recently go first.
-        count: usize = 50_000, 1..=10_000_000;
-    }
-    /// Answers that are kept for requests sent again with the same idempotency key.
-    idempotency: Idempotency {
-        /// So many; the oldest go first.
-        count: usize = 20_000, 1..=10_000_000;
-        /// For so long.
-        age: Duration = DAY, MINUTE..=7 * DAY;
-    }
-    /// Shortest-path trees that are kept for the next search.
-    trees: Trees {
-        /// No more memory than this.
-        bytes: Size = Size::of_mib(256), Size::of_mib(1)..=Size::of_mib(65_536);
-    }
-    /// What answers say of the registry when it has been away.
-    freshness: Freshness {
-        /// Away for so long: stale.
-        stale_after: Duration = 30 * SECOND, SECOND..=DAY;
-        /// Away for so long: degraded.
-        degraded_after: Duration = 5 * MINUTE, SECOND..=7 * DAY;
-    }
-    /// Log lines, on standard error.
-    log: Log {
-        /// Which: a level (off, error, warn, info, debug, trace), and MODULE=LEVEL for a module, with commas.
-        filter: LogFilter = LogFilter::level(LevelFilter::INFO);
-        /// How: text or json.
-        format: LogFormat = LogFormat::Text;
-    }
-    /// A clock for simulators, on loopback only. Every answer then says that it is simulated.
-    clock: ClockConfig {
-        /// What it shows at the start; empty for the machine's time.
-        start: Option<Timestamp> = None;
-        /// How many times faster than the machine's it runs.
-        rate: f64 = 1.0, 0.001..=10_000.0;
-    }
-}
+pub(super) const SECOND: Duration = Duration::from_secs(1);
+pub(super) const MINUTE: Duration = Duration::from_mins(1);
+pub(super) const HOUR: Duration = Duration::from_hours(1);
+pub(super) const DAY: Duration = Duration::from_hours(24);

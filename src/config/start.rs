@@ -1,14 +1,12 @@
-//! Whether an edge may start with a configuration: what other machines could do, and in whose time.
+//! Whether a daemon may start with a configuration: what other machines could do, and in whose time.
 
 use super::fault::{ConfigFault, ConfigWarning};
 use super::resolve::EffectiveConfig;
-use super::settings::EdgeConfig;
+use super::settings::Configuration;
 use super::tokens::Tokens;
-use crate::clock::Clock;
-use jiff::Timestamp;
 use std::net::{IpAddr, SocketAddr};
 
-/// What an edge that may start is started with.
+/// What a daemon that may start is started with.
 #[derive(Clone, Debug)]
 pub struct Admission {
     /// Who may call; none where everyone on loopback may.
@@ -17,29 +15,8 @@ pub struct Admission {
     pub warnings: Vec<ConfigWarning>,
 }
 
-impl EdgeConfig {
-    /// True when the edge has a time of its own.
-    pub fn has_simulated_clock(&self) -> bool {
-        self.clock.start.is_some() || self.clock.rate != 1.0
-    }
-
-    /// Starts the clock that is configured.
-    pub fn start_clock(&self) -> Clock {
-        if !self.has_simulated_clock() {
-            return Clock::real();
-        }
-        let start: Timestamp = self.clock.start.unwrap_or_else(|| Clock::real().now());
-        Clock::simulated(start, self.clock.rate)
-    }
-
-    /// True when no other machine reaches where drones and operators are served.
-    pub fn listens_on_loopback(&self) -> bool {
-        is_loopback(self.listen)
-    }
-}
-
-impl EffectiveConfig {
-    /// Checks whether an edge may start, and reads the tokens.
+impl<C: Configuration> EffectiveConfig<C> {
+    /// Checks whether the daemon may start, and reads the tokens.
     ///
     /// # Errors
     /// Every reason why it may not.
@@ -48,11 +25,8 @@ impl EffectiveConfig {
         self.check_listener(&mut faults);
         self.check_admin_listener(&mut faults);
         self.check_clock(&mut faults);
-        if self.config.freshness.degraded_after <= self.config.freshness.stale_after {
-            let origin = self.origin("freshness.degraded_after");
-            faults.push(ConfigFault::Freshness { origin });
-        }
-        let tokens = self.config.tokens_file.as_deref().map(Tokens::load);
+        faults.extend(C::own_faults(self));
+        let tokens = self.config.exposure().tokens_file.map(Tokens::load);
         let tokens = tokens.transpose().unwrap_or_else(|error| {
             let origin = self.origin("tokens_file");
             faults.push(ConfigFault::Tokens { origin, error });
@@ -68,24 +42,24 @@ impl EffectiveConfig {
     }
 
     fn check_listener(&self, faults: &mut Vec<ConfigFault>) {
-        let address = self.config.listen;
+        let address = self.config.exposure().listen;
         if is_loopback(address) {
             return;
         }
         let origin = self.origin("listen");
-        if self.config.tokens_file.is_none() {
+        if self.config.exposure().tokens_file.is_none() {
             let origin = origin.clone();
             faults.push(ConfigFault::NoTokens { origin, address });
         }
-        if !self.config.allow_plaintext {
+        if !self.config.exposure().allow_plaintext {
             faults.push(ConfigFault::PlainText { origin, address });
         }
     }
 
     fn check_admin_listener(&self, faults: &mut Vec<ConfigFault>) {
-        let address = self.config.admin_listen;
+        let address = self.config.exposure().admin_listen;
         let origin = self.origin("admin_listen");
-        let listen = self.config.listen;
+        let listen = self.config.exposure().listen;
         let is_same_host = address.ip() == listen.ip() || listen.ip().is_unspecified();
         if is_same_host && address.port() == listen.port() && address.port() != 0 {
             let origin = origin.clone();
@@ -96,16 +70,16 @@ impl EffectiveConfig {
         }
         if !is_private(address) {
             faults.push(ConfigFault::AdminExposed { origin, address });
-        } else if self.config.tokens_file.is_none() {
+        } else if self.config.exposure().tokens_file.is_none() {
             faults.push(ConfigFault::AdminWithoutTokens { origin, address });
         }
     }
 
     fn check_clock(&self, faults: &mut Vec<ConfigFault>) {
-        if !self.config.has_simulated_clock() {
+        if !self.config.exposure().has_simulated_clock() {
             return;
         }
-        let setting = match self.config.clock.start {
+        let setting = match self.config.exposure().clock_start {
             Some(_) => "clock.start",
             None => "clock.rate",
         };
@@ -123,7 +97,7 @@ impl EffectiveConfig {
             .reachable_listeners()
             .map(|(listener, address)| ConfigWarning::PlainText { listener, address });
         let mut warnings: Vec<ConfigWarning> = plain.collect();
-        if self.config.has_simulated_clock() {
+        if self.config.exposure().has_simulated_clock() {
             warnings.push(ConfigWarning::SimulatedClock);
         }
         warnings
@@ -132,8 +106,8 @@ impl EffectiveConfig {
     /// The listeners that other machines reach.
     fn reachable_listeners(&self) -> impl Iterator<Item = (&'static str, SocketAddr)> {
         let listeners = [
-            ("listen", self.config.listen),
-            ("admin_listen", self.config.admin_listen),
+            ("listen", self.config.exposure().listen),
+            ("admin_listen", self.config.exposure().admin_listen),
         ];
         listeners
             .into_iter()

@@ -30,7 +30,7 @@ fn effective(file: &str, environment: &[(&str, &str)], flags: &[(&str, &str)]) -
 
 /// The messages, one to a line.
 fn faults(file: &str, environment: &[(&str, &str)], flags: &[(&str, &str)]) -> String {
-    let faults = resolve(&sources(file, environment, flags)).expect_err("faults");
+    let faults = resolve::<EdgeConfig>(&sources(file, environment, flags)).expect_err("faults");
     lines(&faults)
 }
 
@@ -114,7 +114,7 @@ fn what_is_shown_is_a_file_that_says_the_same() {
 #[test]
 fn the_sample_says_the_defaults_and_all_of_them() {
     let is_setting = |line: &&str| line.starts_with('#') && !line.starts_with("# ");
-    let text = sample();
+    let text = sample::<EdgeConfig>();
     let uncommented: Vec<&str> = text
         .lines()
         .filter(|line| *line != "#")
@@ -135,6 +135,44 @@ fn the_sample_says_the_defaults_and_all_of_them() {
         committed, text,
         "write it again: skyway config sample > deploy/edge.toml"
     );
+}
+
+#[test]
+fn a_registry_has_settings_variables_and_a_sample_of_its_own() {
+    let sources = Sources {
+        file: Some(("registry.toml".to_owned(), sample::<RegistryConfig>())),
+        environment: vec![
+            ("SKYWAY_REGISTRY_CHANGES_KEEP".to_owned(), "7".to_owned()),
+            ("SKYWAY_EDGE_LIMITS_BATCH".to_owned(), "nonsense".to_owned()),
+        ],
+        flags: vec![flag("store", "postgres://localhost/skyway")],
+    };
+    let said: EffectiveConfig<RegistryConfig> = resolve(&sources).expect("a valid configuration");
+    assert_eq!(said.config.changes.keep, 7);
+    assert_eq!(said.config.store, "postgres://localhost/skyway");
+    assert_eq!(said.config.listen, RegistryConfig::default().listen);
+    said.admit().expect("it starts");
+    let committed = include_str!("../../deploy/registry.toml");
+    assert_eq!(
+        committed,
+        sample::<RegistryConfig>(),
+        "write it again: skyway config sample --registry > deploy/registry.toml"
+    );
+    let exposed = Sources {
+        flags: vec![flag("listen", "0.0.0.0:8180"), flag("network", "sydney")],
+        ..Sources::default()
+    };
+    let told = resolve::<RegistryConfig>(&exposed).expect_err("an unknown setting");
+    assert_eq!(
+        lines(&told),
+        "flag --set network: there is no setting 'network'; did you mean limits.network?"
+    );
+    let exposed = Sources {
+        flags: vec![flag("listen", "0.0.0.0:8180")],
+        ..Sources::default()
+    };
+    let exposed: EffectiveConfig<RegistryConfig> = resolve(&exposed).expect("it can be read");
+    assert_eq!(exposed.admit().expect_err("it is exposed").len(), 2);
 }
 
 #[test]
@@ -352,7 +390,13 @@ fn an_edge_starts_only_where_nothing_is_exposed() {
 
 #[test]
 fn the_clock_is_simulated_only_when_asked_for() {
-    let kind = |said: &[(&str, &str)]| effective("", &[], said).config.start_clock().kind();
+    let kind = |said: &[(&str, &str)]| {
+        effective("", &[], said)
+            .config
+            .exposure()
+            .start_clock()
+            .kind()
+    };
     use crate::wire::ClockKind;
     assert_eq!(kind(&[]), ClockKind::Real);
     assert_eq!(kind(&[("clock.rate", "1")]), ClockKind::Real);

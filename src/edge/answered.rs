@@ -1,16 +1,16 @@
 //! An answer on its way out, and the records behind answers, in the words of the wire.
 
 use super::Edge;
-use super::pages::{PageRequest, token};
 use super::records::AnswerRecord;
-use super::refusal::Refusal;
 use super::views;
 use crate::access::{Caller, Role};
 use crate::airspace::{Cause, Closure};
 use crate::flight::FailureType;
 use crate::formats::{answer, settled_report, write_certificate, zone_to_feature};
+use crate::intake::{PageRequest, token};
 use crate::network::Topology;
 use crate::recompose::{Scratch, Strategy, World, certify};
+use crate::refusal::Refusal;
 use crate::wire;
 use serde_json::Value;
 use std::borrow::Cow;

@@ -1,30 +1,21 @@
 //! Closures: everything that is closed with its cause, and what operators close by their word.
 
 use super::Edge;
-use super::fields::Faults;
 use super::fleet::Detour;
 use super::orders::{Done, Order};
-use super::pages::{PageRequest, token};
-use super::publication::RESERVED_PREFIXES;
-use super::refusal::{Code, Refusal};
 use super::replies::Idempotency;
 use super::snapshot::{ClosureEntry, Snapshot};
 use super::state_airspace::windows;
 use super::views;
-use super::zones::{expected, unexpected};
+use super::zones::unexpected;
 use crate::access::Caller;
-use crate::airspace::{Cause, Closure, Hits};
-use crate::network::{NodeIx, Topology};
+use crate::airspace::{Cause, Closure};
+use crate::intake::{ClosureIds, Expected, Faults, PageRequest, read_closure, token};
+use crate::refusal::{Code, Refusal};
 use crate::wire;
-use jiff::Timestamp;
 use std::ops::Bound;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-/// At most this many things in one closure.
-const THINGS_MAX: usize = 10_000;
-/// The longest reason, in bytes.
-const REASON_BYTES_MAX: usize = 1_000;
 
 impl Edge {
     /// A page of everything that closes anything, by id: zones too.
@@ -151,31 +142,7 @@ impl Edge {
 
     fn read_closure(&self, draft: wire::ClosureDraft) -> Result<ClosureEntry, Refusal> {
         let topology = self.topology();
-        let now = self.clock.now();
-        let mut faults = Faults::default();
-        check_id(&draft, &mut faults);
-        faults.text("/reason", draft.reason.as_deref(), REASON_BYTES_MAX);
-        let count = draft.segments.len() + draft.nodes.len() + draft.pads.len();
-        if count == 0 || count > THINGS_MAX {
-            let message = format!("{count} things are to be closed, not 1 to {THINGS_MAX}");
-            let hint = "name 'segments', 'nodes' or 'pads'".to_owned();
-            faults.add("closure_extent", "", message, Some(hint));
-            faults.check(Code::ClosureInvalid, "closure")?;
-            return Err(unexpected());
-        }
-        let segments = (0..).zip(&draft.segments);
-        let segments = segments.filter_map(|(place, id): (usize, &String)| {
-            faults.segment(&format!("/segments/{place}"), &topology, id)
-        });
-        let segments = segments.collect();
-        let nodes = find_nodes(&topology, "nodes", &draft.nodes, &mut faults);
-        let pads = find_nodes(&topology, "pads", &draft.pads, &mut faults);
-        let from = faults
-            .instant("/from", draft.from.as_deref())
-            .unwrap_or(now);
-        let until = faults.instant("/until", draft.until.as_deref());
-        check_end(from, until, now, &mut faults);
-        faults.check(Code::ClosureInvalid, "closure")?;
+        let read = read_closure(&draft, &topology, self.clock.now(), ClosureIds::OfOperators)?;
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let closure = Closure {
             id: draft
@@ -184,9 +151,9 @@ impl Edge {
             cause: Cause::Operator {
                 reason: draft.reason.unwrap_or_default(),
             },
-            windows: windows(Some(from), until),
-            hits: Hits::new(segments, nodes),
-            pads,
+            windows: windows(Some(read.from), read.until),
+            hits: read.hits,
+            pads: read.pads,
         };
         Ok(ClosureEntry {
             closure: Arc::new(closure),
@@ -194,50 +161,16 @@ impl Edge {
             failure: None,
             reported_by: None,
             confirmed: true,
-            from: Some(from),
-            until,
+            from: Some(read.from),
+            until: read.until,
         })
     }
 }
 
-fn check_id(draft: &wire::ClosureDraft, faults: &mut Faults) {
-    faults.id("/id", draft.id.as_deref());
-    let id = draft.id.as_deref().unwrap_or_default();
-    if RESERVED_PREFIXES
-        .iter()
-        .any(|prefix| id.starts_with(prefix))
-    {
-        let message = format!(
-            "ids that begin with {} are those of reports",
-            RESERVED_PREFIXES.join(" or ")
-        );
-        faults.add("id_reserved", "/id", message, None);
-    }
-}
-
-fn check_end(from: Timestamp, until: Option<Timestamp>, now: Timestamp, faults: &mut Faults) {
-    if let Some(until) = until.filter(|until| *until <= from || *until <= now) {
-        let message = format!("the closure ends at {until}, not after it begins, or in the past");
-        faults.add("window_reversed", "/until", message, None);
-    }
-}
-
-fn find_nodes(
-    topology: &Topology,
-    name: &str,
-    ids: &[wire::Id<'_>],
-    faults: &mut Faults,
-) -> Vec<NodeIx> {
-    let ids = (0_usize..).zip(ids);
-    let nodes =
-        ids.filter_map(|(place, id)| faults.node(&format!("/{name}/{place}"), topology, id));
-    nodes.collect()
-}
-
 /// Closures may be changed without saying which version; one that is said has to be current.
-fn lenient(if_match: Option<String>) -> super::orders::Expected {
-    match expected(if_match) {
-        super::orders::Expected::Unstated => super::orders::Expected::Anything,
+fn lenient(if_match: Option<String>) -> Expected {
+    match Expected::of(if_match) {
+        Expected::Unstated => Expected::Anything,
         stated => stated,
     }
 }

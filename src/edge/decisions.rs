@@ -2,11 +2,11 @@
 
 use super::Edge;
 use super::orders::{Decision, Done, Order};
-use super::pages::{Page, PageRequest, token};
-use super::refusal::Refusal;
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;
+use crate::intake::{Page, PageRequest, token};
+use crate::refusal::Refusal;
 use crate::wire;
 use imbl::OrdMap;
 use std::ops::Bound;

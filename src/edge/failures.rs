@@ -9,7 +9,6 @@ use super::answered::Answered;
 use super::fleet;
 use super::orders::Order;
 use super::records::{AnswerRecord, PlanChange, Published};
-use super::refusal::{Code, Refusal};
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::validity::still_holds;
 use crate::access::Caller;
@@ -19,6 +18,7 @@ use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
 };
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use crate::refusal::{Code, Refusal};
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;

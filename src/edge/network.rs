@@ -1,9 +1,9 @@
 //! The network as clients see it.
 
 use super::Edge;
-use super::refusal::{Code, Refusal};
 use super::views;
 use crate::network::{NodeIx, Role, Topology};
+use crate::refusal::{Code, Refusal};
 use crate::wire::{self, Fault};
 use bytes::Bytes;
 use std::borrow::Cow;

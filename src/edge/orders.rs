@@ -1,24 +1,12 @@
 //! What the writer is asked to do, and what it answers.
 
 use super::fleet::Detour;
-use super::refusal::Refusal;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use crate::airspace::{Change, Closure};
+use crate::intake::Expected;
+use crate::refusal::Refusal;
 use jiff::Timestamp;
 use std::sync::Arc;
-
-/// Which version a write expects to find.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Expected {
-    /// None: it makes a new one.
-    Absent,
-    /// Any, or none.
-    Anything,
-    /// One of these entity tags, or any version for `*`.
-    Tags(String),
-    /// Nothing was said, which is enough only where nothing is there.
-    Unstated,
-}
 
 /// What an operator decides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,18 +2,18 @@
 
 use super::Edge;
 use super::failures::{DEFAULT_AIRSPEED_MPS, may_speak_for};
-use super::fields::Faults;
 use super::orders::{Done, Order};
-use super::pages::{PageRequest, filtered, token};
-use super::refusal::{Code, Refusal};
 use super::replies::Idempotency;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;
 use crate::compose::compose;
+use crate::intake::Faults;
+use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
 use crate::recompose::World;
+use crate::refusal::{Code, Refusal};
 use crate::wire::{self, PlanState};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;

@@ -23,8 +23,6 @@ use std::sync::atomic::Ordering;
 const PLACED_WITHIN_M: f64 = 50.0;
 /// How old that telemetry may be.
 const PLACED_SINCE: SignedDuration = SignedDuration::from_secs(60);
-/// Prefixes of the ids of closures from reports; operators' closures have others.
-pub(super) const RESERVED_PREFIXES: [&str; 2] = ["report:", "pads:"];
 
 /// What a report of a type closes.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@
 //! same body gets the same answer, another body is refused.
 
 use super::records::AnswerRecord;
-use super::refusal::{Code, Refusal};
+use crate::refusal::{Code, Refusal};
 use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 use std::any::Any;

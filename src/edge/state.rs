@@ -7,14 +7,15 @@
 use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
-use super::orders::{Done, Expected, Order, Outcome, Reply};
-use super::refusal::{Code, Refusal};
+use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::timers::{Due, Timers};
 use crate::airspace::{Airspace, Change, Closure};
+use crate::intake::Expected;
 use crate::network::Topology;
 use crate::recompose::Scratch;
+use crate::refusal::Refusal;
 use crate::routing::TreeCache;
 use jiff::Timestamp;
 use std::collections::{BTreeSet, VecDeque};
@@ -226,38 +227,6 @@ pub(super) fn check_expected(
     what: &str,
     id: &str,
 ) -> Result<(), Refusal> {
-    let tag = |version: u64| format!("\"{epoch}-{version}\"");
-    match (expected, current) {
-        (Expected::Anything, _) | (Expected::Absent | Expected::Unstated, None) => Ok(()),
-        (Expected::Absent, Some(version)) => {
-            let detail =
-                format!("there is a {what} '{id}' already; change it with PUT and If-Match");
-            Err(Refusal::new(Code::AlreadyExists, detail).with_etag(tag(version)))
-        }
-        (Expected::Unstated, Some(version)) => {
-            let detail = format!(
-                "{what} '{id}' exists: say with If-Match which version this write replaces"
-            );
-            Err(Refusal::new(Code::PreconditionRequired, detail).with_etag(tag(version)))
-        }
-        (Expected::Tags(_), None) => {
-            let detail = format!("there is no {what} '{id}' that If-Match could match");
-            Err(Refusal::new(Code::PreconditionFailed, detail))
-        }
-        (Expected::Tags(tags), Some(version)) => {
-            let tag = tag(version);
-            let matches = tags
-                .split(',')
-                .map(str::trim)
-                .any(|one| one == "*" || one == tag);
-            match matches {
-                true => Ok(()),
-                false => {
-                    let detail =
-                        format!("{what} '{id}' has changed meanwhile: it is at version {tag}");
-                    Err(Refusal::new(Code::PreconditionFailed, detail).with_etag(tag))
-                }
-            }
-        }
-    }
+    let tag = current.map(|version| format!("\"{epoch}-{version}\""));
+    expected.check(tag.as_deref(), what, id)
 }

@@ -1,13 +1,14 @@
 //! Orders about zones, closures, proposals and holds.
 
 use super::events::Happening;
-use super::orders::{Decision, Done, Expected, Publication};
-use super::refusal::{Code, Refusal};
+use super::orders::{Decision, Done, Publication};
 use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
 use crate::airspace::{Cause, Change, Closure, Window};
+use crate::intake::Expected;
+use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use serde_json::json;

@@ -2,12 +2,12 @@
 
 use super::Edge;
 use super::drones::Sighting;
-use super::pages::{PageRequest, token};
-use super::refusal::Refusal;
 use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
 use crate::geo::Point;
+use crate::intake::{PageRequest, token};
+use crate::refusal::Refusal;
 use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;

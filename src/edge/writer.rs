@@ -5,12 +5,12 @@
 
 use super::events::Events;
 use super::orders::{Order, Reply};
-use super::refusal::{Code, Refusal};
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::store::Store;
 use super::tables::Tables;
 use crate::clock::Clock;
+use crate::refusal::{Code, Refusal};
 use arc_swap::ArcSwap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};

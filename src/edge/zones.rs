@@ -5,19 +5,19 @@
 
 use super::Edge;
 use super::fleet::{self, Detour};
-use super::orders::{Done, Expected, Order, Outcome};
-use super::pages::{PageRequest, token};
-use super::refusal::{Code, Refusal};
+use super::orders::{Done, Order, Outcome};
 use super::replies::Idempotency;
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
 use crate::airspace::{Change, Closure, Zone};
-use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
+use crate::formats::{ZoneId, zone_to_feature};
+use crate::intake::{Expected, PageRequest, read_zone, slice, token};
 use crate::recompose::World;
+use crate::refusal::{Code, Refusal};
 use crate::wire;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -77,7 +77,7 @@ impl Edge {
     ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
         let id = write.id.unwrap_or_default();
         let closure = self.read_zone(feature, Some(id.clone()), id).await?;
-        self.put(closure, expected(write.if_match), write.validate_only)
+        self.put(closure, Expected::of(write.if_match), write.validate_only)
             .await
     }
 
@@ -91,7 +91,7 @@ impl Edge {
         write: ZoneWrite,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
         let id = write.id.unwrap_or_default();
-        let expected = expected(write.if_match);
+        let expected = Expected::of(write.if_match);
         let before = self.snapshot();
         let closure = before.airspace.closure(&id).cloned();
         let (entry, after, durable) = if write.validate_only {
@@ -161,7 +161,7 @@ impl Edge {
     ) -> Result<wire::ZoneList<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = super::pages::slice(&snapshot.zones, &page);
+        let (told, next) = slice(&snapshot.zones, &page);
         Ok(wire::ZoneList {
             kind: Cow::Borrowed("FeatureCollection"),
             features: told
@@ -176,19 +176,18 @@ impl Edge {
     /// Reads a zone and works out what it closes; `id` fixes its id, else `made` is the id of one that states none.
     async fn read_zone(
         self: &Arc<Self>,
-        mut feature: Value,
+        feature: Value,
         id: Option<String>,
         made: String,
     ) -> Result<Arc<Closure>, Refusal> {
         let topology = self.topology();
-        widen_by_default(&mut feature, self.settings.margin_m);
+        let margin_m = self.settings.margin_m;
         self.aside(move || {
             let id = match &id {
                 Some(id) => ZoneId::Fixed(id),
                 None => ZoneId::StatedOr(&made),
             };
-            let zone =
-                zone_from_feature(&feature, id, topology.frame()).map_err(Refusal::of_zone)?;
+            let zone = read_zone(feature, id, topology.frame(), margin_m)?;
             Ok(Arc::new(Closure::of_zone(&topology, Arc::new(zone))))
         })
         .await?
@@ -306,28 +305,6 @@ impl Edge {
         self.scratches.give_back(scratch);
         (airspace, detours)
     }
-}
-
-/// Puts in the margin of this edge where a zone states none.
-fn widen_by_default(feature: &mut Value, margin_m: f64) {
-    let Some(members) = feature.as_object_mut() else {
-        return;
-    };
-    let properties = members.entry("properties").or_insert(Value::Null);
-    if properties.is_null() {
-        *properties = json!({});
-    }
-    if let Some(properties) = properties.as_object_mut() {
-        let margin = properties.entry("margin_m").or_insert(Value::Null);
-        if margin.is_null() {
-            *margin = json!(margin_m);
-        }
-    }
-}
-
-/// What a write with these entity tags expects to find.
-pub(super) fn expected(if_match: Option<String>) -> Expected {
-    if_match.map_or(Expected::Unstated, Expected::Tags)
 }
 
 /// The writer answers every order in kind; anything else is a defect.

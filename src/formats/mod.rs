@@ -33,7 +33,7 @@ pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
-pub use network_geojson::{read_network, write_network};
+pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
 pub use report::{ReadReport, read_report};
 pub use report_parse::{ParsedReport, lenient_report, parse_report};

@@ -1,6 +1,6 @@
 //! Log lines, on standard error: for people, or one JSON object to a line.
 
-use crate::config::{Log, LogFormat};
+use crate::config::{LogFilter, LogFormat};
 use std::io;
 use thiserror::Error;
 use tracing_subscriber::Layer;
@@ -16,16 +16,16 @@ pub struct LogsError(#[from] TryInitError);
 ///
 /// # Errors
 /// When they were started before.
-pub fn start(log: &Log) -> Result<(), LogsError> {
+pub fn start(filter: &LogFilter, format: LogFormat) -> Result<(), LogsError> {
     let lines = tracing_subscriber::fmt::layer()
         .with_ansi(false)
         .with_writer(standard_error);
-    let lines = match log.format {
+    let lines = match format {
         LogFormat::Text => lines.boxed(),
         LogFormat::Json => lines.json().flatten_event(true).boxed(),
     };
     tracing_subscriber::registry()
-        .with(lines.with_filter(log.filter.targets()))
+        .with(lines.with_filter(filter.targets()))
         .try_init()?;
     Ok(())
 }

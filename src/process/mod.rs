@@ -1,5 +1,7 @@
-//! The process that an edge is: what it serves and logs, and the signals that end it.
+//! The processes that daemons are: what they serve and log, and the signals that end them.
 
+pub mod listening;
 pub mod logs;
+pub mod registry;
 pub mod service;
 pub mod signals;

@@ -3,51 +3,23 @@
 //! Everything is bound before anything is served, so that a port that is taken stops the start. The main
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
+use super::listening::{Addresses, ServiceError, authentication, bind};
 use crate::api::grpc::{self, Health};
 use crate::api::metrics::RequestMetrics;
-use crate::api::operations::Listener;
+use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
-use crate::api::server::{
-    Authentication, Drain, Drained, FindCaller, GateConfig, ServerConfig, Slots, serve,
-};
-use crate::config::{EdgeConfig, Tokens};
+use crate::api::server::{Authentication, Drain, Drained, GateConfig, ServerConfig, Slots, serve};
+use crate::config::{Configuration, EdgeConfig, Tokens};
 use crate::edge::{ClosureLives, Edge, Settings};
 use crate::network::Topology;
 use bytes::Bytes;
 use jiff::SignedDuration;
 use prometheus_client::registry::Registry;
 use std::io;
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
-use thiserror::Error;
-use tokio::net::TcpListener;
 use tokio::task::JoinHandle;
-
-/// Why an edge does not start, or ends.
-#[derive(Debug, Error)]
-pub enum ServiceError {
-    /// An address cannot be bound.
-    #[error("cannot listen on {address}: {error}; choose another address with --{flag}")]
-    Bind {
-        /// The address.
-        address: SocketAddr,
-        /// The flag that sets it.
-        flag: &'static str,
-        /// Why not.
-        error: io::Error,
-    },
-    /// The system gives no threads, sockets or random bits.
-    #[error("the system refuses what the edge needs: {0}")]
-    System(#[from] io::Error),
-    /// The descriptors of the gRPC services cannot be read: a defect of the build.
-    #[error("the gRPC services cannot be described: {0}")]
-    Reflection(#[from] tonic_reflection::server::Error),
-    /// A listener's task failed.
-    #[error("a listener failed: {0}")]
-    Listener(#[from] tokio::task::JoinError),
-}
 
 /// What an edge is started with.
 #[derive(Debug)]
@@ -60,15 +32,6 @@ pub struct Start {
     pub topology: Arc<Topology>,
     /// The text it was read from.
     pub geojson: Bytes,
-}
-
-/// Where an edge listens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Addresses {
-    /// For drones and operators.
-    pub listen: SocketAddr,
-    /// For metrics and status.
-    pub admin: SocketAddr,
 }
 
 /// An edge that is served.
@@ -99,7 +62,7 @@ impl Service {
             listen: main.local_addr()?,
             admin: admin.local_addr()?,
         };
-        let clock = config.start_clock();
+        let clock = config.exposure().start_clock();
         // Every start has a later epoch, also under a simulated clock.
         let epoch = crate::clock::Clock::real().now().as_millisecond();
         let epoch = u64::try_from(epoch).unwrap_or_default();
@@ -178,29 +141,11 @@ async fn tell_drain(health: Health, drain: Drain) {
     health.set_ready(false).await;
 }
 
-async fn bind(address: SocketAddr, flag: &'static str) -> Result<TcpListener, ServiceError> {
-    let bound = TcpListener::bind(address).await;
-    bound.map_err(|error| ServiceError::Bind {
-        address,
-        flag,
-        error,
-    })
-}
-
-fn authentication(tokens: Option<Tokens>) -> Authentication {
-    match tokens {
-        None => Authentication::Loopback,
-        Some(tokens) => {
-            let find: FindCaller = Arc::new(move |bearer| tokens.find(bearer));
-            Authentication::Tokens(find)
-        }
-    }
-}
-
 fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication) -> GateConfig {
     let limits = &config.limits;
     let slots = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     GateConfig {
+        daemon: Daemon::Edge,
         listener,
         authentication,
         slots: Slots {
@@ -208,10 +153,14 @@ fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication)
             zone_writes: slots(limits.in_flight_zone_writes),
             reads: slots(limits.in_flight_reads),
             other: slots(limits.in_flight_other),
+            // Nobody follows an edge by asking again and again: it has streams of events.
+            follows: 0,
             streams: slots(limits.event_streams),
         },
         body_bytes_max: limits.body.bytes(),
+        network_bytes_max: limits.body.bytes(),
         deadline: limits.request_deadline,
+        follow_wait: Duration::ZERO,
     }
 }
 

@@ -13,7 +13,10 @@ mod network;
 mod plan;
 mod problem;
 mod recomposition;
+mod registry;
+mod registry_checksum;
 mod status;
+mod weather;
 mod zone;
 
 pub use closure::{
@@ -34,5 +37,11 @@ pub use recomposition::{
     Publication, PublicationState, Recomposition, Recompositions, Record, RecordSummary,
     RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
 };
+pub use registry::{
+    ChangeOperation, ChangesPage, EdgeReport, EdgeStatus, EdgeStatuses, LoggedChange, Nack,
+    NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind, PublishedCause, PublishedClosure,
+    PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
+};
 pub use status::{ClockKind, Freshness, Stamp};
+pub use weather::{Weather, Wind};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

@@ -29,6 +29,9 @@ pub struct Problem {
     /// The version that is current, where another was expected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current_etag: Option<String>,
+    /// The oldest revision whose successors are kept, where older ones are gone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub oldest_revision: Option<u64>,
 }
 
 /// One thing that is wrong with a request.

@@ -5,7 +5,7 @@ use prometheus_client::registry::Registry;
 use reqwest::{Method, Response};
 use serde_json::Value;
 use skyway::api::metrics::RequestMetrics;
-use skyway::api::operations::Listener;
+use skyway::api::operations::{Daemon, Listener};
 use skyway::api::rest;
 use skyway::api::server::{Authentication, Drain, GateConfig, ServerConfig, Slots, serve};
 use skyway::clock::Clock;
@@ -165,11 +165,14 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
     let address = socket.local_addr().expect("an address");
     let metrics = Arc::new(RequestMetrics::new(&mut Registry::default()));
     let gate = GateConfig {
+        daemon: Daemon::Edge,
         listener,
         authentication: Authentication::Loopback,
         slots: Slots::default(),
         body_bytes_max: 1024 * 1024,
+        network_bytes_max: 1024 * 1024,
         deadline: PATIENCE,
+        follow_wait: Duration::ZERO,
     };
     let serving = serve(
         socket,

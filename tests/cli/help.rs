@@ -20,6 +20,8 @@ const COMMANDS: &[&[&str]] = &[
     #[cfg(feature = "edge")]
     &["edge"],
     #[cfg(feature = "edge")]
+    &["registry"],
+    #[cfg(feature = "edge")]
     &["replay"],
     #[cfg(feature = "edge")]
     &["config"],

@@ -27,28 +27,35 @@ const LAYERS: &[(&str, &str)] = &[
         "evaluate",
         "geo network airspace flight routing recompose compose formats draw",
     ),
+    ("refusal", "wire formats"),
+    ("intake", "wire geo network airspace formats refusal"),
     ("clock", "wire"),
     ("config", "wire access formats clock"),
     ("demo", "wire geo clock"),
     (
         "edge",
-        "wire access geo network airspace flight routing recompose compose formats clock config",
+        "wire access geo network airspace flight routing recompose compose formats refusal intake clock config",
+    ),
+    (
+        "registry",
+        "wire access network formats refusal intake clock",
     ),
     (
         "api",
-        "wire access geo network airspace flight routing recompose compose formats draw clock config edge",
+        "wire access geo network airspace flight routing recompose compose formats draw refusal intake clock config \
+         edge registry",
     ),
-    ("process", "network clock config edge api"),
+    ("process", "network clock config edge registry api"),
     (
         "cli",
-        "wire access geo network airspace flight routing recompose compose verify formats draw evaluate clock config demo edge api process",
+        "wire access geo network airspace flight routing recompose compose verify formats draw evaluate clock config demo edge registry api process",
     ),
     ("main", "cli"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.
 const IMPURE_LAYERS: &[&str] = &[
-    "clock", "config", "demo", "edge", "api", "process", "cli", "main",
+    "clock", "config", "demo", "edge", "registry", "api", "process", "cli", "main",
 ];
 
 const IMPURE: &[&str] = &[

@@ -7,7 +7,7 @@ use http::Request;
 use prometheus_client::registry::Registry;
 use skyway::access::{Caller, Role};
 use skyway::api::metrics::RequestMetrics;
-use skyway::api::operations::Listener;
+use skyway::api::operations::{Daemon, Listener};
 use skyway::api::server::{
     Authentication, Drain, Drained, GateConfig, RequestContext, ServerConfig, Slots, serve,
 };
@@ -46,6 +46,7 @@ pub(crate) struct Server {
 /// What a test may choose.
 #[derive(Clone)]
 pub(crate) struct Options {
+    pub(crate) daemon: Daemon,
     pub(crate) server: ServerConfig,
     pub(crate) slots: Slots,
     pub(crate) authentication: Authentication,
@@ -57,6 +58,7 @@ pub(crate) struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            daemon: Daemon::Edge,
             server: ServerConfig::default(),
             slots: Slots::default(),
             authentication: Authentication::Loopback,
@@ -96,11 +98,14 @@ impl Options {
         let metrics = Arc::new(RequestMetrics::new(&mut registry));
         let drain = Drain::new();
         let gate = GateConfig {
+            daemon: self.daemon,
             listener: self.listener,
             authentication: self.authentication,
             slots: self.slots,
             body_bytes_max: self.body_bytes_max,
+            network_bytes_max: self.body_bytes_max,
             deadline: self.deadline,
+            follow_wait: Duration::ZERO,
         };
         let shared = Arc::clone(&handlers);
         let router = Router::new().fallback(move |request| behave(Arc::clone(&shared), request));

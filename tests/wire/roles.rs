@@ -1,7 +1,7 @@
 //! Who may do what: every operation, role and dialect through the gate, against a list written down here.
 
 use crate::harness::{Options, Server, ask, call, code, grpc_refusal, h2, rest};
-use skyway::api::operations::{Listener, Row, TABLE};
+use skyway::api::operations::{Daemon, Listener, Row, TABLE};
 
 const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
 
@@ -12,11 +12,17 @@ fn may(role: &str) -> Vec<&'static str> {
     let airspace = "get_zone list_zones list_closures get_closure get_network get_node nearest";
     let operator = "create_zone put_zone delete_zone preview_zone create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_holds decide_hold list_drones watch_events";
+    let follower = "registry_list_networks registry_get_network registry_follow registry_snapshot registry_list_zones \
+                    registry_create_zone registry_get_zone registry_put_zone registry_delete_zone \
+                    registry_list_closures registry_create_closure registry_get_closure registry_put_closure \
+                    registry_delete_closure registry_get_weather";
+    let keeper =
+        "registry_put_network registry_patch_network registry_put_weather registry_list_edges";
     let admin = "metrics status";
     let lists = match role {
         "drone" => vec![drone, airspace],
-        "operator" => vec![drone, airspace, operator, admin],
-        "edge" => vec![airspace, "watch_events"],
+        "operator" => vec![drone, airspace, operator, follower, keeper, admin],
+        "edge" => vec![airspace, "watch_events", follower, "registry_report_edge"],
         "metrics" => vec![admin],
         other => panic!("no role '{other}'"),
     };
@@ -44,7 +50,10 @@ async fn rest_status(
 ) -> Vec<u16> {
     let mut found = Vec::new();
     for (method, path) in row.rest {
-        let path = path.replace("{id}", "7").replace("{*file}", "a.js");
+        let path = path
+            .replace("{network}", "n")
+            .replace("{id}", "7")
+            .replace("{*file}", "a.js");
         let mut request = ask(client, method.clone(), server.url(&path), "");
         if let Some(token) = token {
             request = request.header("authorization", format!("Bearer {token}"));
@@ -93,36 +102,42 @@ async fn grpc_status(
 
 #[tokio::test]
 async fn every_operation_is_allowed_or_refused_as_the_list_says() {
-    let main = Options::with_tokens().start().await;
-    let admin = Options {
-        listener: Listener::Admin,
-        ..Options::with_tokens()
-    };
-    let admin = admin.start().await;
     let (rest, h2) = (rest(), h2());
     let mut checked = 0;
-    for row in TABLE {
-        let server = match row.listener {
-            Some(Listener::Admin) => &admin,
-            _ => &main,
+    for daemon in [Daemon::Edge, Daemon::Registry] {
+        let options = || Options {
+            daemon,
+            ..Options::with_tokens()
         };
-        let tokens = ROLES
-            .map(Some)
-            .into_iter()
-            .chain([None, Some("anyone"), Some("")]);
-        for token in tokens {
-            let wanted = expected(row, token);
-            for status in rest_status(server, &rest, row, token).await {
-                assert_eq!(status, wanted, "{} as {token:?} over REST", row.name);
-                checked += 1;
-            }
-            if let Some(status) = grpc_status(server, &h2, row, token).await {
-                assert_eq!(status, wanted, "{} as {token:?} over gRPC", row.name);
-                checked += 1;
+        let main = options().start().await;
+        let admin = Options {
+            listener: Listener::Admin,
+            ..options()
+        };
+        let admin = admin.start().await;
+        for row in TABLE.iter().filter(|row| row.operation.is_of(daemon)) {
+            let server = match row.listener {
+                Some(Listener::Admin) => &admin,
+                _ => &main,
+            };
+            let tokens = ROLES
+                .map(Some)
+                .into_iter()
+                .chain([None, Some("anyone"), Some("")]);
+            for token in tokens {
+                let wanted = expected(row, token);
+                for status in rest_status(server, &rest, row, token).await {
+                    assert_eq!(status, wanted, "{} as {token:?} over REST", row.name);
+                    checked += 1;
+                }
+                if let Some(status) = grpc_status(server, &h2, row, token).await {
+                    assert_eq!(status, wanted, "{} as {token:?} over gRPC", row.name);
+                    checked += 1;
+                }
             }
         }
     }
-    assert!(checked > 400, "only {checked} were checked");
+    assert!(checked > 500, "only {checked} were checked");
 }
 
 #[tokio::test]
@@ -131,6 +146,7 @@ async fn without_tokens_anyone_may_do_everything() {
     let (rest, h2) = (rest(), h2());
     for row in TABLE
         .iter()
+        .filter(|row| row.operation.is_of(Daemon::Edge))
         .filter(|row| row.listener != Some(Listener::Admin))
     {
         let statuses = rest_status(&main, &rest, row, None).await;
@@ -152,7 +168,7 @@ async fn the_admin_listener_has_nothing_but_its_own() {
     };
     let admin = options.start().await;
     for row in TABLE {
-        let is_here = row.listener != Some(Listener::Main);
+        let is_here = row.operation.is_of(Daemon::Edge) && row.listener != Some(Listener::Main);
         for status in rest_status(&admin, &rest(), row, None).await {
             assert_eq!(status == 200, is_here, "{}", row.name);
         }

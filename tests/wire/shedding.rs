@@ -20,6 +20,7 @@ async fn small() -> Server {
         zone_writes: 2,
         reads: 2,
         other: 2,
+        follows: 2,
         streams: 2,
     };
     Options {

@@ -195,6 +195,8 @@ impl FromProto<proto::Problem> for wire::Problem {
             request_id: message.request_id,
             retry_after_s: message.retry_after_s,
             current_etag: message.current_etag,
+            // Only a registry says it, which speaks no gRPC.
+            oldest_revision: None,
         })
     }
 }

@@ -214,6 +214,7 @@ impl Sample for wire::Problem {
             request_id: Sample::sample(sampler),
             retry_after_s: Sample::sample(sampler),
             current_etag: Sample::sample(sampler),
+            oldest_revision: None,
         }
     }
 }

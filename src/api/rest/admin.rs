@@ -1,4 +1,4 @@
-//! `GET /metrics` and `GET /status`, for the keepers of an edge.
+//! `GET /metrics` and `GET /status`, for the keepers of a daemon.
 
 use super::answer::{Answer, json, of_bytes};
 use crate::edge::{Code, Edge, Refusal};
@@ -13,12 +13,16 @@ use std::sync::Arc;
 const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 /// Both pages.
-pub(super) fn router(edge: Arc<Edge>, registry: Arc<Registry>) -> Router {
-    let metrics = Router::new()
-        .route("/metrics", get(metrics))
-        .with_state(registry);
+pub(in crate::api) fn router(edge: Arc<Edge>, registry: Arc<Registry>) -> Router {
     let status = Router::new().route("/status", get(status)).with_state(edge);
-    metrics.merge(status)
+    metrics_router(registry).merge(status)
+}
+
+/// `GET /metrics` alone.
+pub(in crate::api) fn metrics_router(registry: Arc<Registry>) -> Router {
+    Router::new()
+        .route("/metrics", get(metrics))
+        .with_state(registry)
 }
 
 async fn metrics(State(registry): State<Arc<Registry>>) -> Answer {

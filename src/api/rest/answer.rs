@@ -9,18 +9,18 @@ use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use serde::Serialize;
 
 /// The media type of most answers.
-pub(super) const JSON: &str = "application/json";
+pub(in crate::api) const JSON: &str = "application/json";
 /// The media type of zones and of the network (RFC 7946).
-pub(super) const GEOJSON: &str = "application/geo+json";
+pub(in crate::api) const GEOJSON: &str = "application/geo+json";
 
 /// Most recompositions are shorter; a longer answer grows the buffer.
 const CAPACITY_BYTES: usize = 1024;
 
 /// What a handler gives back.
-pub(super) type Answer = Result<Response, Refused>;
+pub(in crate::api) type Answer = Result<Response, Refused>;
 
 /// A refusal on its way to the gate, which tells it with the id of the request.
-pub(super) struct Refused(Refusal);
+pub(in crate::api) struct Refused(Refusal);
 
 impl From<Refusal> for Refused {
     fn from(refusal: Refusal) -> Self {
@@ -38,12 +38,12 @@ impl IntoResponse for Refused {
 }
 
 /// A body as JSON.
-pub(super) fn json(body: &impl Serialize) -> Answer {
+pub(in crate::api) fn json(body: &impl Serialize) -> Answer {
     told(StatusCode::OK, JSON, body)
 }
 
 /// Something new as JSON, and where it is.
-pub(super) fn created(body: &impl Serialize, collection: &str, id: &str) -> Answer {
+pub(in crate::api) fn created(body: &impl Serialize, collection: &str, id: &str) -> Answer {
     let mut response = told(StatusCode::CREATED, JSON, body)?;
     let location = format!("{collection}/{}", escaped(id));
     set(&mut response, header::LOCATION, &location);
@@ -51,7 +51,11 @@ pub(super) fn created(body: &impl Serialize, collection: &str, id: &str) -> Answ
 }
 
 /// A body of a media type that is JSON.
-pub(super) fn told(status: StatusCode, media_type: &'static str, body: &impl Serialize) -> Answer {
+pub(in crate::api) fn told(
+    status: StatusCode,
+    media_type: &'static str,
+    body: &impl Serialize,
+) -> Answer {
     let mut bytes = Vec::with_capacity(CAPACITY_BYTES);
     if let Err(error) = serde_json::to_writer(&mut bytes, body) {
         let detail = format!("the answer has no JSON form: {error}");
@@ -61,7 +65,7 @@ pub(super) fn told(status: StatusCode, media_type: &'static str, body: &impl Ser
 }
 
 /// A body that is written already.
-pub(super) fn of_bytes(
+pub(in crate::api) fn of_bytes(
     status: StatusCode,
     media_type: &'static str,
     body: impl Into<Body>,
@@ -76,14 +80,14 @@ pub(super) fn of_bytes(
 }
 
 /// Sets a header; text that cannot stand in one is left out, as the body has it.
-pub(super) fn set(response: &mut Response, name: HeaderName, text: &str) {
+pub(in crate::api) fn set(response: &mut Response, name: HeaderName, text: &str) {
     if let Ok(value) = HeaderValue::from_str(text) {
         response.headers_mut().insert(name, value);
     }
 }
 
 /// An answer whose body does not say on which world it was computed says so in headers.
-pub(super) fn stamped(mut response: Response, stamp: &Stamp<'_>) -> Response {
+pub(in crate::api) fn stamped(mut response: Response, stamp: &Stamp<'_>) -> Response {
     let freshness = match stamp.freshness {
         Freshness::Fresh => "fresh",
         Freshness::Stale => "stale",
@@ -109,7 +113,7 @@ pub(super) fn stamped(mut response: Response, stamp: &Stamp<'_>) -> Response {
 }
 
 /// The answer to who has the current version already (RFC 9110, 13.1.2); none to everybody else.
-pub(super) fn not_modified(headers: &HeaderMap, etag: &str) -> Option<Response> {
+pub(in crate::api) fn not_modified(headers: &HeaderMap, etag: &str) -> Option<Response> {
     let lines = headers.get_all(header::IF_NONE_MATCH).iter();
     let mut tags = lines
         .filter_map(|line| line.to_str().ok())
@@ -126,7 +130,7 @@ pub(super) fn not_modified(headers: &HeaderMap, etag: &str) -> Option<Response> 
 }
 
 /// An id as one segment of a path (RFC 3986, 2.3): everything but unreserved characters is escaped.
-fn escaped(id: &str) -> String {
+pub(in crate::api) fn escaped(id: &str) -> String {
     let mut text = String::with_capacity(id.len());
     for byte in id.bytes() {
         match byte {

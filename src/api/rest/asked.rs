@@ -16,10 +16,10 @@ use std::convert::Infallible;
 use utoipa::IntoParams;
 
 /// The header that makes a request one that may be sent twice.
-pub(super) const IDEMPOTENCY_KEY: &str = "idempotency-key";
+pub(in crate::api) const IDEMPOTENCY_KEY: &str = "idempotency-key";
 
 /// Who calls, as the gate has found out.
-pub(super) struct By(pub(super) Caller);
+pub(in crate::api) struct By(pub(in crate::api) Caller);
 
 impl<S: Sync> FromRequestParts<S> for By {
     type Rejection = Refused;
@@ -34,7 +34,7 @@ impl<S: Sync> FromRequestParts<S> for By {
 }
 
 /// The idempotency key, if the request has one. It alone is taken: copying all headers costs a report more than its search.
-pub(super) struct Key(pub(super) Option<HeaderValue>);
+pub(in crate::api) struct Key(pub(in crate::api) Option<HeaderValue>);
 
 impl<S: Sync> FromRequestParts<S> for Key {
     type Rejection = Infallible;
@@ -45,7 +45,7 @@ impl<S: Sync> FromRequestParts<S> for Key {
 }
 
 /// The id in the path.
-pub(super) struct Named(pub(super) String);
+pub(in crate::api) struct Named(pub(in crate::api) String);
 
 impl<S: Send + Sync> FromRequestParts<S> for Named {
     type Rejection = Refused;
@@ -59,7 +59,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Named {
 }
 
 /// The parameters of the query, read strictly.
-pub(super) struct Query<T>(pub(super) T);
+pub(in crate::api) struct Query<T>(pub(in crate::api) T);
 
 impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
     type Rejection = Refused;
@@ -78,13 +78,13 @@ impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
 /// The query of an operation without parameters.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct NoParameters {}
+pub(in crate::api) struct NoParameters {}
 
 /// Which page of a list.
 #[derive(Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-pub(super) struct PageParameters {
+pub(in crate::api) struct PageParameters {
     /// At most how many entries; 100 where none is given.
     #[param(value_type = u32, required = false, minimum = 1, maximum = 1000)]
     page_size: Option<u32>,
@@ -94,7 +94,7 @@ pub(super) struct PageParameters {
 }
 
 impl PageParameters {
-    pub(super) fn into_request(self) -> PageRequest {
+    pub(in crate::api) fn into_request(self) -> PageRequest {
         PageRequest {
             size: self.page_size,
             token: self.page_token,
@@ -103,7 +103,7 @@ impl PageParameters {
 }
 
 /// The text of a header, where it is given.
-pub(super) fn header(headers: &HeaderMap, name: &str) -> Result<Option<String>, Refusal> {
+pub(in crate::api) fn header(headers: &HeaderMap, name: &str) -> Result<Option<String>, Refusal> {
     let Some(value) = headers.get(name) else {
         return Ok(None);
     };
@@ -118,7 +118,7 @@ pub(super) fn header(headers: &HeaderMap, name: &str) -> Result<Option<String>, 
 }
 
 /// `If-Match` as it is sent; several headers count as one list.
-pub(super) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Refusal> {
+pub(in crate::api) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Refusal> {
     let mut lines = Vec::new();
     for value in headers.get_all(http::header::IF_MATCH) {
         let line = value.to_str().map_err(|_| {
@@ -134,7 +134,10 @@ pub(super) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Refusal> {
 }
 
 /// The idempotency key, where one is given, and what the body was.
-pub(super) fn idempotency(headers: &HeaderMap, body: &[u8]) -> Result<Idempotency, Refusal> {
+pub(in crate::api) fn idempotency(
+    headers: &HeaderMap,
+    body: &[u8],
+) -> Result<Idempotency, Refusal> {
     let Some(key) = header(headers, IDEMPOTENCY_KEY)? else {
         return Ok(Idempotency::default());
     };

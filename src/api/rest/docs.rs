@@ -12,7 +12,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 const HTML: &str = "text/html; charset=utf-8";
 
 /// The pages of a description. They ask nothing of other hosts.
-pub(super) fn router(description: &OpenApi) -> Router {
+pub(in crate::api) fn router(description: &OpenApi) -> Router {
     // A map with text keys and plain values always has a JSON form.
     let json = Bytes::from(description.to_json().unwrap_or_default());
     let problems = Bytes::from(problem::problems_html());

@@ -3,11 +3,11 @@
 //! A handler and its description stand together, so that neither is there without the other. Problems are
 //! told by the gate, which knows the request's id; a handler only says what was refused.
 
-mod admin;
-mod answer;
-mod asked;
+pub(in crate::api) mod admin;
+pub(in crate::api) mod answer;
+pub(in crate::api) mod asked;
 mod closures;
-mod docs;
+pub(in crate::api) mod docs;
 mod drones;
 mod events;
 mod failures;
@@ -16,14 +16,15 @@ mod network;
 mod plans;
 mod probes;
 mod proposals;
-mod reading;
+pub(in crate::api) mod reading;
 mod recompositions;
 pub(crate) mod refusals;
 mod unique;
-mod zone_schema;
+pub(in crate::api) mod zone_schema;
 mod zones;
 
 use super::openapi;
+use super::operations::Daemon;
 use super::server::Drain;
 use crate::edge::Edge;
 use axum::Router;
@@ -58,13 +59,13 @@ impl FromRef<Shared> for Drain {
 ///
 /// It is to stand behind the gate: handlers take the caller from its `RequestContext`, and leave problems to it.
 pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, OpenApi) {
-    let (routes, described) = OpenApiRouter::with_openapi(openapi::outline())
+    let (routes, described) = OpenApiRouter::with_openapi(openapi::outline(&openapi::EDGE))
         .merge(recomposition())
         .merge(planning())
         .merge(airspace())
         .merge(observation())
         .split_for_parts();
-    let description = openapi::complete(described);
+    let description = openapi::complete(described, Daemon::Edge);
     let router = routes
         .with_state(Shared { edge, drain })
         .merge(docs::router(&description));

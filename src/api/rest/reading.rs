@@ -19,7 +19,7 @@ use serde_path_to_error::{Path, Segment, Track};
 const MESSAGE_CHARACTERS_MAX: usize = 200;
 
 /// The body of a request whose media type is JSON, or is not said.
-pub(super) struct Sent(pub(super) Bytes);
+pub(in crate::api) struct Sent(pub(in crate::api) Bytes);
 
 impl<S: Sync> FromRequest<S> for Sent {
     type Rejection = Refused;
@@ -31,7 +31,7 @@ impl<S: Sync> FromRequest<S> for Sent {
 }
 
 /// The body of a drone's request, whatever it calls itself: a drone in need is not refused for a header.
-pub(super) struct SentByDrone(pub(super) Bytes);
+pub(in crate::api) struct SentByDrone(pub(in crate::api) Bytes);
 
 impl<S: Sync> FromRequest<S> for SentByDrone {
     type Rejection = Refused;
@@ -74,7 +74,7 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Refusal> {
 }
 
 /// Reads a body, of which `what` says what it is.
-pub(super) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, Refusal> {
+pub(in crate::api) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, Refusal> {
     check_object(bytes, what)?;
     let mut reader = serde_json::Deserializer::from_slice(bytes);
     let mut track = Track::new();
@@ -85,7 +85,7 @@ pub(super) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, R
 }
 
 /// Reads a body as it is; a member that is there twice is refused, as nobody knows which one was meant.
-pub(super) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
+pub(in crate::api) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
     let mut reader = serde_json::Deserializer::from_slice(bytes);
     let mut track = Track::new();
     let tracked = serde_path_to_error::Deserializer::new(&mut reader, &mut track);
@@ -155,7 +155,7 @@ fn escaped(key: &str) -> String {
 }
 
 /// What the reader of a query says, as a fault of the parameter.
-pub(super) fn query_fault(told: &str) -> Fault {
+pub(in crate::api) fn query_fault(told: &str) -> Fault {
     let told = told
         .strip_prefix("Failed to deserialize query string: ")
         .unwrap_or(told);

@@ -43,6 +43,7 @@ refusals! {
     TooManyRequests TOO_MANY_REQUESTS;
     InternalServerError INTERNAL_SERVER_ERROR;
     ServiceUnavailable SERVICE_UNAVAILABLE;
+    InsufficientStorage INSUFFICIENT_STORAGE;
     GatewayTimeout GATEWAY_TIMEOUT;
 }
 

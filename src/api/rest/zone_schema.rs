@@ -15,7 +15,7 @@ use utoipa::{PartialSchema, ToSchema};
 /// A zone: a GeoJSON feature (RFC 7946), longitude first, or metres on a planar network.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ZoneFeature {
+pub(in crate::api) struct ZoneFeature {
     r#type: FeatureType,
     /// Id of the zone; one is made where none is given. With `PUT` it is that of the path.
     #[schema(min_length = 1, max_length = 200)]
@@ -188,7 +188,7 @@ struct ZoneWindow {
 
 /// A page of zones: a GeoJSON feature collection.
 #[derive(Deserialize, ToSchema)]
-pub(super) struct ZoneCollection {
+pub(in crate::api) struct ZoneCollection {
     r#type: CollectionType,
     /// The zones, by id.
     features: Vec<ZoneFeature>,
@@ -206,14 +206,14 @@ enum CollectionType {
 }
 
 /// A zone around Customs House in Sydney.
-pub(super) fn example() -> Value {
+pub(in crate::api) fn example() -> Value {
     let mut feature = example_without_id();
     feature["id"] = json!("harbour-concert");
     feature
 }
 
 /// The same for an id that the path has.
-pub(super) fn example_without_id() -> Value {
+pub(in crate::api) fn example_without_id() -> Value {
     json!({
         "type": "Feature",
         "geometry": {"type": "Point", "coordinates": [151.2108551, -33.862204]},

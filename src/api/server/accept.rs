@@ -3,7 +3,8 @@
 use super::ServerConfig;
 use super::connection::Connections;
 use super::drain::Drain;
-use super::gate::{Gate, GateConfig};
+use super::gate::Gate;
+use super::gate_config::GateConfig;
 use crate::api::metrics::{CloseReason, RequestMetrics};
 use axum::Router;
 use std::io;

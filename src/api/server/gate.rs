@@ -6,12 +6,13 @@
 
 use super::bodies::{AnswerBody, BoundedBody, Permit};
 use super::drain::Drain;
+use super::gate_config::{Authentication, GateConfig};
 use super::hosts::Hosts;
 use super::refuse::{self, Finding};
 use super::request::{RequestContext, RequestId, X_REQUEST_ID, grpc_timeout};
 use crate::access::Caller;
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
-use crate::api::operations::{Access, Class, Listener, Operation, Unresolved};
+use crate::api::operations::{Access, Class, Operation, Unresolved};
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
 use axum::Router;
@@ -28,7 +29,6 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::task::Poll;
-use std::time::Duration;
 use tokio::time::{Instant, Sleep, sleep_until};
 use tower::Service;
 
@@ -37,73 +37,6 @@ const GRPC_PREFIX_BYTES: usize = 5;
 
 /// When to try again after a request was shed, in seconds.
 const RETRY_AFTER_S: u32 = 1;
-
-/// Finds the caller of a bearer token.
-pub type FindCaller = Arc<dyn Fn(&str) -> Option<Caller> + Send + Sync>;
-
-/// How callers say who they are.
-#[derive(Clone)]
-pub enum Authentication {
-    /// They need not, but must name this listener as their host: for loopback without tokens.
-    Loopback,
-    /// By a bearer token.
-    Tokens(FindCaller),
-}
-
-/// How many requests of each class may be in flight.
-#[derive(Clone, Copy, Debug)]
-pub struct Slots {
-    /// Failure reports.
-    pub failures: u32,
-    /// Writes of airspace.
-    pub zone_writes: u32,
-    /// Reads.
-    pub reads: u32,
-    /// The rest.
-    pub other: u32,
-    /// Streams of events and of health.
-    pub streams: u32,
-}
-
-impl Default for Slots {
-    fn default() -> Self {
-        Self {
-            failures: 512,
-            zone_writes: 32,
-            reads: 256,
-            other: 64,
-            streams: 256,
-        }
-    }
-}
-
-impl Slots {
-    fn of(self, class: Class) -> i64 {
-        match class {
-            Class::Failure => i64::from(self.failures),
-            Class::ZoneWrite => i64::from(self.zone_writes),
-            Class::Read => i64::from(self.reads),
-            Class::Other => i64::from(self.other),
-            Class::Stream => i64::from(self.streams),
-            Class::Health => i64::MAX,
-        }
-    }
-}
-
-/// What a gate lets pass.
-#[derive(Clone)]
-pub struct GateConfig {
-    /// Which listener it stands at.
-    pub listener: Listener,
-    /// How callers say who they are.
-    pub authentication: Authentication,
-    /// How many may be in flight. Gates that share metrics share the places.
-    pub slots: Slots,
-    /// How large a body may be, in bytes.
-    pub body_bytes_max: usize,
-    /// How long an answer may take to begin; a `grpc-timeout` may shorten it.
-    pub deadline: Duration,
-}
 
 /// The gate of one listener.
 pub(crate) struct Gate {
@@ -219,9 +152,10 @@ impl Gate {
 
     fn resolve(&self, head: &Parts, dialect: Dialect) -> Result<Operation, Unresolved> {
         let path = head.uri.path();
+        let daemon = self.config.daemon;
         let operation = match dialect {
-            Dialect::Grpc => Operation::of_grpc(path).ok_or(Unresolved::Path)?,
-            Dialect::Rest => Operation::of_rest(&head.method, path)?,
+            Dialect::Grpc => Operation::of_grpc(daemon, path).ok_or(Unresolved::Path)?,
+            Dialect::Rest => Operation::of_rest(daemon, &head.method, path)?,
         };
         let served_here = operation
             .row()
@@ -238,15 +172,18 @@ impl Gate {
         known: &Known,
     ) -> Result<Passed, Refusal> {
         let caller = self.caller(&head, operation)?;
-        let (body, exceeded) = self.bounded(&head, body, known.dialect)?;
+        let body_bytes_max = self.body_bytes_max(operation);
+        let (body, exceeded) = bounded(&head, body, known.dialect, body_bytes_max)?;
         let permit = self.place(operation.row().class)?;
         let timeout = match known.dialect {
             Dialect::Rest => None,
             Dialect::Grpc => grpc_timeout(&head.headers),
         };
-        let allowed = timeout.map_or(self.config.deadline, |asked| {
-            asked.min(self.config.deadline)
-        });
+        let most = match operation.row().class {
+            Class::Follow => self.config.deadline.saturating_add(self.config.follow_wait),
+            _ => self.config.deadline,
+        };
+        let allowed = timeout.map_or(most, |asked| asked.min(most));
         let deadline = known.arrived + allowed;
         head.extensions.insert(RequestContext {
             caller,
@@ -298,33 +235,11 @@ impl Gate {
         Ok(caller)
     }
 
-    fn bounded(
-        &self,
-        head: &Parts,
-        body: Incoming,
-        dialect: Dialect,
-    ) -> Result<(Body, Option<Arc<AtomicBool>>), Refusal> {
-        let encoding = head.headers.get(header::CONTENT_ENCODING);
-        if encoding.is_some_and(|encoding| !encoding.as_bytes().eq_ignore_ascii_case(b"identity")) {
-            return Err(Refusal::new(
-                Code::MediaTypeUnsupported,
-                "the body has a content encoding; send it plain",
-            ));
+    fn body_bytes_max(&self, operation: Operation) -> usize {
+        match operation.takes_network() {
+            true => self.config.network_bytes_max,
+            false => self.config.body_bytes_max,
         }
-        let limit_bytes = match dialect {
-            Dialect::Rest => self.config.body_bytes_max,
-            Dialect::Grpc => self.config.body_bytes_max.saturating_add(GRPC_PREFIX_BYTES),
-        };
-        let hint = body.size_hint();
-        if hint.lower() > limit_bytes as u64 {
-            return Err(too_large(self.config.body_bytes_max));
-        }
-        // hyper holds a body to the length that it announced.
-        if hint.exact().is_some() {
-            return Ok((Body::new(body), None));
-        }
-        let (body, exceeded) = BoundedBody::new(body, limit_bytes);
-        Ok((Body::new(body), Some(exceeded)))
     }
 
     fn place(&self, class: Class) -> Result<Permit, Refusal> {
@@ -333,7 +248,7 @@ impl Gate {
             return Ok(permit);
         }
         let (code, reason) = match class {
-            Class::Stream => (Code::LimitReached, ShedReason::Streams),
+            Class::Stream | Class::Follow => (Code::LimitReached, ShedReason::Streams),
             _ => (Code::Overloaded, ShedReason::Slots),
         };
         self.metrics.shed(class, reason);
@@ -354,7 +269,12 @@ impl Gate {
         let outcome = self.handle(request, deadline).await;
         let was_exceeded = exceeded.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let refusal = match outcome {
-            Outcome::Answered(_) if was_exceeded => too_large(self.config.body_bytes_max),
+            Outcome::Answered(_) if was_exceeded => {
+                let limit = known
+                    .operation
+                    .map(|operation| self.body_bytes_max(operation));
+                too_large(limit.unwrap_or(self.config.body_bytes_max))
+            }
             Outcome::Answered(response) => {
                 let is_stream = known
                     .operation
@@ -372,7 +292,7 @@ impl Gate {
             ),
             Outcome::Panicked => {
                 self.metrics.panicked();
-                Refusal::new(Code::Internal, "the request met a defect of the edge")
+                Refusal::new(Code::Internal, "the request met a defect of the daemon")
             }
         };
         drop(permit);
@@ -464,6 +384,36 @@ impl Gate {
             tracing::debug!(code = row.name, operation, %request_id, "request refused");
         }
     }
+}
+
+/// The body of a request, held to a limit.
+fn bounded(
+    head: &Parts,
+    body: Incoming,
+    dialect: Dialect,
+    body_bytes_max: usize,
+) -> Result<(Body, Option<Arc<AtomicBool>>), Refusal> {
+    let encoding = head.headers.get(header::CONTENT_ENCODING);
+    if encoding.is_some_and(|encoding| !encoding.as_bytes().eq_ignore_ascii_case(b"identity")) {
+        return Err(Refusal::new(
+            Code::MediaTypeUnsupported,
+            "the body has a content encoding; send it plain",
+        ));
+    }
+    let limit_bytes = match dialect {
+        Dialect::Rest => body_bytes_max,
+        Dialect::Grpc => body_bytes_max.saturating_add(GRPC_PREFIX_BYTES),
+    };
+    let hint = body.size_hint();
+    if hint.lower() > limit_bytes as u64 {
+        return Err(too_large(body_bytes_max));
+    }
+    // hyper holds a body to the length that it announced.
+    if hint.exact().is_some() {
+        return Ok((Body::new(body), None));
+    }
+    let (body, exceeded) = BoundedBody::new(body, limit_bytes);
+    Ok((Body::new(body), Some(exceeded)))
 }
 
 fn dialect(head: &Parts) -> Dialect {

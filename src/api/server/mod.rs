@@ -8,6 +8,7 @@ mod bodies;
 mod connection;
 mod drain;
 mod gate;
+mod gate_config;
 mod hosts;
 mod refuse;
 mod request;
@@ -15,7 +16,7 @@ mod watch;
 
 pub use accept::{Drained, serve};
 pub use drain::Drain;
-pub use gate::{Authentication, FindCaller, GateConfig, Slots};
+pub use gate_config::{Authentication, FindCaller, GateConfig, Slots};
 pub use request::{RequestContext, RequestId};
 
 use std::time::Duration;

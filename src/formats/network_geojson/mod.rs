@@ -5,12 +5,14 @@
 //! line.
 
 mod feature;
+mod patch;
 mod read;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
+pub use patch::patch_network;
 pub use read::read_network;
 pub use write::write_network;
 

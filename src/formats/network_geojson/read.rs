@@ -252,7 +252,8 @@ fn check_crs(value: &Value, place: &Place<'_>) -> Result<(), FormatError> {
     }
 }
 
-fn check_ends(
+/// Checks that a line ends at its nodes.
+pub(super) fn check_ends(
     segment: &SegmentDraft,
     ends: &[[f64; 2]; 2],
     coordinates: Coordinates,

@@ -8,7 +8,7 @@ use crate::api::grpc::proto::plans_client::PlansClient;
 use crate::api::grpc::proto::recomposition_client::RecompositionClient;
 use crate::api::grpc::proto::{self, batch_entry::Entry, zone::Geometry};
 use crate::api::grpc::{Health, Limits, router};
-use crate::api::operations::Operation;
+use crate::api::operations::{Daemon, Operation};
 use crate::api::problem::of_grpc_status;
 use crate::api::server::{RequestContext, RequestId};
 use crate::clock::Clock;
@@ -453,7 +453,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
     }
     assert_eq!(paths.len(), 30, "{paths:?}");
     for path in paths {
-        let found = Operation::of(&http::Method::POST, &path);
+        let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");
     }
 }

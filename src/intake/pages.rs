@@ -1,6 +1,6 @@
 //! Pages of lists: `page_size` and an opaque `page_token`.
 
-use super::refusal::{Code, Refusal};
+use crate::refusal::{Code, Refusal};
 use crate::wire::Fault;
 use imbl::OrdMap;
 use std::ops::Bound;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// A page where none is asked for.
 const DEFAULT_SIZE: u32 = 100;
 /// The largest page.
-pub(super) const MAX_SIZE: u32 = 1_000;
+pub(crate) const MAX_SIZE: u32 = 1_000;
 
 /// Which page is asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -22,14 +22,15 @@ pub struct PageRequest {
 
 /// A page request that has been checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Page {
-    pub(super) size: usize,
+pub(crate) struct Page {
+    pub(crate) size: usize,
     /// The key of the last entry of the page before.
-    pub(super) after: Option<String>,
+    pub(crate) after: Option<String>,
 }
 
 impl PageRequest {
-    pub(super) fn check(&self) -> Result<Page, Refusal> {
+    /// Checks what is asked for.
+    pub(crate) fn check(&self) -> Result<Page, Refusal> {
         let size = self.size.unwrap_or(DEFAULT_SIZE);
         if size == 0 || size > MAX_SIZE {
             return Err(invalid(
@@ -54,12 +55,12 @@ impl PageRequest {
 }
 
 /// The entries of a page of an ordered map, and the key of its last entry where more come after it.
-pub(super) fn slice<V: Clone>(map: &OrdMap<Arc<str>, V>, page: &Page) -> (Vec<V>, Option<String>) {
+pub(crate) fn slice<V: Clone>(map: &OrdMap<Arc<str>, V>, page: &Page) -> (Vec<V>, Option<String>) {
     filtered(map, page, |_| true)
 }
 
 /// The same of the entries that pass a test.
-pub(super) fn filtered<V: Clone>(
+pub(crate) fn filtered<V: Clone>(
     map: &OrdMap<Arc<str>, V>,
     page: &Page,
     passes: impl Fn(&V) -> bool,
@@ -89,7 +90,7 @@ fn invalid(pointer: &str, message: String) -> Refusal {
 }
 
 /// The token of the page after the entry of this key: opaque, so that nobody builds on its form.
-pub(super) fn token(key: &str) -> String {
+pub(crate) fn token(key: &str) -> String {
     use std::fmt::Write;
     key.bytes().fold(String::new(), |mut text, byte| {
         // Writing to text cannot fail.
@@ -98,7 +99,8 @@ pub(super) fn token(key: &str) -> String {
     })
 }
 
-fn read_token(token: &str) -> Option<String> {
+/// The key of a token; none for what is no token.
+pub(crate) fn read_token(token: &str) -> Option<String> {
     if !token.is_ascii() || !token.len().is_multiple_of(2) || token.len() > 2_000 {
         return None;
     }

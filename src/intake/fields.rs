@@ -1,8 +1,8 @@
 //! Fields of operators' bodies, read strictly: what is wrong is told with its place and a hint.
 
-use super::refusal::{Code, Refusal};
 use crate::formats::nearest;
 use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::refusal::{Code, Refusal};
 use crate::wire::{Fault, Id};
 use jiff::Timestamp;
 
@@ -11,10 +11,10 @@ const ID_BYTES_MAX: usize = 128;
 
 /// What is wrong with a body, collected until all of it has been read.
 #[derive(Debug, Default)]
-pub(super) struct Faults(Vec<Fault>);
+pub(crate) struct Faults(Vec<Fault>);
 
 impl Faults {
-    pub(super) fn add(&mut self, code: &str, pointer: &str, message: String, hint: Option<String>) {
+    pub(crate) fn add(&mut self, code: &str, pointer: &str, message: String, hint: Option<String>) {
         // Nobody reads more than a screen of faults.
         if self.0.len() < 20 {
             self.0.push(Fault {
@@ -27,22 +27,27 @@ impl Faults {
     }
 
     /// The refusal, if anything was wrong.
-    pub(super) fn check(self, code: Code, what: &str) -> Result<(), Refusal> {
-        match self.0.as_slice() {
-            [] => Ok(()),
-            [only] => Err(Refusal::at(code, only.clone())),
-            several => {
-                let detail = format!("the {what} has {} faults", several.len());
-                Err(Refusal {
-                    faults: self.0,
-                    ..Refusal::new(code, detail)
-                })
-            }
+    pub(crate) fn check(self, code: Code, what: &str) -> Result<(), Refusal> {
+        match self.0.is_empty() {
+            true => Ok(()),
+            false => Err(self.refusal(code, what)),
+        }
+    }
+
+    /// The refusal of all that was wrong.
+    pub(crate) fn refusal(self, code: Code, what: &str) -> Refusal {
+        if let [only] = self.0.as_slice() {
+            return Refusal::at(code, only.clone());
+        }
+        let detail = format!("the {what} has {} faults", self.0.len());
+        Refusal {
+            faults: self.0,
+            ..Refusal::new(code, detail)
         }
     }
 
     /// An instant in RFC 3339.
-    pub(super) fn instant(&mut self, pointer: &str, text: Option<&str>) -> Option<Timestamp> {
+    pub(crate) fn instant(&mut self, pointer: &str, text: Option<&str>) -> Option<Timestamp> {
         let text = text?;
         match text.parse() {
             Ok(instant) => Some(instant),
@@ -60,7 +65,7 @@ impl Faults {
     }
 
     /// A number within bounds, both included.
-    pub(super) fn number(
+    pub(crate) fn number(
         &mut self,
         pointer: &str,
         value: Option<f64>,
@@ -77,7 +82,7 @@ impl Faults {
     }
 
     /// An id that a thing is to have: printable, and neither empty nor too long.
-    pub(super) fn id(&mut self, pointer: &str, id: Option<&str>) {
+    pub(crate) fn id(&mut self, pointer: &str, id: Option<&str>) {
         let Some(id) = id else {
             return;
         };
@@ -94,7 +99,7 @@ impl Faults {
     }
 
     /// A text no longer than so many bytes.
-    pub(super) fn text(&mut self, pointer: &str, text: Option<&str>, bytes_max: usize) {
+    pub(crate) fn text(&mut self, pointer: &str, text: Option<&str>, bytes_max: usize) {
         if let Some(text) = text.filter(|text| text.len() > bytes_max) {
             let message = format!("the text has {} bytes, more than {bytes_max}", text.len());
             self.add("text_too_long", pointer, message, None);
@@ -102,7 +107,7 @@ impl Faults {
     }
 
     /// The node of an id.
-    pub(super) fn node(
+    pub(crate) fn node(
         &mut self,
         pointer: &str,
         topology: &Topology,
@@ -125,7 +130,7 @@ impl Faults {
     }
 
     /// The segment of an id.
-    pub(super) fn segment(
+    pub(crate) fn segment(
         &mut self,
         pointer: &str,
         topology: &Topology,

@@ -19,6 +19,10 @@ pub enum Code {
     PlanInvalid,
     /// A closure is not valid.
     ClosureInvalid,
+    /// A network, or a patch of one, is not valid.
+    NetworkInvalid,
+    /// Weather is not valid.
+    WeatherInvalid,
     /// Nothing has this id, or the path leads nowhere.
     NotFound,
     /// The resource does not know this method.
@@ -31,6 +35,8 @@ pub enum Code {
     NoRoute,
     /// A closure whose cause is a zone: lift the zone.
     ClosureOfZone,
+    /// Something that stands names what a change of the network would take away.
+    NetworkInUse,
     /// The plan has no such version to acknowledge, or is over.
     PlanStateConflict,
     /// A write of an existing version without `If-Match`.
@@ -43,6 +49,8 @@ pub enum Code {
     IdempotencyInProgress,
     /// Events before the oldest kept, or of another epoch.
     EventsGone,
+    /// Changes before the oldest kept, or of another epoch.
+    ChangesGone,
     /// The body is too large.
     BodyTooLarge,
     /// The caller does not say who it is, or the token is unknown.
@@ -57,6 +65,10 @@ pub enum Code {
     LimitReached,
     /// The edge is draining.
     ShuttingDown,
+    /// The store does not answer; try again.
+    StoreUnavailable,
+    /// The store takes nothing more: its disk is full or failing.
+    StoreFull,
     /// The deadline passed before there was an answer.
     DeadlineExceeded,
     /// A defect of the edge.
@@ -77,6 +89,8 @@ pub struct Refusal {
     pub current_etag: Option<String>,
     /// When to try again, in seconds.
     pub retry_after_s: Option<u32>,
+    /// The oldest revision whose successors are kept, where older ones are gone.
+    pub oldest_revision: Option<u64>,
 }
 
 impl Refusal {
@@ -88,6 +102,7 @@ impl Refusal {
             faults: Vec::new(),
             current_etag: None,
             retry_after_s: None,
+            oldest_revision: None,
         }
     }
 
@@ -115,6 +130,13 @@ impl Refusal {
     #[must_use]
     pub fn retry_after_s(mut self, seconds: u32) -> Self {
         self.retry_after_s = Some(seconds);
+        self
+    }
+
+    /// With the oldest revision whose successors are kept.
+    #[must_use]
+    pub fn with_oldest_revision(mut self, revision: u64) -> Self {
+        self.oldest_revision = Some(revision);
         self
     }
 

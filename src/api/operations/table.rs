@@ -1,0 +1,215 @@
+//! The table of operations itself.
+
+use super::{Access, Class, Daemon, Listener, Row};
+use crate::access::Role;
+use http::Method;
+
+const DRONES: Access = Access::Roles(&[Role::Drone, Role::Operator]);
+const READERS: Access = Access::Roles(&[Role::Drone, Role::Operator, Role::Edge]);
+const FOLLOWERS: Access = Access::Roles(&[Role::Operator, Role::Edge]);
+const OPERATORS: Access = Access::Roles(&[Role::Operator]);
+const COLLECTORS: Access = Access::Roles(&[Role::Operator, Role::Metrics]);
+
+// Edges forward what was posted at them and what drones reported, so they write zones and closures as operators do.
+const EDGES: Access = Access::Roles(&[Role::Edge]);
+const OPEN: Access = Access::Open;
+
+const EDGE: Option<Daemon> = Some(Daemon::Edge);
+const REGISTRY: Option<Daemon> = Some(Daemon::Registry);
+const EVERY: Option<Daemon> = None;
+
+const MAIN: Option<Listener> = Some(Listener::Main);
+const ADMIN: Option<Listener> = Some(Listener::Admin);
+const BOTH: Option<Listener> = None;
+
+// Rows and variants come from one list, so that neither can lack what the other has.
+macro_rules! operations {
+    ($($daemon:ident { $($(#[$doc:meta])* $operation:ident $name:literal $rest:tt $grpc:expr, $class:ident, $access:ident, $listener:ident;)* })*) => {
+        /// Something that can be asked of a daemon.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Operation {
+            $($($(#[$doc])* $operation,)*)*
+        }
+
+        /// The table, in the order of `Operation`.
+        pub static TABLE: &[Row] = &[
+            $($(Row {
+                operation: Operation::$operation,
+                daemon: $daemon,
+                name: $name,
+                rest: &$rest,
+                grpc: $grpc,
+                class: Class::$class,
+                access: $access,
+                listener: $listener,
+            },)*)*
+        ];
+    };
+}
+
+operations! {
+    EDGE {
+        /// A failure report, answered by a recomposition.
+        ReportFailure "report_failure" [(Method::POST, "/v1/failures")]
+            Some("/skyway.v1.Recomposition/ReportFailure"), Failure, DRONES, MAIN;
+        /// Many failure reports at once.
+        ReportFailures "report_failures" [(Method::POST, "/v1/failures:batch")]
+            Some("/skyway.v1.Recomposition/ReportFailures"), Failure, DRONES, MAIN;
+        /// What was answered lately.
+        ListRecompositions "list_recompositions" [(Method::GET, "/v1/recompositions")]
+            Some("/skyway.v1.Recomposition/ListRecompositions"), Read, DRONES, MAIN;
+        /// One answer, with the world it was computed on.
+        GetRecomposition "get_recomposition" [(Method::GET, "/v1/recompositions/{id}")]
+            Some("/skyway.v1.Recomposition/GetRecomposition"), Read, DRONES, MAIN;
+        /// A delivery request, composed into a plan.
+        CreatePlan "create_plan" [(Method::POST, "/v1/plans")]
+            Some("/skyway.v1.Plans/CreatePlan"), Other, DRONES, MAIN;
+        /// The plans.
+        ListPlans "list_plans" [(Method::GET, "/v1/plans")]
+            Some("/skyway.v1.Plans/ListPlans"), Read, DRONES, MAIN;
+        /// One plan.
+        GetPlan "get_plan" [(Method::GET, "/v1/plans/{id}")]
+            Some("/skyway.v1.Plans/GetPlan"), Read, DRONES, MAIN;
+        /// A plan is given up.
+        CancelPlan "cancel_plan" [(Method::DELETE, "/v1/plans/{id}")]
+            Some("/skyway.v1.Plans/CancelPlan"), Other, DRONES, MAIN;
+        /// A drone takes over a recomposed plan.
+        AcknowledgePlan "acknowledge_plan" [(Method::POST, "/v1/plans/{id}/ack")]
+            Some("/skyway.v1.Plans/AcknowledgePlan"), Other, DRONES, MAIN;
+        /// A new zone.
+        CreateZone "create_zone" [(Method::POST, "/v1/zones")]
+            Some("/skyway.v1.Airspace/CreateZone"), ZoneWrite, OPERATORS, MAIN;
+        /// A zone under a chosen id, new or changed.
+        PutZone "put_zone" [(Method::PUT, "/v1/zones/{id}")]
+            Some("/skyway.v1.Airspace/PutZone"), ZoneWrite, OPERATORS, MAIN;
+        /// One zone.
+        GetZone "get_zone" [(Method::GET, "/v1/zones/{id}")]
+            Some("/skyway.v1.Airspace/GetZone"), Read, READERS, MAIN;
+        /// A zone is lifted.
+        DeleteZone "delete_zone" [(Method::DELETE, "/v1/zones/{id}")]
+            Some("/skyway.v1.Airspace/DeleteZone"), ZoneWrite, OPERATORS, MAIN;
+        /// The zones.
+        ListZones "list_zones" [(Method::GET, "/v1/zones")]
+            Some("/skyway.v1.Airspace/ListZones"), Read, READERS, MAIN;
+        /// What a zone would close; nothing changes.
+        PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")]
+            Some("/skyway.v1.Airspace/PreviewZone"), Read, OPERATORS, MAIN;
+        /// The closures.
+        ListClosures "list_closures" [(Method::GET, "/v1/closures")]
+            Some("/skyway.v1.Airspace/ListClosures"), Read, READERS, MAIN;
+        /// One closure.
+        GetClosure "get_closure" [(Method::GET, "/v1/closures/{id}")]
+            Some("/skyway.v1.Airspace/GetClosure"), Read, READERS, MAIN;
+        /// An operator closes segments or nodes.
+        CreateClosure "create_closure" [(Method::POST, "/v1/closures")]
+            Some("/skyway.v1.Airspace/CreateClosure"), ZoneWrite, OPERATORS, MAIN;
+        /// A closure is confirmed or extended.
+        ChangeClosure "change_closure" [(Method::PATCH, "/v1/closures/{id}")]
+            Some("/skyway.v1.Airspace/ChangeClosure"), ZoneWrite, OPERATORS, MAIN;
+        /// A closure is lifted.
+        DeleteClosure "delete_closure" [(Method::DELETE, "/v1/closures/{id}")]
+            Some("/skyway.v1.Airspace/DeleteClosure"), ZoneWrite, OPERATORS, MAIN;
+        /// What reports proposed and was not published.
+        ListProposals "list_proposals" [(Method::GET, "/v1/proposals")]
+            Some("/skyway.v1.Airspace/ListProposals"), Read, OPERATORS, MAIN;
+        /// A proposal is accepted or rejected.
+        DecideProposal "decide_proposal" [
+                (Method::POST, "/v1/proposals/{id}/accept"),
+                (Method::POST, "/v1/proposals/{id}/reject"),
+            ]
+            Some("/skyway.v1.Airspace/DecideProposal"), ZoneWrite, OPERATORS, MAIN;
+        /// Removals that wait for an operator.
+        ListHolds "list_holds" [(Method::GET, "/v1/holds")]
+            Some("/skyway.v1.Airspace/ListHolds"), Read, OPERATORS, MAIN;
+        /// A hold is released or rejected.
+        DecideHold "decide_hold" [
+                (Method::POST, "/v1/holds/{id}/release"),
+                (Method::POST, "/v1/holds/{id}/reject"),
+            ]
+            Some("/skyway.v1.Airspace/DecideHold"), ZoneWrite, OPERATORS, MAIN;
+        /// The network.
+        GetNetwork "get_network" [(Method::GET, "/v1/network")]
+            Some("/skyway.v1.Network/GetNetwork"), Read, READERS, MAIN;
+        /// One node and its segments.
+        GetNode "get_node" [(Method::GET, "/v1/nodes/{id}")]
+            Some("/skyway.v1.Network/GetNode"), Read, READERS, MAIN;
+        /// The nodes nearest to a place.
+        Nearest "nearest" [(Method::GET, "/v1/nearest")]
+            Some("/skyway.v1.Network/Nearest"), Read, READERS, MAIN;
+        /// Positions and battery levels.
+        PostTelemetry "post_telemetry" [(Method::POST, "/v1/telemetry")]
+            Some("/skyway.v1.Drones/ReportTelemetry"), Other, DRONES, MAIN;
+        /// The last known of each drone.
+        ListDrones "list_drones" [(Method::GET, "/v1/drones")]
+            Some("/skyway.v1.Drones/ListDrones"), Read, OPERATORS, MAIN;
+        /// Changes as they happen.
+        WatchEvents "watch_events" [(Method::GET, "/v1/events")]
+            Some("/skyway.v1.Airspace/WatchEvents"), Stream, FOLLOWERS, MAIN;
+        /// The same over gRPC.
+        HealthCheck "health_check" [] Some("/grpc.health.v1.Health/Check"), Health, OPEN, MAIN;
+        /// The same over gRPC, as it changes.
+        HealthWatch "health_watch" [] Some("/grpc.health.v1.Health/Watch"), Stream, OPEN, MAIN;
+        /// The description of the gRPC services.
+        Reflection "reflection" [] Some("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo"), Other, OPEN, MAIN;
+        /// The same for older clients.
+        ReflectionAlpha "reflection_alpha" [] Some("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"), Other, OPEN, MAIN;
+        /// The live picture.
+        Page "page" [(Method::GET, "/"), (Method::GET, "/page/{*file}")] None, Other, OPEN, MAIN;
+    }
+    REGISTRY {
+        /// The networks.
+        RegistryListNetworks "registry_list_networks" [(Method::GET, "/v1/networks")] None, Read, FOLLOWERS, MAIN;
+        /// One network, whole.
+        RegistryGetNetwork "registry_get_network" [(Method::GET, "/v1/networks/{network}")] None, Read, FOLLOWERS, MAIN;
+        /// A network is new or replaced.
+        RegistryPutNetwork "registry_put_network" [(Method::PUT, "/v1/networks/{network}")] None, Other, OPERATORS, MAIN;
+        /// Nodes and segments of a network are added, changed and removed.
+        RegistryPatchNetwork "registry_patch_network" [(Method::PATCH, "/v1/networks/{network}")] None, Other, OPERATORS, MAIN;
+        /// What has changed after a revision, now or as soon as something does.
+        RegistryFollow "registry_follow" [(Method::GET, "/v1/networks/{network}/changes")] None, Follow, FOLLOWERS, MAIN;
+        /// Everything that holds, at one revision.
+        RegistrySnapshot "registry_snapshot" [(Method::GET, "/v1/networks/{network}/snapshot")] None, Read, FOLLOWERS, MAIN;
+        /// The zones of a network.
+        RegistryListZones "registry_list_zones" [(Method::GET, "/v1/networks/{network}/zones")] None, Read, FOLLOWERS, MAIN;
+        /// A new zone.
+        RegistryCreateZone "registry_create_zone" [(Method::POST, "/v1/networks/{network}/zones")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// One zone.
+        RegistryGetZone "registry_get_zone" [(Method::GET, "/v1/networks/{network}/zones/{id}")] None, Read, FOLLOWERS, MAIN;
+        /// A zone under a chosen id, new or changed.
+        RegistryPutZone "registry_put_zone" [(Method::PUT, "/v1/networks/{network}/zones/{id}")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// A zone is lifted.
+        RegistryDeleteZone "registry_delete_zone" [(Method::DELETE, "/v1/networks/{network}/zones/{id}")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// The closures of a network.
+        RegistryListClosures "registry_list_closures" [(Method::GET, "/v1/networks/{network}/closures")] None, Read, FOLLOWERS, MAIN;
+        /// A new closure.
+        RegistryCreateClosure "registry_create_closure" [(Method::POST, "/v1/networks/{network}/closures")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// One closure.
+        RegistryGetClosure "registry_get_closure" [(Method::GET, "/v1/networks/{network}/closures/{id}")] None, Read, FOLLOWERS, MAIN;
+        /// A closure under a chosen id, new or changed.
+        RegistryPutClosure "registry_put_closure" [(Method::PUT, "/v1/networks/{network}/closures/{id}")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// A closure is lifted.
+        RegistryDeleteClosure "registry_delete_closure" [(Method::DELETE, "/v1/networks/{network}/closures/{id}")] None, ZoneWrite, FOLLOWERS, MAIN;
+        /// The weather over a network.
+        RegistryGetWeather "registry_get_weather" [(Method::GET, "/v1/networks/{network}/weather")] None, Read, FOLLOWERS, MAIN;
+        /// The weather over a network, as a whole.
+        RegistryPutWeather "registry_put_weather" [(Method::PUT, "/v1/networks/{network}/weather")] None, ZoneWrite, OPERATORS, MAIN;
+        /// An edge tells where it is, and what it could not take.
+        RegistryReportEdge "registry_report_edge" [(Method::PUT, "/v1/networks/{network}/edges/{id}")] None, Other, EDGES, MAIN;
+        /// Who follows, and how far they are.
+        RegistryListEdges "registry_list_edges" [(Method::GET, "/v1/edges")] None, Read, OPERATORS, MAIN;
+    }
+    EVERY {
+        /// Whether the process lives.
+        Live "live" [(Method::GET, "/livez")] None, Health, OPEN, BOTH;
+        /// Whether it may be sent requests.
+        Ready "ready" [(Method::GET, "/readyz")] None, Health, OPEN, BOTH;
+        /// The description of the REST API.
+        OpenApi "openapi" [(Method::GET, "/openapi.json")] None, Other, OPEN, MAIN;
+        /// Its page, and that of the problems.
+        Docs "docs" [(Method::GET, "/docs"), (Method::GET, "/docs/"), (Method::GET, "/docs/{*file}")] None, Other, OPEN, MAIN;
+        /// Metrics in Prometheus' text format.
+        Metrics "metrics" [(Method::GET, "/metrics")] None, Health, COLLECTORS, ADMIN;
+        /// The state of the daemon.
+        Status "status" [(Method::GET, "/status")] None, Health, COLLECTORS, ADMIN;
+    }
+}

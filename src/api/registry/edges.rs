@@ -1,0 +1,49 @@
+//! `/v1/edges`, and what an edge tells of itself.
+
+use super::asked::{Named, check_edge};
+use crate::api::rest::answer::{Answer, json};
+use crate::api::rest::asked::{By, NoParameters, Query};
+use crate::api::rest::reading::{self, Sent};
+use crate::registry::Registry;
+use crate::wire::{EdgeReport, EdgeStatuses};
+use axum::extract::State;
+use std::sync::Arc;
+
+/// Notes how far an edge is, and what it could not take over.
+#[utoipa::path(
+    put,
+    path = "/v1/networks/{network}/edges/{id}",
+    tag = "edges",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("id" = String, Path, description = "Id of the edge."),
+    ),
+    request_body(content = EdgeReport, example = json!({"epoch": 1, "revision": 7})),
+    responses((status = 200, description = "It is noted: the report as it was read.", body = EdgeReport)),
+)]
+pub(super) async fn report_edge(
+    State(registry): State<Arc<Registry>>,
+    Named { network, id }: Named,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+    Sent(body): Sent,
+) -> Answer {
+    check_edge(&caller, &id)?;
+    let report: EdgeReport = reading::body(&body, "report")?;
+    registry.report_edge(&network, &id, report.clone()).await?;
+    json(&report)
+}
+
+/// Lists who follows, by network and id.
+#[utoipa::path(
+    get,
+    path = "/v1/edges",
+    tag = "edges",
+    responses((status = 200, description = "All that were heard.", body = EdgeStatuses)),
+)]
+pub(super) async fn list_edges(
+    State(registry): State<Arc<Registry>>,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    json(&registry.edges().await?)
+}

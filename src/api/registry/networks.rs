@@ -1,0 +1,162 @@
+//! `/v1/networks`: skyway networks, whole and patched.
+
+use super::asked::{OnNetwork, WriteParameters, Writing};
+use super::written::{below, written};
+use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
+use crate::api::rest::asked::{NoParameters, Query};
+use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::refusals;
+use crate::refusal::{Code, Refusal};
+use crate::registry::Registry;
+use crate::wire::{NetworkPatch, NetworkSummaries, Written};
+use axum::extract::State;
+use http::{HeaderMap, StatusCode, header};
+use serde_json::Value;
+use std::sync::Arc;
+use utoipa::ToSchema;
+
+/// A network in the native format: a GeoJSON feature collection (RFC 7946) whose points are nodes and whose line
+/// strings are segments.
+#[derive(ToSchema)]
+#[schema(as = NetworkDocument)]
+#[expect(
+    dead_code,
+    reason = "describes a document that is read and written elsewhere"
+)]
+pub(super) struct NetworkDocument {
+    /// `FeatureCollection`.
+    r#type: String,
+    /// A name for people.
+    name: Option<String>,
+    /// Who must be named beside every copy.
+    attribution: Option<String>,
+    /// `{"format": 1, "coordinates": "geographic"}`, or `planar`.
+    #[schema(value_type = Object)]
+    skyway: Value,
+    /// The nodes and segments.
+    #[schema(value_type = Vec<Object>)]
+    features: Vec<Value>,
+}
+
+/// Lists the networks, by id.
+#[utoipa::path(
+    get,
+    path = "/v1/networks",
+    tag = "networks",
+    responses((status = 200, description = "All of them.", body = NetworkSummaries)),
+)]
+pub(super) async fn list_networks(
+    State(registry): State<Arc<Registry>>,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    json(&registry.networks().await?)
+}
+
+/// Tells a network in the native format.
+#[utoipa::path(
+    get,
+    path = "/v1/networks/{network}",
+    tag = "networks",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The network.",
+            body = NetworkDocument,
+            content_type = "application/geo+json",
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_network(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let (text, etag) = registry.network(&network).await?;
+    if let Some(response) = not_modified(&headers, &etag) {
+        return Ok(response);
+    }
+    let mut response = of_bytes(StatusCode::OK, GEOJSON, text.as_bytes().to_vec());
+    set(&mut response, header::ETAG, &etag);
+    Ok(response)
+}
+
+/// Puts a network as a whole, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/networks/{network}",
+    tag = "networks",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    request_body(
+        description = "The network.",
+        content((NetworkDocument = "application/geo+json"), (NetworkDocument = "application/json")),
+    ),
+    responses(
+        (status = 200, description = "It was there before, or `validate_only`.", body = Written),
+        (status = 201, description = "It is new.", body = Written),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn put_network(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+    Sent(body): Sent,
+) -> Answer {
+    let manner = writing.manner(&asked, &body)?;
+    let text = std::str::from_utf8(&body)
+        .map_err(|_| Refusal::new(Code::BodyInvalid, "the body is not UTF-8 text"))?;
+    let reply = registry.put_network(&network, text, &manner).await?;
+    Ok(written(reply, &below(&network, ""), true))
+}
+
+/// Adds, changes and removes nodes and segments of the version that `If-Match` names.
+#[utoipa::path(
+    patch,
+    path = "/v1/networks/{network}",
+    tag = "networks",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to change; required."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    request_body(content = NetworkPatch, description = "What is to change."),
+    responses(
+        (status = 200, description = "It is changed, or `validate_only`.", body = Written),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn patch_network(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+    Sent(body): Sent,
+) -> Answer {
+    let manner = writing.manner(&asked, &body)?;
+    let patch: NetworkPatch = reading::body(&body, "patch of a network")?;
+    let reply = registry.patch_network(&network, patch, &manner).await?;
+    Ok(written(reply, &below(&network, ""), true))
+}

@@ -1,0 +1,85 @@
+//! `/v1/networks/{network}/weather`: wind over a network, as one document.
+
+use super::asked::{OnNetwork, WriteParameters, Writing};
+use super::written::{below, written};
+use crate::api::rest::answer::{Answer, JSON, not_modified, of_bytes, set};
+use crate::api::rest::asked::{NoParameters, Query};
+use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::refusals;
+use crate::registry::Registry;
+use crate::wire::{ObjectKind, Weather, Written};
+use axum::extract::State;
+use http::{HeaderMap, StatusCode, header};
+use std::sync::Arc;
+
+/// Tells the weather over a network.
+#[utoipa::path(
+    get,
+    path = "/v1/networks/{network}/weather",
+    tag = "weather",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The weather.",
+            body = Weather,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_weather(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let (body, etag) = registry.object(&network, ObjectKind::Weather, "").await?;
+    if let Some(response) = not_modified(&headers, &etag) {
+        return Ok(response);
+    }
+    let mut response = of_bytes(StatusCode::OK, JSON, body);
+    set(&mut response, header::ETAG, &etag);
+    Ok(response)
+}
+
+/// Puts the weather over a network, for the first time or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/networks/{network}/weather",
+    tag = "weather",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    request_body(
+        content = Weather,
+        example = json!({"wind": [{"from": "2026-11-27T06:00:00Z", "until": "2026-11-27T12:00:00Z", "speed_mps": 6.5, "from_deg": 225}]}),
+    ),
+    responses(
+        (status = 200, description = "It was stated before, or `validate_only`.", body = Written),
+        (status = 201, description = "It is stated for the first time.", body = Written),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn put_weather(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+    Sent(body): Sent,
+) -> Answer {
+    let manner = writing.manner(&asked, &body)?;
+    let weather: Weather = reading::body(&body, "weather")?;
+    let reply = registry.put_weather(&network, weather, &manner).await?;
+    Ok(written(reply, &below(&network, "/weather"), true))
+}

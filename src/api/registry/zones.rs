@@ -1,0 +1,201 @@
+//! `/v1/networks/{network}/zones`: no-fly zones as GeoJSON features, with entity tags.
+
+use super::asked::{Named, OnNetwork, WriteParameters, Writing};
+use super::written::{below, written};
+use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
+use crate::api::rest::asked::{NoParameters, PageParameters, Query};
+use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::refusals;
+use crate::api::rest::zone_schema::{self, ZoneFeature};
+use crate::registry::Registry;
+use crate::wire::{ObjectKind, PublishedObjects, Written};
+use axum::extract::State;
+use http::{HeaderMap, StatusCode, header};
+use std::sync::Arc;
+
+const COLLECTION: &str = "/zones";
+
+/// Lists the zones of a network, by id.
+#[utoipa::path(
+    get,
+    path = "/v1/networks/{network}/zones",
+    tag = "airspace",
+    params(("network" = String, Path, description = "Id of the network."), PageParameters),
+    responses((status = 200, description = "A page of zones.", body = PublishedObjects)),
+)]
+pub(super) async fn list_zones(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    let page = page.into_request();
+    json(&registry.objects(&network, ObjectKind::Zone, &page).await?)
+}
+
+/// Tells a zone.
+#[utoipa::path(
+    get,
+    path = "/v1/networks/{network}/zones/{id}",
+    tag = "airspace",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("id" = String, Path, description = "Id of the zone."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The zone.",
+            body = ZoneFeature,
+            content_type = "application/geo+json",
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_zone(
+    State(registry): State<Arc<Registry>>,
+    Named { network, id }: Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let (body, etag) = registry.object(&network, ObjectKind::Zone, &id).await?;
+    if let Some(response) = not_modified(&headers, &etag) {
+        return Ok(response);
+    }
+    let mut response = of_bytes(StatusCode::OK, GEOJSON, body);
+    set(&mut response, header::ETAG, &etag);
+    Ok(response)
+}
+
+/// Publishes a new zone, which every edge of the network then enforces.
+#[utoipa::path(
+    post,
+    path = "/v1/networks/{network}/zones",
+    tag = "airspace",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        WriteParameters,
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    request_body(
+        description = "The zone.",
+        content((ZoneFeature = "application/geo+json", example = json!(zone_schema::example())), (ZoneFeature = "application/json")),
+    ),
+    responses(
+        (
+            status = 201,
+            description = "The zone as it is understood.",
+            body = Written,
+            headers(
+                ("Location" = String, description = "Its path."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        (status = 200, description = "With `validate_only`: what would be written.", body = Written),
+        (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn create_zone(
+    State(registry): State<Arc<Registry>>,
+    OnNetwork(network): OnNetwork,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+    Sent(body): Sent,
+) -> Answer {
+    let manner = writing.manner(&asked, &body)?;
+    let feature = reading::value(&body)?;
+    let reply = registry.put_zone(&network, None, feature, &manner).await?;
+    Ok(written(reply, &below(&network, COLLECTION), false))
+}
+
+/// Puts a zone under an id, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/networks/{network}/zones/{id}",
+    tag = "airspace",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("id" = String, Path, description = "Id of the zone."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    request_body(
+        description = "The zone.",
+        content((ZoneFeature = "application/geo+json", example = json!(zone_schema::example_without_id())), (ZoneFeature = "application/json")),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The zone as it is understood; it was there before, or `validate_only`.",
+            body = Written,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (
+            status = 201,
+            description = "The same; the zone is new.",
+            body = Written,
+            headers(
+                ("Location" = String, description = "Its path."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn put_zone(
+    State(registry): State<Arc<Registry>>,
+    Named { network, id }: Named,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+    Sent(body): Sent,
+) -> Answer {
+    let manner = writing.manner(&asked, &body)?;
+    let feature = reading::value(&body)?;
+    let reply = registry
+        .put_zone(&network, Some(&id), feature, &manner)
+        .await?;
+    Ok(written(reply, &below(&network, COLLECTION), false))
+}
+
+/// Lifts a zone, of the version that `If-Match` names.
+#[utoipa::path(
+    delete,
+    path = "/v1/networks/{network}/zones/{id}",
+    tag = "airspace",
+    params(
+        ("network" = String, Path, description = "Id of the network."),
+        ("id" = String, Path, description = "Id of the zone."),
+        WriteParameters,
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
+    ),
+    responses(
+        (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn delete_zone(
+    State(registry): State<Arc<Registry>>,
+    Named { network, id }: Named,
+    Query(asked): Query<WriteParameters>,
+    writing: Writing,
+) -> Answer {
+    let manner = writing.manner(&asked, &[])?;
+    let kind = ObjectKind::Zone;
+    let reply = registry.delete(&network, kind, &id, &manner).await?;
+    Ok(written(reply, &below(&network, COLLECTION), false))
+}

@@ -1,0 +1,190 @@
+//! The settings of an edge.
+
+use super::fault::ConfigFault;
+use super::resolve::EffectiveConfig;
+use super::settings::{
+    Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
+};
+use super::value::{LogFilter, LogFormat, Size, Value};
+use jiff::Timestamp;
+use std::net::SocketAddr;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::time::Duration;
+use tracing_subscriber::filter::LevelFilter;
+
+settings! {
+    /// The configuration of an edge. `Default` is what holds where nobody says otherwise.
+    EdgeConfig;
+    {
+        /// Where drones and operators reach the edge, REST and gRPC alike. Port 0 takes a free one.
+        listen: SocketAddr = loopback(8080);
+        /// Where metrics and status are read: loopback, or a private address that is named.
+        admin_listen: SocketAddr = loopback(9090);
+        /// A file to write the ports to that were taken, as JSON; empty for none.
+        ports_file: Option<PathBuf> = None;
+        /// The network: sydney, corridor, or a file.
+        network: String = "sydney".to_owned();
+        /// Serve other machines without encryption. Off loopback the edge starts only with this, as
+        /// encryption is the work of a proxy in front of it.
+        allow_plaintext: bool = false;
+        /// The file with the digests of the tokens, which only its owner may read; empty for none. Off
+        /// loopback the edge starts only with tokens. `skyway token` makes them.
+        tokens_file: Option<PathBuf> = None;
+    }
+    /// How much at once. What is beyond is refused at once, failure reports last of all.
+    limits: Limits {
+        /// Connections.
+        connections: usize = 10_000, 1..=1_000_000;
+        /// Streams in a connection of HTTP/2.
+        streams_per_connection: usize = 128, 1..=10_000;
+        /// Failure reports being answered.
+        in_flight_failures: usize = 512, 1..=100_000;
+        /// Writes of zones and closures being answered.
+        in_flight_zone_writes: usize = 32, 1..=100_000;
+        /// Reads being answered.
+        in_flight_reads: usize = 256, 1..=100_000;
+        /// Other requests being answered.
+        in_flight_other: usize = 64, 1..=100_000;
+        /// The body of a request.
+        body: Size = Size::of_mib(1), Size::of_kib(1)..=Size::of_mib(64);
+        /// The headers of a request together.
+        header: Size = Size::of_kib(16), Size::of_kib(8)..=Size::of_mib(1);
+        /// Reports, or positions, in one request.
+        batch: usize = 1_000, 1..=100_000;
+        /// From a request to the start of its answer.
+        request_deadline: Duration = 10 * SECOND, Duration::from_millis(10)..=10 * MINUTE;
+        /// From a new connection to its first request line or HTTP/2 preface.
+        preface_deadline: Duration = 3 * SECOND, Duration::from_millis(10)..=MINUTE;
+        /// From the first byte of a request to the end of its headers.
+        header_deadline: Duration = 5 * SECOND, Duration::from_millis(10)..=MINUTE;
+        /// Streams of events.
+        event_streams: usize = 256, 0..=100_000;
+    }
+    /// How the edge ends when it is told to.
+    drain: Drain {
+        /// From the moment it says that it is not ready to the moment it takes no more connections.
+        delay: Duration = Duration::ZERO, Duration::ZERO..=10 * MINUTE;
+        /// How long it then waits for answers under way.
+        timeout: Duration = 10 * SECOND, Duration::ZERO..=HOUR;
+    }
+    /// Zones and closures.
+    airspace: Airspace {
+        /// How far ahead windows of zones are looked at for drones in flight.
+        horizon: Duration = HOUR, MINUTE..=DAY;
+        /// How far beside a segment a zone still hits it, in metres.
+        margin_m: f64 = 10.0, 0.0..=1_000.0;
+        /// Zones at once.
+        zones_max: usize = 20_000, 1..=1_000_000;
+        /// Closures at once.
+        closures_max: usize = 20_000, 1..=1_000_000;
+    }
+    /// Closures that failure reports bring about.
+    reports: Reports {
+        /// How long a closure for an environmental failure lasts.
+        life_environmental: Duration = 30 * MINUTE, SECOND..=DAY;
+        /// How long a closure for a navigational failure lasts.
+        life_navigational: Duration = 15 * MINUTE, SECOND..=DAY;
+        /// How long a closure for a regulatory failure lasts.
+        life_regulatory: Duration = HOUR, SECOND..=DAY;
+        /// How long a closure for an infrastructure failure lasts.
+        life_infrastructure: Duration = 30 * MINUTE, SECOND..=DAY;
+        /// Such closures of one drone at once; further ones wait for an operator.
+        alive_per_drone: usize = 3, 0..=1_000;
+        /// The part of all segments that reports may close; further ones wait for an operator.
+        closed_fraction_max: f64 = 0.01, 0.0..=1.0;
+    }
+    /// Plans of deliveries.
+    plans: Plans {
+        /// Active plans at once.
+        active_max: usize = 20_000, 1..=1_000_000;
+        /// The time between two drones at one place below which their plans conflict.
+        headway: Duration = 30 * SECOND, Duration::ZERO..=HOUR;
+        /// How long a drone has to acknowledge a new version of its plan.
+        acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
+    }
+    /// Recompositions that are kept to be looked up and computed again. The oldest go first.
+    records: Records {
+        /// So many.
+        count: usize = 10_000, 0..=10_000_000;
+        /// And no more memory than this.
+        bytes: Size = Size::of_mib(64), Size::of_bytes(0)..=Size::of_mib(16_384);
+    }
+    /// Events that are kept for those who resume a stream.
+    events: Events {
+        /// So many; the oldest go first.
+        count: usize = 10_000, 1..=10_000_000;
+    }
+    /// Last known positions.
+    drones: Drones {
+        /// Of so many drones; those heard least recently go first.
+        count: usize = 50_000, 1..=10_000_000;
+    }
+    /// Answers that are kept for requests sent again with the same idempotency key.
+    idempotency: Idempotency {
+        /// So many; the oldest go first.
+        count: usize = 20_000, 1..=10_000_000;
+        /// For so long.
+        age: Duration = DAY, MINUTE..=7 * DAY;
+    }
+    /// Shortest-path trees that are kept for the next search.
+    trees: Trees {
+        /// No more memory than this.
+        bytes: Size = Size::of_mib(256), Size::of_mib(1)..=Size::of_mib(65_536);
+    }
+    /// What answers say of the registry when it has been away.
+    freshness: Freshness {
+        /// Away for so long: stale.
+        stale_after: Duration = 30 * SECOND, SECOND..=DAY;
+        /// Away for so long: degraded.
+        degraded_after: Duration = 5 * MINUTE, SECOND..=7 * DAY;
+    }
+    /// Log lines, on standard error.
+    log: Log {
+        /// Which: a level (off, error, warn, info, debug, trace), and MODULE=LEVEL for a module, with commas.
+        filter: LogFilter = LogFilter::level(LevelFilter::INFO);
+        /// How: text or json.
+        format: LogFormat = LogFormat::Text;
+    }
+    /// A clock for simulators, on loopback only. Every answer then says that it is simulated.
+    clock: ClockConfig {
+        /// What it shows at the start; empty for the machine's time.
+        start: Option<Timestamp> = None;
+        /// How many times faster than the machine's it runs.
+        rate: f64 = 1.0, 0.001..=10_000.0;
+    }
+}
+
+impl Configuration for EdgeConfig {
+    const ENVIRONMENT_PREFIX: &'static str = "SKYWAY_EDGE_";
+    const INTRODUCTION: &'static str = "\
+# The configuration of a Skyway edge: every setting, with its default commented out.
+#
+# A flag wins over the environment, the environment over this file. The variable of limits.body is
+# SKYWAY_EDGE_LIMITS_BODY, its flag --set limits.body=1MiB. Paths are relative to the working directory.
+# `skyway config check --config FILE` finds every fault; `skyway config show --origin` tells who said what.
+# `skyway config sample` writes this file.
+";
+    const SETTINGS: &'static [Setting<Self>] = SETTINGS;
+    const SECTIONS: &'static [(&'static str, &'static [&'static str])] = SECTIONS;
+
+    fn exposure(&self) -> Exposure<'_> {
+        Exposure {
+            listen: self.listen,
+            admin_listen: self.admin_listen,
+            tokens_file: self.tokens_file.as_deref(),
+            allow_plaintext: self.allow_plaintext,
+            clock_start: self.clock.start,
+            clock_rate: self.clock.rate,
+        }
+    }
+
+    fn own_faults(effective: &EffectiveConfig<Self>) -> Vec<ConfigFault> {
+        let freshness = &effective.config.freshness;
+        if freshness.degraded_after > freshness.stale_after {
+            return Vec::new();
+        }
+        let origin = effective.origin("freshness.degraded_after");
+        vec![ConfigFault::Freshness { origin }]
+    }
+}

@@ -1,0 +1,195 @@
+//! A running registry: its store, its two listeners, and how it ends.
+
+use super::listening::{Addresses, ServiceError, authentication, bind};
+use crate::api::metrics::RequestMetrics;
+use crate::api::operations::{Daemon, Listener};
+use crate::api::registry as rest;
+use crate::api::server::{Authentication, Drain, Drained, GateConfig, ServerConfig, Slots, serve};
+use crate::config::{Configuration, RegistryConfig, Tokens};
+use crate::registry::{HighWater, OpenError, Opening, Registry, Settings, is_database, open_store};
+use jiff::SignedDuration;
+use prometheus_client::registry::Registry as Metrics;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+/// What a registry is started with.
+#[derive(Debug)]
+pub struct RegistryStart {
+    /// The configuration.
+    pub config: RegistryConfig,
+    /// Who may call; none where everyone on loopback may.
+    pub tokens: Option<Tokens>,
+    /// Whether the store was restored from a backup, as someone says who knows.
+    pub new_epoch: bool,
+}
+
+/// A registry that is served.
+#[derive(Debug)]
+pub struct RegistryService {
+    registry: Arc<Registry>,
+    addresses: Addresses,
+    drain: Drain,
+    upkeep: CancellationToken,
+    running: JoinHandle<()>,
+    main: JoinHandle<io::Result<Drained>>,
+    admin: JoinHandle<io::Result<Drained>>,
+}
+
+impl RegistryService {
+    /// Binds both listeners, opens the store, and serves it.
+    ///
+    /// # Errors
+    /// When an address is taken, the store cannot be opened, or the system refuses what the registry needs.
+    pub async fn start(start: RegistryStart) -> Result<Self, ServiceError> {
+        let RegistryStart {
+            config,
+            tokens,
+            new_epoch,
+        } = start;
+        let main = bind(config.listen, "listen").await?;
+        let admin = bind(config.admin_listen, "admin-listen").await?;
+        let addresses = Addresses {
+            listen: main.local_addr()?,
+            admin: admin.local_addr()?,
+        };
+        let store = open_store(&config.store).await.map_err(OpenError::from)?;
+        let registry = Registry::open(Opening {
+            store,
+            settings: settings(&config),
+            clock: config.exposure().start_clock(),
+            high_water: high_water(&config),
+            new_epoch,
+        });
+        let registry = registry.await?;
+        let mut metrics = Metrics::with_prefix("skyway_registry");
+        let request_metrics = Arc::new(RequestMetrics::new(&mut metrics));
+        registry.register_metrics(&mut metrics);
+        let drain = Drain::new();
+        let (router, _) = rest::router(registry.clone(), drain.clone());
+        let admin_router = rest::admin_router(registry.clone(), Arc::new(metrics), drain.clone());
+        let authentication = authentication(tokens);
+        let gate = |listener| gate(&config, listener, authentication.clone());
+        let server = server(&config);
+        let main = serve(
+            main,
+            router,
+            gate(Listener::Main),
+            server.clone(),
+            request_metrics.clone(),
+            drain.clone(),
+        );
+        let admin = serve(
+            admin,
+            admin_router,
+            gate(Listener::Admin),
+            server,
+            request_metrics,
+            drain.clone(),
+        );
+        let upkeep = CancellationToken::new();
+        Ok(Self {
+            running: tokio::spawn(registry.clone().run(upkeep.clone())),
+            registry,
+            addresses,
+            drain,
+            upkeep,
+            main: tokio::spawn(main),
+            admin: tokio::spawn(admin),
+        })
+    }
+
+    /// Where it listens.
+    pub fn addresses(&self) -> Addresses {
+        self.addresses
+    }
+
+    /// The registry behind it.
+    pub fn registry(&self) -> &Arc<Registry> {
+        &self.registry
+    }
+
+    /// Ends it: it says that it is not ready, ends the waiting, finishes what is under way within bounds, and
+    /// closes the store.
+    ///
+    /// # Errors
+    /// When a listener failed before.
+    pub async fn stop(self) -> Result<Drained, ServiceError> {
+        self.drain.begin();
+        let drained = self.main.await??;
+        let admin = self.admin.await??;
+        self.upkeep.cancel();
+        self.running.await?;
+        Ok(Drained {
+            forced: drained.forced + admin.forced,
+        })
+    }
+}
+
+/// What remembers how far the store had come: the file that is named, or one beside the store.
+fn high_water(config: &RegistryConfig) -> Option<HighWater> {
+    let named = config.high_water_file.clone();
+    let beside = || PathBuf::from(format!("{}.high-water", config.store));
+    let path = named.or_else(|| (!is_database(&config.store)).then(beside));
+    path.map(HighWater::at)
+}
+
+fn gate(config: &RegistryConfig, listener: Listener, authentication: Authentication) -> GateConfig {
+    let limits = &config.limits;
+    let slots = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+    GateConfig {
+        daemon: Daemon::Registry,
+        listener,
+        authentication,
+        slots: Slots {
+            failures: 0,
+            zone_writes: slots(limits.in_flight_zone_writes),
+            reads: slots(limits.in_flight_reads),
+            other: slots(limits.in_flight_other),
+            follows: slots(limits.follows),
+            streams: 0,
+        },
+        body_bytes_max: limits.body.bytes(),
+        network_bytes_max: limits.network.bytes(),
+        deadline: limits.request_deadline,
+        follow_wait: config.changes.wait_max,
+    }
+}
+
+fn server(config: &RegistryConfig) -> ServerConfig {
+    let limits = &config.limits;
+    // A connection with an edge that waits for changes is in use, and as long as it may wait.
+    ServerConfig {
+        connections_max: limits.connections,
+        streams_per_connection: u32::try_from(limits.streams_per_connection).unwrap_or(u32::MAX),
+        header_bytes_max: u32::try_from(limits.header.bytes()).unwrap_or(u32::MAX),
+        preface_deadline: limits.preface_deadline,
+        header_deadline: limits.header_deadline,
+        drain_delay: config.drain.delay,
+        drain_timeout: config.drain.timeout,
+        ..ServerConfig::default()
+    }
+}
+
+/// What the registry works with, out of the configuration.
+fn settings(config: &RegistryConfig) -> Settings {
+    let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
+    let changes = &config.changes;
+    Settings {
+        networks_max: count(config.airspace.networks_max),
+        margin_m: config.airspace.margin_m,
+        zones_max: count(config.airspace.zones_max),
+        closures_max: count(config.airspace.closures_max),
+        page_changes: count(changes.page),
+        page_bytes: count(changes.page_bytes.bytes()),
+        wait_max: changes.wait_max,
+        revisions_kept: count(changes.keep),
+        compact_every: changes.compact_every,
+        replies_bytes_max: count(config.idempotency.bytes.bytes()),
+        // Bounds on durations are checked when the configuration is read.
+        replies_age: SignedDuration::try_from(config.idempotency.age)
+            .unwrap_or(SignedDuration::MAX),
+    }
+}

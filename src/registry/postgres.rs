@@ -1,0 +1,151 @@
+//! The store in PostgreSQL, or in what speaks like it and spreads over machines.
+//!
+//! Writes are serializable and tried again where the database says that another got in between, so that any
+//! number of registry processes may share one database. A notification tells the others at once that there is
+//! something new; where the database knows no notifications they find out when they look.
+
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/engine.rs"]
+mod engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/statements.rs"]
+mod statements;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/upkeep.rs"]
+mod upkeep;
+
+use super::sql::Trouble;
+use super::store::StoreError;
+use sqlx::pool::PoolOptions;
+use sqlx::postgres::{PgConnectOptions, PgListener, PgRow};
+use sqlx::{PgConnection, Pool, Postgres, Transaction};
+use std::str::FromStr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tokio::sync::Mutex;
+
+type Connection = PgConnection;
+type Row = PgRow;
+
+const CHANNEL: &str = "skyway_registry";
+const CONNECTIONS: u32 = 8;
+/// How long to wait for a connection.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How long to wait before listening again after the connection broke.
+const PAUSE: Duration = Duration::from_secs(5);
+
+/// A store in a database.
+#[derive(Debug)]
+pub struct SqlStore {
+    pool: Pool<Postgres>,
+    writing: Mutex<()>,
+    /// False once the database has refused a notification.
+    notifies: AtomicBool,
+    listener: Mutex<Option<PgListener>>,
+}
+
+impl SqlStore {
+    /// Opens the store in a database, and makes its tables where there are none, with this id.
+    ///
+    /// # Errors
+    /// When the database cannot be reached, or its tables were made by a later version.
+    pub async fn open(url: &str, fresh_id: &str) -> Result<Self, StoreError> {
+        // The name may have a password in it, and is not repeated.
+        let unusable = |error: sqlx::Error| StoreError::Unusable {
+            name: "the database".to_owned(),
+            message: error.to_string(),
+        };
+        let options = PgConnectOptions::from_str(url).map_err(unusable)?;
+        let options = options.application_name("skyway-registry");
+        let pool = PoolOptions::new()
+            .max_connections(CONNECTIONS)
+            .acquire_timeout(PATIENCE);
+        let store = Self {
+            pool: pool.connect_with(options).await.map_err(unusable)?,
+            writing: Mutex::new(()),
+            notifies: AtomicBool::new(true),
+            listener: Mutex::new(None),
+        };
+        store.migrate(fresh_id).await?;
+        Ok(store)
+    }
+
+    async fn begin_write(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
+        let begun = self.pool.begin_with("BEGIN ISOLATION LEVEL SERIALIZABLE");
+        begun.await.map_err(trouble)
+    }
+
+    async fn begin_read(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
+        let begun = self
+            .pool
+            .begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY");
+        begun.await.map_err(trouble)
+    }
+
+    /// After the commit and not within it: a database without notifications would undo the write.
+    async fn tell_others(&self, network: &str) {
+        if !self.notifies.load(Ordering::Relaxed) {
+            return;
+        }
+        let told = sqlx::query("SELECT pg_notify($1, $2)")
+            .bind(CHANNEL)
+            .bind(network);
+        if let Err(error) = told.execute(&self.pool).await
+            && error.as_database_error().is_some()
+        {
+            self.notifies.store(false, Ordering::Relaxed);
+            tracing::info!(%error, "the database has no notifications; others find out when they look");
+        }
+    }
+
+    async fn hear_others(&self) {
+        let mut held = self.listener.lock().await;
+        let heard = async {
+            let listener = match &mut *held {
+                Some(listener) => listener,
+                none => {
+                    let mut listener = PgListener::connect_with(&self.pool).await?;
+                    listener.listen(CHANNEL).await?;
+                    none.insert(listener)
+                }
+            };
+            listener.recv().await
+        };
+        if let Err(error) = heard.await {
+            tracing::debug!(%error, "no notifications of the database");
+            *held = None;
+            tokio::time::sleep(PAUSE).await;
+        }
+    }
+
+    async fn close_all(&self) {
+        *self.listener.lock().await = None;
+        self.pool.close().await;
+    }
+}
+
+/// What an error of PostgreSQL means, by its class (appendix A of its manual).
+fn trouble(error: sqlx::Error) -> Trouble {
+    let message = error.to_string();
+    let Some(code) = error.as_database_error().and_then(|error| error.code()) else {
+        return Trouble::Lasting(StoreError::Unavailable { message });
+    };
+    Trouble::Lasting(match &*code {
+        // Serialization failure, deadlock, and two that put the same row or table at once.
+        "40001" | "40P01" | "23505" | "42P07" => return Trouble::Contended,
+        // Disk full, out of memory, and the like; read-only, as a standby is; an I/O error.
+        "25006" | "58030" => StoreError::Full { message },
+        code if code.starts_with("53") && code != "53300" => StoreError::Full { message },
+        "XX001" | "XX002" => StoreError::Damaged { message },
+        _ => StoreError::Unavailable { message },
+    })
+}

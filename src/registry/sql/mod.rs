@@ -1,0 +1,39 @@
+//! SQL for both engines: the schema here, and in `statements` and `engine` the code that each of them compiles
+//! for its own types.
+//!
+//! `sqlite` and `postgres` both include the two files, each with its own `Db`, connection and ways to begin: the
+//! statements are the same text, numbered parameters included, but the types of the driver are not.
+
+pub(in crate::registry) mod schema;
+
+use super::store::StoreError;
+
+/// How often a write is tried while others get in between.
+pub(in crate::registry) const ATTEMPTS: u32 = 12;
+
+/// What an engine says of an error.
+#[derive(Debug)]
+pub(in crate::registry) enum Trouble {
+    /// Others got in between: the same may succeed when tried again.
+    Contended,
+    /// It will not be better by trying again at once.
+    Lasting(StoreError),
+}
+
+impl From<StoreError> for Trouble {
+    fn from(error: StoreError) -> Self {
+        Self::Lasting(error)
+    }
+}
+
+/// A number of the database that was put there as an unsigned one.
+pub(in crate::registry) fn unsigned(number: i64, what: &str) -> Result<u64, StoreError> {
+    u64::try_from(number).map_err(|_| StoreError::Damaged {
+        message: format!("{what} is {number}"),
+    })
+}
+
+/// A number for the database; beyond what it can hold, its largest.
+pub(in crate::registry) fn signed(number: u64) -> i64 {
+    i64::try_from(number).unwrap_or(i64::MAX)
+}

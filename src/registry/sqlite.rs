@@ -1,0 +1,138 @@
+//! The store in one file: SQLite, on board, without anything to set up.
+//!
+//! One connection writes, others read beside it (WAL). Every commit is on the disk before it is acknowledged
+//! (`synchronous = FULL`). A write begins with `BEGIN IMMEDIATE`: one that began as a read and wants to write
+//! would fail at once where another writes, whatever patience is configured.
+
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/engine.rs"]
+mod engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/statements.rs"]
+mod statements;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/upkeep.rs"]
+mod upkeep;
+
+use super::sql::Trouble;
+use super::store::StoreError;
+use sqlx::pool::PoolOptions;
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
+use sqlx::{Pool, Sqlite, SqliteConnection, Transaction};
+use std::path::Path;
+use std::time::Duration;
+use tokio::sync::Mutex;
+
+type Connection = SqliteConnection;
+type Row = SqliteRow;
+
+/// How long a write waits for another process that has the file.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How many may read at once.
+const READERS: u32 = 4;
+
+/// A store in a file.
+#[derive(Debug)]
+pub struct SqlStore {
+    writer: Pool<Sqlite>,
+    readers: Pool<Sqlite>,
+    writing: Mutex<()>,
+}
+
+impl SqlStore {
+    /// Opens a store, and makes it where there is none, with this id.
+    ///
+    /// # Errors
+    /// When the file cannot be opened, is no store, or was made by a later version.
+    pub async fn open(file: &Path, fresh_id: &str) -> Result<Self, StoreError> {
+        let options = SqliteConnectOptions::new()
+            .filename(file)
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .busy_timeout(PATIENCE);
+        let unusable = |error: sqlx::Error| StoreError::Unusable {
+            name: file.display().to_string(),
+            message: error.to_string(),
+        };
+        let writer = PoolOptions::new().max_connections(1);
+        let writer = writer
+            .connect_with(options.clone())
+            .await
+            .map_err(unusable)?;
+        let readers = PoolOptions::new().max_connections(READERS);
+        let readers = readers.connect_lazy_with(options.pragma("query_only", "ON"));
+        let store = Self {
+            writer,
+            readers,
+            writing: Mutex::new(()),
+        };
+        store.migrate(fresh_id).await?;
+        Ok(store)
+    }
+
+    /// The version of SQLite that is on board.
+    ///
+    /// # Errors
+    /// When the store does not answer.
+    pub async fn engine_version(&self) -> Result<String, StoreError> {
+        let version = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(&self.readers);
+        version.await.map_err(|error| StoreError::Unavailable {
+            message: error.to_string(),
+        })
+    }
+
+    async fn begin_write(&self) -> Result<Transaction<'static, Sqlite>, Trouble> {
+        self.writer
+            .begin_with("BEGIN IMMEDIATE")
+            .await
+            .map_err(trouble)
+    }
+
+    async fn begin_read(&self) -> Result<Transaction<'static, Sqlite>, Trouble> {
+        self.readers.begin().await.map_err(trouble)
+    }
+
+    /// There are no others: one process has the file.
+    async fn tell_others(&self, _network: &str) {}
+
+    async fn hear_others(&self) {
+        std::future::pending().await
+    }
+
+    async fn close_all(&self) {
+        self.readers.close().await;
+        self.writer.close().await;
+    }
+}
+
+/// What an error of SQLite means. Its extended codes have the primary one in the lowest byte.
+fn trouble(error: sqlx::Error) -> Trouble {
+    const BUSY: u32 = 5;
+    const LOCKED: u32 = 6;
+    const READ_ONLY: u32 = 8;
+    const IO: u32 = 10;
+    const CORRUPT: u32 = 11;
+    const FULL: u32 = 13;
+    const NO_DATABASE: u32 = 26;
+    let message = error.to_string();
+    let Some(code) = error.as_database_error().and_then(|error| error.code()) else {
+        return Trouble::Lasting(StoreError::Unavailable { message });
+    };
+    let primary = code.parse::<u32>().unwrap_or_default() & 0xff;
+    Trouble::Lasting(match primary {
+        BUSY | LOCKED => return Trouble::Contended,
+        READ_ONLY | IO | FULL => StoreError::Full { message },
+        CORRUPT | NO_DATABASE => StoreError::Damaged { message },
+        _ => StoreError::Unavailable { message },
+    })
+}

@@ -1,0 +1,35 @@
+//! Weather as it is stated: wind, for the whole network or by area and time.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Wind over an area for a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Wind {
+    /// Where: a GeoJSON polygon or multipolygon; everywhere where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    pub area: Option<Value>,
+    /// From when, RFC 3339.
+    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    pub from: String,
+    /// Until when, RFC 3339.
+    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    pub until: String,
+    /// Mean speed in metres per second.
+    pub speed_mps: f64,
+    /// Where it comes from, in degrees from north, clockwise.
+    pub from_deg: f64,
+}
+
+/// The weather over a network.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Weather {
+    /// What is known of the wind; where nothing is stated it is calm.
+    #[cfg_attr(feature = "edge", schema(max_items = 1000))]
+    pub wind: Vec<Wind>,
+}

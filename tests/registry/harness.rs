@@ -1,0 +1,244 @@
+//! A registry in this process, over a store in a file, with a client.
+
+use crate::drafts::{NETWORK, square};
+use jiff::Timestamp;
+use prometheus_client::registry::Registry as Metrics;
+use reqwest::Method;
+use serde_json::{Value, json};
+use skyway::api::metrics::RequestMetrics;
+use skyway::api::operations::{Daemon, Listener};
+use skyway::api::registry;
+use skyway::api::server::{Authentication, Drain, GateConfig, ServerConfig, Slots, serve};
+use skyway::clock::{Clock, Hand};
+use skyway::registry::{HighWater, Opening, Registry, Settings, open_store};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use tempfile::TempDir;
+use tokio::net::TcpListener;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+/// Longer than anything takes, so that a test that hangs fails.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
+
+/// A folder for a store that outlives the registries over it.
+pub(crate) struct Place {
+    folder: TempDir,
+}
+
+impl Place {
+    pub(crate) fn new() -> Self {
+        Self {
+            folder: tempfile::tempdir().expect("a folder"),
+        }
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    pub(crate) fn store(&self) -> PathBuf {
+        self.path().join("registry.db")
+    }
+
+    /// Opens the registry that is there.
+    pub(crate) async fn open(&self, settings: Settings, new_epoch: bool) -> Served {
+        let store = open_store(&self.store().display().to_string()).await;
+        let start: Timestamp = "2026-11-27T18:00:00Z".parse().expect("an instant");
+        let (clock, hand) = Clock::by_hand(start);
+        let registry = Registry::open(Opening {
+            store: store.expect("a store"),
+            settings,
+            clock,
+            high_water: Some(HighWater::at(self.path().join("high-water"))),
+            new_epoch,
+        });
+        let registry = registry.await.expect("a registry");
+        Served::serve(registry, hand).await
+    }
+}
+
+/// A registry that is served.
+pub(crate) struct Served {
+    pub(crate) registry: Arc<Registry>,
+    pub(crate) drain: Drain,
+    pub(crate) hand: Hand,
+    address: SocketAddr,
+    admin: SocketAddr,
+    client: reqwest::Client,
+    stop: CancellationToken,
+    running: JoinHandle<()>,
+}
+
+/// What was answered.
+pub(crate) struct Told {
+    pub(crate) status: u16,
+    headers: reqwest::header::HeaderMap,
+    pub(crate) body: String,
+}
+
+impl Told {
+    pub(crate) fn header(&self, name: &str) -> String {
+        let value = self.headers.get(name);
+        value.map_or_else(String::new, |value| {
+            value.to_str().expect("text").to_owned()
+        })
+    }
+
+    pub(crate) fn etag(&self) -> String {
+        self.header("etag")
+    }
+
+    #[track_caller]
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.body))
+    }
+
+    /// The same answer, which has to have this status.
+    #[track_caller]
+    pub(crate) fn is(self, status: u16) -> Self {
+        assert_eq!(self.status, status, "{}", self.body);
+        self
+    }
+
+    /// The same answer, which has to be this problem.
+    #[track_caller]
+    pub(crate) fn refuses(self, status: u16, code: &str) -> Self {
+        let told = self.is(status);
+        assert_eq!(told.json()["code"], code, "{}", told.body);
+        told
+    }
+}
+
+async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> SocketAddr {
+    let socket = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let address = socket.local_addr().expect("an address");
+    let gate = GateConfig {
+        daemon: Daemon::Registry,
+        listener,
+        authentication: Authentication::Loopback,
+        slots: Slots::default(),
+        body_bytes_max: 1 << 20,
+        network_bytes_max: 8 << 20,
+        deadline: PATIENCE,
+        follow_wait: PATIENCE,
+    };
+    let metrics = Arc::new(RequestMetrics::new(&mut Metrics::default()));
+    let config = ServerConfig::default();
+    tokio::spawn(serve(socket, router, gate, config, metrics, drain.clone()));
+    address
+}
+
+impl Served {
+    async fn serve(registry: Arc<Registry>, hand: Hand) -> Self {
+        let drain = Drain::new();
+        let (router, _) = registry::router(registry.clone(), drain.clone());
+        let address = listen(Listener::Main, router, &drain).await;
+        let metrics = Arc::new(Metrics::default());
+        let admin = registry::admin_router(registry.clone(), metrics, drain.clone());
+        let admin = listen(Listener::Admin, admin, &drain).await;
+        let client = reqwest::Client::builder().no_proxy().http1_only();
+        let stop = CancellationToken::new();
+        Self {
+            running: tokio::spawn(registry.clone().run(stop.clone())),
+            registry,
+            drain,
+            hand,
+            address,
+            admin,
+            client: client.build().expect("a client"),
+            stop,
+        }
+    }
+
+    /// A registry with the square in it.
+    pub(crate) async fn with_network(place: &Place, settings: Settings) -> Self {
+        let served = place.open(settings, false).await;
+        let path = format!("PUT /v1/networks/{NETWORK}");
+        served.ask(&path, &[], &square()).await.is(201);
+        served
+    }
+
+    /// Ends it and closes its store.
+    pub(crate) async fn end(self) {
+        self.drain.begin();
+        self.stop.cancel();
+        self.running.await.expect("the upkeep ends");
+    }
+
+    /// Asks the public listener; `line` is a method and a path.
+    pub(crate) async fn ask(&self, line: &str, headers: &[(&str, &str)], body: &str) -> Told {
+        ask(&self.client, self.address, line, headers, body).await
+    }
+
+    pub(crate) async fn ask_admin(&self, line: &str) -> Told {
+        ask(&self.client, self.admin, line, &[], "").await
+    }
+
+    /// Asks for something below the network.
+    pub(crate) async fn get(&self, path: &str) -> Told {
+        self.ask(&format!("GET /v1/networks/{NETWORK}{path}"), &[], "")
+            .await
+    }
+
+    /// Asks for something below the network without waiting for the answer.
+    pub(crate) fn get_later(&self, path: &str) -> JoinHandle<Told> {
+        let (client, address) = (self.client.clone(), self.address);
+        let line = format!("GET /v1/networks/{NETWORK}{path}");
+        tokio::spawn(async move { ask(&client, address, &line, &[], "").await })
+    }
+
+    /// Writes something below the network; `line` is a method and what follows the network's path.
+    pub(crate) async fn write(&self, line: &str, headers: &[(&str, &str)], body: &Value) -> Told {
+        let (method, path) = line.split_once(' ').expect("a method and a path");
+        let line = format!("{method} /v1/networks/{NETWORK}{path}");
+        let body = match body.is_null() {
+            true => String::new(),
+            false => body.to_string(),
+        };
+        self.ask(&line, headers, &body).await
+    }
+
+    pub(crate) async fn post_zone(&self, id: &str) -> Told {
+        self.write("POST /zones", &[], &circle(id, 10.0))
+            .await
+            .is(201)
+    }
+}
+
+async fn ask(
+    client: &reqwest::Client,
+    address: SocketAddr,
+    line: &str,
+    headers: &[(&str, &str)],
+    body: &str,
+) -> Told {
+    let (method, path) = line.split_once(' ').expect("a method and a path");
+    let method: Method = method.parse().expect("a method");
+    let mut request = client.request(method, format!("http://{address}{path}"));
+    if !body.is_empty() {
+        request = request.header("content-type", "application/json");
+    }
+    for (name, value) in headers {
+        request = request.header(*name, *value);
+    }
+    let sent = request.body(body.to_owned()).timeout(PATIENCE).send().await;
+    let response = sent.unwrap_or_else(|error| panic!("{line}: {error}"));
+    Told {
+        status: response.status().as_u16(),
+        headers: response.headers().clone(),
+        body: response.text().await.expect("a body"),
+    }
+}
+
+/// A circle around the middle of the square.
+pub(crate) fn circle(id: &str, radius_m: f64) -> Value {
+    json!({
+        "type": "Feature",
+        "id": id,
+        "geometry": {"type": "Point", "coordinates": [50.0, 50.0]},
+        "properties": {"radius_m": radius_m},
+    })
+}

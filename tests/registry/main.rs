@@ -1,0 +1,13 @@
+//! The registry: one suite over both of its stores, and stories over HTTP.
+
+mod contract;
+mod description;
+mod drafts;
+mod harness;
+mod keeping;
+mod pages;
+mod postgres;
+mod restored;
+mod sqlite;
+mod stories;
+mod stories_log;
