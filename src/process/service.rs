@@ -9,7 +9,9 @@ use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
-use crate::api::server::{Authentication, Drain, Drained, GateConfig, ServerConfig, Slots, serve};
+use crate::api::server::{
+    Authentication, Drain, Drained, GateConfig, ServerConfig, Services, Slots, serve,
+};
 use crate::config::{Configuration, EdgeConfig, Tokens};
 use crate::edge::{ClosureLives, Edge, Settings};
 use crate::network::Topology;
@@ -77,15 +79,15 @@ impl Service {
             message_bytes_max: config.limits.body.bytes(),
         };
         let (rest, _) = rest::router(edge.clone(), drain.clone());
-        let main_router = rest
-            .merge(page::router())
-            .merge(grpc::router(&edge, limits, &health)?);
+        let services = Services::from(rest.merge(page::router()))
+            .with_rest(rest::handlers(edge.clone(), drain.clone()))
+            .with_grpc(grpc::handlers(&edge, limits, &health)?);
         let admin_router = rest::admin_router(edge.clone(), Arc::new(registry), drain.clone());
         let gate = |listener| gate(&config, listener, authentication.clone());
         let server = server(&config);
         let main = serve(
             main,
-            main_router,
+            services,
             gate(Listener::Main),
             server.clone(),
             metrics.clone(),

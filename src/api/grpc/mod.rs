@@ -5,7 +5,6 @@
 //! by `api::problem` alone.
 
 mod airspace;
-mod codec;
 mod convert;
 mod convert_airspace;
 mod convert_plan;
@@ -28,7 +27,8 @@ mod tests;
 pub use convert::{FromProto, IntoProto, NodeIds, Unreadable};
 pub use health::Health;
 
-use crate::api::operations;
+use crate::api::operations::{self, Operation};
+use crate::api::server::{Answering, GrpcHandler};
 use crate::edge::Edge;
 use proto::airspace_server::AirspaceServer;
 use proto::drones_server::DronesServer;
@@ -39,7 +39,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use tonic::body::Body;
 use tonic::server::NamedService;
-use tower::{Service, ServiceExt};
 
 /// What `proto/` compiles to: messages, servers, and clients that are generic over what carries them.
 #[allow(
@@ -85,15 +84,15 @@ impl Default for Limits {
     }
 }
 
-/// The services as routes, without a fallback, to be merged with those of REST.
+/// The handlers of all operations that the dialect has.
 ///
 /// # Errors
 /// When reflection cannot read the descriptors that were compiled in: a defect of the build.
-pub fn router(
+pub fn handlers(
     edge: &Arc<Edge>,
     limits: Limits,
     health: &Health,
-) -> Result<axum::Router, tonic_reflection::server::Error> {
+) -> Result<Vec<(Operation, GrpcHandler)>, tonic_reflection::server::Error> {
     let largest = limits.message_bytes_max;
     // Answers are as large as what they tell: bounded by pages, and by the network.
     let recomposition = RecompositionServer::new(recomposition::Service::new(edge.clone()))
@@ -111,46 +110,42 @@ pub fn router(
     let drones = DronesServer::new(drones::Service::new(edge.clone()))
         .max_decoding_message_size(largest)
         .max_encoding_message_size(usize::MAX);
-    let routes = axum::Router::new();
-    let routes = with_service(routes, recomposition);
-    let routes = with_service(routes, plans);
-    let routes = with_service(routes, airspace);
-    let routes = with_service(routes, network);
-    let routes = with_service(routes, drones);
-    let routes = with_service(routes, health.service());
-    with_reflection(routes)
-}
-
-/// Both versions: older clients ask for `v1alpha`.
-fn with_reflection(routes: axum::Router) -> Result<axum::Router, tonic_reflection::server::Error> {
-    let builder = || {
+    // Both versions of reflection: older clients ask for `v1alpha`.
+    let reflection = || {
         tonic_reflection::server::Builder::configure()
             .register_encoded_file_descriptor_set(DESCRIPTORS)
             .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
     };
-    let routes = with_service(routes, builder().build_v1()?);
-    Ok(with_service(routes, builder().build_v1alpha()?))
+    let mut handlers = Vec::new();
+    handlers.extend(handlers_of(recomposition));
+    handlers.extend(handlers_of(plans));
+    handlers.extend(handlers_of(airspace));
+    handlers.extend(handlers_of(network));
+    handlers.extend(handlers_of(drones));
+    handlers.extend(handlers_of(health.service()));
+    handlers.extend(handlers_of(reflection().build_v1()?));
+    handlers.extend(handlers_of(reflection().build_v1alpha()?));
+    Ok(handlers)
 }
 
-// `tonic::service::Routes` brings a fallback of its own, and two routers with one cannot be merged.
-fn with_service<S>(routes: axum::Router, service: S) -> axum::Router
+/// The operations whose path begins with the name of a service, with the service as their handler.
+fn handlers_of<S>(service: S) -> impl Iterator<Item = (Operation, GrpcHandler)>
 where
-    S: Service<
-            http::Request<axum::body::Body>,
+    S: tower::Service<
+            http::Request<Body>,
             Response = http::Response<Body>,
             Error = Infallible,
+            Future = Answering,
         > + NamedService
         + Clone
         + Send
         + Sync
         + 'static,
-    S::Future: Send + 'static,
 {
-    let service = service.map_response(codec::in_our_words);
-    let paths = operations::TABLE.iter().filter_map(|row| row.grpc);
-    // A route for each method: one for all of a service would have its name read and kept for every call.
-    let own = paths.filter(|path| path.trim_start_matches('/').split('/').next() == Some(S::NAME));
-    own.fold(routes, |routes, path| {
-        routes.route_service(path, service.clone())
-    })
+    let handler: GrpcHandler = Arc::new(move |request| service.clone().call(request));
+    let rows = operations::TABLE.iter().filter(|row| {
+        let service = row.grpc.and_then(|path| path.split('/').nth(1));
+        service == Some(S::NAME)
+    });
+    rows.map(move |row| (row.operation, handler.clone()))
 }

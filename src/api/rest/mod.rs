@@ -24,11 +24,12 @@ pub(in crate::api) mod zone_schema;
 mod zones;
 
 use super::openapi;
-use super::operations::Daemon;
-use super::server::Drain;
+use super::operations::{Daemon, Operation};
+use super::server::{Drain, RestHandler};
 use crate::edge::Edge;
 use axum::Router;
 use axum::extract::FromRef;
+use axum::handler::Handler;
 use axum::routing::get;
 use prometheus_client::registry::Registry;
 use std::sync::Arc;
@@ -70,6 +71,14 @@ pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, OpenApi) {
         .with_state(Shared { edge, drain })
         .merge(docs::router(&description));
     (router, description)
+}
+
+/// The handlers of what is asked most, which need no route.
+pub fn handlers(edge: Arc<Edge>, drain: Drain) -> Vec<(Operation, RestHandler)> {
+    let shared = Shared { edge, drain };
+    let report: RestHandler =
+        Arc::new(move |request| Handler::call(failures::report_failure, request, shared.clone()));
+    vec![(Operation::ReportFailure, report)]
 }
 
 /// The admin listener's routes.

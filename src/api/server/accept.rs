@@ -5,8 +5,8 @@ use super::connection::Connections;
 use super::drain::Drain;
 use super::gate::Gate;
 use super::gate_config::GateConfig;
+use super::services::Services;
 use crate::api::metrics::{CloseReason, RequestMetrics};
-use axum::Router;
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,7 +32,7 @@ pub struct Drained {
 /// connections never end the loop.
 pub async fn serve(
     listener: TcpListener,
-    router: Router,
+    services: impl Into<Services>,
     gate: GateConfig,
     config: ServerConfig,
     metrics: Arc<RequestMetrics>,
@@ -40,7 +40,7 @@ pub async fn serve(
 ) -> io::Result<Drained> {
     let gate = Gate::new(
         gate,
-        router,
+        services.into(),
         listener.local_addr()?,
         Arc::clone(&metrics),
         drain.clone(),

@@ -1,11 +1,11 @@
 //! Bodies under watch: of requests, which may not grow beyond the limit, and of answers, which end with the drain.
 
 use super::drain::{Drain, Phase};
+use super::services::Content;
 use super::watch::Visit;
 use crate::api::metrics::Dialect;
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
-use axum::body::Body;
 use bytes::Bytes;
 use http_body::{Frame, SizeHint};
 use http_body_util::{LengthLimitError, Limited};
@@ -41,20 +41,28 @@ impl Drop for Permit {
     }
 }
 
-/// The body of a request that did not say how long it is.
+/// The body of a request, which is not longer than its limit.
 pub(crate) struct BoundedBody {
     inner: Limited<Incoming>,
-    exceeded: Arc<AtomicBool>,
+    exceeded: Option<Arc<AtomicBool>>,
 }
 
 impl BoundedBody {
-    /// The body, and a flag that says that it was longer than the limit: handlers tell that in many words, and
+    /// A body that said how long it is, and was found short enough: hyper holds it to that.
+    pub(crate) fn announced(body: Incoming) -> Self {
+        Self {
+            inner: Limited::new(body, usize::MAX),
+            exceeded: None,
+        }
+    }
+
+    /// A body that did not say how long it is, and a flag that says that it was longer than the limit: handlers tell that in many words, and
     /// the gate in one.
     pub(crate) fn new(body: Incoming, limit_bytes: usize) -> (Self, Arc<AtomicBool>) {
         let exceeded = Arc::new(AtomicBool::new(false));
         let bounded = Self {
             inner: Limited::new(body, limit_bytes),
-            exceeded: Arc::clone(&exceeded),
+            exceeded: Some(Arc::clone(&exceeded)),
         };
         (bounded, exceeded)
     }
@@ -71,8 +79,9 @@ impl http_body::Body for BoundedBody {
         let polled = Pin::new(&mut self.inner).poll_frame(context);
         if let Poll::Ready(Some(Err(error))) = &polled
             && error.is::<LengthLimitError>()
+            && let Some(exceeded) = &self.exceeded
         {
-            self.exceeded.store(true, Ordering::Relaxed);
+            exceeded.store(true, Ordering::Relaxed);
         }
         polled
     }
@@ -88,7 +97,7 @@ impl http_body::Body for BoundedBody {
 
 /// The body of an answer. While it lasts, its connection is in use.
 pub(crate) struct AnswerBody {
-    inner: Body,
+    inner: Content,
     visit: Option<Visit>,
     stream: Option<Box<OpenStream>>,
 }
@@ -102,7 +111,7 @@ struct OpenStream {
 }
 
 impl AnswerBody {
-    pub(crate) fn whole(inner: Body) -> Self {
+    pub(crate) fn whole(inner: Content) -> Self {
         Self {
             inner,
             visit: None,
@@ -111,7 +120,7 @@ impl AnswerBody {
     }
 
     /// A body without an end: it keeps its place until it is dropped, and ends when connections close.
-    pub(crate) fn stream(inner: Body, permit: Permit, dialect: Dialect, drain: &Drain) -> Self {
+    pub(crate) fn stream(inner: Content, permit: Permit, dialect: Dialect, drain: &Drain) -> Self {
         let stream = OpenStream {
             dialect,
             closing: Box::pin(drain.past(Phase::Open)),
@@ -152,12 +161,12 @@ impl OpenStream {
 
 impl http_body::Body for AnswerBody {
     type Data = Bytes;
-    type Error = axum::Error;
+    type Error = Box<dyn Error + Send + Sync>;
 
     fn poll_frame(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+    ) -> Poll<Option<Result<Frame<Bytes>, Self::Error>>> {
         if let Some(stream) = &mut self.stream {
             if stream.has_ended {
                 return Poll::Ready(None);

@@ -10,13 +10,12 @@ use super::gate_config::{Authentication, GateConfig};
 use super::hosts::Hosts;
 use super::refuse::{self, Finding};
 use super::request::{RequestContext, RequestId, X_REQUEST_ID, grpc_timeout};
+use super::services::{Content, Services};
 use crate::access::Caller;
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
 use crate::api::operations::{Access, Class, Operation, Unresolved};
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
-use axum::Router;
-use axum::body::Body;
 use http::request::Parts;
 use http::{HeaderValue, Request, Response, header};
 use http_body::Body as _;
@@ -30,7 +29,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::task::Poll;
 use tokio::time::{Instant, Sleep, sleep_until};
-use tower::Service;
 
 /// The prefix of a gRPC message: one byte of flags, four of length.
 const GRPC_PREFIX_BYTES: usize = 5;
@@ -41,7 +39,7 @@ const RETRY_AFTER_S: u32 = 1;
 /// The gate of one listener.
 pub(crate) struct Gate {
     config: GateConfig,
-    router: Router,
+    services: Services,
     hosts: Hosts,
     anyone: Caller,
     process: u32,
@@ -55,7 +53,8 @@ pub(crate) struct Gate {
 
 /// A request that may be handled.
 struct Passed {
-    request: Request<Body>,
+    request: Request<BoundedBody>,
+    operation: Operation,
     deadline: Instant,
     permit: Permit,
     /// Set when the body turned out too long.
@@ -71,7 +70,7 @@ struct Known {
 }
 
 enum Outcome {
-    Answered(Response<Body>),
+    Answered(Response<Content>),
     Panicked,
     Expired,
 }
@@ -79,14 +78,14 @@ enum Outcome {
 impl Gate {
     pub(crate) fn new(
         config: GateConfig,
-        router: Router,
+        services: Services,
         address: SocketAddr,
         metrics: Arc<RequestMetrics>,
         drain: Drain,
     ) -> io::Result<Self> {
         Ok(Self {
             config,
-            router,
+            services,
             hosts: Hosts::of(address),
             anyone: Caller::anyone(),
             process: getrandom::u32().map_err(io::Error::other)?,
@@ -135,7 +134,7 @@ impl Gate {
         head: Parts,
         body: Incoming,
         known: &mut Known,
-    ) -> Result<Passed, Response<Body>> {
+    ) -> Result<Passed, Response<Content>> {
         let operation = self.resolve(&head, known.dialect).map_err(|unresolved| {
             refuse::unresolved(
                 &unresolved,
@@ -193,6 +192,7 @@ impl Gate {
         });
         Ok(Passed {
             request: Request::from_parts(head, body),
+            operation,
             deadline,
             permit,
             exceeded,
@@ -262,25 +262,21 @@ impl Gate {
     async fn answer(self: Arc<Self>, passed: Passed, known: Known) -> Response<AnswerBody> {
         let Passed {
             request,
+            operation,
             deadline,
             permit,
             exceeded,
         } = passed;
-        let outcome = self.handle(request, deadline).await;
+        let place = (operation, known.dialect);
+        let outcome = self.handle(request, place, deadline).await;
         let was_exceeded = exceeded.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let refusal = match outcome {
             Outcome::Answered(_) if was_exceeded => {
-                let limit = known
-                    .operation
-                    .map(|operation| self.body_bytes_max(operation));
-                too_large(limit.unwrap_or(self.config.body_bytes_max))
+                too_large(self.body_bytes_max(operation))
             }
             Outcome::Answered(response) => {
-                let is_stream = known
-                    .operation
-                    .is_some_and(|operation| operation.row().class == Class::Stream);
                 let response = self.finish(response, &known);
-                if is_stream {
+                if operation.row().class == Class::Stream {
                     return response
                         .map(|body| AnswerBody::stream(body, permit, known.dialect, &self.drain));
                 }
@@ -301,15 +297,19 @@ impl Gate {
     }
 
     /// Runs the handler until it answers, panics or the deadline passes; then it is dropped.
-    async fn handle(&self, request: Request<Body>, deadline: Instant) -> Outcome {
-        let mut router = self.router.clone();
-        let mut handler = pin!(async move { router.call(request).await });
+    async fn handle(
+        &self,
+        request: Request<BoundedBody>,
+        place: (Operation, Dialect),
+        deadline: Instant,
+    ) -> Outcome {
+        let mut handler = pin!(self.services.call(request, place));
         // Most handlers answer when first polled and never need the timer.
         let mut timer = pin!(None::<Sleep>);
         poll_fn(|context| {
             // What a handler shares outlives its panic, and is made of locks that know it and of snapshots.
             match catch_unwind(AssertUnwindSafe(|| handler.as_mut().poll(context))) {
-                Ok(Poll::Ready(Ok(response))) => return Poll::Ready(Outcome::Answered(response)),
+                Ok(Poll::Ready(response)) => return Poll::Ready(Outcome::Answered(response)),
                 Ok(Poll::Pending) => {}
                 Err(_) => return Poll::Ready(Outcome::Panicked),
             }
@@ -325,7 +325,7 @@ impl Gate {
     }
 
     /// Counts an answer, tells a library's refusal anew, and adds the headers.
-    fn finish(&self, response: Response<Body>, known: &Known) -> Response<Body> {
+    fn finish(&self, response: Response<Content>, known: &Known) -> Response<Content> {
         let (mut response, code) = match refuse::find(&response, known.dialect) {
             Finding::Fine => (response, None),
             Finding::Told(code) => (response, Some(code)),
@@ -392,7 +392,7 @@ fn bounded(
     body: Incoming,
     dialect: Dialect,
     body_bytes_max: usize,
-) -> Result<(Body, Option<Arc<AtomicBool>>), Refusal> {
+) -> Result<(BoundedBody, Option<Arc<AtomicBool>>), Refusal> {
     let encoding = head.headers.get(header::CONTENT_ENCODING);
     if encoding.is_some_and(|encoding| !encoding.as_bytes().eq_ignore_ascii_case(b"identity")) {
         return Err(Refusal::new(
@@ -410,10 +410,10 @@ fn bounded(
     }
     // hyper holds a body to the length that it announced.
     if hint.exact().is_some() {
-        return Ok((Body::new(body), None));
+        return Ok((BoundedBody::announced(body), None));
     }
     let (body, exceeded) = BoundedBody::new(body, limit_bytes);
-    Ok((Body::new(body), Some(exceeded)))
+    Ok((body, Some(exceeded)))
 }
 
 fn dialect(head: &Parts) -> Dialect {

@@ -1,7 +1,7 @@
 //! The server under both dialects: it accepts connections, bounds what they may take, and drains.
 //!
 //! `accept` owns the loop and the drain, `connection` the deadlines of one connection, and `gate` what
-//! happens to a request before and after its handler.
+//! happens to a request before and after its handler, which `services` finds.
 
 mod accept;
 mod bodies;
@@ -12,12 +12,14 @@ mod gate_config;
 mod hosts;
 mod refuse;
 mod request;
+mod services;
 mod watch;
 
 pub use accept::{Drained, serve};
 pub use drain::Drain;
 pub use gate_config::{Authentication, FindCaller, GateConfig, Slots};
 pub use request::{RequestContext, RequestId};
+pub use services::{Answering, GrpcHandler, RestAnswering, RestHandler, Services};
 
 use std::time::Duration;
 

@@ -1,18 +1,18 @@
 //! Refusals in the dialect of the request, and the code of those that handlers and libraries answer.
 
+use super::services::Content;
 use crate::api::metrics::Dialect;
 use crate::api::operations::Unresolved;
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
-use axum::body::Body;
 use http::{HeaderValue, Response, StatusCode, header};
 
 /// A refusal in a dialect.
-pub(crate) fn answer(refusal: &Refusal, dialect: Dialect, request_id: &str) -> Response<Body> {
+pub(crate) fn answer(refusal: &Refusal, dialect: Dialect, request_id: &str) -> Response<Content> {
     match dialect {
-        Dialect::Rest => problem::response(refusal, Some(request_id)),
+        Dialect::Rest => problem::response(refusal, Some(request_id)).map(Content::Routed),
         Dialect::Grpc => {
-            let mut response: Response<Body> = problem::grpc_status(refusal).into_http();
+            let mut response = problem::grpc_status(refusal).into_http().map(Content::Grpc);
             response.extensions_mut().insert(refusal.code);
             response
         }
@@ -25,7 +25,7 @@ pub(crate) fn unresolved(
     path: &str,
     dialect: Dialect,
     request_id: &str,
-) -> Response<Body> {
+) -> Response<Content> {
     if dialect == Dialect::Grpc {
         let refusal = Refusal::new(
             Code::MethodNotAllowed,
@@ -60,7 +60,7 @@ pub(crate) enum Finding {
 }
 
 /// Looks at an answer of a handler.
-pub(crate) fn find(response: &Response<Body>, dialect: Dialect) -> Finding {
+pub(crate) fn find(response: &Response<Content>, dialect: Dialect) -> Finding {
     if let Some(code) = response.extensions().get::<Code>() {
         return Finding::Told(*code);
     }
@@ -88,7 +88,7 @@ fn find_rest(status: StatusCode) -> Finding {
     Finding::Foreign(Refusal::new(code, problem::row(code).meaning))
 }
 
-fn find_grpc(response: &Response<Body>) -> Finding {
+fn find_grpc(response: &Response<Content>) -> Finding {
     // A refusal is in the headers of an answer without a body. tonic leaves it in the extensions, too.
     let Some(status) = response.extensions().get::<tonic::Status>() else {
         return Finding::Fine;
@@ -98,13 +98,42 @@ fn find_grpc(response: &Response<Body>) -> Finding {
     }
     // tonic's words for a message that cannot be decoded, and for one beyond the limit. As a server has no
     // other cause for them, a client reads its own mistake instead of a defect of the edge.
-    let code = match status.code() {
+    let message = status.message();
+    let refusal = match status.code() {
         tonic::Code::Ok => return Finding::Fine,
-        tonic::Code::Internal | tonic::Code::InvalidArgument => Code::BodyInvalid,
-        tonic::Code::OutOfRange | tonic::Code::ResourceExhausted => Code::BodyTooLarge,
-        tonic::Code::Unimplemented => Code::MethodNotAllowed,
-        tonic::Code::NotFound => Code::NotFound,
-        _ => Code::Internal,
+        tonic::Code::Internal | tonic::Code::InvalidArgument => {
+            let detail = format!("the message cannot be decoded: {message}");
+            Refusal::new(Code::BodyInvalid, detail)
+        }
+        tonic::Code::OutOfRange | tonic::Code::ResourceExhausted => Refusal::new(
+            Code::BodyTooLarge,
+            "the message is larger than is read here",
+        ),
+        tonic::Code::Unimplemented => Refusal::new(Code::MethodNotAllowed, message),
+        tonic::Code::NotFound => Refusal::new(Code::NotFound, message),
+        _ => Refusal::new(Code::Internal, message),
     };
-    Finding::Foreign(Refusal::new(code, status.message()))
+    Finding::Foreign(refusal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tonic::Status;
+
+    #[test]
+    fn what_tonic_says_of_a_message_is_told_with_a_code_of_ours() {
+        let told = |status: Status| {
+            let response = status.into_http().map(Content::Grpc);
+            match find(&response, Dialect::Grpc) {
+                Finding::Foreign(refusal) => Some(refusal.code),
+                Finding::Told(_) | Finding::Fine => None,
+            }
+        };
+        assert_eq!(told(Status::internal("not UTF-8")), Some(Code::BodyInvalid));
+        assert_eq!(told(Status::out_of_range("long")), Some(Code::BodyTooLarge));
+        assert_eq!(told(Status::unknown("odd")), Some(Code::Internal));
+        let own = problem::grpc_status(&Refusal::new(Code::NotFound, "none"));
+        assert!(told(own).is_none(), "a refusal of ours stays as it is");
+    }
 }
