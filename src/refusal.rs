@@ -63,7 +63,7 @@ pub enum Code {
     Overloaded,
     /// A bound is reached: of plans, zones, closures or streams.
     LimitReached,
-    /// The edge is draining.
+    /// The server is draining.
     ShuttingDown,
     /// The store does not answer; try again.
     StoreUnavailable,
@@ -71,7 +71,7 @@ pub enum Code {
     StoreFull,
     /// The deadline passed before there was an answer.
     DeadlineExceeded,
-    /// A defect of the edge.
+    /// A defect of the server.
     Internal,
 }
 

@@ -5,7 +5,7 @@
 
 use super::operations::{Access, Daemon, Operation};
 use super::rest::refusals;
-use crate::wire::{Event, EventKind, Problem, TelemetryEntry};
+use crate::wire::{Event, EventKind, Fault, Problem, TelemetryEntry};
 use http::{Method, StatusCode};
 use utoipa::openapi::path::{Operation as Described, PathItem};
 use utoipa::openapi::schema::{SchemaType, Type};
@@ -86,7 +86,8 @@ pub(super) fn outline(outline: &Outline) -> OpenApi {
         .description(Some(outline.tokens));
     let mut components = ComponentsBuilder::new()
         .security_scheme(BEARER, SecurityScheme::Http(token.build()))
-        .schema_from::<Problem>();
+        .schema_from::<Problem>()
+        .schema_from::<Fault>();
     components = (outline.schemas)(components);
     for (_, name, response) in refusals::all() {
         components = components.response(name, response);

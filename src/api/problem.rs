@@ -118,19 +118,19 @@ problems! {
     ChangesGone "changes_gone" GONE OutOfRange "the changes are gone"
         "Changes before the oldest kept, or of another epoch. Take the snapshot, and follow from its revision.";
     BodyTooLarge "body_too_large" PAYLOAD_TOO_LARGE ResourceExhausted "the body is too large"
-        "The body exceeds the limit of this edge. Send less at once.";
+        "The body exceeds the limit of this server. Send less at once.";
     Unauthenticated "unauthenticated" UNAUTHORIZED Unauthenticated "not authenticated"
-        "Send a token of this edge as Authorization: Bearer.";
+        "Send a token of this server as Authorization: Bearer.";
     Forbidden "forbidden" FORBIDDEN PermissionDenied "not allowed"
         "The role of the token, or its subject, may not do this.";
-    HostRefused "host_refused" MISDIRECTED_REQUEST PermissionDenied "the host is not this edge"
-        "Without tokens, an edge answers only under its own loopback names, so that no web page reaches it by another.";
+    HostRefused "host_refused" MISDIRECTED_REQUEST PermissionDenied "the host is not this server"
+        "Without tokens, a server answers only under its own loopback names, so that no web page reaches it by another.";
     Overloaded "overloaded" SERVICE_UNAVAILABLE ResourceExhausted "overloaded"
         "Too much of this kind at once. Try again after the time given.";
     LimitReached "limit_reached" TOO_MANY_REQUESTS ResourceExhausted "a limit is reached"
-        "A bound of this edge is reached. Remove what is not needed, or try again later.";
+        "A bound of this server is reached. Remove what is not needed, or try again later.";
     ShuttingDown "shutting_down" SERVICE_UNAVAILABLE Unavailable "shutting down"
-        "The edge stops. Go to another, or try again when it is back.";
+        "The server stops. Go to another, or try again when it is back.";
     StoreUnavailable "store_unavailable" SERVICE_UNAVAILABLE Unavailable "the store does not answer"
         "What is known cannot be read or written just now. Try again after the time given.";
     StoreFull "store_full" INSUFFICIENT_STORAGE Unavailable "the store takes nothing more"
@@ -138,7 +138,7 @@ problems! {
     DeadlineExceeded "deadline_exceeded" GATEWAY_TIMEOUT DeadlineExceeded "the deadline passed"
         "There was no answer within the time allowed. The work was stopped.";
     Internal "internal" INTERNAL_SERVER_ERROR Internal "internal error"
-        "A defect of the edge. Its log has the request id.";
+        "A defect of the server. Its log has the request id.";
 }
 
 /// The code of a name.

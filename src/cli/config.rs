@@ -2,13 +2,16 @@
 
 use super::config_sources::misconfigured;
 use super::edge_flags::EdgeFlags;
+use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::{
     Admission, ConfigFault, Configuration, EdgeConfig, EffectiveConfig, RegistryConfig, sample,
 };
+use crate::registry::{check_store_name, is_database};
 use clap::{Args, Subcommand};
+use std::path::Path;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -38,7 +41,7 @@ pub(super) enum Config {
 /// Whose configuration.
 #[derive(Clone, Copy, Debug, Args)]
 pub(super) struct Whose {
-    /// Of a registry instead of an edge; --listen, --admin-listen and --set are then the registry's
+    /// Of a registry instead of an edge; --listen, --admin-listen, --set and the like are then the registry's
     #[arg(long)]
     registry: bool,
 }
@@ -50,11 +53,21 @@ pub(super) struct Sample {
     whose: Whose,
 }
 
+/// What only a registry is configured with.
+#[derive(Debug, Args)]
+struct RegistryFlags {
+    /// Where a registry keeps everything: a file, or a PostgreSQL database [default: registry.db]
+    #[arg(long, value_name = "FILE|postgres://...", requires = "registry")]
+    store: Option<String>,
+}
+
 /// Arguments of `skyway config check`.
 #[derive(Debug, Args)]
 pub(super) struct Check {
     #[command(flatten)]
     whose: Whose,
+    #[command(flatten)]
+    registry: RegistryFlags,
     #[command(flatten)]
     flags: EdgeFlags,
 }
@@ -64,6 +77,8 @@ pub(super) struct Check {
 pub(super) struct Show {
     #[command(flatten)]
     whose: Whose,
+    #[command(flatten)]
+    registry: RegistryFlags,
     #[command(flatten)]
     flags: EdgeFlags,
     /// Tell for each value who said so: a flag, the environment, a line of the file, the default
@@ -97,8 +112,9 @@ impl Sample {
 impl Check {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         if self.whose.registry {
-            let effective = self.flags.effective_of::<RegistryConfig>()?;
-            return told(effective.admit(), Vec::new(), output);
+            let effective = self.registry.effective(&self.flags)?;
+            let of_store = store_faults(&effective);
+            return told(effective.admit(), of_store, output);
         }
         let effective = self.flags.effective()?;
         let of_network = network_faults(&effective, output)?;
@@ -140,10 +156,40 @@ fn network_faults(effective: &EffectiveConfig, output: &Output) -> Result<Vec<St
     }
 }
 
+/// What is wrong with the store of a registry, with who named it; it is not opened, which would make it.
+fn store_faults(effective: &EffectiveConfig<RegistryConfig>) -> Vec<String> {
+    let (name, origin) = (&effective.config.store, effective.origin("store"));
+    if let Err(error) = check_store_name(name) {
+        return vec![format!("{origin}: {error}")];
+    }
+    if is_database(name) {
+        return Vec::new();
+    }
+    let file = Path::new(name);
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    let problem = match folder {
+        _ if files::is_folder(file) => format!("{name} is a folder; name a file"),
+        Some(folder) if !files::is_folder(folder) => {
+            format!(
+                "there is no folder {}; make it, or name another",
+                folder.display()
+            )
+        }
+        _ => return Vec::new(),
+    };
+    vec![format!("{origin}: {problem}")]
+}
+
+impl RegistryFlags {
+    fn effective(&self, flags: &EdgeFlags) -> Result<EffectiveConfig<RegistryConfig>, Stop> {
+        flags.effective_of(&[("--store", "store", &self.store)])
+    }
+}
+
 impl Show {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         match self.whose.registry {
-            true => self.tell(&self.flags.effective_of::<RegistryConfig>()?, output),
+            true => self.tell(&self.registry.effective(&self.flags)?, output),
             false => self.tell(&self.flags.effective()?, output),
         }
     }

@@ -1,6 +1,6 @@
 //! The flags that configure an edge.
 
-use super::config_sources;
+use super::config_sources::{self, Named};
 use super::stop::Stop;
 use crate::config::{Configuration, EdgeConfig, EffectiveConfig};
 use clap::Args;
@@ -51,14 +51,17 @@ impl EdgeFlags {
     /// # Errors
     /// Everything wrong in any of them.
     pub(super) fn effective(&self) -> Result<EffectiveConfig, Stop> {
-        self.effective_of::<EdgeConfig>()
+        self.effective_of::<EdgeConfig>(&[])
     }
 
-    /// The same for any daemon, as far as it has these settings.
+    /// The same for any daemon, as far as it has these settings, with further flags of its own.
     ///
     /// # Errors
     /// Everything wrong in any of them.
-    pub(super) fn effective_of<C: Configuration>(&self) -> Result<EffectiveConfig<C>, Stop> {
+    pub(super) fn effective_of<C: Configuration>(
+        &self,
+        own: &[Named<'_>],
+    ) -> Result<EffectiveConfig<C>, Stop> {
         let named = [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
@@ -70,6 +73,7 @@ impl EdgeFlags {
             ("--log", "log.filter", &self.log),
             ("--log-format", "log.format", &self.log_format),
         ];
+        let named = [&named, own].concat();
         config_sources::effective(self.config.as_deref(), &named, &self.set)
     }
 }

@@ -57,6 +57,12 @@ pub(super) fn exists(path: &Path) -> bool {
     path.is_file()
 }
 
+/// True when there is a folder of this name.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn is_folder(path: &Path) -> bool {
+    path.is_dir()
+}
+
 /// Writes a whole file, or standard output.
 pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(), Stop> {
     if path.as_os_str() == STANDARD_STREAM {

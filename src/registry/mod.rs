@@ -124,6 +124,7 @@ fn count(counter: &AtomicU64) {
 /// # Errors
 /// When it cannot be opened, is no store, or was made by a later version; when the system has no random bits.
 pub async fn open_store(name: &str) -> Result<Arc<dyn Store>, StoreError> {
+    check_store_name(name)?;
     let fresh_id = random_hex().map_err(|error| StoreError::Unavailable {
         message: format!("the system has no random bits: {error}"),
     })?;
@@ -138,6 +139,23 @@ pub async fn open_store(name: &str) -> Result<Arc<dyn Store>, StoreError> {
 /// Whether a store of this name is a database, and not a file.
 pub fn is_database(name: &str) -> bool {
     name.starts_with("postgres://") || name.starts_with("postgresql://")
+}
+
+/// Checks what can be known of a store by its name alone.
+///
+/// # Errors
+/// When it names something that is neither a file nor a PostgreSQL database.
+pub fn check_store_name(name: &str) -> Result<(), StoreError> {
+    if is_database(name) {
+        return PostgresStore::check_name(name);
+    }
+    if !name.contains("://") {
+        return Ok(());
+    }
+    Err(StoreError::Unusable {
+        name: format!("'{name}'"),
+        message: "it is neither a file nor a PostgreSQL database".to_owned(),
+    })
 }
 
 /// 128 random bits in hexadecimal.

@@ -59,11 +59,6 @@ impl SqlStore {
     /// # Errors
     /// When the database cannot be reached, or its tables were made by a later version.
     pub async fn open(url: &str, fresh_id: &str) -> Result<Self, StoreError> {
-        // The name may have a password in it, and is not repeated.
-        let unusable = |error: sqlx::Error| StoreError::Unusable {
-            name: "the database".to_owned(),
-            message: error.to_string(),
-        };
         let options = PgConnectOptions::from_str(url).map_err(unusable)?;
         let options = options.application_name("skyway-registry");
         let pool = PoolOptions::new()
@@ -77,6 +72,11 @@ impl SqlStore {
         };
         store.migrate(fresh_id).await?;
         Ok(store)
+    }
+
+    /// Checks the name of a database without asking it anything.
+    pub(super) fn check_name(url: &str) -> Result<(), StoreError> {
+        PgConnectOptions::from_str(url).map(drop).map_err(unusable)
     }
 
     async fn begin_write(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
@@ -130,6 +130,14 @@ impl SqlStore {
     async fn close_all(&self) {
         *self.listener.lock().await = None;
         self.pool.close().await;
+    }
+}
+
+/// The name may have a password in it, and is not repeated.
+fn unusable(error: sqlx::Error) -> StoreError {
+    StoreError::Unusable {
+        name: "the database".to_owned(),
+        message: error.to_string(),
     }
 }
 

@@ -134,3 +134,47 @@ fn tokens_are_for_their_owner_only() {
     assert!(!shown.stdout.contains(digest[1]), "{shown:?}");
     assert_eq!(shown.json()["tokens_file"], Value::from(tokens.as_str()));
 }
+
+#[test]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a test looks whether a file was made"
+)]
+fn the_store_of_a_registry_is_checked_without_being_made() {
+    let desk = Desk::new();
+    let check = |store: &str| skyway(&["config", "check", "--registry", "--store", store]);
+    let store = desk.path("registry.db");
+    check(&store).exits(0);
+    assert!(
+        !std::path::Path::new(&store).exists(),
+        "a check makes nothing"
+    );
+    check("postgres://skyway@localhost/skyway").exits(0);
+    for (store, says) in [
+        (
+            "mysql://localhost/skyway",
+            "neither a file nor a PostgreSQL database",
+        ),
+        (
+            "postgres://localhost:port/skyway",
+            "the database is no store",
+        ),
+        (&desk.path("missing/registry.db"), "there is no folder"),
+        (&desk.path(""), "is a folder; name a file"),
+    ] {
+        let run = check(store).exits(78);
+        let is_told = run.stderr.starts_with("error: flag --store: ") && run.stderr.contains(says);
+        assert!(is_told, "{store}: {run:?}");
+    }
+    skyway(&["config", "check", "--store", &store]).exits(2);
+    let show = [
+        "config",
+        "show",
+        "--registry",
+        "--origin",
+        "--store",
+        "mine.db",
+    ];
+    let run = skyway(&show).exits(0);
+    assert!(run.stdout.contains("mine.db"), "{run:?}");
+}

@@ -40,6 +40,28 @@ async fn the_file_is_what_the_code_says() {
     );
 }
 
+/// What a reader of the description is sent to is there.
+#[tokio::test]
+async fn every_reference_leads_somewhere() {
+    let description = described().await;
+    let mut places = vec![&description];
+    let mut followed = 0;
+    while let Some(place) = places.pop() {
+        match place {
+            Value::Array(items) => places.extend(items),
+            Value::Object(members) => places.extend(members.values()),
+            _ => {}
+        }
+        let Some(reference) = place.get("$ref").and_then(Value::as_str) else {
+            continue;
+        };
+        let pointer = reference.strip_prefix('#').expect("within the document");
+        assert!(description.pointer(pointer).is_some(), "{reference}");
+        followed += 1;
+    }
+    assert!(followed > 100, "only {followed} references");
+}
+
 #[tokio::test]
 async fn it_has_every_operation_and_no_other() {
     let description = described().await;

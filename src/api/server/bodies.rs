@@ -149,7 +149,7 @@ impl OpenStream {
         }
         let refusal = Refusal::new(
             Code::ShuttingDown,
-            "the edge stops; watch another, or this one when it is back",
+            "the server stops; watch another, or this one when it is back",
         );
         let mut trailers = http::HeaderMap::new();
         problem::grpc_status(&refusal)

@@ -35,13 +35,13 @@ impl Hosts {
     pub(crate) fn stranger(&self, head: &Parts) -> Option<&'static str> {
         let authority = head.uri.authority().map(http::uri::Authority::as_str);
         if authority.is_some_and(|name| !self.has(name.as_bytes())) {
-            return Some("the authority is not this edge");
+            return Some("the authority is not this server");
         }
         let mut hosts = head.headers.get_all(HOST).iter();
         match (hosts.next(), hosts.next()) {
             (None, None) if authority.is_some() => {}
             (Some(host), None) if self.has(host.as_bytes()) => {}
-            (Some(_), None) => return Some("the Host header is not this edge"),
+            (Some(_), None) => return Some("the Host header is not this server"),
             (None, _) => return Some("there is no Host header"),
             (Some(_), Some(_)) => return Some("there are several Host headers"),
         }
@@ -52,7 +52,7 @@ impl Hosts {
         };
         let mut origins = head.headers.get_all(ORIGIN).iter();
         if origins.any(|origin| !is_own(origin.as_bytes())) {
-            return Some("the Origin header is not this edge");
+            return Some("the Origin header is not this server");
         }
         None
     }
