@@ -63,6 +63,8 @@ pub enum Code {
     Overloaded,
     /// A bound is reached: of plans, zones, closures or streams.
     LimitReached,
+    /// The edge has no network to answer on yet.
+    NotReady,
     /// The server is draining.
     ShuttingDown,
     /// The store does not answer; try again.

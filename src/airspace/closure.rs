@@ -1,8 +1,8 @@
 //! Closures: a cause that makes segments, nodes or pads unusable, and from when until when.
 
 use super::hits::Hits;
-use super::zone::{Window, Zone};
-use crate::network::{NodeIx, SegmentIx, Topology};
+use super::zone::{Window, Zone, ZoneFault};
+use crate::network::{Correspondence, NodeIx, SegmentIx, Topology};
 use std::sync::Arc;
 
 /// Why something is closed.
@@ -47,6 +47,41 @@ impl Closure {
             pads: Vec::new(),
             cause: Cause::Zone(zone),
         }
+    }
+
+    /// The same closure on another network: the ground that a zone covers there, else what is left of what it names.
+    ///
+    /// # Errors
+    /// When a zone cannot be laid on the other network's plane.
+    pub fn over(
+        &self,
+        topology: &Topology,
+        correspondence: &Correspondence,
+        same_plane: bool,
+    ) -> Result<Self, Vec<ZoneFault>> {
+        if let Some(zone) = self.zone() {
+            let zone = match same_plane {
+                true => zone.clone(),
+                false => Arc::new(zone.on(topology.frame())?),
+            };
+            // Its windows may have been changed since by more than the zone says.
+            let windows = self.windows.clone();
+            return Ok(Self {
+                windows,
+                ..Self::of_zone(topology, zone)
+            });
+        }
+        let segments = self.hits.segments.iter();
+        let nodes = self.hits.nodes.iter();
+        let pads = self.pads.iter();
+        Ok(Self {
+            hits: Hits::new(
+                segments.filter_map(|&segment| correspondence.segment(segment)).collect(),
+                nodes.filter_map(|&node| correspondence.node(node)).collect(),
+            ),
+            pads: pads.filter_map(|&node| correspondence.node(node)).collect(),
+            ..self.clone()
+        })
     }
 
     /// An operator's closure of nodes and segments, without end.

@@ -97,6 +97,29 @@ impl Airspace {
         next
     }
 
+    /// The same airspace over another network, with what its closures close there.
+    ///
+    /// The closures have to be those of this airspace, worked out on the other network. They count as before:
+    /// the time stays.
+    pub fn over(
+        &self,
+        topology: Arc<Topology>,
+        closures: impl IntoIterator<Item = Arc<Closure>>,
+    ) -> Self {
+        let topology_revision = self.topology_revision + 1;
+        let mut next = Self::open(topology, topology_revision, self.as_of, self.horizon);
+        next.revision = self.revision + 1;
+        // Another network may open ways that no closure closed.
+        next.opened_at = next.revision;
+        let held = closures.into_iter().map(|closure| {
+            let in_force = false;
+            (closure.id.clone(), Held { closure, in_force })
+        });
+        next.closures = held.collect();
+        next.follow_windows(&mut Effect::default());
+        next
+    }
+
     /// The network.
     pub fn topology(&self) -> &Arc<Topology> {
         &self.topology

@@ -224,6 +224,14 @@ impl Zone {
         }
     }
 
+    /// The same zone on the plane of another network.
+    ///
+    /// # Errors
+    /// As [`Zone::new`]: a shape that only just held on one plane may not on another.
+    pub fn on(&self, frame: &Frame) -> Result<Self, Vec<ZoneFault>> {
+        Self::new(self.draft.clone(), frame)
+    }
+
     /// The zone's id.
     pub fn id(&self) -> &str {
         &self.draft.id

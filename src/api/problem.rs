@@ -129,6 +129,8 @@ problems! {
         "Too much of this kind at once. Try again after the time given.";
     LimitReached "limit_reached" TOO_MANY_REQUESTS ResourceExhausted "a limit is reached"
         "A bound of this server is reached. Remove what is not needed, or try again later.";
+    NotReady "not_ready" SERVICE_UNAVAILABLE Unavailable "not ready"
+        "The edge has no network to answer on yet. Try again after the time given.";
     ShuttingDown "shutting_down" SERVICE_UNAVAILABLE Unavailable "shutting down"
         "The server stops. Go to another, or try again when it is back.";
     StoreUnavailable "store_unavailable" SERVICE_UNAVAILABLE Unavailable "the store does not answer"

@@ -178,7 +178,7 @@ pub fn flight_time_s(
 }
 
 /// Seconds on a segment: at the airspeed, or its limit where that is slower.
-fn leg_time_s(topology: &Topology, segment: SegmentIx, airspeed_mps: f64) -> f64 {
+pub(super) fn leg_time_s(topology: &Topology, segment: SegmentIx, airspeed_mps: f64) -> f64 {
     let limit_mps = topology.speed_limit_mps(segment).unwrap_or(f64::INFINITY);
     topology.segment(segment).length_m / airspeed_mps.min(limit_mps)
 }

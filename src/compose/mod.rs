@@ -4,10 +4,12 @@
 //! for instance. Which plans come too near to each other is told by [`conflicts`]. Times are nominal: at the airspeed, or a
 //! segment's limit where that is slower, without wind, climb or stops. Energy is not checked.
 
+mod carry_over;
 mod composition;
 mod conflict;
 mod open_way;
 
+pub use carry_over::{CarriedOver, Change};
 pub use composition::{Composition, Contingency, Leg, SafeNode, compose, equip, flight_time_s};
 pub use conflict::{Conflict, Direction, Occupation, conflicts};
 pub use open_way::{prepare_table, shortest_way};

@@ -11,6 +11,7 @@ use super::zones::unexpected;
 use crate::access::Caller;
 use crate::airspace::{Cause, Closure};
 use crate::intake::{ClosureIds, Expected, Faults, PageRequest, read_closure, token};
+use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
 use crate::wire;
 use std::ops::Bound;
@@ -70,8 +71,10 @@ impl Edge {
         idempotency: Idempotency,
     ) -> Result<wire::Closure<'static>, Refusal> {
         let close = async {
-            let entry = self.read_closure(draft)?;
-            let (outcome, snapshot) = self.order(Order::PutClosure(entry)).await?;
+            let on = self.on_network()?;
+            let entry = self.read_closure(draft, on.topology())?;
+            let order = Order::PutClosure(entry).made_on(on.topology());
+            let (outcome, snapshot) = self.order(order).await?;
             let Done::Closure(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -140,9 +143,12 @@ impl Edge {
         Ok(views::closure(&snapshot, &entry, false))
     }
 
-    fn read_closure(&self, draft: wire::ClosureDraft) -> Result<ClosureEntry, Refusal> {
-        let topology = self.topology();
-        let read = read_closure(&draft, &topology, self.clock.now(), ClosureIds::OfOperators)?;
+    fn read_closure(
+        &self,
+        draft: wire::ClosureDraft,
+        topology: &Topology,
+    ) -> Result<ClosureEntry, Refusal> {
+        let read = read_closure(&draft, topology, self.clock.now(), ClosureIds::OfOperators)?;
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let closure = Closure {
             id: draft

@@ -1,6 +1,6 @@
 //! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
 
-use crate::geo::Point;
+use crate::geo::{Frame, Point};
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
@@ -9,7 +9,6 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sighting {
-    pub(super) position: Point,
     /// As the drone wrote it: degrees, or metres on a planar network.
     pub(super) coordinates: [f64; 2],
     pub(super) seen_at: Timestamp,
@@ -17,6 +16,13 @@ pub(super) struct Sighting {
     pub(super) battery_fraction: Option<f64>,
     pub(super) ground_speed_mps: Option<f64>,
     pub(super) heading_deg: Option<f64>,
+}
+
+impl Sighting {
+    /// Where the drone was, on a network's plane; it may be laid on another one than when the drone was seen.
+    pub(super) fn position(&self, frame: &Frame) -> Point {
+        frame.to_plane(self.coordinates)
+    }
 }
 
 #[derive(Debug, Default)]

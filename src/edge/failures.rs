@@ -30,6 +30,8 @@ pub(super) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
 const REPORT_ID_BYTES_MAX: usize = 256;
 /// After so many reports of a batch others get their turn.
 const BATCH_STRETCH: usize = 32;
+/// Up to this many nodes the exact answer without a table takes well under a millisecond.
+const SMALL_NODES: usize = 20_000;
 
 /// What an answer may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +83,7 @@ impl Edge {
         caller: &Caller,
         reports: Vec<Result<ParsedReport, ReportProblem>>,
     ) -> Result<Vec<Result<Answered, Refusal>>, Refusal> {
+        self.check_ready()?;
         self.check_batch("failures", reports.len())?;
         let mut answers = Vec::with_capacity(reports.len());
         for (number, report) in (1..).zip(reports) {
@@ -140,7 +143,11 @@ impl Edge {
         let is_exact = strategy.is_none_or(|strategy| strategy == wire::Strategy::Exact);
         let asks_for_more =
             report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
-        is_exact && !asks_for_more && self.is_small
+        is_exact && !asks_for_more && self.is_small()
+    }
+
+    fn is_small(&self) -> bool {
+        self.world.load().topology().node_count() <= SMALL_NODES
     }
 
     async fn answer(
@@ -165,7 +172,7 @@ impl Edge {
     ) -> Result<Answered, Refusal> {
         let stopwatch = self.clock.stopwatch();
         let now = self.clock.now();
-        let snapshot = self.world.load_full();
+        let snapshot = self.on_network()?;
         let ParsedReport {
             report,
             warnings: mut read,
@@ -264,7 +271,7 @@ impl Edge {
             }),
             position: drone_id
                 .and_then(|id| self.drones.last(id))
-                .map(|sighting| sighting.position),
+                .map(|sighting| sighting.position(snapshot.topology().frame())),
             now: Some(now),
         }
     }
@@ -327,7 +334,7 @@ impl Edge {
             plan: change.plan.clone(),
             version: Box::new(version),
         };
-        if let Err(refusal) = self.writer.tell(order) {
+        if let Err(refusal) = self.writer.tell(order.made_on(topology)) {
             tracing::warn!(%refusal, "a recomposed version could not be proposed to its plan");
         }
     }

@@ -47,13 +47,12 @@ pub(super) fn progress(
     let last = legs.len().checked_sub(1)?;
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
     if let Some(sighting) = sighting.filter(|sighting| sighting.seen_at >= version.departs_at) {
-        let leg = nearest_leg(topology, legs, sighting.position);
-        let to_end_m = sighting
-            .position
-            .distance_m(topology.position(legs[leg].to));
+        let position = sighting.position(topology.frame());
+        let leg = nearest_leg(topology, legs, position);
+        let to_end_m = position.distance_m(topology.position(legs[leg].to));
         return Some(Progress {
             leg,
-            location: Location::At(sighting.position),
+            location: Location::At(position),
             remaining_m: to_end_m + length_after(legs, leg),
         });
     }

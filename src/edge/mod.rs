@@ -14,6 +14,7 @@ mod failures;
 mod fleet;
 mod metrics;
 mod network;
+mod new_network;
 mod orders;
 mod plans;
 mod publication;
@@ -24,7 +25,9 @@ mod settings;
 mod snapshot;
 mod state;
 mod state_airspace;
+mod state_carried_plans;
 mod state_fleet;
+mod state_topology;
 mod status;
 mod store;
 mod tables;
@@ -40,6 +43,7 @@ pub use crate::intake::PageRequest;
 pub use crate::refusal::{Code, Refusal};
 pub use answered::{Answered, FullRecord};
 pub use events::{EventRecord, EventStream};
+pub use new_network::NewNetwork;
 pub use orders::Decision;
 pub use plans::PlanFilter;
 pub use replies::Idempotency;
@@ -58,7 +62,6 @@ use arc_swap::ArcSwap;
 use bytes::Bytes;
 use drones::Drones;
 use events::Events;
-use network::NetworkDocuments;
 use orders::{Order, Outcome};
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
@@ -71,16 +74,11 @@ use store::InMemory;
 use tables::Tables;
 use writer::{Desk, Writer};
 
-/// Up to this many nodes the exact answer without a table takes well under a millisecond.
-const SMALL_NODES: usize = 20_000;
-
 /// An edge: everything behind its use cases.
 pub struct Edge {
     settings: Settings,
     clock: Clock,
     epoch: u64,
-    /// Whether exact answers are given in place, without going where blocking is allowed.
-    is_small: bool,
     world: Arc<ArcSwap<Snapshot>>,
     writer: Writer,
     events: Arc<Events>,
@@ -92,13 +90,13 @@ pub struct Edge {
     tables: Tables,
     scratches: Scratches,
     next_number: AtomicU64,
-    documents: NetworkDocuments,
 }
 
 impl Edge {
     /// Starts an edge over a network: its state, and the threads that keep it.
     ///
-    /// `geojson` is the text that the topology was read from, which clients get. `epoch` is to be greater than that of every start before, such as the time of the start.
+    /// `geojson` is the text that the topology was read from, which clients get. Over [`Topology::nothing`] an edge is
+    /// not ready until [`Edge::replace_network`] gives it one. `epoch` is to be greater than that of every start before, such as the time of the start.
     ///
     /// # Errors
     /// When a thread cannot be started.
@@ -117,7 +115,8 @@ impl Edge {
             settings.event_streams_max,
         ));
         let state = State::new(
-            topology.clone(),
+            topology,
+            geojson,
             epoch,
             clock.now(),
             settings.clone(),
@@ -135,13 +134,11 @@ impl Edge {
             tables: tables.clone(),
         })?;
         Ok(Arc::new(Self {
-            is_small: topology.node_count() <= SMALL_NODES,
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
             report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
             write_replies: WriteReplies::new(settings.idempotency_max, settings.idempotency_age),
             scratches: Scratches::default(),
             next_number: AtomicU64::new(1),
-            documents: NetworkDocuments::of(&topology, geojson),
             settings,
             clock,
             epoch,
@@ -164,7 +161,7 @@ impl Edge {
         &self.clock
     }
 
-    /// The network.
+    /// The network; one without nodes while there is none.
     pub fn topology(&self) -> Arc<Topology> {
         self.world.load().topology().clone()
     }

@@ -1,31 +1,51 @@
 //! The network as clients see it.
 
 use super::Edge;
+use super::new_network::NewNetwork;
+use super::orders::Order;
+use super::snapshot::Snapshot;
 use super::views;
 use crate::network::{NodeIx, Role, Topology};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, Fault};
 use bytes::Bytes;
 use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio_stream::StreamExt;
 
 /// At most this many nodes near a place.
 const NEAREST_MAX: u32 = 100;
+/// How often a network is looked for where nobody can be told of it.
+const READY_LOOKED_FOR: Duration = Duration::from_millis(100);
+/// When a client may ask again while there is no network, in seconds.
+const NOT_READY_RETRY_S: u32 = 1;
+
+/// There is no network to answer on yet.
+pub(super) fn not_ready() -> Refusal {
+    let detail = "the edge has no network to answer on yet";
+    Refusal::new(Code::NotReady, detail).retry_after_s(NOT_READY_RETRY_S)
+}
 
 /// The network as text, written once.
 #[derive(Debug)]
 pub(super) struct NetworkDocuments {
-    geojson: Bytes,
+    /// The topology revision that the documents name.
+    pub(super) topology_revision: u64,
+    /// The text that the network was read from; empty while there is no network.
+    pub(super) geojson: Bytes,
     compact: Bytes,
     etag: String,
 }
 
 impl NetworkDocuments {
     /// The documents of a network, of which `geojson` is the text it was read from.
-    pub(super) fn of(topology: &Topology, geojson: Bytes) -> Self {
+    pub(super) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
         // A map with text keys and finite numbers always has a JSON form.
-        let compact = serde_json::to_vec(&compact(topology)).unwrap_or_default();
+        let compact = serde_json::to_vec(&compact(topology, topology_revision)).unwrap_or_default();
         let fingerprint = super::answered::hex(&topology.fingerprint()[..8]);
         Self {
+            topology_revision,
             geojson,
             compact: Bytes::from(compact),
             etag: fingerprint,
@@ -33,7 +53,7 @@ impl NetworkDocuments {
     }
 }
 
-fn compact(topology: &Topology) -> wire::CompactNetwork<'_> {
+fn compact(topology: &Topology, topology_revision: u64) -> wire::CompactNetwork<'_> {
     let frame = topology.frame();
     let nodes = topology.nodes();
     let coordinates = nodes.flat_map(|node| frame.from_plane(topology.position(node)));
@@ -52,27 +72,84 @@ fn compact(topology: &Topology) -> wire::CompactNetwork<'_> {
         coordinates: coordinates.collect(),
         pads: topology.nodes().map(|node| topology.pads(node)).collect(),
         segments: segments.collect(),
-        topology_revision: 1,
+        topology_revision,
     }
 }
 
 impl Edge {
+    /// Puts another network in the place of the one in service.
+    ///
+    /// What it takes to work out what zones close on it is done before anything changes; requests under way keep the
+    /// network that they began with. A network with the same text changes nothing.
+    ///
+    /// # Errors
+    /// When it cannot take the place of the one in service, or the writer cannot take it.
+    pub async fn replace_network(self: &Arc<Self>, network: NewNetwork) -> Result<(), Refusal> {
+        let snapshot = self.snapshot();
+        let network = self.aside(move || network.prepared_for(&snapshot)).await??;
+        self.order(Order::ReplaceNetwork(Box::new(network)))
+            .await
+            .map(drop)
+    }
+
+    /// Whether the edge has a network to answer on.
+    pub fn is_ready(&self) -> bool {
+        self.world.load().has_network()
+    }
+
+    /// Checks that the edge has a network to answer on.
+    ///
+    /// # Errors
+    /// While there is none.
+    pub fn check_ready(&self) -> Result<(), Refusal> {
+        self.on_network().map(drop)
+    }
+
+    /// Waits until the edge has a network to answer on.
+    pub async fn ready(&self) {
+        loop {
+            // Listening begins before looking, so that nothing is missed in between.
+            let events = self.events.listen(None);
+            if self.is_ready() {
+                return;
+            }
+            match events {
+                Ok(mut events) => drop(events.next().await),
+                Err(_) => tokio::time::sleep(READY_LOOKED_FOR).await,
+            }
+        }
+    }
+
+    /// The state as it is now, on a network.
+    pub(super) fn on_network(&self) -> Result<Arc<Snapshot>, Refusal> {
+        let snapshot = self.world.load_full();
+        match snapshot.has_network() {
+            true => Ok(snapshot),
+            false => Err(not_ready()),
+        }
+    }
+
     /// The network as GeoJSON, and its entity tag.
-    pub fn network_geojson(&self) -> (Bytes, String) {
-        let documents = &self.documents;
-        (
+    ///
+    /// # Errors
+    /// While there is none.
+    pub fn network_geojson(&self) -> Result<(Bytes, String), Refusal> {
+        let documents = &self.on_network()?.network;
+        Ok((
             documents.geojson.clone(),
             format!("\"{}-g\"", documents.etag),
-        )
+        ))
     }
 
     /// The network in index form, and its entity tag.
-    pub fn network_compact(&self) -> (Bytes, String) {
-        let documents = &self.documents;
-        (
-            documents.compact.clone(),
-            format!("\"{}-c\"", documents.etag),
-        )
+    ///
+    /// # Errors
+    /// While there is none.
+    pub fn network_compact(&self) -> Result<(Bytes, String), Refusal> {
+        let documents = &self.on_network()?.network;
+        // It names the topology revision, which may change back to a network that was there before.
+        let tag = format!("\"{}-{}-c\"", documents.etag, documents.topology_revision);
+        Ok((documents.compact.clone(), tag))
     }
 
     /// A node with its segments.
@@ -80,7 +157,7 @@ impl Edge {
     /// # Errors
     /// When the network has none of this id.
     pub fn node(&self, id: &str) -> Result<wire::Node<'static>, Refusal> {
-        let snapshot = self.snapshot();
+        let snapshot = self.on_network()?;
         let topology = snapshot.topology();
         let node = topology
             .node(id)
@@ -124,7 +201,7 @@ impl Edge {
                 None,
             ));
         }
-        let snapshot = self.snapshot();
+        let snapshot = self.on_network()?;
         let topology = snapshot.topology();
         let frame = topology.frame();
         let [first, second] = place;

@@ -1,9 +1,11 @@
 //! What the writer is asked to do, and what it answers.
 
 use super::fleet::Detour;
+use super::new_network::NewNetwork;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use crate::airspace::{Change, Closure};
 use crate::intake::Expected;
+use crate::network::Topology;
 use crate::refusal::Refusal;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -77,8 +79,32 @@ pub(super) enum Order {
         plan: Arc<str>,
         version: Box<Version>,
     },
+    /// Puts another network in the place of the one in service.
+    ReplaceNetwork(Box<NewNetwork>),
+    /// An order whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
+    /// the network may be another one when the writer comes to it.
+    MadeOn {
+        topology: Arc<Topology>,
+        order: Box<Order>,
+    },
     /// Nothing but the time has changed.
     Tick,
+}
+
+impl Order {
+    /// This order, made on a network.
+    pub(super) fn made_on(self, topology: &Arc<Topology>) -> Self {
+        Self::MadeOn {
+            topology: topology.clone(),
+            order: Box::new(self),
+        }
+    }
+
+    /// Whether the network may be another one afterwards. Such an order begins a batch, so that all that a batch
+    /// tells is on one network.
+    pub(super) fn replaces_network(&self) -> bool {
+        matches!(self, Self::ReplaceNetwork(_))
+    }
 }
 
 /// What the writer did.
@@ -94,6 +120,8 @@ pub(super) enum Done {
     Proposal(Arc<ProposalEntry>),
     Hold(Arc<HoldEntry>),
     Plan(Arc<PlanEntry>),
+    /// What was ordered was worked out on a network that is not there any more, and has to be worked out anew.
+    Outdated,
     Nothing,
 }
 

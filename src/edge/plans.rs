@@ -27,6 +27,8 @@ const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// The fastest airspeed, in metres per second.
 const AIRSPEED_MAX_MPS: f64 = 100.0;
+/// How often a plan is composed anew as the network changes under it.
+const ATTEMPTS: usize = 3;
 
 /// Which plans are asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -60,13 +62,22 @@ impl Edge {
         idempotency: Idempotency,
     ) -> Result<wire::Plan<'static>, Refusal> {
         let composed = async {
-            let delivery = self.read_delivery(caller, request)?;
-            let (edge, subject) = (self.clone(), caller.subject.clone());
-            let plan = self
-                .aside(move || edge.compose(delivery, subject))
-                .await??;
-            let (outcome, snapshot) = self.order(Order::AddPlan(Box::new(plan))).await?;
-            self.told(outcome.done, &snapshot)
+            for _ in 0..ATTEMPTS {
+                let on = self.on_network()?;
+                let topology = on.topology().clone();
+                let delivery = self.read_delivery(&on, caller, &request)?;
+                let (edge, subject) = (self.clone(), caller.subject.clone());
+                let composed = self.aside(move || edge.compose(&on, delivery, subject));
+                let order = Order::AddPlan(Box::new(composed.await??));
+                let (outcome, snapshot) = self.order(order.made_on(&topology)).await?;
+                match outcome.done {
+                    // The network has changed under it.
+                    Done::Outdated => {}
+                    done => return self.told(done, &snapshot),
+                }
+            }
+            let detail = "the network changes faster than a plan is composed";
+            Err(Refusal::new(Code::Overloaded, detail).retry_after_s(1))
         };
         let now = self.clock.now();
         self.write_replies
@@ -172,16 +183,17 @@ impl Edge {
 
     fn read_delivery(
         &self,
+        snapshot: &Snapshot,
         caller: &Caller,
-        request: wire::DeliveryRequest,
+        request: &wire::DeliveryRequest,
     ) -> Result<Delivery, Refusal> {
-        let topology = self.topology();
+        let topology = snapshot.topology();
         let now = self.clock.now();
         let mut faults = Faults::default();
         faults.id("/id", request.id.as_deref());
         faults.id("/drone_id", request.drone_id.as_deref());
-        let source = faults.node("/source", &topology, &request.source);
-        let destination = faults.node("/destination", &topology, &request.destination);
+        let source = faults.node("/source", topology, &request.source);
+        let destination = faults.node("/destination", topology, &request.destination);
         let start = faults
             .instant("/start_time", request.start_time.as_deref())
             .unwrap_or(now);
@@ -205,18 +217,22 @@ impl Edge {
             return Err(unexpected());
         };
         Ok(Delivery {
-            id: request.id,
+            id: request.id.clone(),
             source,
             destination,
             start,
             payload_kg: payload_kg.unwrap_or(0.0),
             airspeed_mps: airspeed_mps.unwrap_or(DEFAULT_AIRSPEED_MPS),
-            drone_id: request.drone_id.map(Arc::from),
+            drone_id: request.drone_id.as_deref().map(Arc::from),
         })
     }
 
-    fn compose(&self, delivery: Delivery, subject: Arc<str>) -> Result<PlanEntry, Refusal> {
-        let snapshot = self.snapshot();
+    fn compose(
+        &self,
+        snapshot: &Snapshot,
+        delivery: Delivery,
+        subject: Arc<str>,
+    ) -> Result<PlanEntry, Refusal> {
         let topology = snapshot.topology();
         let world = World {
             airspace: &snapshot.airspace,

@@ -144,7 +144,8 @@ impl Edge {
         let (from, to) = (topology.position(leg.0), topology.position(leg.1));
         let age = now.duration_since(sighting.seen_at);
         age <= PLACED_SINCE
-            && super::fleet::distance_to_line_m(sighting.position, from, to) <= PLACED_WITHIN_M
+            && super::fleet::distance_to_line_m(sighting.position(topology.frame()), from, to)
+                <= PLACED_WITHIN_M
     }
 
     fn order_publication(
@@ -171,7 +172,8 @@ impl Edge {
             until,
         };
         let publication = Box::new(Publication { entry, otherwise });
-        match self.writer.tell(Order::Publish(publication)) {
+        let order = Order::Publish(publication).made_on(record.airspace.topology());
+        match self.writer.tell(order) {
             Ok(()) => Published {
                 state: PublicationState::Published,
                 closure_id: Some(closure_id),
@@ -197,7 +199,8 @@ impl Edge {
     ) -> Option<String> {
         let proposal = self.proposal(record, reason, Arc::new(closure));
         let id = views::proposal_id(self.epoch, proposal.number);
-        match self.writer.tell(Order::Propose(Box::new(proposal))) {
+        let order = Order::Propose(Box::new(proposal));
+        match self.writer.tell(order.made_on(record.airspace.topology())) {
             Ok(()) => Some(id),
             Err(refusal) => {
                 tracing::warn!(%refusal, "a report could not be proposed to operators");

@@ -3,16 +3,21 @@
 //! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
 //! share, so that publishing one costs what changed.
 
+use super::network::NetworkDocuments;
 use super::settings::Settings;
 use crate::airspace::{Airspace, Closure, Zone};
 use crate::compose::{Composition, Occupation};
 use crate::flight::FailureType;
 use crate::network::{NodeIx, Topology};
 use crate::wire;
+use bytes::Bytes;
 use imbl::OrdMap;
 use jiff::Timestamp;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
+
+/// The topology revision of the network that an edge starts with.
+const FIRST_TOPOLOGY: u64 = 1;
 
 /// A zone and its version.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,6 +132,21 @@ impl PlanEntry {
             wire::PlanState::Active | wire::PlanState::Affected
         )
     }
+
+    /// Whether its drone may simply go on flying the current version: it leads where the plan goes, and the drone
+    /// knows it. A change of the network may leave a version of which neither is true.
+    pub(super) fn may_go_on(&self) -> bool {
+        let current = &self.current;
+        let is_known = current.acknowledge_by.is_none();
+        is_known && !self.falls_short()
+    }
+
+    /// Whether the current version ends before the destination though nobody was told to divert.
+    pub(super) fn falls_short(&self) -> bool {
+        let last = self.current.composition.way.nodes.last();
+        let is_diverted = self.current.outcome == Some(crate::recompose::Outcome::Diverted);
+        !is_diverted && last != Some(&self.destination)
+    }
 }
 
 /// Where a plan is on a segment: ordered by segment, then plan, version and leg.
@@ -145,6 +165,8 @@ pub struct Snapshot {
     /// `epoch-sequence`, as answers carry it.
     pub(super) revision: Arc<str>,
     pub(super) airspace: Arc<Airspace>,
+    /// The network as clients get it.
+    pub(super) network: Arc<NetworkDocuments>,
     pub(super) zones: OrdMap<Arc<str>, Arc<ZoneEntry>>,
     pub(super) closures: OrdMap<Arc<str>, Arc<ClosureEntry>>,
     pub(super) proposals: OrdMap<u64, Arc<ProposalEntry>>,
@@ -166,15 +188,18 @@ impl Snapshot {
     /// Nothing closed, nobody flying.
     pub(super) fn empty(
         topology: Arc<Topology>,
+        geojson: Bytes,
         epoch: u64,
         now: Timestamp,
         settings: &Settings,
     ) -> Self {
-        let airspace = Airspace::open(topology, 1, now, settings.horizon);
+        let network = NetworkDocuments::of(&topology, geojson, FIRST_TOPOLOGY);
+        let airspace = Airspace::open(topology, FIRST_TOPOLOGY, now, settings.horizon);
         Self {
             epoch,
             revision: revision_text(epoch, airspace.revision()),
             airspace: Arc::new(airspace),
+            network: Arc::new(network),
             zones: OrdMap::new(),
             closures: OrdMap::new(),
             proposals: OrdMap::new(),
@@ -197,6 +222,11 @@ impl Snapshot {
     /// The network.
     pub fn topology(&self) -> &Arc<Topology> {
         self.airspace.topology()
+    }
+
+    /// Whether there is a network to answer on.
+    pub(super) fn has_network(&self) -> bool {
+        self.topology().node_count() > 0
     }
 
     /// The version of a thing as an entity tag, quoted.

@@ -10,6 +10,7 @@ use super::fleet::Detour;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
+use super::state_topology::Succession;
 use super::timers::{Due, Timers};
 use crate::airspace::{Airspace, Change, Closure};
 use crate::intake::Expected;
@@ -17,6 +18,7 @@ use crate::network::Topology;
 use crate::recompose::Scratch;
 use crate::refusal::Refusal;
 use crate::routing::TreeCache;
+use bytes::Bytes;
 use jiff::Timestamp;
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -49,11 +51,16 @@ pub(super) struct State {
     pub(super) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
     pub(super) touched_plans: BTreeSet<Arc<str>>,
+    /// Closures that close other things since the network changed in this batch.
+    pub(super) relaid: Vec<Arc<Closure>>,
+    /// The network before the one in service, and what of it is there still: for orders that were made on it.
+    pub(super) succession: Option<Succession>,
 }
 
 impl State {
     pub(super) fn new(
         topology: Arc<Topology>,
+        geojson: Bytes,
         epoch: u64,
         now: Timestamp,
         settings: Settings,
@@ -62,7 +69,7 @@ impl State {
     ) -> Self {
         Self {
             scratch: Scratch::new(&topology),
-            next: Snapshot::empty(topology, epoch, now, &settings),
+            next: Snapshot::empty(topology, geojson, epoch, now, &settings),
             settings,
             drones,
             trees,
@@ -72,6 +79,8 @@ impl State {
             events: Vec::new(),
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
+            relaid: Vec::new(),
+            succession: None,
         }
     }
 
@@ -84,12 +93,12 @@ impl State {
 
     /// Carries out orders, then what is due by now.
     pub(super) fn apply(&mut self, orders: Vec<Order>, now: Timestamp) -> Batch {
+        let revision = self.next.airspace.revision();
         let done: Vec<Result<Done, Refusal>> = orders
             .into_iter()
             .map(|order| self.carry_out(order, now))
             .collect();
         self.follow_timers(now);
-        let revision = self.next.airspace.revision();
         let detours = Arc::new(self.publish(now));
         let replies = done.into_iter().map(|done| {
             done.map(|done| Outcome {
@@ -107,7 +116,7 @@ impl State {
         }
     }
 
-    fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
+    pub(super) fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
         match order {
             Order::PutZone { closure, expected } => self.put_zone(closure, &expected),
             Order::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
@@ -128,6 +137,8 @@ impl State {
             Order::CancelPlan { id } => self.cancel_plan(&id),
             Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
             Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
+            Order::ReplaceNetwork(network) => self.replace_network(&network, now),
+            Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
             Order::Tick => Ok(Done::Nothing),
         }
     }
@@ -143,14 +154,16 @@ impl State {
         let before = self.next.airspace.clone();
         let windows_turn = before.next_change().is_some_and(|instant| instant <= now);
         let changes = std::mem::take(&mut self.changes);
+        let mut fresh = std::mem::take(&mut self.relaid);
         if changes.is_empty() && !windows_turn {
-            return self.review_plans(&before, &[], now);
+            return self.review_plans(&before, &fresh, now);
         }
         let after = Arc::new(before.apply(&changes, now));
         self.next.airspace = after.clone();
         self.next.revision = revision_text(self.next.epoch, after.revision());
         self.tell_turned_windows(&before, &after, &changes);
-        let fresh = newly_in_force(&before, &after);
+        fresh.retain(|closure| after.is_in_force(&closure.id));
+        fresh.extend(newly_in_force(&before, &after));
         self.review_plans(&before, &fresh, now)
     }
 

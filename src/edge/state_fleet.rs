@@ -227,7 +227,8 @@ impl State {
         let topology = airspace.topology();
         let progress = fleet::progress(topology, plan, &self.drones, now)?;
         let current = &plan.current.composition;
-        let current_blocked = fleet::is_blocked(airspace, current, progress.leg);
+        let current_blocked =
+            plan.falls_short() || fleet::is_blocked(airspace, current, progress.leg);
         let proposal_blocked = plan
             .proposed
             .as_ref()
@@ -264,7 +265,7 @@ impl State {
     }
 
     /// The version that a detour makes, with its contingencies; `None` where there is no way.
-    fn version_of(
+    pub(super) fn version_of(
         &mut self,
         detour: &Detour,
         airspace: &Airspace,
@@ -330,7 +331,7 @@ impl State {
             .proposed
             .as_ref()
             .is_some_and(|proposed| proposed.recomposition_id.is_some());
-        if reported {
+        if reported || !plan.may_go_on() {
             return;
         }
         let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
@@ -353,7 +354,7 @@ impl State {
         self.tell(EventKind::PlanRelieved, &plan);
     }
 
-    fn replace_proposal(
+    pub(super) fn replace_proposal(
         &mut self,
         plan: &Arc<PlanEntry>,
         version: Option<Version>,
@@ -407,31 +408,31 @@ impl State {
         plan.ok_or_else(|| Refusal::not_found("plan", id))
     }
 
-    fn keep_plan(&mut self, plan: PlanEntry) -> Arc<PlanEntry> {
+    pub(super) fn keep_plan(&mut self, plan: PlanEntry) -> Arc<PlanEntry> {
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
         plan
     }
 
-    fn occupy(&mut self, plan: &Arc<str>, version: &Version) {
+    pub(super) fn occupy(&mut self, plan: &Arc<str>, version: &Version) {
         for (key, stay) in fleet::occupations(plan, version) {
             self.next.occupations.insert(key, stay);
         }
     }
 
-    fn vacate(&mut self, plan: &Arc<str>, version: &Version) {
+    pub(super) fn vacate(&mut self, plan: &Arc<str>, version: &Version) {
         for (key, _) in fleet::occupations(plan, version) {
             self.next.occupations.remove(&key);
         }
     }
 
-    fn time_arrival(&mut self, plan: &Arc<str>, version: &Version) {
+    pub(super) fn time_arrival(&mut self, plan: &Arc<str>, version: &Version) {
         let over = later(version.arrives_at(), GRACE_S);
         let (plan, version) = (plan.clone(), version.number);
         self.timers.set(over, Due::Arrival { plan, version });
     }
 
-    fn tell(&mut self, kind: EventKind, plan: &PlanEntry) {
+    pub(super) fn tell(&mut self, kind: EventKind, plan: &PlanEntry) {
         let data = json!({"plan": views::plan_summary(&self.next, plan)});
         self.events.push(Happening::new(kind, data));
     }

@@ -83,9 +83,4 @@ impl Edge {
             stamp: self.stamp_of(&snapshot),
         }
     }
-
-    /// Whether the edge has a network to answer on.
-    pub fn is_ready(&self) -> bool {
-        self.snapshot().topology().node_count() > 0
-    }
 }

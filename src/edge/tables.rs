@@ -7,7 +7,7 @@
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::prepare_table;
-use crate::network::NodeIx;
+use crate::network::{NodeIx, Topology};
 use crate::recompose::World;
 use crate::routing::{Searcher, TreeCache};
 use arc_swap::ArcSwap;
@@ -20,8 +20,8 @@ const QUEUE: usize = 256;
 /// Something for the maker of tables to do.
 #[derive(Debug)]
 enum Wish {
-    /// A destination has no table.
-    Table(NodeIx),
+    /// A destination on the network of a topology revision has no table.
+    Table(NodeIx, u64),
     /// The airspace has changed.
     Renewal,
 }
@@ -46,12 +46,12 @@ impl Tables {
 
     /// Asks for a destination's table, unless it is there.
     pub(super) fn want(&self, destination: NodeIx, world: &World<'_>) {
-        let is_there = world
-            .trees
-            .is_some_and(|trees| trees.holds(destination, world.airspace.topology_revision()));
-        if !is_there {
+        let topology_revision = world.airspace.topology_revision();
+        let trees = world.trees;
+        if !trees.is_some_and(|trees| trees.holds(destination, topology_revision)) {
             // A full queue means that tables are being made as fast as can be.
-            let _ = self.wishes.try_send(Wish::Table(destination));
+            let wish = Wish::Table(destination, topology_revision);
+            let _ = self.wishes.try_send(wish);
         }
     }
 
@@ -62,26 +62,61 @@ impl Tables {
     }
 }
 
+/// What tables are made with: for one network, and made anew for the next.
+struct Workbench {
+    topology: Arc<Topology>,
+    topology_revision: u64,
+    searcher: Searcher,
+}
+
+impl Workbench {
+    fn on(airspace: &Airspace) -> Self {
+        Self {
+            topology: airspace.topology().clone(),
+            topology_revision: airspace.topology_revision(),
+            searcher: Searcher::new(airspace.topology()),
+        }
+    }
+
+    /// The destinations on another network that had tables on this one.
+    fn destinations_on(&self, other: &Topology, trees: &TreeCache) -> Vec<NodeIx> {
+        if trees.topology() != self.topology_revision {
+            return Vec::new();
+        }
+        let destinations = trees.destinations().into_iter();
+        let ids = destinations.map(|destination| self.topology.node_id(destination));
+        ids.filter_map(|id| other.node(id)).collect()
+    }
+}
+
 fn work(inbox: &Receiver<Wish>, world: &ArcSwap<Snapshot>, trees: &TreeCache) {
-    let mut searcher: Option<Searcher> = None;
+    let mut workbench: Option<Workbench> = None;
     while let Ok(first) = inbox.recv() {
-        let mut wanted = Vec::new();
+        let mut wishes = Vec::new();
         let mut is_renewal = false;
         for wish in std::iter::once(first).chain(inbox.try_iter().take(QUEUE)) {
             match wish {
-                Wish::Table(destination) => wanted.push(destination),
+                Wish::Table(destination, on) => wishes.push((destination, on)),
                 Wish::Renewal => is_renewal = true,
             }
         }
-        wanted.sort_unstable();
-        wanted.dedup();
         let snapshot = world.load_full();
         let airspace = snapshot.airspace();
-        let searcher = searcher.get_or_insert_with(|| Searcher::new(airspace.topology()));
-        wanted.retain(|&destination| !trees.holds(destination, airspace.topology_revision()));
-        make(&wanted, airspace, trees, searcher);
-        if is_renewal {
-            make(&trees.destinations(), airspace, trees, searcher);
+        let current = airspace.topology_revision();
+        // Whoever asked on a network that is gone asks again on the next.
+        let wishes = wishes.into_iter().filter(|&(_, on)| on == current);
+        let mut wanted: Vec<NodeIx> = wishes.map(|(destination, _)| destination).collect();
+        let is_outdated = |bench: &Workbench| !Arc::ptr_eq(&bench.topology, airspace.topology());
+        if let Some(outdated) = workbench.take_if(|bench| is_outdated(bench)) {
+            wanted.extend(outdated.destinations_on(airspace.topology(), trees));
+        }
+        let bench = workbench.get_or_insert_with(|| Workbench::on(airspace));
+        wanted.sort_unstable();
+        wanted.dedup();
+        wanted.retain(|&destination| !trees.holds(destination, current));
+        make(&wanted, airspace, trees, &mut bench.searcher);
+        if is_renewal && trees.topology() == current {
+            make(&trees.destinations(), airspace, trees, &mut bench.searcher);
         }
     }
 }

@@ -5,7 +5,6 @@ use super::drones::Sighting;
 use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
-use crate::geo::Point;
 use crate::intake::{PageRequest, token};
 use crate::refusal::Refusal;
 use crate::wire;
@@ -29,7 +28,7 @@ impl Edge {
         batch: wire::Telemetry,
     ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         self.check_batch("positions", batch.positions.len())?;
-        let snapshot = self.snapshot();
+        let snapshot = self.on_network()?;
         let now = self.clock.now();
         let positions = batch.positions.into_iter();
         Ok(wire::TelemetryAnswer {
@@ -122,7 +121,7 @@ impl Edge {
         now: Timestamp,
         warnings: &mut Vec<wire::Warning<'static>>,
     ) -> bool {
-        let Some((position, coordinates)) = place_of(&entry.location, snapshot) else {
+        let Some(coordinates) = place_of(&entry.location, snapshot) else {
             let message = "'location' is not a place of this network; longitude comes first";
             warnings.push(views::warning("location_ignored", message));
             return false;
@@ -143,7 +142,6 @@ impl Edge {
             (_, seen_at) => seen_at.unwrap_or(now),
         };
         let sighting = Sighting {
-            position,
             coordinates,
             seen_at,
             altitude_m: entry.altitude_m.filter(|value| value.is_finite()),
@@ -198,7 +196,7 @@ fn read_entry(
     }
 }
 
-fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<(Point, [f64; 2])> {
+fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64; 2]> {
     let topology = snapshot.topology();
     let frame = topology.frame();
     let coordinates = match place {
@@ -206,13 +204,12 @@ fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<(Point, [f64; 2]
         wire::Place::Planar { x, y } => [*x, *y],
         wire::Place::Node(node) => {
             let position = topology.position(topology.node(&node.text())?);
-            return Some((position, frame.from_plane(position)));
+            return Some(frame.from_plane(position));
         }
     };
     let [first, second] = coordinates;
     let is_on_earth = !frame.is_geographic() || (first.abs() <= 180.0 && second.abs() <= 90.0);
-    let position = frame.to_plane(coordinates);
-    (is_on_earth && position.is_finite()).then_some((position, coordinates))
+    (is_on_earth && frame.to_plane(coordinates).is_finite()).then_some(coordinates)
 }
 
 fn fraction(value: Option<f64>, warnings: &mut Vec<wire::Warning<'static>>) -> Option<f64> {

@@ -111,7 +111,17 @@ impl Desk {
         until.map_or(LONGEST_SLEEP, |until| until.min(LONGEST_SLEEP))
     }
 
-    fn carry_out(&mut self, letters: Vec<Letter>) {
+    /// Carries out letters in batches: one, unless some of them replace the network, which begin batches of their own.
+    fn carry_out(&mut self, mut letters: Vec<Letter>) {
+        let replaces = |letter: &Letter| letter.order.replaces_network();
+        while let Some(place) = letters.iter().skip(1).position(replaces) {
+            let rest = letters.split_off(place + 1);
+            self.carry_out_batch(std::mem::replace(&mut letters, rest));
+        }
+        self.carry_out_batch(letters);
+    }
+
+    fn carry_out_batch(&mut self, letters: Vec<Letter>) {
         let now = self.clock.now();
         let (orders, waiting): (Vec<Order>, Vec<_>) = letters
             .into_iter()

@@ -11,7 +11,7 @@ use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
-use crate::airspace::{Change, Closure, Zone};
+use crate::airspace::{Change, Closure, Hits, Zone};
 use crate::formats::{ZoneId, zone_to_feature};
 use crate::intake::{Expected, PageRequest, read_zone, slice, token};
 use crate::recompose::World;
@@ -33,6 +33,12 @@ pub struct ZoneWrite {
     pub validate_only: bool,
 }
 
+/// A zone that has been read, and the state that it was worked out on.
+struct ReadZone {
+    closure: Arc<Closure>,
+    on: Arc<Snapshot>,
+}
+
 impl Edge {
     /// Puts a new zone.
     ///
@@ -48,9 +54,9 @@ impl Edge {
         let put = async {
             let number = self.next_number.fetch_add(1, Ordering::Relaxed);
             let made = format!("zone-{}-{number}", self.epoch);
-            let closure = self.read_zone(feature, None, made).await?;
+            let read = self.read_zone(feature, None, made).await?;
             let (ack, _) = self
-                .put(closure, Expected::Absent, write.validate_only)
+                .put(read, Expected::Absent, write.validate_only)
                 .await?;
             Ok(ack)
         };
@@ -76,8 +82,8 @@ impl Edge {
         write: ZoneWrite,
     ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
         let id = write.id.unwrap_or_default();
-        let closure = self.read_zone(feature, Some(id.clone()), id).await?;
-        self.put(closure, Expected::of(write.if_match), write.validate_only)
+        let read = self.read_zone(feature, Some(id.clone()), id).await?;
+        self.put(read, Expected::of(write.if_match), write.validate_only)
             .await
     }
 
@@ -98,7 +104,7 @@ impl Edge {
             let entry = before.zones.get(id.as_str()).cloned();
             let entry = entry.ok_or_else(|| Refusal::not_found("zone", &id))?;
             check_expected(&expected, Some(entry.version), self.epoch, "zone", &id)?;
-            (entry, before, false)
+            (entry, before.clone(), false)
         } else {
             let order = Order::DeleteZone {
                 id: id.clone(),
@@ -110,10 +116,12 @@ impl Edge {
             };
             (entry, after, outcome.durable)
         };
-        let effect = match &closure {
-            Some(closure) => views::effect(&after.airspace, closure, &[]),
-            None => return Err(Refusal::not_found("zone", &id)),
+        let Some(closure) = closure else {
+            return Err(Refusal::not_found("zone", &id));
         };
+        // In the words of the network that its closure is on.
+        let mut effect = views::effect(&before.airspace, &closure, &[]);
+        effect.in_force = after.airspace.is_in_force(&id);
         Ok(wire::ZoneAck {
             zone: zone_to_feature(&entry.zone),
             etag: Some(Cow::Owned(after.etag(entry.version))),
@@ -133,8 +141,8 @@ impl Edge {
         _caller: &Caller,
         feature: Value,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
-        let closure = self.read_zone(feature, None, "preview".to_owned()).await?;
-        self.preview(closure, None).await
+        let read = self.read_zone(feature, None, "preview".to_owned()).await?;
+        self.preview(read, None).await
     }
 
     /// A zone as a GeoJSON feature, and its entity tag.
@@ -179,40 +187,41 @@ impl Edge {
         feature: Value,
         id: Option<String>,
         made: String,
-    ) -> Result<Arc<Closure>, Refusal> {
-        let topology = self.topology();
+    ) -> Result<ReadZone, Refusal> {
+        let on = self.on_network()?;
         let margin_m = self.settings.margin_m;
         self.aside(move || {
             let id = match &id {
                 Some(id) => ZoneId::Fixed(id),
                 None => ZoneId::StatedOr(&made),
             };
+            let topology = on.topology();
             let zone = read_zone(feature, id, topology.frame(), margin_m)?;
-            Ok(Arc::new(Closure::of_zone(&topology, Arc::new(zone))))
+            let closure = Arc::new(Closure::of_zone(topology, Arc::new(zone)));
+            Ok(ReadZone { closure, on })
         })
         .await?
     }
 
     async fn put(
         self: &Arc<Self>,
-        closure: Arc<Closure>,
+        read: ReadZone,
         expected: Expected,
         validate_only: bool,
     ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
+        let closure = read.closure.clone();
         if validate_only {
-            let snapshot = self.snapshot();
-            let current = snapshot
-                .zones
-                .get(closure.id.as_str())
-                .map(|entry| entry.version);
+            let zones = &read.on.zones;
+            let current = zones.get(closure.id.as_str()).map(|entry| entry.version);
             check_expected(&expected, current, self.epoch, "zone", &closure.id)?;
-            let ack = self.preview(closure, current).await?;
+            let ack = self.preview(read, current).await?;
             return Ok((ack, current.is_none()));
         }
         let order = Order::PutZone {
             closure: closure.clone(),
             expected,
         };
+        let order = order.made_on(read.on.topology());
         let (outcome, snapshot) = self.order(order).await?;
         let Outcome {
             done: Done::Zone { entry, created },
@@ -222,7 +231,13 @@ impl Edge {
         else {
             return Err(unexpected());
         };
-        let ack = self.ack(&entry, &closure, &snapshot, durable, &detours);
+        // As it was put, on the network there is now; one that went in the same moment closes nothing.
+        let held = snapshot.airspace.closure(&closure.id).cloned();
+        let held = held.unwrap_or_else(|| {
+            let hits = Hits::default();
+            Arc::new(Closure { hits, ..(*closure).clone() })
+        });
+        let ack = self.ack(&entry, &held, &snapshot, durable, &detours);
         Ok((ack, created))
     }
 
@@ -251,11 +266,12 @@ impl Edge {
     /// What a zone would do, in a world that is thrown away afterwards.
     async fn preview(
         self: &Arc<Self>,
-        closure: Arc<Closure>,
+        read: ReadZone,
         version: Option<u64>,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
-        let (edge, snapshot) = (self.clone(), self.snapshot());
+        let edge = self.clone();
         self.aside(move || {
+            let ReadZone { closure, on: snapshot } = read;
             let zone: Option<Arc<Zone>> = closure.zone().cloned();
             let zone = zone.ok_or_else(unexpected)?;
             let now = edge.clock.now();

@@ -36,6 +36,12 @@ impl Topology {
         drop(by_id);
         Ok(assemble(draft, fingerprint, frame, &positions, stated))
     }
+
+    /// The topology of a network that is not known yet: without nodes and segments.
+    pub fn nothing() -> Self {
+        let draft = NetworkDraft::default();
+        assemble(draft, [0; 32], Frame::Planar, &[], Vec::new())
+    }
 }
 
 /// A segment whose ends are places in the draft.

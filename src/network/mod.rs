@@ -6,6 +6,7 @@
 mod build;
 pub mod bundled;
 mod components;
+mod correspondence;
 mod corridor;
 mod density;
 mod draft;
@@ -25,6 +26,7 @@ mod survey;
 mod topology;
 
 pub use components::Components;
+pub use correspondence::Correspondence;
 pub use corridor::{CORRIDOR_SEED, san_marcos_san_antonio};
 pub use density::{CellSizeError, Density, DensityGrid, MAX_CELLS};
 pub use draft::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};

@@ -103,7 +103,7 @@ impl Service {
         );
         let main = tokio::spawn(main);
         health.set_ready(edge.is_ready()).await;
-        tokio::spawn(tell_drain(health, drain.clone()));
+        tokio::spawn(tell_health(health, edge.clone(), drain.clone()));
         Ok(Self {
             edge,
             addresses,
@@ -137,8 +137,12 @@ impl Service {
     }
 }
 
-/// Says to those who watch the health of the edge that it is ending.
-async fn tell_drain(health: Health, drain: Drain) {
+/// Says to those who watch the health of the edge when it has a network to answer on, and that it is ending.
+async fn tell_health(health: Health, edge: Arc<Edge>, drain: Drain) {
+    tokio::select! {
+        () = edge.ready() => health.set_ready(true).await,
+        () = drain.begun() => {}
+    }
     drain.begun().await;
     health.set_ready(false).await;
 }

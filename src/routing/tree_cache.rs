@@ -109,9 +109,14 @@ impl TreeCache {
         entries.topology == topology && entries.by_destination.contains_key(&destination.0)
     }
 
-    /// Keeps the intact tree of a destination; trees of another topology revision are dropped.
+    /// Keeps the intact tree of a destination; trees of an earlier topology revision are dropped.
+    ///
+    /// A tree of an earlier revision than those held comes from a request that is still under way on it, and is not kept.
     pub fn insert(&self, tree: Arc<DestinationTree>, topology: u64) {
         let mut entries = self.write();
+        if topology < entries.topology {
+            return;
+        }
         if entries.topology != topology {
             *entries = Entries {
                 topology,
@@ -143,6 +148,11 @@ impl TreeCache {
         let after = entry.bytes();
         entries.bytes = entries.bytes + after - before;
         self.evict(&mut entries);
+    }
+
+    /// The topology revision of the trees held.
+    pub fn topology(&self) -> u64 {
+        self.read().topology
     }
 
     /// The destinations held, in index order.

@@ -41,6 +41,8 @@ pub enum EventKind {
     HoldMade,
     /// An operator decided them.
     HoldDecided,
+    /// Another network is in service: its name, its size and its topology revision.
+    NetworkChanged,
 }
 
 /// Something that happened.

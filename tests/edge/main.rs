@@ -4,4 +4,6 @@ mod idempotency;
 mod plans;
 mod publication;
 mod stage;
+mod topology;
+mod topology_property;
 mod windows;

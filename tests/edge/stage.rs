@@ -1,11 +1,12 @@
 //! An edge on a small network, and short ways to say what happens to it.
 
+use bytes::Bytes;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::{Clock, Hand};
-use skyway::edge::{Answered, Caller, Edge, Idempotency, Refusal, Settings, ZoneWrite};
-use skyway::formats::{load_network, parse_report, write_network};
-use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
+use skyway::edge::{Answered, Caller, Edge, Idempotency, NewNetwork, Refusal, Settings, ZoneWrite};
+use skyway::formats::{load_network, parse_report, read_network, write_network};
+use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::wire;
 use std::sync::Arc;
 
@@ -37,16 +38,30 @@ impl Stage {
     }
 
     pub(crate) fn with(settings: Settings) -> Self {
-        let loaded = load_network(&write_network(&ladder())).expect("the ladder is a network");
+        let network = loaded(&ladder());
+        Self::on(network.topology, network.geojson, settings)
+    }
+
+    /// On a network of one's own.
+    pub(crate) fn on(topology: Arc<Topology>, geojson: Bytes, settings: Settings) -> Self {
         let dawn: Timestamp = DAWN.parse().expect("an instant");
         let (clock, hand) = Clock::by_hand(dawn);
-        let geojson = write_network(&ladder()).into();
-        let edge = Edge::start(Arc::new(loaded.topology), geojson, EPOCH, settings, clock);
+        let edge = Edge::start(topology, geojson, EPOCH, settings, clock);
         Self {
             edge: edge.expect("threads"),
             hand,
             caller: Caller::anyone(),
         }
+    }
+
+    /// Changes the ladder, or what has become of it, and puts that into service.
+    pub(crate) async fn rebuild(&self, change: impl FnOnce(&mut NetworkDraft)) {
+        let text = self.edge.network_geojson().expect("a network").0;
+        let text = std::str::from_utf8(&text).expect("UTF-8");
+        let mut draft = read_network(text).expect("a network");
+        change(&mut draft);
+        let replaced = self.edge.replace_network(loaded(&draft)).await;
+        replaced.expect("the network is put into service");
     }
 
     /// Lets time pass, and what is due happen.
@@ -124,7 +139,29 @@ pub(crate) fn names(ids: &[wire::Id<'_>]) -> Vec<String> {
     ids.iter().map(ToString::to_string).collect()
 }
 
-fn ladder() -> NetworkDraft {
+/// A network as an edge takes it.
+pub(crate) fn loaded(draft: &NetworkDraft) -> NewNetwork {
+    let text = write_network(draft);
+    let loaded = load_network(&text).expect("a network");
+    NewNetwork::new(Arc::new(loaded.topology), text.into())
+}
+
+/// Takes a node and its segments away.
+pub(crate) fn without(draft: &mut NetworkDraft, node: &str) {
+    draft.nodes.retain(|other| other.id != node);
+    let touches = |segment: &SegmentDraft| segment.from == node || segment.to == node;
+    draft.segments.retain(|segment| !touches(segment));
+}
+
+pub(crate) fn node(id: &str, x: f64, y: f64) -> NodeDraft {
+    NodeDraft {
+        id: id.to_owned(),
+        position: [x, y],
+        ..NodeDraft::default()
+    }
+}
+
+pub(crate) fn ladder() -> NetworkDraft {
     let node = |row: &str, place: usize, y: f64| NodeDraft {
         id: format!("{row}{place}"),
         position: [place as f64 * 100.0, y],
@@ -150,10 +187,10 @@ fn ladder() -> NetworkDraft {
     }
 }
 
-fn segment(from: String, to: String) -> SegmentDraft {
+pub(crate) fn segment(from: impl Into<String>, to: impl Into<String>) -> SegmentDraft {
     SegmentDraft {
-        from,
-        to,
+        from: from.into(),
+        to: to.into(),
         ..SegmentDraft::default()
     }
 }

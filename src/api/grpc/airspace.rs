@@ -16,13 +16,16 @@ use tonic::{Request, Response, Status};
 #[derive(Debug)]
 pub(super) struct Service {
     edge: Arc<Edge>,
-    node_ids: NodeIds,
 }
 
 impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
-        let node_ids = NodeIds::of(&edge.topology());
-        Self { edge, node_ids }
+        Self { edge }
+    }
+
+    /// As the network in service has them.
+    fn node_ids(&self) -> NodeIds {
+        NodeIds::of(&self.edge.topology())
     }
 
     /// An answer with the world it is of.
@@ -143,7 +146,7 @@ impl airspace_server::Airspace for Service {
     ) -> Result<Response<proto::ClosureAnswer>, Status> {
         let (caller, message) = opened(request)?;
         let idempotency = idempotency(message.idempotency_key.clone(), &message);
-        let draft = closure_draft(message, self.node_ids);
+        let draft = closure_draft(message, self.node_ids());
         self.closure(self.edge.close(&caller, draft, idempotency).await)
     }
 

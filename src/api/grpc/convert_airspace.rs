@@ -29,6 +29,7 @@ mirror_enum!(EventKind {
     ProposalDecided,
     HoldMade,
     HoldDecided,
+    NetworkChanged,
 });
 
 mirror!(wire::AffectedPlan<'_> => AffectedPlan {

@@ -13,13 +13,16 @@ use tonic::{Request, Response, Status};
 #[derive(Debug)]
 pub(super) struct Service {
     edge: Arc<Edge>,
-    node_ids: NodeIds,
 }
 
 impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
-        let node_ids = NodeIds::of(&edge.topology());
-        Self { edge, node_ids }
+        Self { edge }
+    }
+
+    /// As the network in service has them.
+    fn node_ids(&self) -> NodeIds {
+        NodeIds::of(&self.edge.topology())
     }
 }
 
@@ -30,7 +33,7 @@ impl drones_server::Drones for Service {
         request: Request<proto::ReportTelemetryRequest>,
     ) -> Result<Response<proto::ReportTelemetryResponse>, Status> {
         let (caller, message) = opened(request)?;
-        let value = |entry| telemetry_value(entry, self.node_ids);
+        let value = |entry| telemetry_value(entry, self.node_ids());
         let positions = message.positions.into_iter().map(value).collect();
         let telemetry = wire::Telemetry { positions };
         let answer = told(self.edge.telemetry(&caller, telemetry))?;

@@ -28,8 +28,10 @@ impl network_server::Network for Service {
         let (_, message) = opened(request)?;
         use proto::NetworkFormat;
         let (document, etag) = match NetworkFormat::try_from(message.format) {
-            Ok(NetworkFormat::Unspecified | NetworkFormat::Geojson) => self.edge.network_geojson(),
-            Ok(NetworkFormat::Compact) => self.edge.network_compact(),
+            Ok(NetworkFormat::Unspecified | NetworkFormat::Geojson) => {
+                told(self.edge.network_geojson())?
+            }
+            Ok(NetworkFormat::Compact) => told(self.edge.network_compact())?,
             Err(_) => {
                 let text = format!("there is no format {}", message.format);
                 return told(Err(invalid("unknown_value", "/format", text)));

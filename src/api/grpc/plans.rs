@@ -12,13 +12,16 @@ use tonic::{Request, Response, Status};
 #[derive(Debug)]
 pub(super) struct Service {
     edge: Arc<Edge>,
-    node_ids: NodeIds,
 }
 
 impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
-        let node_ids = NodeIds::of(&edge.topology());
-        Self { edge, node_ids }
+        Self { edge }
+    }
+
+    /// As the network in service has them.
+    fn node_ids(&self) -> NodeIds {
+        NodeIds::of(&self.edge.topology())
     }
 }
 
@@ -30,7 +33,7 @@ impl plans_server::Plans for Service {
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
         let idempotency = idempotency(message.idempotency_key.clone(), &message);
-        let delivery = told(delivery_request(message, self.node_ids))?;
+        let delivery = told(delivery_request(message, self.node_ids()))?;
         let composed = self.edge.compose_plan(&caller, delivery, idempotency).await;
         answer(composed)
     }
@@ -71,7 +74,7 @@ impl plans_server::Plans for Service {
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
         let id = message.id.clone();
-        let ack = told(acknowledgement(message, self.node_ids))?;
+        let ack = told(acknowledgement(message, self.node_ids()))?;
         answer(self.edge.acknowledge_plan(&caller, &id, ack).await)
     }
 }

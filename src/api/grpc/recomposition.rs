@@ -14,13 +14,16 @@ use tonic::{Request, Response, Status};
 #[derive(Debug)]
 pub(super) struct Service {
     edge: Arc<Edge>,
-    node_ids: NodeIds,
 }
 
 impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
-        let node_ids = NodeIds::of(&edge.topology());
-        Self { edge, node_ids }
+        Self { edge }
+    }
+
+    /// As the network in service has them.
+    fn node_ids(&self) -> NodeIds {
+        NodeIds::of(&self.edge.topology())
     }
 }
 
@@ -31,7 +34,7 @@ impl recomposition_server::Recomposition for Service {
         request: Request<proto::FailureReport>,
     ) -> Result<Response<proto::RecompositionAnswer>, Status> {
         let (caller, report) = opened(request)?;
-        let parsed = parsed_report(report, self.node_ids);
+        let parsed = parsed_report(report, self.node_ids());
         let answered = told(self.edge.report_failure(&caller, parsed).await)?;
         Ok(Response::new(answered.to_wire().into_proto()))
     }
@@ -41,7 +44,7 @@ impl recomposition_server::Recomposition for Service {
         request: Request<proto::ReportFailuresRequest>,
     ) -> Result<Response<proto::ReportFailuresResponse>, Status> {
         let (caller, request_id, message) = opened_with_id(request)?;
-        let parsed = |report| Ok(parsed_report(report, self.node_ids));
+        let parsed = |report| Ok(parsed_report(report, self.node_ids()));
         let reports = message.failures.into_iter().map(parsed).collect();
         let answers = told(self.edge.report_failures(&caller, reports).await)?;
         let entries = answers

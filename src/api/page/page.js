@@ -51,7 +51,8 @@ function noteGap(text) {
 async function readNetwork() {
   const network = await read("/v1/network?format=compact");
   const known = world.network;
-  const isSame = known && known.name === network.name && known.ids.length === network.ids.length && known.segments.length === network.segments.length;
+  const isSame = known && known.name === network.name && known.ids.length === network.ids.length && known.segments.length === network.segments.length
+    && known.topology_revision === network.topology_revision;
   // An edge that has started again mostly has the same network: the reader's view of it stays.
   if (isSame) return;
   setNetwork(network);
@@ -87,6 +88,7 @@ async function take(message) {
   announce(event);
   if (event.kind === "recomposed" && $("follow").checked) choose(event.data);
   // The event tells the zone; whether it is in force by the edge's clock, its closure tells.
+  if (event.kind === "network_changed") await readLists();
   if (event.kind === "zone_put") await readClosure(String(event.data.zone.id));
 }
 

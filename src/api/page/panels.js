@@ -165,6 +165,7 @@ export function sentence({ kind, data }) {
     case "proposal_decided": return `${data.proposal_id}: ${words(data.decision)}`;
     case "hold_made": return `${data.hold.closure_count} removals wait for an operator`;
     case "hold_decided": return `${data.hold_id}: ${words(data.decision)}`;
+    case "network_changed": return `the network is now ${data.name}: ${counted(data.nodes, "node")}, ${counted(data.segments, "segment")}`;
     case "gap": return data.text;
     default: return words(kind);
   }

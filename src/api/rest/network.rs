@@ -91,8 +91,8 @@ pub(super) async fn get_network(
     headers: HeaderMap,
 ) -> Answer {
     let (media_type, (document, etag)) = match asked.format {
-        NetworkFormat::Geojson => (GEOJSON, edge.network_geojson()),
-        NetworkFormat::Compact => (JSON, edge.network_compact()),
+        NetworkFormat::Geojson => (GEOJSON, edge.network_geojson()?),
+        NetworkFormat::Compact => (JSON, edge.network_compact()?),
     };
     if let Some(response) = not_modified(&headers, &etag) {
         return Ok(response);

@@ -32,9 +32,6 @@ pub(super) async fn ready(State(edge): State<Arc<Edge>>, State(drain): State<Dra
     if drain.has_begun() {
         return Err(Refusal::new(Code::ShuttingDown, "the edge is draining").into());
     }
-    if !edge.is_ready() {
-        let refusal = Refusal::new(Code::Overloaded, "the edge has no network to answer on yet");
-        return Err(refusal.retry_after_s(1).into());
-    }
+    edge.check_ready()?;
     Ok(of_bytes(StatusCode::OK, TEXT, "ready\n"))
 }

@@ -1,0 +1,376 @@
+//! Plans when the network changes: flown on where their ways are as they were, else recomposed from where their
+//! drones are, or ended where their source or destination is gone.
+
+use super::events::Happening;
+use super::fleet::{self, Detour};
+use super::orders::Order;
+use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::state::State;
+use super::views;
+use crate::compose::{CarriedOver, Change, Composition, equip};
+use crate::flight::Location;
+use crate::formats::{Known, settle_report};
+use crate::geo::Point;
+use crate::network::{Correspondence, NodeIx, Topology};
+use crate::recompose::{Outcome, World, recompose};
+use crate::wire::{self, EventKind, PlanState};
+use imbl::OrdMap;
+use jiff::Timestamp;
+use serde_json::json;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+impl State {
+    /// Carries all plans over to the network that is in service now; `before` is the state on the one before.
+    pub(super) fn carry_plans_over(
+        &mut self,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) {
+        self.next.occupations = OrdMap::new();
+        for plan in before.plans.values() {
+            match plan.is_active() {
+                true => self.carry_plan_over(plan, before, change, now),
+                false => self.carry_over_ended(plan, change),
+            }
+        }
+    }
+
+    /// A plan that is over is still told of while all of its way is there.
+    fn carry_over_ended(&mut self, plan: &Arc<PlanEntry>, change: &Change<'_>) {
+        let ends = ends_over(plan, change.correspondence);
+        let current = version_carried(plan, &plan.current, change);
+        let Some(((source, destination), (current, _))) = ends.zip(current) else {
+            self.next.plans.remove(&plan.id);
+            self.over.retain(|id| *id != plan.id);
+            return;
+        };
+        self.keep_plan(PlanEntry {
+            source,
+            destination,
+            current: Arc::new(current),
+            ..(**plan).clone()
+        });
+    }
+
+    fn carry_plan_over(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) {
+        let Some((source, destination)) = ends_over(plan, change.correspondence) else {
+            self.end_with_network(plan, before, "source_or_destination_gone");
+            return;
+        };
+        let current = version_carried(plan, &plan.current, change);
+        let proposed = plan.proposed.as_deref();
+        let proposed = proposed.map(|version| version_carried(plan, version, change));
+        let plan_over = |current: Version, proposed: Option<Version>| PlanEntry {
+            source,
+            destination,
+            current: Arc::new(current),
+            proposed: proposed.map(Arc::new),
+            ..(**plan).clone()
+        };
+        match (current, proposed) {
+            (Some(current), None) => {
+                let current = self.equipped(current, plan.airspeed_mps);
+                self.fly_on(plan_over(current, None), now);
+            }
+            (Some(current), Some(Some(proposed))) => {
+                let current = self.equipped(current, plan.airspeed_mps);
+                let proposed = self.equipped(proposed, plan.airspeed_mps);
+                self.fly_on(plan_over(current, Some(proposed)), now);
+            }
+            (Some((current, _)), Some(None)) => {
+                let remnant = plan.proposed.as_deref().map(nothing_left_of);
+                self.redirect(plan_over(current, remnant), now);
+            }
+            (None, _) => {
+                let remnant = plan.proposed.as_deref().map(nothing_left_of);
+                match self.legs_left(plan, before, change, now) {
+                    Some(current) => self.redirect(plan_over(current, remnant), now),
+                    None => self.redirect_from_place(plan, before, destination, |current| {
+                        plan_over(current, remnant)
+                    }, now),
+                }
+            }
+        }
+    }
+
+    /// A plan whose ways are as they were.
+    fn fly_on(&mut self, plan: PlanEntry, now: Timestamp) {
+        self.occupy(&plan.id, &plan.current);
+        // A proposal that was not acknowledged in time does not count any more.
+        let counts = |version: &&Arc<Version>| version.acknowledge_by.is_none_or(|by| by > now);
+        if let Some(proposed) = plan.proposed.as_ref().filter(counts) {
+            self.occupy(&plan.id, proposed);
+        }
+        let plan = self.keep_plan(plan);
+        self.touched_plans.insert(plan.id.clone());
+    }
+
+    /// A version that is flown as it was, with contingencies that can be flown.
+    fn equipped(&mut self, (version, contingencies_hold): (Version, bool), airspeed_mps: f64) -> Version {
+        if contingencies_hold {
+            return version;
+        }
+        let airspace = self.next.airspace.clone();
+        let world = World {
+            airspace: &airspace,
+            trees: Some(&self.trees),
+        };
+        let way = version.composition.way.clone();
+        let Some(&last) = way.nodes.last() else {
+            return version;
+        };
+        let stretch_m = version.first_stretch_m;
+        let composition = equip(&world, way, stretch_m, last, airspeed_mps, &mut self.scratch);
+        Version {
+            composition,
+            ..version
+        }
+    }
+
+    /// What is left of the way of a plan around its drone; `None` where the leg that it is on is gone.
+    fn legs_left(
+        &self,
+        plan: &PlanEntry,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) -> Option<Version> {
+        let progress = fleet::progress(before.topology(), plan, &self.drones, now)?;
+        let composition = &plan.current.composition;
+        let legs = composition.legs_left(change.correspondence, progress.leg);
+        if legs.is_empty() {
+            return None;
+        }
+        let starts_as_before = legs.start == 0;
+        let (left, _) = stretch_carried(plan, &plan.current, legs, change)?;
+        Some(Version {
+            // It leads nowhere now, whatever its drone was told.
+            outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
+            first_stretch_m: if starts_as_before { left.first_stretch_m } else { 0.0 },
+            ..left
+        })
+    }
+
+    /// Proposes a way from where the drone of a plan is on what is left of its way.
+    fn redirect(&mut self, plan: PlanEntry, now: Timestamp) {
+        self.occupy(&plan.id, &plan.current);
+        let plan = self.keep_plan(plan);
+        let airspace = self.next.airspace.clone();
+        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        let version = progress.and_then(|progress| {
+            let world = World {
+                airspace: &airspace,
+                trees: Some(&self.trees),
+            };
+            let detour = fleet::detour(&plan, &progress, &world, &mut self.scratch);
+            self.version_of(&detour, &airspace, now)
+        });
+        let plan = self.replace_proposal(&plan, version);
+        self.touched_plans.insert(plan.id.clone());
+        self.tell(EventKind::PlanAffected, &plan);
+    }
+
+    /// The leg that the drone of a plan is on is gone: its way is composed from its place. As nothing is left of the
+    /// old one, the new one stands in its place at once, and is proposed as well for its drone to acknowledge.
+    fn redirect_from_place(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        destination: NodeIx,
+        plan_over: impl FnOnce(Version) -> PlanEntry,
+        now: Timestamp,
+    ) {
+        let place = place_of(plan, before.topology(), &self.drones, now);
+        let place = place.map(|place| before.topology().frame().from_plane(place));
+        let detour = place.and_then(|place| self.detour_from(plan, place, destination));
+        let airspace = self.next.airspace.clone();
+        let version = detour.and_then(|detour| {
+            let on_network = Detour {
+                plan: Arc::new(PlanEntry {
+                    destination,
+                    ..(**plan).clone()
+                }),
+                ..detour
+            };
+            self.version_of(&on_network, &airspace, now)
+        });
+        let Some(imposed) = version else {
+            self.end_with_network(plan, before, "no_way_on");
+            return;
+        };
+        let number = plan.next_version.fetch_add(1, Ordering::Relaxed);
+        let proposed = Version {
+            number,
+            ..imposed.clone()
+        };
+        let plan = plan_over(imposed);
+        self.occupy(&plan.id, &plan.current);
+        self.time_arrival(&plan.id, &plan.current);
+        let plan = self.replace_proposal(&Arc::new(plan), Some(proposed));
+        self.touched_plans.insert(plan.id.clone());
+        self.tell(EventKind::PlanAffected, &plan);
+    }
+
+    /// What a drone at a place is told that is to go to a node.
+    fn detour_from(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        place: [f64; 2],
+        destination: NodeIx,
+    ) -> Option<Detour> {
+        let airspace = self.next.airspace.clone();
+        let goal = views::node_id(airspace.topology(), destination);
+        let report = wire::FailureReport {
+            failure: Some(wire::FailureType::ServiceLevel),
+            location: Some(wire::Place::Pair(place)),
+            destination: Some(goal),
+            ..wire::FailureReport::default()
+        };
+        let settled = settle_report(&report, &Known::nothing(), &airspace, &mut Vec::new()).ok()?;
+        let world = World {
+            airspace: &airspace,
+            trees: Some(&self.trees),
+        };
+        let mut answer = recompose(&world, &settled.request, &mut self.scratch);
+        if answer.outcome == Outcome::Unaffected {
+            // Of a way that only the report's reader assumed.
+            answer.outcome = Outcome::Rerouted;
+        }
+        Some(Detour {
+            plan: plan.clone(),
+            request: settled.request,
+            answer,
+            extra_m: None,
+            version: None,
+        })
+    }
+
+    /// Ends a plan that has nowhere to go any more. It is told in the words of the network before, and forgotten.
+    fn end_with_network(&mut self, plan: &Arc<PlanEntry>, before: &Snapshot, why: &str) {
+        if let Some(drone) = &plan.drone_id
+            && self.next.flown_by.get(drone) == Some(&plan.id)
+        {
+            self.next.flown_by.remove(drone);
+        }
+        self.next.active_plans = self.next.active_plans.saturating_sub(1);
+        self.next.plans.remove(&plan.id);
+        let ended = PlanEntry {
+            state: PlanState::Cancelled,
+            proposed: None,
+            ..(**plan).clone()
+        };
+        let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
+        self.events.push(Happening::new(EventKind::PlanEnded, data));
+    }
+
+    /// The order of a version that was worked out on another network; a plan that it does not fit is looked over instead.
+    pub(super) fn version_over(
+        &mut self,
+        id: &Arc<str>,
+        version: Version,
+        made_on: &Topology,
+        correspondence: &Correspondence,
+    ) -> Option<Order> {
+        let plan = self.next.plans.get(id).cloned()?;
+        let topology = self.next.topology().clone();
+        let change = Change {
+            from: made_on,
+            to: &topology,
+            correspondence,
+        };
+        let carried = version_carried(&plan, &version, &change);
+        let Some(carried) = carried else {
+            self.touched_plans.insert(id.clone());
+            return None;
+        };
+        Some(Order::ProposeVersion {
+            plan: id.clone(),
+            version: Box::new(self.equipped(carried, plan.airspeed_mps)),
+        })
+    }
+}
+
+fn ends_over(plan: &PlanEntry, correspondence: &Correspondence) -> Option<(NodeIx, NodeIx)> {
+    let source = correspondence.node(plan.source)?;
+    Some((source, correspondence.node(plan.destination)?))
+}
+
+/// A version of which all legs are flown as they were, and whether its contingencies hold too.
+fn version_carried(
+    plan: &PlanEntry,
+    version: &Version,
+    change: &Change<'_>,
+) -> Option<(Version, bool)> {
+    let legs = 0..version.composition.legs.len();
+    stretch_carried(plan, version, legs, change)
+}
+
+fn stretch_carried(
+    plan: &PlanEntry,
+    version: &Version,
+    legs: Range<usize>,
+    change: &Change<'_>,
+) -> Option<(Version, bool)> {
+    let (stretch_m, airspeed_mps) = (version.first_stretch_m, plan.airspeed_mps);
+    let carried = version.composition.carried_over(change, legs, stretch_m, airspeed_mps)?;
+    let CarriedOver {
+        composition,
+        contingencies_hold,
+    } = carried;
+    let version = Version {
+        composition,
+        ..version.clone()
+    };
+    Some((version, contingencies_hold))
+}
+
+/// A proposed version without its way: what its drone has reported goes on to count.
+fn nothing_left_of(version: &Version) -> Version {
+    Version {
+        composition: Composition {
+            way: crate::routing::Way::default(),
+            legs: Vec::new(),
+            length_m: 0.0,
+            flight_time_s: 0.0,
+        },
+        ..version.clone()
+    }
+}
+
+/// Where the drone of a plan is, on the network of its plan: by its telemetry, else by nominal times.
+fn place_of(
+    plan: &PlanEntry,
+    topology: &Topology,
+    drones: &super::drones::Drones,
+    now: Timestamp,
+) -> Option<Point> {
+    let version = &plan.current;
+    let Some(progress) = fleet::progress(topology, plan, drones, now) else {
+        let last = version.composition.way.nodes.last();
+        return last.map(|&node| topology.position(node));
+    };
+    let leg = &version.composition.legs[progress.leg];
+    let (from, to) = (topology.position(leg.from), topology.position(leg.to));
+    Some(match progress.location {
+        Location::At(place) => place,
+        Location::LegStart => from,
+        Location::Unknown => {
+            let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
+            let lasts_s = leg.arrival_s - leg.departure_s;
+            let fraction = match lasts_s > 0.0 {
+                true => ((elapsed_s - leg.departure_s) / lasts_s).clamp(0.0, 1.0),
+                false => 0.0,
+            };
+            from.towards(to, fraction)
+        }
+    })
+}
