@@ -139,7 +139,7 @@ async fn a_zone_closes_what_is_built_under_it_and_plans_meet_it() {
     stage.zone(circle("park", 350.0, 50.0, 20.0)).await;
     let question =
         json!({"service": {"from": "a2", "to": "a3"}, "destination": "b5", "dry_run": true});
-    assert_eq!(stage.answer(question.clone()).await["severed_by"], json!([]));
+    let over_b3 = stage.answer(question.clone()).await;
     stage
         .rebuild(|draft| {
             draft.nodes.push(node("x", 350.0, 50.0));
@@ -153,6 +153,7 @@ async fn a_zone_closes_what_is_built_under_it_and_plans_meet_it() {
     assert!(stands.closed);
     let answer = stage.answer(question).await;
     assert!(!nodes_of(&answer).contains(&"x"), "{answer}");
+    assert_eq!(answer["remaining_length_m"], over_b3["remaining_length_m"]);
 }
 
 #[tokio::test]
@@ -257,7 +258,8 @@ async fn a_stored_answer_is_given_again_only_on_its_network() {
     assert_eq!(stage.answer(report.clone()).await["replayed"], true);
     stage.rebuild(|draft| without(draft, "b7")).await;
     let again = stage.answer(report).await;
-    assert_eq!((again["replayed"].as_bool(), &again["path"]), (Some(false), &first["path"]));
+    assert_eq!(again["replayed"], false);
+    assert_eq!(again["remaining_length_m"], first["remaining_length_m"]);
 }
 
 #[tokio::test]
