@@ -33,6 +33,8 @@ pub mod geo;
 pub mod intake;
 pub mod network;
 #[cfg(feature = "edge")]
+pub mod planted;
+#[cfg(feature = "edge")]
 pub mod process;
 pub mod recompose;
 #[cfg(feature = "edge")]

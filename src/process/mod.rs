@@ -2,6 +2,7 @@
 
 pub mod listening;
 pub mod logs;
+mod planted;
 pub mod registry;
 pub mod service;
 pub mod signals;

@@ -1,6 +1,7 @@
 //! A running registry: its store, its two listeners, and how it ends.
 
 use super::listening::{Addresses, ServiceError, authentication, bind};
+use super::planted::plant_bug;
 use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::registry as rest;
@@ -49,6 +50,7 @@ impl RegistryService {
             tokens,
             new_epoch,
         } = start;
+        plant_bug()?;
         let main = bind(config.listen, "listen").await?;
         let admin = bind(config.admin_listen, "admin-listen").await?;
         let addresses = Addresses {

@@ -4,6 +4,7 @@
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
 use super::listening::{Addresses, ServiceError, authentication, bind};
+use super::planted::plant_bug;
 use crate::api::grpc::{self, Health};
 use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
@@ -58,6 +59,7 @@ impl Service {
             topology,
             geojson,
         } = start;
+        plant_bug()?;
         let main = bind(config.listen, "listen").await?;
         let admin = bind(config.admin_listen, "admin-listen").await?;
         let addresses = Addresses {

@@ -3,8 +3,9 @@
 use super::Registry;
 use super::store::{ChangesQuery, ChangesRead};
 use crate::intake::Faults;
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
-use crate::wire::ChangesPage;
+use crate::wire::{ChangeOperation, ChangesPage};
 use std::time::Duration;
 use tokio::time::Instant;
 
@@ -102,15 +103,20 @@ impl Registry {
 }
 
 fn page(network: &str, after: u64, read: ChangesRead) -> ChangesPage {
+    let mut changes = read.changes;
+    let revision = changes.last().map_or(after, |change| change.revision);
+    if planted::is(Bug::SkipTombstone) {
+        changes.retain(|change| change.operation != ChangeOperation::Delete);
+    }
     let mut page = ChangesPage {
         registry_id: read.identity.registry_id,
         epoch: read.identity.epoch,
         network: network.to_owned(),
         after,
-        revision: read.changes.last().map_or(after, |change| change.revision),
+        revision,
         head: read.state.head,
         oldest: read.state.oldest,
-        changes: read.changes,
+        changes,
         checksum: String::new(),
     };
     page.checksum = page.digest();

@@ -2,7 +2,7 @@
 
 use super::Registry;
 use super::store::{Expectation, NewChange, ObjectsQuery, Version};
-use super::topologies::{Composed, aside};
+use super::topologies::{Composed, Made, aside};
 use super::writes::{Decision, Intent, Manner, Reply};
 use crate::formats::{
     LoadError, ZoneId, fingerprint, patch_network, read_network, write_network, zone_from_feature,
@@ -91,17 +91,18 @@ impl Registry {
         let etag = version.map(Version::etag);
         Expected::of(manner.if_match.clone()).check(etag.as_deref(), "network", id)?;
         let text = text.clone();
-        let (body, topology) = aside(move || read(&text)).await??;
+        let made = aside(move || read(&text)).await??;
         if let Some(state) = &state {
-            self.check_fit(id, state.head, topology).await?;
+            self.check_fit(id, state.head, &made.topology).await?;
         }
         Ok(Decision {
             creates: state.is_none(),
             created: state.is_none(),
             head: state.map(|state| state.head),
             expects: vec![expectation(version)],
-            change: change(ChangeOperation::Put, body),
+            change: change(ChangeOperation::Put, made.text.to_string()),
             object: None,
+            network: Some(made),
         })
     }
 
@@ -115,8 +116,8 @@ impl Registry {
         let etag = state.topology.etag();
         Expected::of(manner.if_match.clone()).check(Some(&etag), "network", id)?;
         let owned = patch.clone();
-        let topology = aside(move || patched(&composed, &owned)).await??;
-        self.check_fit(id, state.head, topology).await?;
+        let made = aside(move || patched(&composed, &owned)).await??;
+        self.check_fit(id, state.head, &made.topology).await?;
         let body = serde_json::to_string(patch).map_err(|error| {
             Refusal::new(
                 Code::Internal,
@@ -130,12 +131,17 @@ impl Registry {
             expects: vec![expectation(Some(state.topology))],
             change: change(ChangeOperation::Patch, body),
             object: None,
+            network: Some(made),
         })
     }
 
     /// Checks that all that stands at a revision is valid on another topology, too.
-    async fn check_fit(&self, network: &str, at: u64, topology: Topology) -> Result<(), Refusal> {
-        let topology = Arc::new(topology);
+    async fn check_fit(
+        &self,
+        network: &str,
+        at: u64,
+        topology: &Arc<Topology>,
+    ) -> Result<(), Refusal> {
         let mut faults = Faults::default();
         let mut after = None;
         loop {
@@ -188,21 +194,25 @@ fn change(operation: ChangeOperation, body: String) -> NewChange {
 }
 
 /// A network as it is kept, and what stands on it is checked against.
-fn read(text: &str) -> Result<(String, Topology), Refusal> {
+fn read(text: &str) -> Result<Made, Refusal> {
     let draft = read_network(text).map_err(|errors| network_refusal(LoadError::Format(errors)))?;
-    let body = write_network(&draft);
-    Ok((body.clone(), built(draft, &body)?))
+    made(draft)
 }
 
-fn patched(composed: &Composed, patch: &NetworkPatch) -> Result<Topology, Refusal> {
+fn patched(composed: &Composed, patch: &NetworkPatch) -> Result<Made, Refusal> {
     let draft = patch_network(&composed.draft, patch)
         .map_err(|errors| network_refusal(LoadError::Format(errors)))?;
-    let text = write_network(&draft);
-    built(draft, &text)
+    made(draft)
 }
 
-fn built(draft: NetworkDraft, text: &str) -> Result<Topology, Refusal> {
-    Topology::build(draft, fingerprint(&[text])).map_err(network_rejected)
+fn made(draft: NetworkDraft) -> Result<Made, Refusal> {
+    let text = write_network(&draft);
+    let topology = Topology::build(draft.clone(), fingerprint(&[&text]));
+    Ok(Made {
+        draft,
+        topology: Arc::new(topology.map_err(network_rejected)?),
+        text: text.into(),
+    })
 }
 
 /// What of these objects a topology has no ground for: the place of each, and why.

@@ -213,6 +213,7 @@ impl Registry {
                 body: Some(put.body),
             },
             object: put.object,
+            network: None,
         })
     }
 
@@ -241,6 +242,7 @@ impl Registry {
                 body: None,
             },
             object: None,
+            network: None,
         })
     }
 

@@ -91,6 +91,9 @@ impl SqlStore {
         begun.await.map_err(trouble)
     }
 
+    /// What a connection that has failed is good for, the pool finds out before it is used again.
+    pub(super) fn distrust(&self) {}
+
     /// After the commit and not within it: a database without notifications would undo the write.
     async fn tell_others(&self, network: &str) {
         if !self.notifies.load(Ordering::Relaxed) {

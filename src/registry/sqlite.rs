@@ -2,7 +2,8 @@
 //!
 //! One connection writes, others read beside it (WAL). Every commit is on the disk before it is acknowledged
 //! (`synchronous = FULL`). A write begins with `BEGIN IMMEDIATE`: one that began as a read and wants to write
-//! would fail at once where another writes, whatever patience is configured.
+//! would fail at once where another writes, whatever patience is configured. After an error of the disk every
+//! connection is opened anew: what one of them remembers of the file may not be what is on the disk.
 
 #[expect(
     clippy::duplicate_mod,
@@ -29,6 +30,8 @@ use sqlx::pool::PoolOptions;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
 use sqlx::{Pool, Sqlite, SqliteConnection, Transaction};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use tokio::sync::Mutex;
 
@@ -37,6 +40,8 @@ type Row = SqliteRow;
 
 /// How long a write waits for another process that has the file.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// How many may write at once.
+const WRITERS: u32 = 1;
 /// How many may read at once.
 const READERS: u32 = 4;
 
@@ -46,6 +51,29 @@ pub struct SqlStore {
     writer: Pool<Sqlite>,
     readers: Pool<Sqlite>,
     writing: Mutex<()>,
+    distrusted: [Distrusted; 2],
+}
+
+/// How many connections of a pool are to be closed before they are used again.
+#[derive(Clone, Debug, Default)]
+struct Distrusted(Arc<AtomicU32>);
+
+impl Distrusted {
+    /// A pool whose connections are looked at before each use.
+    fn pool(&self, connections: u32) -> PoolOptions<Sqlite> {
+        let distrusted = self.0.clone();
+        let is_trusted = move || {
+            let less = |count: u32| count.checked_sub(1);
+            let taken = distrusted.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
+            taken.is_err()
+        };
+        PoolOptions::new()
+            .max_connections(connections)
+            .before_acquire(move |_, _| {
+                let is_trusted = is_trusted();
+                Box::pin(async move { Ok(is_trusted) })
+            })
+    }
 }
 
 impl SqlStore {
@@ -64,17 +92,16 @@ impl SqlStore {
             name: file.display().to_string(),
             message: error.to_string(),
         };
-        let writer = PoolOptions::new().max_connections(1);
-        let writer = writer
-            .connect_with(options.clone())
-            .await
-            .map_err(unusable)?;
-        let readers = PoolOptions::new().max_connections(READERS);
+        let distrusted = [Distrusted::default(), Distrusted::default()];
+        let writer = distrusted[0].pool(WRITERS).connect_with(options.clone());
+        let writer = writer.await.map_err(unusable)?;
+        let readers = distrusted[1].pool(READERS);
         let readers = readers.connect_lazy_with(options.pragma("query_only", "ON"));
         let store = Self {
             writer,
             readers,
             writing: Mutex::new(()),
+            distrusted,
         };
         store.migrate(fresh_id).await?;
         Ok(store)
@@ -100,6 +127,13 @@ impl SqlStore {
 
     async fn begin_read(&self) -> Result<Transaction<'static, Sqlite>, Trouble> {
         self.readers.begin().await.map_err(trouble)
+    }
+
+    /// After trouble that may be the disk's: no connection that is open now is used again.
+    pub(super) fn distrust(&self) {
+        let [writer, readers] = &self.distrusted;
+        writer.0.store(WRITERS, Ordering::Relaxed);
+        readers.0.store(READERS, Ordering::Relaxed);
     }
 
     /// There are no others: one process has the file.

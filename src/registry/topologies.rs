@@ -19,7 +19,31 @@ pub(super) struct Composed {
     pub(super) draft: NetworkDraft,
     /// The network in the native format.
     pub(super) text: Arc<str>,
-    pub(super) topology: Topology,
+    pub(super) topology: Arc<Topology>,
+}
+
+/// A network that is to be written, as it will be put together once it is.
+#[derive(Clone, Debug)]
+pub(super) struct Made {
+    pub(super) draft: NetworkDraft,
+    pub(super) text: Arc<str>,
+    pub(super) topology: Arc<Topology>,
+}
+
+impl Made {
+    fn at(self, version: Version) -> Composed {
+        let Self {
+            draft,
+            text,
+            topology,
+        } = self;
+        Composed {
+            version,
+            draft,
+            text,
+            topology,
+        }
+    }
 }
 
 /// The networks asked for lately.
@@ -52,6 +76,11 @@ impl Topologies {
 }
 
 impl Registry {
+    /// Keeps a network that has just been written: nobody has to put it together from the log.
+    pub(super) fn keep_made(&self, network: &str, made: Made, version: Version) {
+        self.topologies.put(network, &Arc::new(made.at(version)));
+    }
+
     /// How a network stands.
     pub(super) async fn state(&self, network: &str) -> Result<NetworkState, Refusal> {
         let found = self.store.network(network).await?;
@@ -96,6 +125,11 @@ impl Registry {
         let read = self.store.network_parts(network, at).await?;
         let NetworkParts { state, parts } =
             read.ok_or_else(|| Refusal::not_found("network", network))?;
+        if parts.is_empty() {
+            let detail = "the network as it was then is no longer kept; begin anew";
+            let gone = Refusal::new(Code::ChangesGone, detail);
+            return Err(gone.with_oldest_revision(state.oldest));
+        }
         let version = parts.last().map_or(state.topology, version_of);
         if let Some(composed) = self.topologies.get(network, version) {
             return Ok((state, composed));
@@ -149,10 +183,11 @@ fn put_together(parts: &[LoggedChange]) -> Result<Composed, StoreError> {
         false => write_network(&draft),
     };
     let topology = Topology::build(draft.clone(), fingerprint(&[&text]));
-    Ok(Composed {
-        version: version_of(last),
+    let topology = topology.map_err(|_| damaged(last, "it cannot be flown"))?;
+    let made = Made {
         draft,
-        topology: topology.map_err(|_| damaged(last, "it cannot be flown"))?,
         text: text.into(),
-    })
+        topology: Arc::new(topology),
+    };
+    Ok(made.at(version_of(last)))
 }

@@ -3,14 +3,19 @@
 use super::store::{
     Append, Appended, Expectation, Identity, KeptReply, MakeReply, NewChange, ReplyKey, Version,
 };
+use super::topologies::Made;
 use super::{Registry, count};
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{NetworkPatch, ObjectKind, PublishedClosure, Weather, Written};
 use serde_json::Value;
 use std::sync::{Arc, PoisonError};
+use std::time::Duration;
 
 /// How often a write is decided anew because others got in between.
 const DECISIONS: u32 = 16;
+/// How long the planted bug of early answers takes to commit.
+const LATER: Duration = Duration::from_millis(20);
 /// The longest idempotency key, in bytes.
 const KEY_BYTES_MAX: usize = 256;
 
@@ -95,6 +100,8 @@ pub(super) struct Decision {
     pub(super) change: NewChange,
     /// The object as it is understood, for the answer.
     pub(super) object: Option<Value>,
+    /// The network that it makes, where it makes one.
+    pub(super) network: Option<Made>,
 }
 
 impl Registry {
@@ -140,13 +147,19 @@ impl Registry {
         manner: &Manner,
     ) -> Result<Reply, Refusal> {
         for _ in 0..DECISIONS {
-            let decision = self.decide(network, intent, manner).await?;
+            let mut decision = self.decide(network, intent, manner).await?;
+            let made = decision.network.take();
             if manner.validate_only {
                 return self.validated(network, decision).await;
             }
             let append = self.append_of(network, decision, manner);
             match self.commit(append).await? {
-                Appended::Done { reply, .. } => return Ok(reply.into()),
+                Appended::Done { reply, version } => {
+                    if let Some(made) = made {
+                        self.keep_made(network, made, version);
+                    }
+                    return Ok(reply.into());
+                }
                 Appended::Moved => count(&self.counts.moved),
                 Appended::Repeated { fingerprint, reply } => {
                     return repeated(&fingerprint, reply, manner);
@@ -189,6 +202,7 @@ impl Registry {
             expects,
             change,
             object,
+            network: _,
         } = decision;
         let key = manner.key.as_ref().map(|key| ReplyKey {
             subject: manner.subject.clone(),
@@ -213,6 +227,9 @@ impl Registry {
 
     /// Commits in a task of its own, so that who goes away meanwhile leaves no half-done commit behind.
     pub(super) async fn commit(self: &Arc<Self>, append: Append) -> Result<Appended, Refusal> {
+        if planted::is(Bug::AcknowledgeBeforeCommit) {
+            return self.commit_afterwards(append).await;
+        }
         let registry = self.clone();
         let commit = tokio::spawn(async move {
             let appended = registry.store.append(&append).await;
@@ -231,6 +248,23 @@ impl Registry {
             .await
             .map_err(|error| Refusal::new(Code::Internal, format!("a commit failed: {error}")))?;
         Ok(committed?)
+    }
+
+    /// The planted bug: answers what will probably be, and commits later.
+    async fn commit_afterwards(self: &Arc<Self>, append: Append) -> Result<Appended, Refusal> {
+        let identity = self.store.identity().await?;
+        let state = self.store.network(&append.network).await?;
+        let version = Version {
+            epoch: identity.epoch,
+            revision: state.map_or(0, |state| state.head) + 1,
+        };
+        let reply = (append.reply)(&identity, version);
+        let registry = self.clone();
+        tokio::spawn(async move {
+            tokio::time::sleep(LATER).await;
+            registry.store.append(&append).await
+        });
+        Ok(Appended::Done { version, reply })
     }
 
     /// Remembers a commit beside the store. What is committed stays so, also where this fails.

@@ -9,6 +9,7 @@ use crate::rust::{macros_called, paths};
 /// of `routing` and `recompose`, and shares no code with them, so that they cannot share a mistake.
 const LAYERS: &[(&str, &str)] = &[
     ("wire", ""),
+    ("planted", ""),
     ("access", ""),
     ("geo", ""),
     ("network", "geo"),
@@ -34,18 +35,18 @@ const LAYERS: &[(&str, &str)] = &[
     ("demo", "wire geo clock"),
     (
         "edge",
-        "wire access geo network airspace flight routing recompose compose formats refusal intake clock config",
+        "wire planted access geo network airspace flight routing recompose compose formats refusal intake clock config",
     ),
     (
         "registry",
-        "wire access network formats refusal intake clock",
+        "wire planted access network formats refusal intake clock",
     ),
     (
         "api",
         "wire access geo network airspace flight routing recompose compose formats draw refusal intake clock config \
          edge registry",
     ),
-    ("process", "network clock config edge registry api"),
+    ("process", "planted network clock config edge registry api"),
     (
         "cli",
         "wire access geo network airspace flight routing recompose compose verify formats draw evaluate clock config demo edge registry api process",

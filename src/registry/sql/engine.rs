@@ -2,6 +2,7 @@
 //! in between.
 
 use super::{Connection, SqlStore, statements, upkeep};
+use crate::planted::{self, Bug};
 use crate::registry::sql::schema::{FACTS, STEPS};
 use crate::registry::sql::{ATTEMPTS, Trouble};
 use crate::registry::store::{
@@ -13,6 +14,11 @@ use crate::wire::{ChangeOperation, LoggedChange, ObjectKind};
 use std::pin::Pin;
 use std::time::Duration;
 
+/// How long a write waits for its turn. One that comes too late is refused, so that none is done long after its
+/// sender has given up.
+const TURN: Duration = Duration::from_secs(5);
+/// How long the database may take over a write. What becomes of one that takes longer is not known.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// The first pause before a write is tried again; each further one is twice as long.
 const FIRST_PAUSE: Duration = Duration::from_millis(2);
 
@@ -31,7 +37,10 @@ macro_rules! reading {
             Ok::<_, Trouble>(done)
         };
         read.await.map_err(|trouble| match trouble {
-            Trouble::Lasting(error) => error,
+            Trouble::Lasting(error) => {
+                $store.distrust();
+                error
+            }
             Trouble::Contended => StoreError::Contended,
         })
     }};
@@ -41,19 +50,30 @@ macro_rules! reading {
 macro_rules! writing {
     ($store:expr, |$connection:ident| $work:expr) => {{
         // Writes of this process one after the other: they would only get in each other's way.
-        let _turn = $store.writing.lock().await;
+        let turn = tokio::time::timeout(TURN, $store.writing.lock()).await;
+        let _turn = turn.map_err(|_| too_long("the write before"))?;
         let mut attempt = 0;
         loop {
             let write = async {
                 let mut transaction = $store.begin_write().await?;
                 let $connection: &mut Connection = &mut transaction;
                 let done = $work.await?;
-                transaction.commit().await.map_err(super::trouble)?;
+                let committed = transaction.commit().await;
+                if !planted::is(Bug::IgnoreFailedCommit) {
+                    committed.map_err(super::trouble)?;
+                }
                 Ok::<_, Trouble>(done)
             };
-            match write.await {
+            let written = match tokio::time::timeout(PATIENCE, write).await {
+                Ok(written) => written,
+                Err(_) => Err(Trouble::Lasting(too_long("a write"))),
+            };
+            match written {
                 Ok(done) => break Ok(done),
-                Err(Trouble::Lasting(error)) => break Err(error),
+                Err(Trouble::Lasting(error)) => {
+                    $store.distrust();
+                    break Err(error);
+                }
                 Err(Trouble::Contended) if attempt + 1 == ATTEMPTS => {
                     break Err(StoreError::Contended);
                 }
@@ -70,6 +90,12 @@ impl SqlStore {
     /// Brings an opened database to the schema of this version, and gives it an id where it has none.
     pub(super) async fn migrate(&self, fresh_id: &str) -> Result<(), StoreError> {
         writing!(self, |connection| migrate(connection, fresh_id))
+    }
+}
+
+fn too_long(what: &str) -> StoreError {
+    StoreError::Unavailable {
+        message: format!("{what} takes too long"),
     }
 }
 
@@ -139,6 +165,9 @@ async fn append(connection: &mut Connection, append: &Append) -> Result<Appended
     }
     for (position, change) in append.changes.iter().enumerate() {
         statements::insert_change(connection, append, change, version, position).await?;
+    }
+    if planted::is(Bug::HalfBatch) {
+        statements::commit_what_there_is(connection).await?;
     }
     let is_moved = match append.creates {
         Some(_) => {

@@ -1,6 +1,7 @@
 //! What is asked of the database, one function for each question, on a connection within a transaction.
 
 use super::{Connection, Row, trouble};
+use crate::planted::{self, Bug};
 use crate::registry::sql::{Trouble, signed, unsigned};
 use crate::registry::store::{
     Append, ChangesQuery, Expectation, Identity, NetworkState, NewChange, ObjectsQuery, StoreError,
@@ -8,9 +9,12 @@ use crate::registry::store::{
 };
 use crate::wire::{ChangeOperation, LoggedChange, ObjectKind};
 use sqlx::Row as _;
+use std::time::Duration;
 use tokio_stream::StreamExt;
 
 const REGISTRY_ID: &str = "registry_id";
+/// How long the planted bug of half batches waits before the second half.
+const BETWEEN_HALVES: Duration = Duration::from_millis(5);
 const EPOCH: &str = "epoch";
 
 /// The columns of a change, in the order that `change_of` reads them.
@@ -171,7 +175,7 @@ fn change_of(row: &Row, network: &str) -> Result<LoggedChange, Trouble> {
         body: row.try_get(7).map_err(trouble)?,
         sha256: text(8)?,
     };
-    if change.sha256 != change.digest(network) {
+    if change.sha256 != change.digest(network) && !planted::is(Bug::TrustTheDisk) {
         let (revision, id) = (change.revision, &change.id);
         return Err(damaged(format!(
             "{kind} '{id}' of network '{network}' at revision {revision} has another digest"
@@ -431,6 +435,16 @@ pub(super) async fn is_there(
 ) -> Result<bool, Trouble> {
     let found = version(connection, network, change.kind, &change.id).await?;
     Ok(found.is_some())
+}
+
+/// The planted bug of half batches: commits in the midst of a write.
+pub(super) async fn commit_what_there_is(connection: &mut Connection) -> Result<(), Trouble> {
+    let done = sqlx::query("COMMIT").execute(&mut *connection);
+    done.await.map_err(trouble)?;
+    tokio::time::sleep(BETWEEN_HALVES).await;
+    let done = sqlx::query("BEGIN").execute(connection);
+    done.await.map_err(trouble)?;
+    Ok(())
 }
 
 pub(super) async fn insert_network(

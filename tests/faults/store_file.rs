@@ -1,0 +1,87 @@
+//! The file of a registry's store, looked at while nobody has it open.
+
+#![expect(
+    clippy::disallowed_methods,
+    reason = "tests of faults copy and damage the files of stores"
+)]
+
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{ConnectOptions, Connection, Row, SqliteConnection};
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A store in a folder: its name, and what SQLite keeps beside it.
+const PARTS: [&str; 2] = ["registry.db", "registry.db-wal"];
+
+/// Copies a store as it is on the disk.
+pub(crate) fn copy(from: &Path, to: &Path) {
+    for part in PARTS {
+        let _ = std::fs::remove_file(to.join(part));
+        let _ = std::fs::remove_file(to.join(format!("{part}-shm")));
+        if from.join(part).is_file() {
+            std::fs::copy(from.join(part), to.join(part)).expect("copied");
+        }
+    }
+    let _ = std::fs::remove_file(to.join("registry.db-shm"));
+}
+
+/// What is wrong with a copy of a store: pages that do not fit together, half a write, numbers that are not right.
+pub(crate) async fn faults(folder: &Path) -> Vec<String> {
+    let copied = TempDir::new().expect("a folder");
+    copy(folder, copied.path());
+    let file = copied.path().join(PARTS[0]);
+    let options = SqliteConnectOptions::new().filename(file);
+    let mut connection = match options.connect().await {
+        Ok(connection) => connection,
+        Err(error) => return vec![format!("it does not open: {error}")],
+    };
+    let mut faults = Vec::new();
+    let rows = sqlx::query("PRAGMA integrity_check").fetch_all(&mut connection);
+    match rows.await {
+        Ok(rows) => {
+            let told = rows.iter().map(|row| row.get::<String, _>(0));
+            faults.extend(told.filter(|told| told != "ok"));
+        }
+        Err(error) => faults.push(format!("it cannot be checked: {error}")),
+    }
+    for (wrong, query) in HALVES {
+        match sqlx::query(query).fetch_one(&mut connection).await {
+            Ok(row) => match row.get::<i64, _>(0) {
+                0 => {}
+                count => faults.push(format!("{wrong}: {count}")),
+            },
+            Err(error) => faults.push(format!("{wrong}: {error}")),
+        }
+    }
+    let _ = close(connection).await;
+    faults
+}
+
+async fn close(connection: SqliteConnection) -> Result<(), sqlx::Error> {
+    connection.close().await
+}
+
+/// What half a write would leave behind.
+const HALVES: [(&str, &str); 4] = [
+    (
+        "changes beyond the last revision of their network",
+        "SELECT COUNT(*) FROM changes c WHERE NOT EXISTS \
+         (SELECT 1 FROM networks n WHERE n.network = c.network AND n.head >= c.revision)",
+    ),
+    (
+        "revisions without a change",
+        "SELECT COALESCE(SUM(n.head - n.oldest - (SELECT COUNT(DISTINCT c.revision) FROM changes c \
+         WHERE c.network = n.network AND c.revision > n.oldest)), 0) FROM networks n",
+    ),
+    (
+        "networks with another number of zones",
+        "SELECT COUNT(*) FROM networks n WHERE n.zones <> (SELECT COUNT(*) FROM changes c WHERE c.network = n.network \
+         AND c.kind = 'zone' AND c.operation = 'put' AND NOT EXISTS (SELECT 1 FROM changes l WHERE l.network = c.network \
+         AND l.kind = 'zone' AND l.id = c.id AND l.revision > c.revision))",
+    ),
+    (
+        "answers to writes that are not there",
+        "SELECT COUNT(*) FROM replies r WHERE NOT EXISTS (SELECT 1 FROM changes c WHERE c.kind = 'zone' \
+         AND c.id = r.object_id)",
+    ),
+];

@@ -1,0 +1,235 @@
+//! Who writes zones while faults happen, and who follows; each notes what it did and saw.
+
+use crate::daemon::Address;
+use crate::history::{Act, Outcome, Recorder, Version};
+use crate::registry_client::{Client, check_page};
+use crate::rounds::Chance;
+use skyway::wire::LoggedChange;
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+/// Those who take part in a run, until it is over.
+#[derive(Debug)]
+pub(crate) struct Crowd {
+    pub(crate) recorder: Recorder,
+    stop: CancellationToken,
+    tasks: Vec<JoinHandle<()>>,
+    notes: Arc<Notes>,
+}
+
+/// What they found by themselves.
+#[derive(Debug, Default)]
+struct Notes {
+    violations: Mutex<Vec<String>>,
+    followed: Mutex<Vec<LoggedChange>>,
+}
+
+impl Notes {
+    fn violation(&self, text: String) {
+        let violations = self.violations.lock();
+        violations
+            .unwrap_or_else(PoisonError::into_inner)
+            .push(text);
+    }
+}
+
+/// What a run left behind.
+#[derive(Debug)]
+pub(crate) struct Left {
+    pub(crate) violations: Vec<String>,
+    /// The log as the follower has seen it, change by change.
+    pub(crate) followed: Vec<LoggedChange>,
+}
+
+impl Crowd {
+    /// So many writers, and a follower from the first revision on.
+    pub(crate) fn gather(address: &Address, seed: u64, writers: u64) -> Self {
+        let (recorder, stop) = (Recorder::default(), CancellationToken::new());
+        let notes = Arc::new(Notes::default());
+        let mut tasks: Vec<JoinHandle<()>> = Vec::new();
+        for number in 0..writers {
+            let writer = Writer {
+                client: Client::new(address),
+                chance: Chance::of(seed, number),
+                name: format!("w{number}"),
+                made: 0,
+                known: Vec::new(),
+                recorder: recorder.clone(),
+                notes: notes.clone(),
+            };
+            tasks.push(tokio::spawn(writer.work(stop.clone())));
+        }
+        let (client, seen, stopped) = (Client::new(address), notes.clone(), stop.clone());
+        tasks.push(tokio::spawn(async move {
+            follow(&client, &seen, &stopped).await
+        }));
+        Self {
+            recorder,
+            stop,
+            tasks,
+            notes,
+        }
+    }
+
+    /// Ends the run.
+    pub(crate) async fn end(self) -> Left {
+        self.stop.cancel();
+        for task in self.tasks {
+            task.await.expect("who takes part ends well");
+        }
+        let take = |list: &Mutex<Vec<String>>| {
+            std::mem::take(&mut *list.lock().unwrap_or_else(PoisonError::into_inner))
+        };
+        let followed = self.notes.followed.lock();
+        Left {
+            violations: take(&self.notes.violations),
+            followed: followed.unwrap_or_else(PoisonError::into_inner).clone(),
+        }
+    }
+}
+
+/// One who writes zones of its own, one after the other.
+struct Writer {
+    client: Client,
+    chance: Chance,
+    name: String,
+    made: u64,
+    /// Zones that are there, as far as this one knows.
+    known: Vec<(String, Version)>,
+    recorder: Recorder,
+    notes: Arc<Notes>,
+}
+
+impl Writer {
+    async fn work(mut self, stop: CancellationToken) {
+        while !stop.is_cancelled() {
+            match self.chance.below(100) {
+                0..60 => self.create(&stop).await,
+                60..75 => self.replace(&stop).await,
+                75..88 => self.delete(&stop).await,
+                _ => {
+                    if let Some((id, _)) = self.draw() {
+                        self.read(&id, &stop).await;
+                    }
+                }
+            }
+        }
+    }
+
+    fn draw(&mut self) -> Option<(String, Version)> {
+        let count = self.known.len() as u64;
+        let place = usize::try_from(self.chance.below(count)).ok()?;
+        self.known.get(place).cloned()
+    }
+
+    fn tag(&mut self) -> String {
+        self.made += 1;
+        format!("{}-{}", self.name, self.made)
+    }
+
+    fn keep(&mut self, id: &str, version: Option<Version>) {
+        self.known.retain(|(known, _)| known != id);
+        if let Some(version) = version {
+            self.known.push((id.to_owned(), version));
+        }
+    }
+
+    async fn done(&self, act: Act, version: Option<Version>, key: Option<&str>) -> Outcome {
+        let begun = self.recorder.begin(&self.name, act.clone());
+        let outcome = self.client.act(&act, version, key).await;
+        self.recorder.end(&begun, outcome.clone());
+        outcome
+    }
+
+    /// A new zone; half of them with a key, under which a request without an answer is sent again.
+    async fn create(&mut self, stop: &CancellationToken) {
+        let tag = self.tag();
+        let id = format!("zone-{tag}");
+        let key = (self.chance.below(2) == 0).then(|| format!("key-{tag}"));
+        let act = Act::Put {
+            id: id.clone(),
+            tag,
+        };
+        let mut outcome = self.done(act.clone(), None, key.as_deref()).await;
+        while key.is_some() && outcome == Outcome::Unknown && !stop.is_cancelled() {
+            outcome = self.done(act.clone(), None, key.as_deref()).await;
+            match outcome {
+                // Nobody was there.
+                Outcome::Refused(0) => outcome = Outcome::Unknown,
+                Outcome::Refused(status) => {
+                    let text = format!("{act:?} again with its key is refused: {status}");
+                    self.notes.violation(text);
+                }
+                _ => {}
+            }
+        }
+        self.settle(&id, outcome, stop).await;
+    }
+
+    async fn replace(&mut self, stop: &CancellationToken) {
+        let Some((id, version)) = self.draw() else {
+            return;
+        };
+        let act = Act::Put {
+            id: id.clone(),
+            tag: self.tag(),
+        };
+        let outcome = self.done(act, Some(version), None).await;
+        self.settle(&id, outcome, stop).await;
+    }
+
+    async fn delete(&mut self, stop: &CancellationToken) {
+        let Some((id, version)) = self.draw() else {
+            return;
+        };
+        let act = Act::Delete { id: id.clone() };
+        match self.done(act, Some(version), None).await {
+            Outcome::Done(_) => self.keep(&id, None),
+            outcome => self.settle(&id, outcome, stop).await,
+        }
+    }
+
+    /// What is known after a write; where nothing is, it is read.
+    async fn settle(&mut self, id: &str, outcome: Outcome, stop: &CancellationToken) {
+        match outcome {
+            Outcome::Done(Some(version)) => self.keep(id, Some(version)),
+            Outcome::Refused(0) => {}
+            _ => self.read(id, stop).await,
+        }
+    }
+
+    async fn read(&mut self, id: &str, stop: &CancellationToken) {
+        let act = Act::Read { id: id.to_owned() };
+        while !stop.is_cancelled() {
+            if let Outcome::Seen(seen) = self.done(act.clone(), None, None).await {
+                self.keep(id, seen.and_then(|seen| seen.version));
+                return;
+            }
+        }
+    }
+}
+
+/// Follows the log from its beginning, page by page, over all that happens.
+async fn follow(client: &Client, notes: &Notes, stop: &CancellationToken) {
+    let mut after = 0;
+    while !stop.is_cancelled() {
+        let page = match client.page(after, "1s").await {
+            Some(Ok(page)) => page,
+            Some(Err(410)) => {
+                notes.violation(format!("the log after {after} is gone"));
+                return;
+            }
+            _ => continue,
+        };
+        if let Err(wrong) = check_page(&page, after) {
+            notes.violation(wrong);
+            return;
+        }
+        after = page.revision;
+        let followed = notes.followed.lock();
+        followed
+            .unwrap_or_else(PoisonError::into_inner)
+            .extend(page.changes);
+    }
+}
