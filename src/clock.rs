@@ -2,9 +2,17 @@
 //!
 //! It is the machine's, or a simulator's with a start and a rate of its own, or one that a test moves by
 //! hand. Whoever needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
+//!
+//! The machine's wall clock is judged by its time that only goes forward: while it has stepped away from that and
+//! nobody has confirmed it, the time goes on as it went before.
+
+mod stepped;
+
+pub use stepped::{Reading, STEP, SteppedClock};
 
 use crate::wire::ClockKind;
 use jiff::{SignedDuration, Timestamp};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -23,9 +31,74 @@ pub struct Clock(Source);
 
 #[derive(Clone, Debug)]
 enum Source {
-    Real,
+    Real(Arc<Machine>),
     Simulated(Simulation),
     ByHand(watch::Receiver<Timestamp>),
+    ByTwoHands(Arc<Judged<watch::Receiver<Times>>>),
+}
+
+/// The wall clock's time, and that of a clock that only goes forward.
+#[derive(Clone, Copy, Debug)]
+struct Times {
+    wall: Timestamp,
+    monotonic: Duration,
+}
+
+/// The machine's two clocks.
+type Machine = Judged<Monotonic>;
+
+/// Two clocks, one judged by the other.
+#[derive(Debug)]
+struct Judged<C> {
+    clocks: C,
+    judge: Mutex<SteppedClock>,
+}
+
+/// Where times are read.
+trait TwoClocks {
+    fn times(&self) -> Times;
+}
+
+/// The machine's, counted from an instant on.
+impl TwoClocks for Monotonic {
+    fn times(&self) -> Times {
+        Times {
+            wall: machine_now(),
+            monotonic: monotonic_since(*self),
+        }
+    }
+}
+
+impl TwoClocks for watch::Receiver<Times> {
+    fn times(&self) -> Times {
+        *self.borrow()
+    }
+}
+
+impl<C: TwoClocks> Judged<C> {
+    fn new(clocks: C) -> Self {
+        let Times { wall, monotonic } = clocks.times();
+        let judge = Mutex::new(SteppedClock::new(wall, monotonic));
+        Self { clocks, judge }
+    }
+
+    fn reading(&self) -> Reading {
+        // Read under the lock, so that no reading is judged after a later one.
+        let mut judge = self.lock();
+        let Times { wall, monotonic } = self.clocks.times();
+        judge.read(wall, monotonic)
+    }
+
+    fn confirm(&self) -> Option<SignedDuration> {
+        let mut judge = self.lock();
+        let Times { wall, monotonic } = self.clocks.times();
+        judge.confirm(wall, monotonic)
+    }
+
+    // The judge is whole after every call, so a panic elsewhere cannot spoil it.
+    fn lock(&self) -> MutexGuard<'_, SteppedClock> {
+        self.judge.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Time that began at an instant of its own and passes at a rate of its own.
@@ -50,7 +123,7 @@ impl Simulation {
 impl Clock {
     /// The machine's clock.
     pub fn real() -> Self {
-        Self(Source::Real)
+        Self(Source::Real(Arc::new(Judged::new(monotonic_now()))))
     }
 
     /// A clock that shows `start` now and runs `rate` times as fast as the machine's. A rate that is not a
@@ -70,19 +143,46 @@ impl Clock {
         (Self(Source::ByHand(clock)), Hand(hand))
     }
 
+    /// A clock as the machine's, of which both the wall clock and the time that only goes forward are moved by hand.
+    pub fn by_two_hands(start: Timestamp) -> (Self, TwoHands) {
+        let (hands, clocks) = watch::channel(Times {
+            wall: start,
+            monotonic: Duration::ZERO,
+        });
+        let clock = Self(Source::ByTwoHands(Arc::new(Judged::new(clocks))));
+        (clock, TwoHands(hands))
+    }
+
     /// The time now.
     pub fn now(&self) -> Timestamp {
+        self.reading().now
+    }
+
+    /// The time now, and whether the wall clock has stepped away from it.
+    pub fn reading(&self) -> Reading {
         match &self.0 {
-            Source::Real => machine_now(),
-            Source::Simulated(simulation) => simulation.after(monotonic_since(simulation.began)),
-            Source::ByHand(clock) => *clock.borrow(),
+            Source::Real(machine) => machine.reading(),
+            Source::ByTwoHands(clocks) => clocks.reading(),
+            Source::Simulated(simulation) => {
+                Reading::of(simulation.after(monotonic_since(simulation.began)))
+            }
+            Source::ByHand(clock) => Reading::of(*clock.borrow()),
+        }
+    }
+
+    /// Believes the wall clock from now on; tells how far it had stepped, if it had.
+    pub fn confirm(&self) -> Option<SignedDuration> {
+        match &self.0 {
+            Source::Real(machine) => machine.confirm(),
+            Source::ByTwoHands(clocks) => clocks.confirm(),
+            Source::Simulated(_) | Source::ByHand(_) => None,
         }
     }
 
     /// What answers say of this clock. One moved by hand is no more real than a simulator's.
     pub fn kind(&self) -> ClockKind {
         match &self.0 {
-            Source::Real => ClockKind::Real,
+            Source::Real(_) | Source::ByTwoHands(_) => ClockKind::Real,
             Source::Simulated(_) | Source::ByHand(_) => ClockKind::Simulated,
         }
     }
@@ -91,7 +191,9 @@ impl Clock {
     /// the hand's.
     pub fn stopwatch(&self) -> Stopwatch {
         match &self.0 {
-            Source::Real | Source::Simulated(_) => Stopwatch(Began::Machine(monotonic_now())),
+            Source::Real(_) | Source::Simulated(_) | Source::ByTwoHands(_) => {
+                Stopwatch(Began::Machine(monotonic_now()))
+            }
             Source::ByHand(clock) => {
                 let start = *clock.borrow();
                 Stopwatch(Began::ByHand(clock.clone(), start))
@@ -111,9 +213,9 @@ impl Clock {
             return Some(left);
         }
         match &self.0 {
-            Source::Real => Some(left.min(LONGEST_WAIT)),
+            Source::Real(_) => Some(left.min(LONGEST_WAIT)),
             Source::Simulated(simulation) => Some(scaled(left, simulation.rate)),
-            Source::ByHand(_) => None,
+            Source::ByHand(_) | Source::ByTwoHands(_) => None,
         }
     }
 
@@ -125,6 +227,15 @@ impl Clock {
             if !has_come {
                 // Without its hand this clock stands still.
                 std::future::pending::<()>().await;
+            }
+            return;
+        }
+        if let Source::ByTwoHands(clocks) = &self.0 {
+            let mut moved = clocks.clocks.clone();
+            while self.now() < instant {
+                if moved.changed().await.is_err() {
+                    std::future::pending::<()>().await;
+                }
             }
             return;
         }
@@ -158,6 +269,28 @@ impl Hand {
     pub fn advance(&self, by: SignedDuration) {
         self.0.send_modify(|now| {
             *now = now.checked_add(by).unwrap_or(Timestamp::MAX);
+        });
+    }
+}
+
+/// What moves both clocks by hand.
+#[derive(Debug)]
+pub struct TwoHands(watch::Sender<Times>);
+
+impl TwoHands {
+    /// Lets time pass on both.
+    pub fn advance(&self, by: Duration) {
+        self.0.send_modify(|times| {
+            times.monotonic = times.monotonic.saturating_add(by);
+            let by = SignedDuration::try_from(by).unwrap_or(SignedDuration::MAX);
+            times.wall = times.wall.checked_add(by).unwrap_or(Timestamp::MAX);
+        });
+    }
+
+    /// Sets the wall clock forward or back, as somebody does who adjusts it.
+    pub fn step(&self, by: SignedDuration) {
+        self.0.send_modify(|times| {
+            times.wall = times.wall.saturating_add(by).unwrap_or(times.wall);
         });
     }
 }

@@ -7,6 +7,7 @@ use super::bits::Bits;
 use super::closed::ClosedSet;
 use super::closure::Closure;
 use super::counts::Counts;
+use super::zone::Window;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
@@ -38,6 +39,8 @@ pub struct Airspace {
     opened_at: u64,
     as_of: Timestamp,
     horizon: SignedDuration,
+    /// How far a second clock is ahead, by which windows count as well.
+    apart: Option<SignedDuration>,
     closures: BTreeMap<String, Held>,
     closed: ClosedSet,
     closed_pads: Bits,
@@ -69,6 +72,7 @@ impl Airspace {
             opened_at: 0,
             as_of,
             horizon,
+            apart: None,
             closures: BTreeMap::new(),
         }
     }
@@ -111,6 +115,7 @@ impl Airspace {
         next.revision = self.revision + 1;
         // Another network may open ways that no closure closed.
         next.opened_at = next.revision;
+        next.apart = self.apart;
         let held = closures.into_iter().map(|closure| {
             let in_force = false;
             (closure.id.clone(), Held { closure, in_force })
@@ -118,6 +123,16 @@ impl Airspace {
         next.closures = held.collect();
         next.follow_windows(&mut Effect::default());
         next
+    }
+
+    /// The same airspace beside a second clock that is so far ahead of the time, or behind it: from the next
+    /// [`Airspace::apply`] on a window counts if it does by either of them. `None` leaves the time alone.
+    #[must_use]
+    pub fn beside_clock(&self, apart: Option<SignedDuration>) -> Self {
+        Self {
+            apart,
+            ..self.clone()
+        }
     }
 
     /// The network.
@@ -195,12 +210,22 @@ impl Airspace {
 
     /// The next instant after this snapshot's time at which a window begins or ceases to count.
     pub fn next_change(&self) -> Option<Timestamp> {
+        let apart = [Some(SignedDuration::ZERO), self.apart];
+        let changes = apart.into_iter().flatten().filter_map(|apart| {
+            let other = self.as_of.saturating_add(apart).ok()?;
+            let change = self.next_change_by(other)?;
+            change.saturating_sub(apart).ok()
+        });
+        changes.min()
+    }
+
+    fn next_change_by(&self, now: Timestamp) -> Option<Timestamp> {
         let windows = self
             .closures
             .values()
             .flat_map(|held| &held.closure.windows);
         windows
-            .filter_map(|window| window.next_change_after(self.as_of, self.horizon))
+            .filter_map(|window| window.next_change_after(now, self.horizon))
             .min()
     }
 
@@ -233,11 +258,15 @@ impl Airspace {
 
     fn follow_windows(&mut self, effect: &mut Effect) {
         let (now, horizon) = (self.as_of, self.horizon);
+        let other = self.apart.and_then(|apart| now.saturating_add(apart).ok());
+        let counts_now = |window: &Window| {
+            window.counts(now, horizon) || other.is_some_and(|other| window.counts(other, horizon))
+        };
         let mut turned = Vec::new();
         for held in self.closures.values_mut() {
             let windows = &held.closure.windows;
             let counts =
-                windows.is_empty() || windows.iter().any(|window| window.counts(now, horizon));
+                windows.is_empty() || windows.iter().any(counts_now);
             if counts != held.in_force {
                 held.in_force = counts;
                 turned.push((held.closure.clone(), counts));

@@ -219,7 +219,11 @@ fn closure_of(recorded: &RecordedClosure<'_>, topology: &Topology) -> Result<Clo
         let zone = zone_from_feature(feature, ZoneId::Fixed(&id), topology.frame());
         let zone =
             zone.map_err(|problems| Stop::all_of(&format!("zone {id} of the record"), &problems))?;
-        return Ok(Closure::of_zone(topology, Arc::new(zone)));
+        // It counted, by whatever clock; its windows are of no matter here.
+        return Ok(Closure {
+            windows: Vec::new(),
+            ..Closure::of_zone(topology, Arc::new(zone))
+        });
     }
     let missing = |name: &str| {
         Stop::failed(format!(

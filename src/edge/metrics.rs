@@ -88,6 +88,15 @@ impl Collector for EdgeCollector {
             "plans_unacknowledged",
             "Proposed versions that were not acknowledged in time",
             status.plans_unacknowledged,
-        )
+        )?;
+        counter(
+            "clock_steps",
+            "Steps of the wall clock against time that only goes forward",
+            status.clock_steps,
+        )?;
+        let apart = ConstGauge::new(status.clock_apart_s.unwrap_or_default());
+        let kind = apart.metric_type();
+        let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
+        apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)
     }
 }

@@ -6,6 +6,7 @@
 //! here knows HTTP or gRPC.
 
 mod answered;
+mod clock_steps;
 mod closures;
 mod decisions;
 mod drones;
@@ -26,6 +27,7 @@ mod snapshot;
 mod state;
 mod state_airspace;
 mod state_carried_plans;
+mod state_clock;
 mod state_fleet;
 mod state_topology;
 mod status;
@@ -183,12 +185,16 @@ impl Edge {
         }
     }
 
-    /// An edge that follows no registry is its own authority, and always fresh.
+    /// An edge that follows no registry is its own authority, and fresh while its clock can be believed.
     fn standing(&self, _snapshot: &Snapshot) -> Standing {
+        let has_stepped = self.clock.reading().apart.is_some();
         Standing {
             registry_revision: None,
             registry_age_s: None,
-            freshness: wire::Freshness::Fresh,
+            freshness: match has_stepped {
+                true => wire::Freshness::Degraded,
+                false => wire::Freshness::Fresh,
+            },
             clock: self.clock.kind(),
         }
     }

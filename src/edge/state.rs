@@ -10,6 +10,7 @@ use super::fleet::Detour;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
+use super::state_clock::HeardClock;
 use super::state_topology::Succession;
 use super::timers::{Due, Timers};
 use crate::airspace::{Airspace, Change, Closure};
@@ -55,6 +56,8 @@ pub(super) struct State {
     pub(super) relaid: Vec<Arc<Closure>>,
     /// The network before the one in service, and what of it is there still: for orders that were made on it.
     pub(super) succession: Option<Succession>,
+    /// What was last heard of the clock.
+    pub(super) clock: HeardClock,
 }
 
 impl State {
@@ -81,12 +84,16 @@ impl State {
             touched_plans: BTreeSet::new(),
             relaid: Vec::new(),
             succession: None,
+            clock: HeardClock::default(),
         }
     }
 
     /// The next instant at which something happens by itself.
     pub(super) fn next_due(&self) -> Option<Timestamp> {
+        // Until both clocks have come to it.
+        let behind = -self.clock.behind();
         let own = self.timers.next();
+        let own = own.and_then(|due| due.saturating_add(behind).ok());
         let windows = self.next.airspace.next_change();
         own.into_iter().chain(windows).min()
     }
@@ -152,7 +159,8 @@ impl State {
     /// Makes the airspace what the changes and the time make of it, and looks the plans over.
     fn publish(&mut self, now: Timestamp) -> Vec<Detour> {
         let before = self.next.airspace.clone();
-        let windows_turn = before.next_change().is_some_and(|instant| instant <= now);
+        let clock_turned = std::mem::take(&mut self.clock.has_turned);
+        let windows_turn = clock_turned || before.next_change().is_some_and(|instant| instant <= now);
         let changes = std::mem::take(&mut self.changes);
         let mut fresh = std::mem::take(&mut self.relaid);
         if changes.is_empty() && !windows_turn {
@@ -189,6 +197,8 @@ impl State {
     }
 
     fn follow_timers(&mut self, now: Timestamp) {
+        // All that is due here opens something, or lets it go: not before both clocks say so.
+        let now = now.saturating_add(self.clock.behind()).unwrap_or(now);
         while let Some(due) = self.timers.pop(now) {
             match due {
                 Due::Closure(id) => self.end_closure(&id, now),

@@ -45,6 +45,10 @@ pub struct Status {
     pub table_hits: u64,
     /// Requests that did not, and were answered by A*.
     pub table_misses: u64,
+    /// How often the wall clock has stepped.
+    pub clock_steps: u64,
+    /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
+    pub clock_apart_s: Option<f64>,
     /// The world as answers carry it.
     #[serde(flatten)]
     pub stamp: wire::Stamp<'static>,
@@ -58,6 +62,7 @@ impl Edge {
         let (records, record_bytes) = self.records.figures();
         let tables = self.trees.figures();
         let plans = snapshot.plans.values();
+        let clock = self.clock.reading();
         Status {
             version: env!("CARGO_PKG_VERSION"),
             network: topology.name().to_owned(),
@@ -80,6 +85,8 @@ impl Edge {
             table_bytes: tables.bytes,
             table_hits: tables.hits,
             table_misses: tables.misses,
+            clock_steps: clock.steps,
+            clock_apart_s: clock.apart.map(|apart| apart.as_secs_f64()),
             stamp: self.stamp_of(&snapshot),
         }
     }

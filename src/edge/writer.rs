@@ -96,8 +96,9 @@ impl Desk {
                 Err(RecvTimeoutError::Disconnected) => return,
             };
             letters.extend(inbox.try_iter().take(BATCH - 1));
-            let now = self.clock.now();
-            let is_due = self.state.next_due().is_some_and(|instant| instant <= now);
+            let reading = self.clock.reading();
+            let is_due = self.state.has_clock_news(&reading)
+                || self.state.next_due().is_some_and(|due| due <= reading.now);
             if !letters.is_empty() || is_due {
                 self.carry_out(letters);
             }
@@ -122,7 +123,9 @@ impl Desk {
     }
 
     fn carry_out_batch(&mut self, letters: Vec<Letter>) {
-        let now = self.clock.now();
+        let reading = self.clock.reading();
+        self.state.hear_clock(&reading);
+        let now = reading.now;
         let (orders, waiting): (Vec<Order>, Vec<_>) = letters
             .into_iter()
             .map(|letter| (letter.order, letter.reply))

@@ -43,6 +43,10 @@ pub enum EventKind {
     HoldDecided,
     /// Another network is in service: its name, its size and its topology revision.
     NetworkChanged,
+    /// The wall clock has stepped: by how much. Nothing opens by it until an operator confirms it.
+    ClockStepped,
+    /// A stepped clock was confirmed, or has come back: why.
+    ClockSettled,
 }
 
 /// Something that happened.

@@ -12,7 +12,7 @@ pub enum Freshness {
     Fresh,
     /// The registry has been away for a while.
     Stale,
-    /// The registry has been away for long.
+    /// The registry has been away for long, or the clock has stepped and nobody has confirmed it.
     Degraded,
 }
 
@@ -25,6 +25,19 @@ pub enum ClockKind {
     Real,
     /// A clock of its own, for simulations.
     Simulated,
+}
+
+/// The clock after an operator has confirmed it: the answer to `POST /v1/clock:confirm`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct ClockState<'a> {
+    /// The time now, RFC 3339.
+    pub now: Cow<'a, str>,
+    /// How far the clock had stepped, in seconds; null where it had not, so that nothing was to be confirmed.
+    pub confirmed_step_s: Option<f64>,
+    /// The world it counts in.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
 }
 
 /// The world an answer was computed on.

@@ -1,8 +1,10 @@
 //! The use cases of the edge, played as stories on a clock that is moved by hand.
 
+mod clock_steps;
 mod idempotency;
 mod plans;
 mod publication;
+mod measure_tmp;
 mod stage;
 mod topology;
 mod topology_property;

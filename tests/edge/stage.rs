@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::clock::{Clock, Hand};
+use skyway::clock::{Clock, Hand, TwoHands};
 use skyway::edge::{Answered, Caller, Edge, Idempotency, NewNetwork, Refusal, Settings, ZoneWrite};
 use skyway::formats::{load_network, parse_report, read_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
@@ -52,6 +52,25 @@ impl Stage {
             hand,
             caller: Caller::anyone(),
         }
+    }
+
+    /// On a machine's clock, of which both the wall clock and the time that only goes forward are moved by hand; the
+    /// hand of the stage moves nothing.
+    pub(crate) fn on_machine_clock() -> (Self, TwoHands) {
+        let network = loaded(&ladder());
+        let dawn: Timestamp = DAWN.parse().expect("an instant");
+        let (clock, hands) = Clock::by_two_hands(dawn);
+        let settings = Settings {
+            closed_fraction_max: 0.2,
+            ..Settings::default()
+        };
+        let edge = Edge::start(network.topology, network.geojson, EPOCH, settings, clock);
+        let stage = Self {
+            edge: edge.expect("threads"),
+            hand: Clock::by_hand(dawn).1,
+            caller: Caller::anyone(),
+        };
+        (stage, hands)
     }
 
     /// Changes the ladder, or what has become of it, and puts that into service.

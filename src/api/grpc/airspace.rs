@@ -219,6 +219,15 @@ impl airspace_server::Airspace for Service {
         }))
     }
 
+    async fn confirm_clock(
+        &self,
+        request: Request<proto::ConfirmClockRequest>,
+    ) -> Result<Response<proto::ConfirmClockResponse>, Status> {
+        let (caller, _) = opened(request)?;
+        let state = told(self.edge.confirm_clock(&caller).await)?;
+        Ok(Response::new(state.into_proto()))
+    }
+
     type WatchEventsStream = Pin<Box<dyn Stream<Item = Result<proto::Event, Status>> + Send>>;
 
     async fn watch_events(

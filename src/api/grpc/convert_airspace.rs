@@ -30,6 +30,8 @@ mirror_enum!(EventKind {
     HoldMade,
     HoldDecided,
     NetworkChanged,
+    ClockStepped,
+    ClockSettled,
 });
 
 mirror!(wire::AffectedPlan<'_> => AffectedPlan {
@@ -100,6 +102,12 @@ mirror!(wire::Proposal<'_> => Proposal {
 mirror!(wire::Proposals<'_> => ListProposalsResponse {
     proposals: plain,
     next_page_token: plain,
+    stamp: message,
+});
+
+mirror!(wire::ClockState<'_> => ConfirmClockResponse {
+    now: time,
+    confirmed_step_s: plain,
     stamp: message,
 });
 

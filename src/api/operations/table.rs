@@ -127,6 +127,9 @@ operations! {
                 (Method::POST, "/v1/holds/{id}/reject"),
             ]
             Some("/skyway.v1.Airspace/DecideHold"), ZoneWrite, OPERATORS, MAIN;
+        /// A wall clock that has stepped is believed again.
+        ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")]
+            Some("/skyway.v1.Airspace/ConfirmClock"), ZoneWrite, OPERATORS, MAIN;
         /// The network.
         GetNetwork "get_network" [(Method::GET, "/v1/network")]
             Some("/skyway.v1.Network/GetNetwork"), Read, READERS, MAIN;

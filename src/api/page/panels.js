@@ -165,6 +165,8 @@ export function sentence({ kind, data }) {
     case "proposal_decided": return `${data.proposal_id}: ${words(data.decision)}`;
     case "hold_made": return `${data.hold.closure_count} removals wait for an operator`;
     case "hold_decided": return `${data.hold_id}: ${words(data.decision)}`;
+    case "clock_stepped": return `the clock has stepped by ${Math.round(data.apart_s)} s; nothing opens by it until it is confirmed`;
+    case "clock_settled": return `the clock is believed again (${words(data.why)})`;
     case "network_changed": return `the network is now ${data.name}: ${counted(data.nodes, "node")}, ${counted(data.segments, "segment")}`;
     case "gap": return data.text;
     default: return words(kind);

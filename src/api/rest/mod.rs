@@ -6,6 +6,7 @@
 pub(in crate::api) mod admin;
 pub(in crate::api) mod answer;
 pub(in crate::api) mod asked;
+mod clock;
 mod closures;
 pub(in crate::api) mod docs;
 mod drones;
@@ -130,6 +131,7 @@ fn airspace() -> OpenApiRouter<Shared> {
         .routes(routes!(holds::list_holds))
         .routes(routes!(holds::release_hold))
         .routes(routes!(holds::reject_hold))
+        .routes(routes!(clock::confirm_clock))
 }
 
 fn observation() -> OpenApiRouter<Shared> {

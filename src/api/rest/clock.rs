@@ -1,0 +1,23 @@
+//! `POST /v1/clock:confirm`: an operator believes a wall clock that has stepped.
+
+use super::answer::{Answer, json};
+use super::asked::{By, NoParameters, Query};
+use crate::edge::Edge;
+use crate::wire::ClockState;
+use axum::extract::State;
+use std::sync::Arc;
+
+/// Believes the wall clock again after it has stepped by more than five seconds; until then nothing opens by it.
+#[utoipa::path(
+    post,
+    path = "/v1/clock:confirm",
+    tag = "decisions",
+    responses((status = 200, description = "The clock, which is believed now.", body = ClockState)),
+)]
+pub(super) async fn confirm_clock(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    json(&edge.confirm_clock(&caller).await?)
+}

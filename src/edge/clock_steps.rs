@@ -1,0 +1,32 @@
+//! A wall clock that has stepped, as operators see and confirm it.
+
+use super::Edge;
+use super::orders::Order;
+use super::views;
+use crate::access::Caller;
+use crate::refusal::Refusal;
+use crate::wire;
+use std::sync::Arc;
+
+impl Edge {
+    /// Believes the wall clock from now on, where it has stepped: what it closes and opens, closes and opens.
+    ///
+    /// # Errors
+    /// When the writer cannot take it; the clock is believed then all the same.
+    pub async fn confirm_clock(
+        self: &Arc<Self>,
+        caller: &Caller,
+    ) -> Result<wire::ClockState<'static>, Refusal> {
+        let apart = self.clock.confirm();
+        if let Some(apart) = apart {
+            let apart_s = apart.as_secs_f64();
+            tracing::warn!(subject = %caller.subject, apart_s, "the stepped clock was confirmed");
+        }
+        let (_, snapshot) = self.order(Order::Tick).await?;
+        Ok(wire::ClockState {
+            now: views::instant(self.clock.now()),
+            confirmed_step_s: apart.map(|apart| apart.as_secs_f64()),
+            stamp: self.stamp_of(&snapshot),
+        })
+    }
+}

@@ -1,0 +1,81 @@
+//! What the state makes of a wall clock that steps: until somebody confirms the step, nothing opens by it.
+//!
+//! The time goes on as before the step. A window counts if it counts by the time or by the stepped clock; what ends
+//! by itself ends when both say so.
+
+use super::events::Happening;
+use super::state::State;
+use crate::clock::{Reading, STEP};
+use crate::wire::EventKind;
+use jiff::SignedDuration;
+use serde_json::json;
+use std::sync::Arc;
+
+/// A stepped clock that has moved on by less than this is where it was.
+const SAME: SignedDuration = SignedDuration::from_secs(1);
+
+/// What was last heard of the clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HeardClock {
+    /// How far the wall clock is ahead of the time, while it is doubted.
+    apart: Option<SignedDuration>,
+    confirmations: u64,
+    /// Whether windows have to be looked at though no time has passed.
+    pub(super) has_turned: bool,
+}
+
+impl HeardClock {
+    /// How far the stepped clock is behind the time, as a negative span; zero where it is not.
+    pub(super) fn behind(&self) -> SignedDuration {
+        self.apart.unwrap_or_default().min(SignedDuration::ZERO)
+    }
+}
+
+impl State {
+    /// Whether a reading of the clock is news.
+    pub(super) fn has_clock_news(&self, reading: &Reading) -> bool {
+        match (self.clock.apart, reading.apart) {
+            (Some(known), Some(apart)) => (apart - known).abs() > SAME,
+            (None, None) => self.clock.confirmations != reading.confirmations,
+            _ => true,
+        }
+    }
+
+    /// Takes a reading of the clock; to be called before orders are carried out at its time.
+    pub(super) fn hear_clock(&mut self, reading: &Reading) {
+        if !self.has_clock_news(reading) {
+            return;
+        }
+        let seconds = |span: SignedDuration| span.as_millis() as f64 / 1e3;
+        let known = self.clock.apart;
+        let is_step = match (known, reading.apart) {
+            (Some(known), Some(apart)) => (apart - known).abs() > STEP,
+            (None, apart) => apart.is_some(),
+            (Some(_), None) => false,
+        };
+        if let Some(apart) = reading.apart.filter(|_| is_step) {
+            tracing::error!(
+                apart_s = seconds(apart),
+                "the wall clock has stepped; nothing opens by it until an operator confirms it"
+            );
+            let data = json!({"apart_s": seconds(apart)});
+            self.events
+                .push(Happening::new(EventKind::ClockStepped, data));
+        }
+        if reading.apart.is_none() {
+            let why = match self.clock.confirmations == reading.confirmations {
+                true => "came_back",
+                false => "confirmed",
+            };
+            let data = json!({"apart_s": known.map(seconds), "why": why});
+            self.events
+                .push(Happening::new(EventKind::ClockSettled, data));
+        }
+        self.clock = HeardClock {
+            apart: reading.apart,
+            confirmations: reading.confirmations,
+            has_turned: true,
+        };
+        self.next.airspace = Arc::new(self.next.airspace.beside_clock(reading.apart));
+    }
+}
