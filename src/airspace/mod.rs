@@ -4,6 +4,7 @@ mod bits;
 mod closed;
 mod closure;
 mod counts;
+mod encloses;
 mod hits;
 mod snapshot;
 mod zone;

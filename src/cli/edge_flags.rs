@@ -22,6 +22,9 @@ pub(super) struct EdgeFlags {
     /// The network: sydney, corridor, or a file [default: sydney]
     #[arg(long, short, value_name = "NAME|FILE")]
     network: Option<String>,
+    /// The registry to follow, such as http://127.0.0.1:8180; none by default
+    #[arg(long, value_name = "URL")]
+    registry_url: Option<String>,
     /// The file with the digests of the tokens, which only its owner may read
     #[arg(long, value_name = "FILE")]
     tokens_file: Option<String>,
@@ -66,6 +69,7 @@ impl EdgeFlags {
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
             ("--network", "network", &self.network),
+            ("--registry-url", "registry.url", &self.registry_url),
             ("--tokens-file", "tokens_file", &self.tokens_file),
             ("--ports-file", "ports_file", &self.ports_file),
             ("--clock-start", "clock.start", &self.clock_start),

@@ -5,6 +5,7 @@ use super::resolve::EffectiveConfig;
 use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
+use super::tokens::read_bearer;
 use super::value::{LogFilter, LogFormat, Size, Value};
 use jiff::Timestamp;
 use std::net::SocketAddr;
@@ -132,6 +133,25 @@ settings! {
         /// No more memory than this.
         bytes: Size = Size::of_mib(256), Size::of_mib(1)..=Size::of_mib(65_536);
     }
+    /// The registry that the edge follows and tells its changes to. Without one it is its own authority.
+    registry: RegistryLink {
+        /// Where it is reached, such as http://127.0.0.1:8180; empty for no registry. The edge does not encrypt: a
+        /// registry on another machine is reached through a proxy on this one.
+        url: Option<String> = None;
+        /// The id of the network at the registry.
+        network: String = "sydney".to_owned();
+        /// What this edge is called there, which is the subject of its token where it has one; empty for a name
+        /// made at random.
+        edge_id: Option<String> = None;
+        /// The file with the token of the role edge, which only its owner may read; empty for none.
+        token_file: Option<PathBuf> = None;
+        /// Reach a registry on another machine without a proxy. Token and airspace then cross the network in the clear.
+        allow_plaintext: bool = false;
+        /// How long a question for news waits at the registry, a fifth more or less.
+        poll_wait: Duration = 10 * SECOND, Duration::from_millis(100)..=5 * MINUTE;
+        /// The longest wait between questions after failures.
+        retry_within: Duration = MINUTE, Duration::from_millis(100)..=HOUR;
+    }
     /// What answers say of the registry when it has been away.
     freshness: Freshness {
         /// Away for so long: stale.
@@ -180,11 +200,66 @@ impl Configuration for EdgeConfig {
     }
 
     fn own_faults(effective: &EffectiveConfig<Self>) -> Vec<ConfigFault> {
+        let mut faults = Vec::new();
         let freshness = &effective.config.freshness;
-        if freshness.degraded_after > freshness.stale_after {
-            return Vec::new();
+        if freshness.degraded_after <= freshness.stale_after {
+            let origin = effective.origin("freshness.degraded_after");
+            faults.push(ConfigFault::Freshness { origin });
         }
-        let origin = effective.origin("freshness.degraded_after");
-        vec![ConfigFault::Freshness { origin }]
+        faults.extend(registry_faults(effective));
+        faults
     }
+}
+
+/// What is wrong with how the registry is to be reached.
+fn registry_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
+    let registry = &effective.config.registry;
+    let Some(url) = &registry.url else {
+        return Vec::new();
+    };
+    let mut faults = Vec::new();
+    let origin = effective.origin("registry.url");
+    match host_of(url) {
+        None => faults.push(ConfigFault::RegistryUrl {
+            origin,
+            url: url.clone(),
+        }),
+        Some(host) if !is_this_machine(host) && !registry.allow_plaintext => {
+            faults.push(ConfigFault::RegistryPlainText {
+                origin,
+                host: host.to_owned(),
+            });
+        }
+        Some(_) => {}
+    }
+    let token = registry.token_file.as_deref().map(read_bearer);
+    if let Some(Err(error)) = token {
+        let origin = effective.origin("registry.token_file");
+        faults.push(ConfigFault::RegistryToken { origin, error });
+    }
+    // An edge that only waits for news must not seem stale meanwhile.
+    let longest = registry.poll_wait.mul_f64(1.2);
+    if longest >= effective.config.freshness.stale_after {
+        let origin = effective.origin("registry.poll_wait");
+        faults.push(ConfigFault::PollWait { origin });
+    }
+    faults
+}
+
+/// The host of a URL of plain HTTP.
+fn host_of(url: &str) -> Option<&str> {
+    let rest = url.strip_prefix("http://")?;
+    let authority = rest.split(['/', '?', '#']).next()?;
+    let host = match authority.strip_prefix('[') {
+        Some(rest) => rest.split(']').next()?,
+        None => authority.split(':').next()?,
+    };
+    let is_host = !host.is_empty() && !host.contains(['@', ' ']);
+    is_host.then_some(host)
+}
+
+/// Whether a host is this machine by its name or address, without asking anyone.
+fn is_this_machine(host: &str) -> bool {
+    let address = host.parse::<std::net::IpAddr>();
+    host == "localhost" || address.is_ok_and(|address| address.to_canonical().is_loopback())
 }

@@ -177,6 +177,42 @@ pub enum ConfigFault {
         /// Who said the later threshold.
         origin: Origin,
     },
+    /// The registry's address is none.
+    #[error(
+        "{origin}: registry.url = '{url}' is not one such as http://127.0.0.1:8180; the edge does not encrypt, so that \
+         https is the work of a proxy on this machine"
+    )]
+    RegistryUrl {
+        /// Who said so.
+        origin: Origin,
+        /// The address.
+        url: String,
+    },
+    /// Token and airspace would cross the network in the clear.
+    #[error(
+        "{origin}: registry.url: {host} may be another machine and the edge does not encrypt; reach it through a proxy \
+         on 127.0.0.1, or set registry.allow_plaintext = true where the network is trusted"
+    )]
+    RegistryPlainText {
+        /// Who said so.
+        origin: Origin,
+        /// The host.
+        host: String,
+    },
+    /// An edge that waits for news would seem to have lost its registry.
+    #[error("{origin}: registry.poll_wait and a fifth is not shorter than freshness.stale_after")]
+    PollWait {
+        /// Who said how long to wait.
+        origin: Origin,
+    },
+    /// The file of the registry's token is of no use.
+    #[error("{origin}: {error}")]
+    RegistryToken {
+        /// Who named the file.
+        origin: Origin,
+        /// What is wrong with it.
+        error: TokensError,
+    },
     /// The file of tokens is of no use.
     #[error("{origin}: {error}")]
     Tokens {

@@ -18,7 +18,7 @@ mod tests;
 
 pub use edge::{
     Airspace, ClockConfig, Drain, Drones, EdgeConfig, Events, Freshness, Idempotency, Limits, Log,
-    Plans, Records, Reports, SETTINGS, Trees,
+    Plans, Records, RegistryLink, Reports, SETTINGS, Trees,
 };
 pub use fault::{ConfigFault, ConfigWarning, Origin};
 pub use registry::RegistryConfig;
@@ -26,5 +26,5 @@ pub use resolve::{EffectiveConfig, Flag, Sources, resolve};
 pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;
-pub use tokens::{NewToken, Tokens, TokensError};
+pub use tokens::{NewToken, Tokens, TokensError, read_bearer};
 pub use value::{Kind, LogFilter, LogFormat, Size};

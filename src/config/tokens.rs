@@ -153,6 +153,32 @@ impl Tokens {
     }
 }
 
+/// Reads the token that this process itself shows to another, from a file which only its owner may have access to.
+///
+/// # Errors
+/// When the file cannot be read, is open to others, or has anything but one token.
+pub fn read_bearer(path: &Path) -> Result<String, TokensError> {
+    let name = path.display().to_string();
+    let (text, mode) = read(path).map_err(|error| TokensError::Unreadable {
+        path: name.clone(),
+        message: error.to_string(),
+    })?;
+    if let Some(mode) = mode.filter(|mode| mode & 0o077 != 0) {
+        return Err(TokensError::Exposed { path: name, mode });
+    }
+    let token = text.trim();
+    let is_plain = token.chars().all(|letter| letter.is_ascii_graphic());
+    match token.is_empty() || !is_plain {
+        // What stands there is not repeated in the message.
+        true => Err(TokensError::Malformed {
+            path: name,
+            line: 1,
+            message: "it is not one token alone; write what `skyway token` printed".to_owned(),
+        }),
+        false => Ok(token.to_owned()),
+    }
+}
+
 fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, Caller), String> {
     // What stands there may be a token put there by mistake: it is not repeated in the message.
     let digest = digest_from_hex(&entry.sha256).ok_or_else(|| {

@@ -111,6 +111,20 @@ impl Value for SocketAddr {
     }
 }
 
+/// Empty text is none, so that a flag can undo what a file says.
+impl Value for Option<String> {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str = "a text, or empty for none";
+
+    fn read(text: &str) -> Option<Self> {
+        Some((!text.is_empty()).then(|| text.to_owned()))
+    }
+
+    fn write(&self) -> String {
+        self.clone().unwrap_or_default()
+    }
+}
+
 /// Empty text is no path, so that a flag can undo what a file says.
 impl Value for Option<PathBuf> {
     const KIND: Kind = Kind::Text;

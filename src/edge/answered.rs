@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// How current the edge was when it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Standing {
-    pub(super) registry_revision: Option<u64>,
+    pub(super) registry_revision: Option<wire::RegistryRevision>,
     pub(super) registry_age_s: Option<f64>,
     pub(super) freshness: wire::Freshness,
     pub(super) clock: wire::ClockKind,

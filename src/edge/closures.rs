@@ -169,6 +169,7 @@ impl Edge {
             confirmed: true,
             from: Some(read.from),
             until: read.until,
+            upstream: None,
         })
     }
 }

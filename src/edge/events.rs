@@ -51,6 +51,8 @@ pub(super) struct Events {
     kept: Mutex<Kept>,
     /// The number of the latest event, to wake listeners.
     latest: watch::Sender<u64>,
+    /// The same, to wake who is no listener.
+    news: watch::Sender<u64>,
 }
 
 #[derive(Debug)]
@@ -71,6 +73,7 @@ impl Events {
                 events: VecDeque::new(),
             }),
             latest: watch::Sender::new(0),
+            news: watch::Sender::new(0),
         }
     }
 
@@ -105,6 +108,12 @@ impl Events {
         let latest = kept.next - 1;
         drop(kept);
         self.latest.send_replace(latest);
+        self.news.send_replace(latest);
+    }
+
+    /// Wakes with every event; what it shows is the number of the latest.
+    pub(super) fn news(&self) -> watch::Receiver<u64> {
+        self.news.subscribe()
     }
 
     /// The id of the latest event; `epoch-0` before the first.

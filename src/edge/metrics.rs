@@ -1,8 +1,11 @@
 //! What an edge counts and measures of itself, read when it is asked for. No ids and no places.
 
 use super::Edge;
+use super::status::Status;
+use super::sync::SyncStatus;
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
+use prometheus_client::metrics::MetricType;
 use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::registry::Registry;
@@ -97,6 +100,84 @@ impl Collector for EdgeCollector {
         let apart = ConstGauge::new(status.clock_apart_s.unwrap_or_default());
         let kind = apart.metric_type();
         let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
-        apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)
+        apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)?;
+        match &status.registry {
+            Some(sync) => encode_sync(&status, sync, &mut encoder),
+            None => Ok(()),
+        }
     }
+}
+
+/// How following the registry stands.
+fn encode_sync(
+    status: &Status,
+    sync: &SyncStatus,
+    encoder: &mut DescriptorEncoder<'_>,
+) -> Result<(), fmt::Error> {
+    let mut gauge = |name: &str, help: &str, value: f64| {
+        let metric = ConstGauge::new(value);
+        let kind = metric.metric_type();
+        metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
+    };
+    if let Some(cursor) = status.stamp.registry_revision {
+        let (epoch, revision) = (cursor.epoch as f64, cursor.revision as f64);
+        gauge("registry_epoch", "Epoch of the registry in service", epoch)?;
+        gauge(
+            "registry_revision",
+            "Revision of the registry in service",
+            revision,
+        )?;
+    }
+    if let Some(age_s) = status.stamp.registry_age_s {
+        gauge(
+            "registry_age_seconds",
+            "Since the edge had all that the registry had",
+            age_s,
+        )?;
+    }
+    gauge(
+        "outbox_entries",
+        "Changes that the registry has yet to be told",
+        sync.outbox as f64,
+    )?;
+    gauge(
+        "outbox_age_seconds",
+        "How long the oldest of them has waited",
+        sync.outbox_age_s,
+    )?;
+    let counters = [
+        (
+            "registry_nacks",
+            "What the registry said and was not taken over",
+            sync.nacks,
+        ),
+        (
+            "registry_restarts",
+            "Times that following began anew after a defect",
+            sync.restarts,
+        ),
+        (
+            "forwarded",
+            "Changes made here that the registry has taken",
+            sync.forwarded,
+        ),
+        (
+            "forwards_refused",
+            "Changes made here that the registry will not take",
+            sync.forwards_refused,
+        ),
+    ];
+    for (name, help, value) in counters {
+        let metric = ConstCounter::new(value);
+        let kind = metric.metric_type();
+        metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+    }
+    let help = "Questions to the registry that failed, by reason";
+    let mut family =
+        encoder.encode_descriptor("registry_failures", help, None, MetricType::Counter)?;
+    for (reason, count) in &sync.failures {
+        let labels = [("reason", *reason)];
+        ConstCounter::new(*count).encode(family.encode_family(&labels)?)?;
+    }
+    Ok(())
 }

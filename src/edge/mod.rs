@@ -19,6 +19,7 @@ mod new_network;
 mod orders;
 mod plans;
 mod publication;
+mod published;
 mod records;
 mod replies;
 mod scratches;
@@ -29,12 +30,17 @@ mod state_airspace;
 mod state_carried_plans;
 mod state_clock;
 mod state_fleet;
+mod state_holds;
+mod state_outbox;
+mod state_sync;
 mod state_topology;
 mod status;
 mod store;
+pub mod sync;
 mod tables;
 mod telemetry;
 mod timers;
+mod upstream;
 mod validity;
 mod views;
 mod writer;
@@ -54,7 +60,6 @@ pub use snapshot::Snapshot;
 pub use status::Status;
 pub use zones::ZoneWrite;
 
-use crate::airspace::Change;
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::routing::TreeCache;
@@ -73,6 +78,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use store::InMemory;
+use sync::Contact;
 use tables::Tables;
 use writer::{Desk, Writer};
 
@@ -92,6 +98,7 @@ pub struct Edge {
     tables: Tables,
     scratches: Scratches,
     next_number: AtomicU64,
+    contact: Contact,
 }
 
 impl Edge {
@@ -141,6 +148,7 @@ impl Edge {
             write_replies: WriteReplies::new(settings.idempotency_max, settings.idempotency_age),
             scratches: Scratches::default(),
             next_number: AtomicU64::new(1),
+            contact: Contact::new(&clock),
             settings,
             clock,
             epoch,
@@ -185,15 +193,27 @@ impl Edge {
         }
     }
 
-    /// An edge that follows no registry is its own authority, and fresh while its clock can be believed.
-    fn standing(&self, _snapshot: &Snapshot) -> Standing {
+    /// How current the edge is. One that follows no registry is its own authority, and fresh while its clock can
+    /// be believed; one that has never read the registry that it is to follow knows nothing of it.
+    fn standing(&self, snapshot: &Snapshot) -> Standing {
+        let settings = &self.settings;
         let has_stepped = self.clock.reading().apart.is_some();
+        let cursor = snapshot.registry.as_deref();
+        let cursor = cursor.filter(|_| settings.follows_registry);
+        let age = cursor.and_then(|_| self.contact.age());
         Standing {
-            registry_revision: None,
-            registry_age_s: None,
-            freshness: match has_stepped {
-                true => wire::Freshness::Degraded,
-                false => wire::Freshness::Fresh,
+            registry_revision: cursor.map(|cursor| wire::RegistryRevision {
+                epoch: cursor.epoch,
+                revision: cursor.revision,
+            }),
+            registry_age_s: age.map(|age| age.as_secs_f64()),
+            freshness: match cursor {
+                _ if has_stepped => wire::Freshness::Degraded,
+                Some(_) => self
+                    .contact
+                    .freshness(settings.stale_after, settings.degraded_after),
+                None if settings.follows_registry => wire::Freshness::Degraded,
+                None => wire::Freshness::Fresh,
             },
             clock: self.clock.kind(),
         }
@@ -218,19 +238,6 @@ impl Edge {
     /// When the writer cannot take it.
     pub async fn tick(&self) -> Result<(), Refusal> {
         self.order(Order::Tick).await.map(drop)
-    }
-
-    /// Takes over changes decided elsewhere, such as by a registry, as one batch.
-    ///
-    /// Restrictions are in force when this returns. Many removals at once wait for an operator.
-    ///
-    /// # Errors
-    /// When the writer cannot take them.
-    pub async fn follow(&self, origin: &str, changes: Vec<Change>) -> Result<(), Refusal> {
-        let origin = Arc::from(origin);
-        self.order(Order::Follow { origin, changes })
-            .await
-            .map(drop)
     }
 
     async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {

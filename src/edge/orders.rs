@@ -3,7 +3,9 @@
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
-use crate::airspace::{Change, Closure};
+use super::sync::Followed;
+use super::upstream::Upstream;
+use crate::airspace::Closure;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
@@ -57,10 +59,18 @@ pub(super) enum Order {
         number: u64,
         decision: Decision,
     },
-    /// Changes from elsewhere, such as a registry; many removals at once wait for an operator.
-    Follow {
-        origin: Arc<str>,
-        changes: Vec<Change>,
+    /// What the registry has changed; many removals at once wait for an operator.
+    Follow(Box<Followed>),
+    /// The registry has taken a change from the outbox: it is this version there, or gone.
+    Forwarded {
+        number: u64,
+        upstream: Option<Upstream>,
+    },
+    /// The registry will never take a change from the outbox.
+    NotForwarded {
+        number: u64,
+        code: String,
+        detail: String,
     },
     DecideHold {
         number: u64,

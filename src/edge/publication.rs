@@ -170,6 +170,7 @@ impl Edge {
             confirmed: false,
             from,
             until,
+            upstream: None,
         };
         let publication = Box::new(Publication { entry, otherwise });
         let order = Order::Publish(publication).made_on(record.airspace.topology());

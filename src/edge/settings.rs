@@ -71,6 +71,12 @@ pub struct Settings {
     pub batch_max: usize,
     /// Bytes that the tables of destinations may take.
     pub trees_bytes: usize,
+    /// Whether what is changed here is told to a registry.
+    pub follows_registry: bool,
+    /// Not known to be current for so long: answers are stale.
+    pub stale_after: SignedDuration,
+    /// Not known to be current for so long: answers are degraded.
+    pub degraded_after: SignedDuration,
 }
 
 impl Default for Settings {
@@ -100,6 +106,9 @@ impl Default for Settings {
             idempotency_age: SignedDuration::from_hours(24),
             batch_max: 1_000,
             trees_bytes: 256 << 20,
+            follows_registry: false,
+            stale_after: SignedDuration::from_secs(30),
+            degraded_after: SignedDuration::from_mins(5),
         }
     }
 }

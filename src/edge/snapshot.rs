@@ -5,6 +5,7 @@
 
 use super::network::NetworkDocuments;
 use super::settings::Settings;
+use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::airspace::{Airspace, Closure, Zone};
 use crate::compose::{Composition, Occupation};
 use crate::flight::FailureType;
@@ -25,6 +26,8 @@ pub(super) struct ZoneEntry {
     pub(super) zone: Arc<Zone>,
     /// The sequence of the change that made it so.
     pub(super) version: u64,
+    /// Its version at the registry; none where it is not there yet.
+    pub(super) upstream: Option<Upstream>,
 }
 
 /// A closure that no zone causes, and what is known of its cause.
@@ -40,6 +43,8 @@ pub(super) struct ClosureEntry {
     pub(super) confirmed: bool,
     pub(super) from: Option<Timestamp>,
     pub(super) until: Option<Timestamp>,
+    /// Its version at the registry; none where it is not there yet.
+    pub(super) upstream: Option<Upstream>,
 }
 
 /// Something a report brought that waits for an operator.
@@ -56,7 +61,20 @@ pub(super) struct ProposalEntry {
     pub(super) closure: Arc<Closure>,
 }
 
-/// Removals that wait for an operator.
+/// A change made here that the registry has another version of, or will not take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Contested {
+    pub(super) kind: wire::ObjectKind,
+    pub(super) id: Arc<str>,
+    /// The text of what this edge would put; none where it would lift it.
+    pub(super) body: Option<Arc<str>>,
+    /// The id under which that is in force beside the registry's version.
+    pub(super) aside: Option<Arc<str>>,
+    /// Whether the registry will not take it, rather than having a newer version.
+    pub(super) is_refused: bool,
+}
+
+/// What waits for an operator: removals, or a change that is contested.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct HoldEntry {
     pub(super) number: u64,
@@ -65,6 +83,7 @@ pub(super) struct HoldEntry {
     pub(super) held_at: Timestamp,
     /// Ids of the closures they would lift.
     pub(super) lifts: Vec<String>,
+    pub(super) contested: Option<Arc<Contested>>,
 }
 
 /// One version of a plan.
@@ -182,6 +201,12 @@ pub struct Snapshot {
     pub(super) active_plans: usize,
     /// How many proposed versions were not acknowledged in time.
     pub(super) unacknowledged: u64,
+    /// How far the registry is followed; none before it was first read.
+    pub(super) registry: Option<Arc<RegistryCursor>>,
+    /// What the registry has yet to be told, in its order.
+    pub(super) outbox: OrdMap<u64, Arc<OutboxEntry>>,
+    /// The weather as the registry has it, as text.
+    pub(super) weather: Option<Arc<str>>,
 }
 
 impl Snapshot {
@@ -211,6 +236,9 @@ impl Snapshot {
             alive_reports: OrdMap::new(),
             active_plans: 0,
             unacknowledged: 0,
+            registry: None,
+            outbox: OrdMap::new(),
+            weather: None,
         }
     }
 

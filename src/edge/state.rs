@@ -43,6 +43,8 @@ pub(super) struct State {
     pub(super) trees: Arc<TreeCache>,
     pub(super) scratch: Scratch,
     pub(super) timers: Timers,
+    /// The instant of the batch being carried out.
+    pub(super) now: Timestamp,
     /// Counts writes; versions of things are numbers of writes.
     pub(super) writes: u64,
     /// What the orders of this batch change of the airspace.
@@ -77,6 +79,7 @@ impl State {
             drones,
             trees,
             timers: Timers::default(),
+            now,
             writes: 0,
             changes: Vec::new(),
             events: Vec::new(),
@@ -101,6 +104,7 @@ impl State {
     /// Carries out orders, then what is due by now.
     pub(super) fn apply(&mut self, orders: Vec<Order>, now: Timestamp) -> Batch {
         let revision = self.next.airspace.revision();
+        self.now = now;
         let done: Vec<Result<Done, Refusal>> = orders
             .into_iter()
             .map(|order| self.carry_out(order, now))
@@ -138,7 +142,19 @@ impl State {
             Order::Publish(publication) => Ok(self.publish_report(*publication)),
             Order::Propose(proposal) => Ok(self.propose(*proposal)),
             Order::DecideProposal { number, decision } => self.decide_proposal(number, decision),
-            Order::Follow { origin, changes } => Ok(self.follow(origin, changes, now)),
+            Order::Follow(followed) => self.follow(*followed),
+            Order::Forwarded { number, upstream } => {
+                self.settle(number, upstream);
+                Ok(Done::Nothing)
+            }
+            Order::NotForwarded {
+                number,
+                code,
+                detail,
+            } => {
+                self.give_up(number, &code, &detail);
+                Ok(Done::Nothing)
+            }
             Order::DecideHold { number, decision } => self.decide_hold(number, decision),
             Order::AddPlan(plan) => self.add_plan(*plan),
             Order::CancelPlan { id } => self.cancel_plan(&id),

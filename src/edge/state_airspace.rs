@@ -2,26 +2,20 @@
 
 use super::events::Happening;
 use super::orders::{Decision, Done, Publication};
-use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
+use super::snapshot::{ClosureEntry, ProposalEntry};
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
 use crate::airspace::{Cause, Change, Closure, Window};
 use crate::intake::Expected;
 use crate::refusal::{Code, Refusal};
-use crate::wire::EventKind;
+use crate::wire::{EventKind, ObjectKind};
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
 
 /// At most this many proposals wait; the oldest go first.
 const PROPOSALS_MAX: usize = 1_000;
-/// Removals at once wait for an operator above this share of what is there ...
-const HELD_SHARE: f64 = 0.2;
-/// ... and from this many on.
-const HELD_FROM: usize = 10;
-/// At most this many holds wait; more removals from elsewhere are not taken until some are decided.
-const HOLDS_MAX: usize = 100;
 
 impl State {
     pub(super) fn put_zone(
@@ -30,7 +24,9 @@ impl State {
         expected: &Expected,
     ) -> Result<Done, Refusal> {
         let id: Arc<str> = Arc::from(closure.id.as_str());
-        let current = self.next.zones.get(&id).map(|entry| entry.version);
+        let standing = self.next.zones.get(&id);
+        let current = standing.map(|entry| entry.version);
+        let upstream = standing.and_then(|entry| entry.upstream);
         check_expected(expected, current, self.next.epoch, "zone", &id)?;
         if current.is_none() {
             self.check_new_id("zone", &id)?;
@@ -42,15 +38,12 @@ impl State {
                 return Err(Refusal::new(Code::LimitReached, detail));
             }
         }
-        let Some(zone) = closure.zone().cloned() else {
+        let version = self.write_number();
+        self.place_zone(&closure, version, upstream);
+        let Some(entry) = self.next.zones.get(&id).cloned() else {
             return Err(Refusal::new(Code::Internal, "a zone without its shape"));
         };
-        let version = self.write_number();
-        let entry = Arc::new(ZoneEntry { zone, version });
-        self.next.zones.insert(id, entry.clone());
-        self.changes.push(Change::Put(closure));
-        let data = json!({"zone": views::zone_feature(&entry)});
-        self.events.push(Happening::new(EventKind::ZonePut, data));
+        self.forward_zone(&entry);
         let created = current.is_none();
         Ok(Done::Zone { entry, created })
     }
@@ -60,13 +53,18 @@ impl State {
             return Err(Refusal::not_found("zone", id));
         };
         check_expected(expected, Some(entry.version), self.next.epoch, "zone", id)?;
+        self.drop_zone(id);
+        self.forward_removal(ObjectKind::Zone, id, entry.upstream);
+        Ok(Done::ZoneDeleted(entry))
+    }
+
+    pub(super) fn drop_zone(&mut self, id: &str) {
         self.next.zones.remove(id);
         self.changes.push(Change::Lift(id.to_owned()));
         self.events.push(Happening::new(
             EventKind::ZoneDeleted,
             json!({"zone_id": id}),
         ));
-        Ok(Done::ZoneDeleted(entry))
     }
 
     pub(super) fn put_closure(&mut self, mut entry: ClosureEntry) -> Result<Done, Refusal> {
@@ -80,7 +78,14 @@ impl State {
             return Err(Refusal::new(Code::LimitReached, detail));
         }
         entry.version = self.write_number();
-        Ok(Done::Closure(self.keep_closure(entry)))
+        Ok(Done::Closure(self.keep_own(entry)))
+    }
+
+    /// Puts a closure made here, which the registry is to be told of.
+    fn keep_own(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
+        let entry = self.keep_closure(entry);
+        self.forward_closure(&entry);
+        entry
     }
 
     /// Zones and closures share one space of ids: both close things under theirs.
@@ -100,7 +105,7 @@ impl State {
         }
     }
 
-    fn keep_closure(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
+    pub(super) fn keep_closure(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
         let id: Arc<str> = Arc::from(entry.closure.id.as_str());
         if let Some(until) = entry.until {
             self.timers.set(just_after(until), Due::Closure(id.clone()));
@@ -163,12 +168,13 @@ impl State {
             changed = with_end(changed, Some(until));
         }
         changed.version = self.write_number();
-        Ok(Done::Closure(self.keep_closure(changed)))
+        Ok(Done::Closure(self.keep_own(changed)))
     }
 
     pub(super) fn lift_closure(&mut self, id: &str, expected: &Expected) -> Result<Done, Refusal> {
         let entry = self.closure_to_change(id, expected)?;
         self.drop_closure(&entry, "lifted");
+        self.forward_removal(ObjectKind::Closure, id, entry.upstream);
         Ok(Done::ClosureLifted(entry))
     }
 
@@ -196,7 +202,7 @@ impl State {
         Ok(entry)
     }
 
-    fn drop_closure(&mut self, entry: &ClosureEntry, why: &str) {
+    pub(super) fn drop_closure(&mut self, entry: &ClosureEntry, why: &str) {
         let id = &entry.closure.id;
         self.next.closures.remove(id.as_str());
         self.count_reported(Some(entry), None);
@@ -211,6 +217,8 @@ impl State {
         let entry = self.next.closures.get(id).cloned();
         if let Some(entry) = entry.filter(|entry| entry.until.is_some_and(|until| until < now)) {
             self.drop_closure(&entry, "over");
+            // Everyone ends it by itself.
+            self.withdraw(ObjectKind::Closure, id);
         }
     }
 
@@ -229,7 +237,7 @@ impl State {
                 Some(_) => with_end((*known).clone(), until),
             };
             let version = self.write_number();
-            return Done::Closure(self.keep_closure(ClosureEntry { version, ..renewed }));
+            return Done::Closure(self.keep_own(ClosureEntry { version, ..renewed }));
         }
         match self.exceeded_quota(&entry) {
             Some(reason) => self.propose(ProposalEntry {
@@ -238,7 +246,7 @@ impl State {
             }),
             None => {
                 entry.version = self.write_number();
-                Done::Closure(self.keep_closure(entry))
+                Done::Closure(self.keep_own(entry))
             }
         }
     }
@@ -300,12 +308,17 @@ impl State {
             }
             Cause::Report { .. } | Cause::Operator { .. } => {
                 let entry = confirmed_closure(&proposal);
-                match self.next.closures.contains_key(entry.closure.id.as_str()) {
-                    true => {
+                let standing = self.next.closures.get(entry.closure.id.as_str());
+                match standing.map(|standing| standing.upstream) {
+                    Some(upstream) => {
                         let version = self.write_number();
-                        self.keep_closure(ClosureEntry { version, ..entry });
+                        self.keep_own(ClosureEntry {
+                            version,
+                            upstream,
+                            ..entry
+                        });
                     }
-                    false => {
+                    None => {
                         self.put_closure(entry)?;
                     }
                 }
@@ -313,99 +326,6 @@ impl State {
         }
         self.drop_proposal(number, "accepted");
         Ok(Done::Proposal(proposal))
-    }
-
-    /// Changes from elsewhere. Restrictions are taken at once; many removals at once wait for an operator.
-    pub(super) fn follow(
-        &mut self,
-        origin: Arc<str>,
-        changes: Vec<Change>,
-        now: Timestamp,
-    ) -> Done {
-        let standing = self.next.zones.len() + self.next.closures.len();
-        let mut lifts = Vec::new();
-        for change in changes {
-            match change {
-                Change::Put(closure) => self.take_over(closure),
-                Change::Lift(id) => lifts.push(id),
-            }
-        }
-        let share = lifts.len() as f64 / standing.max(1) as f64;
-        if lifts.len() < HELD_FROM || share <= HELD_SHARE {
-            self.lift_all(&lifts);
-            return Done::Nothing;
-        }
-        if self.next.holds.len() >= HOLDS_MAX {
-            return Done::Nothing;
-        }
-        let number = self.write_number();
-        let hold = Arc::new(HoldEntry {
-            number,
-            origin,
-            held_at: now,
-            lifts,
-        });
-        self.next.holds.insert(number, hold.clone());
-        let data = json!({"hold": views::hold(&self.next, &hold)});
-        self.events.push(Happening::new(EventKind::HoldMade, data));
-        Done::Hold(hold)
-    }
-
-    /// A closure decided elsewhere takes the place of one with its id.
-    fn take_over(&mut self, closure: Arc<Closure>) {
-        let id: Arc<str> = Arc::from(closure.id.as_str());
-        let version = self.write_number();
-        if let Some(zone) = closure.zone().cloned() {
-            let entry = Arc::new(ZoneEntry { zone, version });
-            let data = json!({"zone": views::zone_feature(&entry)});
-            self.next.zones.insert(id, entry);
-            self.changes.push(Change::Put(closure));
-            self.events.push(Happening::new(EventKind::ZonePut, data));
-            return;
-        }
-        let window = closure.windows.first();
-        let entry = ClosureEntry {
-            version,
-            failure: None,
-            reported_by: None,
-            confirmed: true,
-            from: window.and_then(Window::from),
-            until: window.and_then(Window::until),
-            closure,
-        };
-        self.keep_closure(entry);
-    }
-
-    fn lift_all(&mut self, ids: &[String]) {
-        for id in ids {
-            let everything = Expected::Anything;
-            // What is gone already needs no lifting.
-            let lifted = match self.next.zones.contains_key(id.as_str()) {
-                true => self.delete_zone(id, &everything),
-                false => self.lift_closure(id, &everything),
-            };
-            drop(lifted);
-        }
-    }
-
-    pub(super) fn decide_hold(&mut self, number: u64, decision: Decision) -> Result<Done, Refusal> {
-        let Some(hold) = self.next.holds.get(&number).cloned() else {
-            let id = views::hold_id(self.next.epoch, number);
-            return Err(Refusal::not_found("hold", &id));
-        };
-        self.next.holds.remove(&number);
-        if decision == Decision::Accept {
-            self.lift_all(&hold.lifts);
-        }
-        let decision = match decision {
-            Decision::Accept => "released",
-            Decision::Reject => "rejected",
-        };
-        let data =
-            json!({"hold_id": views::hold_id(self.next.epoch, number), "decision": decision});
-        self.events
-            .push(Happening::new(EventKind::HoldDecided, data));
-        Ok(Done::Hold(hold))
     }
 }
 
@@ -420,6 +340,7 @@ fn confirmed_closure(proposal: &ProposalEntry) -> ClosureEntry {
         confirmed: true,
         from: window.and_then(Window::from),
         until: window.and_then(Window::until),
+        upstream: None,
     }
 }
 

@@ -43,7 +43,7 @@ impl State {
         if is_same {
             return Ok(Done::Nothing);
         }
-        self.settle(now);
+        self.apply_changes(now);
         let relay = network.relay(&self.next)?;
         let before = self.next.clone();
         let closures = relay.closures.iter().map(|relaid| relaid.after.clone());
@@ -67,7 +67,7 @@ impl State {
     }
 
     /// Applies what the orders before have changed of the airspace, while its indices mean something.
-    fn settle(&mut self, now: Timestamp) {
+    fn apply_changes(&mut self, now: Timestamp) {
         let changes = std::mem::take(&mut self.changes);
         if !changes.is_empty() {
             self.next.airspace = Arc::new(self.next.airspace.apply(&changes, now));

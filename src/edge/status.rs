@@ -1,6 +1,8 @@
 //! What the edge says of itself to its keepers.
 
 use super::Edge;
+use super::snapshot::Snapshot;
+use super::sync::SyncStatus;
 use crate::wire;
 use serde::Serialize;
 
@@ -49,6 +51,8 @@ pub struct Status {
     pub clock_steps: u64,
     /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
     pub clock_apart_s: Option<f64>,
+    /// How following the registry stands; null without one.
+    pub registry: Option<SyncStatus>,
     /// The world as answers carry it.
     #[serde(flatten)]
     pub stamp: wire::Stamp<'static>,
@@ -87,7 +91,23 @@ impl Edge {
             table_misses: tables.misses,
             clock_steps: clock.steps,
             clock_apart_s: clock.apart.map(|apart| apart.as_secs_f64()),
+            registry: self
+                .settings
+                .follows_registry
+                .then(|| self.sync_status(&snapshot)),
             stamp: self.stamp_of(&snapshot),
+        }
+    }
+
+    fn sync_status(&self, snapshot: &Snapshot) -> SyncStatus {
+        let oldest = snapshot.outbox.get_min();
+        let waited = oldest.map(|(_, entry)| self.clock.now().duration_since(entry.made_at));
+        let cursor = snapshot.registry.as_ref();
+        SyncStatus {
+            registry_id: cursor.map(|cursor| cursor.registry_id.to_string()),
+            outbox: snapshot.outbox.len(),
+            outbox_age_s: waited.map_or(0.0, |waited| waited.as_secs_f64().max(0.0)),
+            ..self.contact.status()
         }
     }
 }

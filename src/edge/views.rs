@@ -149,6 +149,7 @@ pub(super) fn closure_of_zone(
         confirmed: true,
         from: only.and_then(crate::airspace::Window::from),
         until: only.and_then(crate::airspace::Window::until),
+        upstream: None,
     };
     let in_force = snapshot.airspace.is_in_force(&held.id);
     closure(snapshot, &as_closure, in_force)
@@ -197,13 +198,27 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
 
 pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static> {
     let told = entry.lifts.len().min(IDS_MAX);
+    let contested = entry.contested.as_deref();
+    let lifted = entry.lifts[..told].iter().map(|id| text(id));
     wire::Hold {
         id: Cow::Owned(hold_id(snapshot.epoch, entry.number)),
         origin: text(&entry.origin),
-        reason: Cow::Borrowed("mass_removal"),
+        reason: Cow::Borrowed(match contested {
+            None => "mass_removal",
+            Some(contested) if contested.is_refused => "refused_there",
+            Some(_) => "changed_elsewhere",
+        }),
         held_at: instant(entry.held_at),
-        closure_count: entry.lifts.len(),
-        closures: entry.lifts[..told].iter().map(|id| text(id)).collect(),
+        closure_count: entry.lifts.len() + usize::from(contested.is_some()),
+        closures: lifted
+            .chain(contested.map(|contested| text(&contested.id)))
+            .collect(),
+        ours: contested
+            .and_then(|contested| contested.body.as_deref())
+            .and_then(|body| serde_json::from_str(body).ok()),
+        kept_as: contested
+            .and_then(|contested| contested.aside.as_deref())
+            .map(text),
     }
 }
 

@@ -13,7 +13,8 @@ use crate::api::rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, ServerConfig, Services, Slots, serve,
 };
-use crate::config::{Configuration, EdgeConfig, Tokens};
+use crate::config::{Configuration, EdgeConfig, Tokens, read_bearer};
+use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{ClosureLives, Edge, Settings};
 use crate::network::Topology;
 use bytes::Bytes;
@@ -43,6 +44,7 @@ pub struct Service {
     edge: Arc<Edge>,
     addresses: Addresses,
     drain: Drain,
+    following: Option<Following>,
     main: JoinHandle<io::Result<Drained>>,
     admin: JoinHandle<io::Result<Drained>>,
 }
@@ -74,6 +76,7 @@ impl Service {
         let mut registry = Registry::with_prefix("skyway");
         let metrics = Arc::new(RequestMetrics::new(&mut registry));
         edge.register_metrics(&mut registry);
+        let following = follow(&edge, &config)?;
         let drain = Drain::new();
         let authentication = authentication(tokens);
         let health = Health::starting().await;
@@ -110,6 +113,7 @@ impl Service {
             edge,
             addresses,
             drain,
+            following,
             main,
             admin: tokio::spawn(admin),
         })
@@ -133,10 +137,47 @@ impl Service {
         self.drain.begin();
         let drained = self.main.await??;
         let admin = self.admin.await??;
+        if let Some(following) = self.following {
+            following.stop().await;
+        }
         Ok(Drained {
             forced: drained.forced + admin.forced,
         })
     }
+}
+
+/// Follows the registry that is configured, if any is.
+fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, ServiceError> {
+    let registry = &config.registry;
+    let Some(url) = registry.url.clone() else {
+        return Ok(None);
+    };
+    let mut random = [0_u8; 16];
+    getrandom::fill(&mut random).map_err(|error| io::Error::other(error.to_string()))?;
+    let made = || {
+        let random = random.iter().map(|byte| format!("{byte:02x}"));
+        format!("edge-{}", random.collect::<String>())
+    };
+    let edge_id = registry.edge_id.clone().unwrap_or_else(made);
+    let token = registry.token_file.as_deref().map(read_bearer);
+    let client = HttpClient::new(&HttpAddress {
+        url,
+        network: registry.network.clone(),
+        edge_id: edge_id.clone(),
+        token: token.transpose().map_err(io::Error::other)?,
+    });
+    let (seed, _) = random.split_at(8);
+    let settings = SyncSettings {
+        network: registry.network.clone(),
+        edge_id,
+        poll_wait: registry.poll_wait,
+        retry_within: registry.retry_within,
+        seed: seed
+            .iter()
+            .fold(0, |seed, byte| (seed << 8) | u64::from(*byte)),
+    };
+    let client = client.map_err(io::Error::other)?;
+    Ok(Some(edge.follow_registry(client, settings)))
 }
 
 /// Says to those who watch the health of the edge when it has a network to answer on, and that it is ending.
@@ -217,5 +258,8 @@ fn settings(config: &EdgeConfig) -> Settings {
         idempotency_age: span(config.idempotency.age),
         batch_max: config.limits.batch,
         trees_bytes: config.trees.bytes.bytes(),
+        follows_registry: config.registry.url.is_some(),
+        stale_after: span(config.freshness.stale_after),
+        degraded_after: span(config.freshness.degraded_after),
     }
 }

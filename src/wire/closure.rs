@@ -176,22 +176,29 @@ pub struct Proposals<'a> {
     pub stamp: Stamp<'a>,
 }
 
-/// Removals that wait for an operator, because they are many at once.
+/// What waits for an operator: many removals at once, or a change that met a newer version at the registry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
 pub struct Hold<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
-    /// Where the removals come from.
+    /// Where the change comes from.
     pub origin: Cow<'a, str>,
-    /// Why they wait.
+    /// Why it waits: `mass_removal`, `changed_elsewhere`, or `refused_there`.
     pub reason: Cow<'a, str>,
     /// Since when, RFC 3339.
     pub held_at: Cow<'a, str>,
-    /// How many closures would be lifted.
+    /// How many closures would be lifted, or changed.
     pub closure_count: usize,
     /// Their ids; at most 1,000.
     pub closures: Vec<Cow<'a, str>>,
+    /// What this edge would put in place of the registry's version; absent where it would lift it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    pub ours: Option<Value>,
+    /// The id under which that is in force beside the registry's version until it is decided.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_as: Option<Cow<'a, str>>,
 }
 
 /// A page of holds, oldest first.

@@ -41,6 +41,16 @@ pub enum EventKind {
     HoldMade,
     /// An operator decided them.
     HoldDecided,
+    /// The registry said something that cannot be taken over: what, and why.
+    RegistryRefused,
+    /// The registry has not been heard for so long that answers are stale.
+    RegistryLost,
+    /// The registry is heard again.
+    RegistryBack,
+    /// The registry began a new epoch: what differs from before.
+    RegistryEpoch,
+    /// The registry will not take a change made here: which, and why.
+    ForwardRefused,
     /// Another network is in service: its name, its size and its topology revision.
     NetworkChanged,
     /// The wall clock has stepped: by how much. Nothing opens by it until an operator confirms it.

@@ -42,6 +42,6 @@ pub use registry::{
     NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind, PublishedCause, PublishedClosure,
     PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
 };
-pub use status::{ClockKind, ClockState, Freshness, Stamp};
+pub use status::{ClockKind, ClockState, Freshness, RegistryRevision, Stamp};
 pub use weather::{Weather, Wind};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

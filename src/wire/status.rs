@@ -1,7 +1,8 @@
 //! What every answer says of the world it was computed on.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
+use std::fmt;
 
 /// How current the edge's knowledge of the registry is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +41,49 @@ pub struct ClockState<'a> {
     pub stamp: Stamp<'a>,
 }
 
+/// How far a registry is followed: its epoch and revision, on the wire `epoch-revision`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RegistryRevision {
+    /// Which life of the registry.
+    pub epoch: u64,
+    /// The last change in service.
+    pub revision: u64,
+}
+
+impl fmt::Display for RegistryRevision {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}-{}", self.epoch, self.revision)
+    }
+}
+
+impl std::str::FromStr for RegistryRevision {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('-');
+        let read = parts.and_then(|(epoch, revision)| {
+            Some(Self {
+                epoch: epoch.parse().ok()?,
+                revision: revision.parse().ok()?,
+            })
+        });
+        read.ok_or_else(|| format!("'{text}' is not an epoch and a revision such as 1-7"))
+    }
+}
+
+impl Serialize for RegistryRevision {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for RegistryRevision {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = Cow::<str>::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
+    }
+}
+
 /// The world an answer was computed on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
@@ -48,9 +92,11 @@ pub struct Stamp<'a> {
     pub revision: Cow<'a, str>,
     /// Changes with nodes and segments.
     pub topology_revision: u64,
-    /// Revision of the registry that this state follows; null without a registry.
-    pub registry_revision: Option<u64>,
-    /// How long ago the registry was last heard, in seconds; null without a registry.
+    /// Epoch and revision of the registry that this state follows; null without a registry.
+    #[cfg_attr(feature = "edge", schema(value_type = Option<String>, example = "1-7"))]
+    pub registry_revision: Option<RegistryRevision>,
+    /// How long ago this was all that the registry had, in seconds; null without a registry, and until it was
+    /// first heard after a start.
     pub registry_age_s: Option<f64>,
     /// How current that is.
     pub freshness: Freshness,

@@ -3,7 +3,7 @@
 //! Both ways: the server writes answers, and a client in Rust reads them back into the shapes that REST has.
 
 use super::proto;
-use crate::wire::Id;
+use crate::wire::{Id, RegistryRevision};
 use jiff::Timestamp;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -79,6 +79,12 @@ pub enum Unreadable {
         /// The number.
         number: u64,
     },
+    /// Text that should be the revision of a registry.
+    #[error("'{text}' is not the epoch and revision of a registry")]
+    RegistryRevision {
+        /// The text.
+        text: String,
+    },
     /// Text that should be JSON.
     #[error("the field '{field}' is not JSON: {reason}")]
     NotJson {
@@ -141,6 +147,19 @@ impl IntoProto<String> for Cow<'_, str> {
 impl FromProto<String> for Cow<'_, str> {
     fn from_proto(text: String, _: NodeIds) -> Result<Self, Unreadable> {
         Ok(Cow::Owned(text))
+    }
+}
+
+impl IntoProto<String> for RegistryRevision {
+    fn into_proto(self) -> String {
+        self.to_string()
+    }
+}
+
+impl FromProto<String> for RegistryRevision {
+    fn from_proto(text: String, _: NodeIds) -> Result<Self, Unreadable> {
+        text.parse()
+            .map_err(|_| Unreadable::RegistryRevision { text })
     }
 }
 

@@ -29,6 +29,11 @@ mirror_enum!(EventKind {
     ProposalDecided,
     HoldMade,
     HoldDecided,
+    RegistryRefused,
+    RegistryLost,
+    RegistryBack,
+    RegistryEpoch,
+    ForwardRefused,
     NetworkChanged,
     ClockStepped,
     ClockSettled,
@@ -118,6 +123,8 @@ mirror!(wire::Hold<'_> => Hold {
     held_at: time,
     closure_count: plain,
     closures: plain,
+    ours: maybe_json,
+    kept_as: plain,
 });
 
 mirror!(wire::Holds<'_> => ListHoldsResponse {

@@ -148,6 +148,15 @@ impl Sample for Cow<'_, str> {
     }
 }
 
+impl Sample for wire::RegistryRevision {
+    fn sample(sampler: &mut Sampler) -> Self {
+        Self {
+            epoch: Sample::sample(sampler),
+            revision: Sample::sample(sampler),
+        }
+    }
+}
+
 impl Sample for wire::Id<'_> {
     fn sample(sampler: &mut Sampler) -> Self {
         let odd = sampler.one_of(&["007", "+7", "-", "-0", "", "9223372036854775808", "n7"]);

@@ -1,0 +1,184 @@
+//! The outbox: what was changed at this edge and the registry has yet to be told.
+//!
+//! Entries are made by the order that makes the change, so that both are stored together or not at all. Of one
+//! thing at most two wait: the first may be on its way already, and whatever comes after it takes the place of
+//! the second.
+
+use super::events::Happening;
+use super::published::{closure_body, zone_body};
+use super::snapshot::{ClosureEntry, ZoneEntry};
+use super::state::State;
+use super::upstream::{OutboxEntry, Upstream};
+use crate::wire::{ChangeOperation, EventKind, ObjectKind};
+use serde_json::json;
+use std::sync::Arc;
+
+/// A change that is to be told to the registry.
+pub(super) struct Forward {
+    pub(super) kind: ObjectKind,
+    pub(super) id: Arc<str>,
+    /// The text of what is put; none where it is lifted.
+    pub(super) body: Option<Arc<str>>,
+    /// The version of it at the registry, where it is known there.
+    pub(super) upstream: Option<Upstream>,
+    /// Who changed it.
+    pub(super) subject: Arc<str>,
+}
+
+impl State {
+    /// Notes that a zone is to be told.
+    pub(super) fn forward_zone(&mut self, entry: &ZoneEntry) {
+        if self.settings.follows_registry {
+            self.forward(Forward {
+                kind: ObjectKind::Zone,
+                id: Arc::from(entry.zone.id()),
+                body: Some(zone_body(&entry.zone)),
+                upstream: entry.upstream,
+                subject: operator(),
+            });
+        }
+    }
+
+    /// Notes that a closure is to be told.
+    pub(super) fn forward_closure(&mut self, entry: &ClosureEntry) {
+        if self.settings.follows_registry {
+            self.forward(Forward {
+                kind: ObjectKind::Closure,
+                id: Arc::from(entry.closure.id.as_str()),
+                body: Some(closure_body(self.next.topology(), entry)),
+                upstream: entry.upstream,
+                subject: entry.reported_by.clone().unwrap_or_else(operator),
+            });
+        }
+    }
+
+    /// Notes that something was lifted here.
+    pub(super) fn forward_removal(
+        &mut self,
+        kind: ObjectKind,
+        id: &str,
+        upstream: Option<Upstream>,
+    ) {
+        let is_known = upstream.is_some() || !self.waiting_for(kind, id).is_empty();
+        if self.settings.follows_registry && is_known {
+            self.forward(Forward {
+                kind,
+                id: Arc::from(id),
+                body: None,
+                upstream,
+                subject: operator(),
+            });
+        }
+    }
+
+    /// Puts a change into the outbox.
+    pub(super) fn forward(&mut self, forward: Forward) {
+        let waiting = self.waiting_for(forward.kind, &forward.id);
+        let expected = match waiting.as_slice() {
+            [] => forward.upstream,
+            // Known once the one before it is through.
+            [_only] => None,
+            [_first, .., last] => {
+                let last = last.number;
+                self.next.outbox.remove(&last).and_then(|e| e.expected)
+            }
+        };
+        let number = self.write_number();
+        let operation = match forward.body {
+            Some(_) => ChangeOperation::Put,
+            None => ChangeOperation::Delete,
+        };
+        let entry = OutboxEntry {
+            number,
+            kind: forward.kind,
+            id: forward.id,
+            operation,
+            body: forward.body,
+            expected,
+            made_at: self.now,
+            subject: forward.subject,
+        };
+        self.next.outbox.insert(number, Arc::new(entry));
+    }
+
+    /// What waits to be told of a thing, in its order.
+    pub(super) fn waiting_for(&self, kind: ObjectKind, id: &str) -> Vec<Arc<OutboxEntry>> {
+        let all = self.next.outbox.values();
+        all.filter(|entry| entry.kind == kind && &*entry.id == id)
+            .cloned()
+            .collect()
+    }
+
+    /// The registry has a change: it is that version there now, or gone.
+    ///
+    /// The answer may come twice, by the log and by itself; the second time changes nothing.
+    pub(super) fn settle(&mut self, number: u64, upstream: Option<Upstream>) {
+        let Some(entry) = self.next.outbox.remove(&number) else {
+            return;
+        };
+        let upstream = upstream.filter(|_| entry.operation != ChangeOperation::Delete);
+        if upstream.is_some() {
+            self.set_upstream(entry.kind, &entry.id, upstream);
+        }
+        self.expect_next(entry.kind, &entry.id, upstream);
+    }
+
+    /// The next change of a thing that waits replaces this version.
+    pub(super) fn expect_next(&mut self, kind: ObjectKind, id: &str, expected: Option<Upstream>) {
+        if let Some(next) = self.waiting_for(kind, id).first() {
+            let next = OutboxEntry {
+                expected,
+                ..(**next).clone()
+            };
+            self.next.outbox.insert(next.number, Arc::new(next));
+        }
+    }
+
+    /// Takes back whatever waits to be told of a thing.
+    pub(super) fn withdraw(&mut self, kind: ObjectKind, id: &str) {
+        if self.next.outbox.is_empty() {
+            return;
+        }
+        for entry in self.waiting_for(kind, id) {
+            self.next.outbox.remove(&entry.number);
+        }
+    }
+
+    /// The registry will never take a change: an operator decides what becomes of it.
+    pub(super) fn give_up(&mut self, number: u64, code: &str, detail: &str) {
+        let Some(entry) = self.next.outbox.remove(&number) else {
+            return;
+        };
+        let data = json!({
+            "kind": entry.kind, "id": &*entry.id, "operation": entry.operation,
+            "code": code, "detail": detail,
+        });
+        self.events
+            .push(Happening::new(EventKind::ForwardRefused, data));
+        self.hold_refused(&entry);
+    }
+
+    /// Notes which version a thing has at the registry, which changes nothing here.
+    pub(super) fn set_upstream(&mut self, kind: ObjectKind, id: &str, upstream: Option<Upstream>) {
+        match kind {
+            ObjectKind::Zone => {
+                if let Some(entry) = self.next.zones.get_mut(id) {
+                    let known = (**entry).clone();
+                    *entry = Arc::new(ZoneEntry { upstream, ..known });
+                }
+            }
+            ObjectKind::Closure => {
+                if let Some(entry) = self.next.closures.get_mut(id) {
+                    let known = (**entry).clone();
+                    *entry = Arc::new(ClosureEntry { upstream, ..known });
+                }
+            }
+            ObjectKind::Network | ObjectKind::Weather => {}
+        }
+    }
+}
+
+/// Who changes what no drone reported.
+fn operator() -> Arc<str> {
+    Arc::from("operator")
+}

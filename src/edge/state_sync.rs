@@ -1,0 +1,441 @@
+//! Orders that take over what the registry has.
+//!
+//! What is stricter than before is in force with the batch that brings it. Many removals at once wait for an
+//! operator. Where both sides have changed one thing, the stricter of both stays in force: see `state_holds`.
+
+use super::events::Happening;
+use super::orders::Done;
+use super::published::{Published, Thing};
+use super::snapshot::{ClosureEntry, ZoneEntry};
+use super::state::State;
+use super::sync::{Extent, Followed, Superseded, Tombstone};
+use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
+use super::views;
+use crate::airspace::{Change, Closure};
+use crate::refusal::{Code, Refusal};
+use crate::wire::{ChangeOperation, EventKind, ObjectKind};
+use serde_json::json;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What a batch from the registry has changed.
+#[derive(Debug, Default)]
+struct Tally {
+    put: Vec<Arc<str>>,
+    gone: Vec<Arc<str>>,
+}
+
+impl State {
+    /// Takes over what the registry has changed, or all that it has.
+    pub(super) fn follow(&mut self, followed: Followed) -> Result<Done, Refusal> {
+        self.check_place(&followed)?;
+        if let Some(network) = &followed.network {
+            self.replace_network(network, self.now)?;
+        }
+        let mut tally = Tally::default();
+        let extent = followed.extent;
+        for superseded in &followed.superseded {
+            self.recognise(superseded);
+        }
+        let listed: BTreeSet<Arc<str>> = match extent {
+            Extent::Everything => followed.puts.iter().map(|put| put.id.clone()).collect(),
+            Extent::Changes | Extent::Restrictions => BTreeSet::new(),
+        };
+        let mut gone = Vec::new();
+        for tombstone in &followed.lifts {
+            gone.extend(self.follow_lift(tombstone));
+        }
+        let standing = self.next.zones.len() + self.next.closures.len();
+        // A thing may be lifted as a zone and put as a closure under the same id.
+        self.remove_or_hold(gone, standing, &mut tally);
+        for put in followed.puts {
+            self.follow_put(put, extent, &followed.cursor, &mut tally);
+        }
+        if extent == Extent::Everything {
+            let absent = self.absent(&listed, &followed.cursor);
+            self.remove_or_hold(absent, standing, &mut tally);
+        }
+        if extent == Extent::Restrictions {
+            return Ok(Done::Nothing);
+        }
+        if let Some(weather) = followed.weather {
+            self.next.weather = Some(weather);
+        }
+        self.move_cursor(followed.cursor, &tally);
+        Ok(Done::Nothing)
+    }
+
+    /// What was worked out for another state than this one is worked out again.
+    fn check_place(&self, followed: &Followed) -> Result<(), Refusal> {
+        let is_here = self.next.registry == followed.after;
+        let is_on_it = followed.network.is_some()
+            || Arc::ptr_eq(&followed.topology, self.next.airspace.topology());
+        match is_here && is_on_it {
+            true => Ok(()),
+            false => Err(Refusal::new(
+                Code::PreconditionFailed,
+                "the edge has moved on meanwhile",
+            )),
+        }
+    }
+
+    fn move_cursor(&mut self, cursor: RegistryCursor, tally: &Tally) {
+        let before = self.next.registry.replace(Arc::new(cursor.clone()));
+        let Some(before) = before.filter(|before| before.epoch != cursor.epoch) else {
+            return;
+        };
+        let told = |ids: &[Arc<str>]| {
+            let ids = ids.iter().take(views::IDS_MAX);
+            ids.map(|id| id.to_string()).collect::<Vec<String>>()
+        };
+        let data = json!({
+            "from": format!("{}-{}", before.epoch, before.revision),
+            "to": format!("{}-{}", cursor.epoch, cursor.revision),
+            "put_count": tally.put.len(), "put": told(&tally.put),
+            "gone_count": tally.gone.len(), "gone": told(&tally.gone),
+        });
+        self.events
+            .push(Happening::new(EventKind::RegistryEpoch, data));
+    }
+
+    /// Finds a change of ours that has come back and was superseded since.
+    fn recognise(&mut self, superseded: &Superseded) {
+        let waiting = self.waiting_for(superseded.kind, &superseded.id);
+        let body = superseded.body.as_ref();
+        if let Some(first) = waiting.first()
+            && is_echo(first, superseded.operation, body)
+        {
+            self.settle(first.number, Some(superseded.upstream));
+        }
+    }
+
+    /// Something is lifted at the registry; gives it where it has to go here, too.
+    fn follow_lift(&mut self, tombstone: &Tombstone) -> Option<(ObjectKind, Arc<str>)> {
+        let Tombstone { kind, id, upstream } = tombstone;
+        let waiting = self.waiting_for(*kind, id);
+        if let Some(first) = waiting.first() {
+            self.meet_removal(first);
+            return None;
+        }
+        let known = self.upstream_of(*kind, id)?;
+        (known <= *upstream).then(|| (*kind, id.clone()))
+    }
+
+    /// Something of which changes wait here is gone at the registry.
+    fn meet_removal(&mut self, first: &OutboxEntry) {
+        match first.operation {
+            ChangeOperation::Delete => self.settle(first.number, None),
+            // What is put here is stricter than nothing: it goes there as something new.
+            ChangeOperation::Put | ChangeOperation::Patch => {
+                self.set_upstream(first.kind, &first.id, None);
+                self.expect_next(first.kind, &first.id, None);
+            }
+        }
+    }
+
+    fn follow_put(
+        &mut self,
+        put: Published,
+        extent: Extent,
+        cursor: &RegistryCursor,
+        tally: &mut Tally,
+    ) {
+        let waiting = self.waiting_for(put.kind, &put.id);
+        let known = self.upstream_of(put.kind, &put.id);
+        if extent == Extent::Restrictions {
+            if waiting.is_empty() && self.is_stricter(&put) {
+                self.take(put, tally);
+            }
+            return;
+        }
+        // What was held back from removal was theirs.
+        let was_held = self.release_from_holds(&put.id) && waiting.is_empty();
+        if known.is_some_and(|known| is_old_news(known, put.upstream, extent, cursor)) {
+            return;
+        }
+        if let Some(first) = waiting.first()
+            && is_echo(first, ChangeOperation::Put, Some(&put.body))
+        {
+            self.settle(first.number, Some(put.upstream));
+            return;
+        }
+        if let Some(first) = waiting.first()
+            && first.expected == Some(put.upstream)
+        {
+            // The very version that waits to be replaced.
+            return;
+        }
+        if !was_held && self.stands_only_here(&put, &waiting) {
+            return self.contest(put, &mut tally.put);
+        }
+        self.displace_namesake(&put, tally);
+        if self.is_same(&put) {
+            self.set_upstream(put.kind, &put.id, Some(put.upstream));
+            return;
+        }
+        let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
+        if !is_over || known.is_some() {
+            self.take(put, tally);
+        }
+    }
+
+    /// Whether something was changed here under this id that the registry does not know.
+    fn stands_only_here(&self, put: &Published, waiting: &[Arc<OutboxEntry>]) -> bool {
+        let other = namesake(put.kind);
+        let stands_here =
+            |kind| self.has(kind, &put.id) && self.upstream_of(kind, &put.id).is_none();
+        !waiting.is_empty() || stands_here(put.kind) || stands_here(other)
+    }
+
+    /// What has the same id and is of the other kind was lifted there before.
+    fn displace_namesake(&mut self, put: &Published, tally: &mut Tally) {
+        let other = namesake(put.kind);
+        if self.has(other, &put.id) {
+            self.remove(other, &put.id, tally);
+        }
+    }
+
+    /// Whether a put from a page in doubt surely closes no less than what stands.
+    fn is_stricter(&self, put: &Published) -> bool {
+        if self.has(namesake(put.kind), &put.id) {
+            return false;
+        }
+        let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
+        let known = self.upstream_of(put.kind, &put.id);
+        if is_over || known.is_some_and(|known| known >= put.upstream) {
+            return false;
+        }
+        let standing = self.closure_of(put.kind, &put.id);
+        standing.is_none_or(|standing| put.thing.closure().encloses(&standing, self.now))
+    }
+
+    /// Whether it is here just so.
+    fn is_same(&self, put: &Published) -> bool {
+        match &put.thing {
+            Thing::Zone(closure) => {
+                let standing = self.next.zones.get(&put.id);
+                standing.is_some_and(|entry| Some(&entry.zone) == closure.zone())
+            }
+            Thing::Closure(entry) => self.next.closures.get(&put.id).is_some_and(|standing| {
+                let as_there = ClosureEntry {
+                    version: standing.version,
+                    upstream: standing.upstream,
+                    ..(**entry).clone()
+                };
+                **standing == as_there
+            }),
+        }
+    }
+
+    /// Puts into force what the registry has.
+    pub(super) fn take_over(&mut self, put: Published) {
+        let version = self.write_number();
+        let upstream = Some(put.upstream);
+        match put.thing {
+            Thing::Zone(closure) => self.place_zone(&closure, version, upstream),
+            Thing::Closure(entry) => {
+                self.keep_closure(ClosureEntry {
+                    version,
+                    upstream,
+                    ..*entry
+                });
+            }
+        }
+    }
+
+    fn take(&mut self, put: Published, tally: &mut Tally) {
+        tally.put.push(put.id.clone());
+        self.take_over(put);
+    }
+
+    /// Puts a zone into force, whatever was under its id.
+    pub(super) fn place_zone(
+        &mut self,
+        closure: &Arc<Closure>,
+        version: u64,
+        upstream: Option<Upstream>,
+    ) {
+        let Some(zone) = closure.zone().cloned() else {
+            return;
+        };
+        let entry = Arc::new(ZoneEntry {
+            zone,
+            version,
+            upstream,
+        });
+        let data = json!({"zone": views::zone_feature(&entry)});
+        let id = Arc::from(closure.id.as_str());
+        self.next.zones.insert(id, entry);
+        self.changes.push(Change::Put(closure.clone()));
+        self.events.push(Happening::new(EventKind::ZonePut, data));
+    }
+
+    /// Lifts something here, without telling the registry.
+    fn remove(&mut self, kind: ObjectKind, id: &Arc<str>, tally: &mut Tally) {
+        tally.gone.push(id.clone());
+        self.lift_here(kind, id);
+    }
+
+    /// Lifts something here, without telling the registry; what is gone already needs no lifting.
+    pub(super) fn lift_here(&mut self, kind: ObjectKind, id: &str) {
+        match kind {
+            ObjectKind::Zone => {
+                if self.next.zones.contains_key(id) {
+                    self.drop_zone(id);
+                }
+            }
+            ObjectKind::Closure => {
+                if let Some(entry) = self.next.closures.get(id).cloned() {
+                    self.drop_closure(&entry, "lifted");
+                }
+            }
+            ObjectKind::Network | ObjectKind::Weather => {}
+        }
+    }
+
+    /// Removes things, or holds them where they are many at once.
+    fn remove_or_hold(
+        &mut self,
+        gone: Vec<(ObjectKind, Arc<str>)>,
+        standing: usize,
+        tally: &mut Tally,
+    ) {
+        if self.is_mass_removal(gone.len(), standing) {
+            for (kind, id) in &gone {
+                // The registry has it no more, whatever becomes of it here.
+                self.set_upstream(*kind, id, None);
+            }
+            let lifts = gone.into_iter().map(|(_, id)| id.to_string()).collect();
+            self.hold_removals(lifts);
+            return;
+        }
+        for (kind, id) in gone {
+            self.remove(kind, &id, tally);
+        }
+    }
+
+    /// What stands here and is not in the list of all that the registry has.
+    fn absent(
+        &mut self,
+        listed: &BTreeSet<Arc<str>>,
+        cursor: &RegistryCursor,
+    ) -> Vec<(ObjectKind, Arc<str>)> {
+        let zones = self.next.zones.iter();
+        let zones = zones.map(|(id, entry)| (ObjectKind::Zone, id.clone(), entry.upstream));
+        let closures = self.next.closures.iter();
+        let closures =
+            closures.map(|(id, entry)| (ObjectKind::Closure, id.clone(), entry.upstream));
+        let here: Vec<(ObjectKind, Arc<str>, Option<Upstream>)> = zones
+            .chain(closures)
+            .filter(|(_, id, _)| !listed.contains(id))
+            .collect();
+        let held = self.held_ids();
+        let mut gone = Vec::new();
+        for (kind, id, upstream) in here {
+            let waiting = self.waiting_for(kind, &id);
+            match (upstream, waiting.first()) {
+                (Some(upstream), _) if is_after(upstream, cursor) => {}
+                (Some(_), Some(first)) => self.meet_removal(first),
+                (Some(_), None) => gone.push((kind, id)),
+                (None, Some(_)) => {}
+                // From before this edge followed: told now.
+                (None, None) if !held.contains(&*id) => self.introduce(kind, &id),
+                (None, None) => {}
+            }
+        }
+        let removals: Vec<Arc<OutboxEntry>> = self
+            .next
+            .outbox
+            .values()
+            .filter(|entry| entry.operation == ChangeOperation::Delete)
+            .filter(|entry| entry.expected.is_some() && !listed.contains(&entry.id))
+            .cloned()
+            .collect();
+        for entry in removals {
+            self.settle(entry.number, None);
+        }
+        gone
+    }
+
+    fn introduce(&mut self, kind: ObjectKind, id: &str) {
+        match kind {
+            ObjectKind::Zone => {
+                if let Some(entry) = self.next.zones.get(id).cloned() {
+                    self.forward_zone(&entry);
+                }
+            }
+            ObjectKind::Closure => {
+                if let Some(entry) = self.next.closures.get(id).cloned() {
+                    self.forward_closure(&entry);
+                }
+            }
+            ObjectKind::Network | ObjectKind::Weather => {}
+        }
+    }
+
+    /// The version at the registry of what stands here.
+    pub(super) fn upstream_of(&self, kind: ObjectKind, id: &str) -> Option<Upstream> {
+        match kind {
+            ObjectKind::Zone => self.next.zones.get(id)?.upstream,
+            ObjectKind::Closure => self.next.closures.get(id)?.upstream,
+            ObjectKind::Network | ObjectKind::Weather => None,
+        }
+    }
+
+    pub(super) fn has(&self, kind: ObjectKind, id: &str) -> bool {
+        match kind {
+            ObjectKind::Zone => self.next.zones.contains_key(id),
+            ObjectKind::Closure => self.next.closures.contains_key(id),
+            ObjectKind::Network | ObjectKind::Weather => false,
+        }
+    }
+
+    /// What stands here under an id, as it closes things.
+    pub(super) fn closure_of(&self, kind: ObjectKind, id: &str) -> Option<Arc<Closure>> {
+        match kind {
+            ObjectKind::Closure => {
+                let entry = self.next.closures.get(id)?;
+                Some(entry.closure.clone())
+            }
+            ObjectKind::Zone => {
+                let zone = &self.next.zones.get(id)?.zone;
+                // Of this batch, or of the batches before.
+                let of_this = self.changes.iter().rev().find_map(|change| match change {
+                    Change::Put(closure) if closure.id == id => Some(closure.clone()),
+                    Change::Put(_) | Change::Lift(_) => None,
+                });
+                let known = of_this.or_else(|| self.next.airspace.closure(id).cloned());
+                known.filter(|closure| closure.zone() == Some(zone))
+            }
+            ObjectKind::Network | ObjectKind::Weather => None,
+        }
+    }
+}
+
+/// Whether what came is what waits to be told.
+fn is_echo(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&Arc<str>>) -> bool {
+    entry.operation == operation && entry.body.as_ref() == body
+}
+
+/// Whether a version was made after all that a cursor stands for.
+fn is_after(upstream: Upstream, cursor: &RegistryCursor) -> bool {
+    (upstream.epoch, upstream.revision) > (cursor.epoch, cursor.revision)
+}
+
+/// Whether a version that came is none that would change the one known.
+fn is_old_news(known: Upstream, came: Upstream, extent: Extent, cursor: &RegistryCursor) -> bool {
+    match extent {
+        Extent::Changes | Extent::Restrictions => known >= came,
+        // A registry that was restored may have an older version, and then that is the one.
+        Extent::Everything => known == came || is_after(known, cursor),
+    }
+}
+
+/// The kind that shares its ids with this one.
+pub(super) fn namesake(kind: ObjectKind) -> ObjectKind {
+    match kind {
+        ObjectKind::Zone => ObjectKind::Closure,
+        ObjectKind::Closure => ObjectKind::Zone,
+        other => other,
+    }
+}

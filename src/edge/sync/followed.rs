@@ -1,0 +1,91 @@
+//! What came of reading the registry: what the writer is to take over, as one batch and one revision.
+
+use super::super::new_network::NewNetwork;
+use super::super::published::Published;
+use super::super::upstream::{RegistryCursor, Upstream};
+use crate::network::Topology;
+use crate::wire::{ChangeOperation, Nack, ObjectKind};
+use std::sync::Arc;
+
+/// How much of what the registry has a batch tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::edge) enum Extent {
+    /// What has changed since the cursor.
+    Changes,
+    /// Everything that holds: what is absent is gone.
+    Everything,
+    /// What may be taken over of a page that is not good: only what is stricter than before. The cursor stays.
+    Restrictions,
+}
+
+/// Something that the registry has lifted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::edge) struct Tombstone {
+    pub(in crate::edge) kind: ObjectKind,
+    pub(in crate::edge) id: Arc<str>,
+    pub(in crate::edge) upstream: Upstream,
+}
+
+/// A change that a later one of the same page has superseded: it may be one of ours on its way back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::edge) struct Superseded {
+    pub(in crate::edge) kind: ObjectKind,
+    pub(in crate::edge) id: Arc<str>,
+    pub(in crate::edge) operation: ChangeOperation,
+    pub(in crate::edge) body: Option<Arc<str>>,
+    pub(in crate::edge) upstream: Upstream,
+}
+
+/// What the writer is to take over.
+#[derive(Clone, Debug)]
+pub(in crate::edge) struct Followed {
+    pub(in crate::edge) extent: Extent,
+    /// Where it goes on from: taken over only there.
+    pub(in crate::edge) after: Option<Arc<RegistryCursor>>,
+    /// Where it leads.
+    pub(in crate::edge) cursor: RegistryCursor,
+    /// The network that it was worked out on: the one in service, or the new one.
+    pub(in crate::edge) topology: Arc<Topology>,
+    pub(in crate::edge) network: Option<NewNetwork>,
+    pub(in crate::edge) superseded: Vec<Superseded>,
+    pub(in crate::edge) puts: Vec<Published>,
+    pub(in crate::edge) lifts: Vec<Tombstone>,
+    /// The text of the weather; none where it stays as it is.
+    pub(in crate::edge) weather: Option<Arc<str>>,
+}
+
+/// Something that the registry said and that is not taken over.
+#[derive(Clone, Debug)]
+pub(in crate::edge) struct Rejected {
+    pub(in crate::edge) nack: Nack,
+    /// What may be taken over of it all the same.
+    pub(in crate::edge) anyhow: Option<Box<Followed>>,
+}
+
+/// What to do with what the registry said.
+#[derive(Clone, Debug)]
+pub(in crate::edge) enum Verdict {
+    /// Nothing new: all that the registry has is in service.
+    Idle,
+    /// To be taken over.
+    Follow(Box<Followed>),
+    /// Not to be taken over.
+    Nack(Box<Rejected>),
+    /// What comes after the cursor cannot be told any more: everything has to be read anew.
+    Resync(String),
+}
+
+/// The code of a page that is not as its digests say.
+pub(in crate::edge) const CHECKSUM: &str = "checksum_mismatch";
+/// The code of another registry.
+pub(in crate::edge) const FOREIGN_REGISTRY: &str = "foreign_registry";
+/// The code of something that would lead back.
+pub(in crate::edge) const BACKWARDS: &str = "revision_backwards";
+/// The code of a page that does not begin where it was asked to.
+pub(in crate::edge) const OUT_OF_PLACE: &str = "page_out_of_place";
+/// The code of a page whose revisions are not one after the other.
+pub(in crate::edge) const REVISIONS: &str = "revisions_broken";
+/// The code of a page that is no JSON, or of another shape.
+pub(in crate::edge) const UNREADABLE: &str = "page_unreadable";
+/// The code of an empty list that does not say that it is meant.
+pub(in crate::edge) const NOT_AUTHORITATIVE: &str = "empty_not_authoritative";

@@ -1,0 +1,186 @@
+//! Emptying the outbox: what was changed here is told to the registry, one change after the other.
+//!
+//! A change that met a newer version there waits until the log brings that version: the writer then decides what
+//! becomes of both. What the registry will never take leaves the outbox, and an operator is told.
+
+use super::super::orders::Order;
+use super::super::upstream::{OutboxEntry, Upstream};
+use super::client::{ClientError, RegistryClient, RegistryWrite};
+use super::task::Sync;
+use crate::wire::{ChangeOperation, RegistryRevision, Written};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often a change may meet a version that the log does not bring before it is given up.
+const MEETINGS_MAX: u32 = 8;
+
+/// What became of a change that was sent.
+enum Sent {
+    /// The registry has it.
+    Taken(Option<Upstream>),
+    /// There is another version than expected.
+    Met { code: String, detail: String },
+    /// The registry will never take it.
+    Refused { code: String, detail: String },
+    /// Nobody knows; to be sent again, not before so many seconds.
+    Unknown(Option<u32>),
+}
+
+impl<C: RegistryClient> Sync<C> {
+    /// Sends what waits, for ever.
+    pub(super) async fn forward_all(&self) {
+        let mut pace = self.pace(1);
+        let mut news = self.edge.events.news();
+        let mut turns = self.contact().turns.subscribe();
+        let mut meetings = (0, 0);
+        loop {
+            // Seen from here on, so that what happens meanwhile wakes.
+            news.mark_unchanged();
+            turns.mark_unchanged();
+            let snapshot = self.edge.snapshot();
+            let first = snapshot.outbox.get_min().map(|(_, entry)| entry.clone());
+            let Some(entry) =
+                first.filter(|_| snapshot.registry.is_some() && self.contact().is_ours())
+            else {
+                self.wait_for_any(&mut news, &mut turns).await;
+                continue;
+            };
+            match self.send(&entry).await {
+                Sent::Taken(upstream) => {
+                    self.contact().forwarded(true);
+                    self.settle(entry.number, upstream).await;
+                    pace.succeeded();
+                }
+                Sent::Refused { code, detail } => self.give_up(&entry, code, detail).await,
+                Sent::Met { code, detail } => {
+                    let count = match meetings {
+                        (number, count) if number == entry.number => count + 1,
+                        _ => 1,
+                    };
+                    meetings = (entry.number, count);
+                    match count > MEETINGS_MAX {
+                        true => self.give_up(&entry, code, detail).await,
+                        // The log brings the other version, and the writer decides.
+                        false => {
+                            let soon = pace.spread(Duration::from_secs(1));
+                            tokio::select! {
+                                _ = turns.changed() => {}
+                                () = self.pause(soon) => {}
+                            }
+                        }
+                    }
+                }
+                Sent::Unknown(retry_after_s) => {
+                    let least = Duration::from_secs(retry_after_s.unwrap_or_default().into());
+                    self.pause(pace.failed().max(least)).await;
+                }
+            }
+        }
+    }
+
+    async fn wait_for_any(
+        &self,
+        news: &mut tokio::sync::watch::Receiver<u64>,
+        turns: &mut tokio::sync::watch::Receiver<u64>,
+    ) {
+        // Both live as long as the edge.
+        tokio::select! {
+            _ = news.changed() => {}
+            _ = turns.changed() => {}
+        }
+    }
+
+    async fn send(&self, entry: &OutboxEntry) -> Sent {
+        let made_ms = entry.made_at.as_millisecond();
+        let write = RegistryWrite {
+            kind: entry.kind,
+            id: entry.id.clone(),
+            body: entry.body.clone(),
+            if_match: entry
+                .expected
+                .map(|Upstream { epoch, revision }| format!("\"{epoch}-{revision}\"")),
+            // The number begins anew where an edge without a store does; its time tells the two apart.
+            idempotency_key: format!("{}-{}-{made_ms}", self.settings.edge_id, entry.number),
+        };
+        match self.client.write(&write).await {
+            Ok(written) => self.taken(entry, &written),
+            Err(error) => {
+                self.contact().failed(error.reason());
+                tracing::debug!(%error, id = &*entry.id, "a change was not forwarded");
+                judged(entry, error)
+            }
+        }
+    }
+
+    fn taken(&self, entry: &OutboxEntry, written: &Written) -> Sent {
+        let snapshot = self.edge.snapshot();
+        let followed = snapshot.registry.as_ref();
+        if followed.is_some_and(|cursor| *cursor.registry_id != *written.registry_id) {
+            // Told to a stranger: the registry that is followed still has to learn of it.
+            self.contact().estrange();
+            return Sent::Unknown(None);
+        }
+        if entry.operation == ChangeOperation::Delete {
+            return Sent::Taken(None);
+        }
+        let tag = written.etag.as_deref().map(|tag| tag.trim_matches('"'));
+        let version: Option<RegistryRevision> = tag.and_then(|tag| tag.parse().ok());
+        let version = version.unwrap_or(RegistryRevision {
+            epoch: written.epoch,
+            revision: written.revision,
+        });
+        Sent::Taken(Some(Upstream {
+            epoch: version.epoch,
+            revision: version.revision,
+        }))
+    }
+
+    async fn settle(&self, number: u64, upstream: Option<Upstream>) {
+        let order = Order::Forwarded { number, upstream };
+        if let Err(refusal) = self.edge.order(order).await {
+            // It stays in the outbox, and is answered the same when it is sent again.
+            tracing::warn!(%refusal, "what was forwarded could not be noted");
+            self.pause(Duration::from_secs(1)).await;
+        }
+    }
+
+    async fn give_up(&self, entry: &Arc<OutboxEntry>, code: String, detail: String) {
+        self.contact().forwarded(false);
+        tracing::error!(
+            id = &*entry.id,
+            kind = entry.kind.name(),
+            code,
+            detail,
+            "the registry will not take a change made here"
+        );
+        let order = Order::NotForwarded {
+            number: entry.number,
+            code,
+            detail,
+        };
+        if let Err(refusal) = self.edge.order(order).await {
+            tracing::warn!(%refusal, "what was refused could not be noted");
+            self.pause(Duration::from_secs(1)).await;
+        }
+    }
+}
+
+fn judged(entry: &OutboxEntry, error: ClientError) -> Sent {
+    let ClientError::Refused {
+        status,
+        code,
+        detail,
+        retry_after_s,
+    } = error
+    else {
+        return Sent::Unknown(None);
+    };
+    let is_removal = entry.operation == ChangeOperation::Delete;
+    match (status, code.as_str()) {
+        (412 | 428, _) | (409, "already_exists") => Sent::Met { code, detail },
+        // Gone already, or no such network; the log tells.
+        (404, "not_found") if is_removal => Sent::Met { code, detail },
+        (400 | 413 | 415 | 422, _) => Sent::Refused { code, detail },
+        _ => Sent::Unknown(retry_after_s),
+    }
+}

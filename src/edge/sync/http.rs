@@ -1,0 +1,208 @@
+//! The registry over HTTP. Encryption is the work of a proxy beside the edge, as it is in front of the registry.
+
+use super::client::{ClientError, RegistryClient, RegistryWrite};
+use crate::wire::{ChangesPage, EdgeReport, ObjectKind, Problem, RegistrySnapshot, Written};
+use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderMap, HeaderValue, IF_MATCH};
+use reqwest::{Method, RequestBuilder, Response, Url};
+use serde::de::DeserializeOwned;
+use std::time::Duration;
+
+/// The longest wait for a connection.
+const CONNECT_WITHIN: Duration = Duration::from_secs(1);
+/// The longest wait for an answer, beyond what it may wait for news.
+const ANSWER_WITHIN: Duration = Duration::from_secs(10);
+/// The longest wait for a page of everything, of which one may bring a network.
+const PAGE_WITHIN: Duration = Duration::from_secs(60);
+/// The largest answer: a network, twice escaped, and room.
+const ANSWER_BYTES_MAX: usize = 192 << 20;
+/// The largest refusal.
+const PROBLEM_BYTES_MAX: usize = 64 << 10;
+
+/// Where a registry is reached, as whom, and what is followed there.
+#[derive(Clone)]
+pub struct HttpAddress {
+    /// Its URL, such as `http://127.0.0.1:8180`.
+    pub url: String,
+    /// The id of the network there.
+    pub network: String,
+    /// What this edge is called there.
+    pub edge_id: String,
+    /// The token, where the registry wants one.
+    pub token: Option<String>,
+}
+
+impl std::fmt::Debug for HttpAddress {
+    // Without the token.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("HttpAddress")
+            .field("url", &self.url)
+            .field("network", &self.network)
+            .field("edge_id", &self.edge_id)
+            .finish_non_exhaustive()
+    }
+}
+
+/// A client of a registry.
+#[derive(Debug)]
+pub struct HttpClient {
+    http: reqwest::Client,
+    network: Url,
+    edge_id: String,
+}
+
+fn transport(error: reqwest::Error) -> ClientError {
+    // The causes say what the error itself does not.
+    let mut text = error.to_string();
+    let mut cause = std::error::Error::source(&error);
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    ClientError::Transport(text)
+}
+
+impl HttpClient {
+    /// A client of the registry at an address.
+    ///
+    /// # Errors
+    /// When the address or the token is none.
+    pub fn new(address: &HttpAddress) -> Result<Self, String> {
+        let mut network: Url = address
+            .url
+            .parse()
+            .map_err(|error| format!("'{}' is no URL: {error}", address.url))?;
+        let mut headers = HeaderMap::new();
+        if let Some(token) = &address.token {
+            let mut value = HeaderValue::try_from(format!("Bearer {token}")).map_err(|_| {
+                "the token of the registry has letters that no token has".to_owned()
+            })?;
+            value.set_sensitive(true);
+            headers.insert(AUTHORIZATION, value);
+        }
+        match network.path_segments_mut() {
+            Ok(mut path) => path
+                .pop_if_empty()
+                .extend(["v1", "networks", &address.network]),
+            Err(()) => return Err(format!("'{}' is not the URL of a registry", address.url)),
+        };
+        let http = reqwest::Client::builder()
+            .no_proxy()
+            .connect_timeout(CONNECT_WITHIN)
+            .redirect(reqwest::redirect::Policy::none())
+            .tcp_nodelay(true)
+            .default_headers(headers)
+            .build()
+            .map_err(|error| format!("cannot make a client of the registry: {error}"))?;
+        Ok(Self {
+            http,
+            network,
+            edge_id: address.edge_id.clone(),
+        })
+    }
+
+    fn below(&self, path: &[&str]) -> Url {
+        let mut url = self.network.clone();
+        // It had segments when the client was made.
+        if let Ok(mut segments) = url.path_segments_mut() {
+            segments.extend(path);
+        }
+        url
+    }
+
+    async fn ask<T: DeserializeOwned>(
+        &self,
+        request: RequestBuilder,
+        within: Duration,
+    ) -> Result<T, ClientError> {
+        let answer = request.timeout(within).send().await.map_err(transport)?;
+        if !answer.status().is_success() {
+            return Err(refused(answer).await);
+        }
+        let body = bounded(answer, ANSWER_BYTES_MAX).await?;
+        serde_json::from_slice(&body).map_err(|error| ClientError::Unreadable(error.to_string()))
+    }
+}
+
+/// The body of an answer, as long as it is not too large.
+async fn bounded(mut answer: Response, limit_bytes: usize) -> Result<Vec<u8>, ClientError> {
+    let mut body = Vec::new();
+    while let Some(chunk) = answer.chunk().await.map_err(transport)? {
+        if body.len() + chunk.len() > limit_bytes {
+            return Err(ClientError::TooLarge { limit_bytes });
+        }
+        body.extend_from_slice(&chunk);
+    }
+    Ok(body)
+}
+
+async fn refused(answer: Response) -> ClientError {
+    let status = answer.status().as_u16();
+    let body = bounded(answer, PROBLEM_BYTES_MAX).await.unwrap_or_default();
+    // What is no problem document still has a status.
+    let problem = serde_json::from_slice::<Problem>(&body).ok();
+    let (code, detail, retry_after_s) = problem.map_or_else(Default::default, |problem| {
+        (problem.code, problem.detail, problem.retry_after_s)
+    });
+    ClientError::Refused {
+        status,
+        code,
+        detail,
+        retry_after_s,
+    }
+}
+
+impl RegistryClient for HttpClient {
+    async fn changes(
+        &self,
+        epoch: u64,
+        after: u64,
+        wait: Duration,
+    ) -> Result<ChangesPage, ClientError> {
+        let mut url = self.below(&["changes"]);
+        url.query_pairs_mut()
+            .append_pair("after", &after.to_string())
+            .append_pair("epoch", &epoch.to_string())
+            .append_pair("wait", &format!("{}ms", wait.as_millis()))
+            .append_pair("edge", &self.edge_id);
+        let request = self.http.request(Method::GET, url);
+        self.ask(request, wait + ANSWER_WITHIN).await
+    }
+
+    async fn snapshot(&self, page_token: Option<&str>) -> Result<RegistrySnapshot, ClientError> {
+        let mut url = self.below(&["snapshot"]);
+        if let Some(token) = page_token {
+            url.query_pairs_mut().append_pair("page_token", token);
+        }
+        let request = self.http.request(Method::GET, url);
+        self.ask(request, PAGE_WITHIN).await
+    }
+
+    async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
+        let (collection, media_type) = match write.kind {
+            ObjectKind::Closure => ("closures", "application/json"),
+            _ => ("zones", "application/geo+json"),
+        };
+        let url = self.below(&[collection, &write.id]);
+        let mut request = match &write.body {
+            Some(body) => self
+                .http
+                .request(Method::PUT, url)
+                .header(CONTENT_TYPE, media_type)
+                .body(body.to_string()),
+            None => self.http.request(Method::DELETE, url),
+        };
+        request = request.header("idempotency-key", &write.idempotency_key);
+        if let Some(tag) = &write.if_match {
+            request = request.header(IF_MATCH, tag);
+        }
+        self.ask(request, ANSWER_WITHIN).await
+    }
+
+    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+        let url = self.below(&["edges", &self.edge_id]);
+        let request = self.http.request(Method::PUT, url).json(report);
+        let _noted: EdgeReport = self.ask(request, ANSWER_WITHIN).await?;
+        Ok(())
+    }
+}

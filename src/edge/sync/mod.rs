@@ -1,0 +1,25 @@
+//! How an edge follows its registry: it reads the log, judges what it reads, hands it to the writer as one batch,
+//! and tells what was changed here.
+//!
+//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `contact`
+//! knows how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
+//! seeded, so that a simulation runs the very same code.
+
+mod client;
+mod contact;
+mod followed;
+mod follower;
+mod forward;
+mod ground;
+mod http;
+mod listing;
+mod pace;
+mod task;
+
+pub use client::{ClientError, RegistryClient, RegistryWrite};
+pub use contact::SyncStatus;
+pub use http::{HttpAddress, HttpClient};
+pub use task::{Following, SyncSettings};
+
+pub(super) use contact::Contact;
+pub(super) use followed::{Extent, Followed, Superseded, Tombstone};

@@ -1,0 +1,525 @@
+//! The task that follows a registry: it asks, hands what was judged to the writer, and begins anew after a defect.
+
+use super::super::Edge;
+use super::super::events::Happening;
+use super::super::orders::Order;
+use super::super::upstream::RegistryCursor;
+use super::client::{ClientError, RegistryClient};
+use super::contact::Contact;
+use super::followed::{
+    BACKWARDS, CHECKSUM, Extent, FOREIGN_REGISTRY, Followed, OUT_OF_PLACE, REVISIONS, Rejected,
+    UNREADABLE, Verdict,
+};
+use super::follower::{Follower, bounded};
+use super::ground::Ground;
+use super::listing::{Listing, Page};
+use super::pace::Pace;
+use crate::refusal::{Code, Refusal};
+use crate::wire::{ChangesPage, EdgeReport, EventKind, Nack};
+use jiff::SignedDuration;
+use serde_json::json;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::task::JoinHandle;
+use tokio_util::sync::CancellationToken;
+
+/// How often the edge looks whether it has become stale, and tells the registry how far it is.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Pages in a row that are not as their digests say, before everything is read anew.
+const BROKEN_PAGES_MAX: u32 = 3;
+/// A page with fewer bytes of bodies is judged at once; others where blocking is allowed.
+const SMALL_PAGE_BYTES: usize = 32 << 10;
+
+/// How a registry is followed.
+#[derive(Clone, Debug)]
+pub struct SyncSettings {
+    /// The id of the network at the registry.
+    pub network: String,
+    /// What this edge is called there; with the number of a change it names that change for ever.
+    pub edge_id: String,
+    /// How long to wait for news, about.
+    pub poll_wait: Duration,
+    /// The longest wait after failures.
+    pub retry_within: Duration,
+    /// What determines how waits are spread.
+    pub seed: u64,
+}
+
+/// A registry that is being followed, until this is stopped.
+#[derive(Debug)]
+pub struct Following {
+    stop: CancellationToken,
+    task: JoinHandle<()>,
+}
+
+impl Following {
+    /// Stops following, and waits until that is done.
+    pub async fn stop(self) {
+        self.stop.cancel();
+        // It ends in order or with the runtime.
+        let _ = self.task.await;
+    }
+}
+
+/// What a question to the registry came to.
+#[derive(Debug, PartialEq, Eq)]
+enum Step {
+    /// Go on at once.
+    On,
+    /// Go on after a while, as something failed.
+    Later,
+}
+
+/// How the registry is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Mode {
+    /// The log from the cursor on.
+    Log,
+    /// Everything that holds.
+    List,
+    /// The log from after a list that cannot be taken over, for what is stricter in it, until that list may be good.
+    Wary { epoch: u64, after: u64 },
+}
+
+/// All that the loops share.
+#[derive(Debug)]
+pub(super) struct Sync<C> {
+    pub(super) edge: Arc<Edge>,
+    pub(super) client: C,
+    pub(super) settings: SyncSettings,
+    follower: Follower,
+}
+
+impl Edge {
+    /// Follows a registry from now on.
+    pub fn follow_registry<C: RegistryClient>(
+        self: &Arc<Self>,
+        client: C,
+        settings: SyncSettings,
+    ) -> Following {
+        let stop = CancellationToken::new();
+        let sync = Arc::new(Sync {
+            edge: self.clone(),
+            client,
+            follower: Follower {
+                network: Arc::from(settings.network.as_str()),
+                margin_m: self.settings.margin_m,
+            },
+            settings,
+        });
+        let stopped = stop.clone();
+        let task = tokio::spawn(async move {
+            tokio::select! {
+                () = stopped.cancelled() => {}
+                () = supervise(sync) => {}
+            }
+        });
+        Following { stop, task }
+    }
+}
+
+/// Ends a task with whoever waits for it.
+struct Ward(JoinHandle<()>);
+
+impl Drop for Ward {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
+/// Begins anew whenever a defect has ended it.
+async fn supervise<C: RegistryClient>(sync: Arc<Sync<C>>) {
+    let mut pace = sync.pace(3);
+    loop {
+        let working = sync.clone();
+        let mut ward = Ward(tokio::spawn(async move { working.work().await }));
+        let ended = (&mut ward.0).await;
+        sync.contact().restarted();
+        match ended {
+            Ok(()) => tracing::error!("following the registry ended by itself"),
+            Err(error) => tracing::error!(%error, "following the registry failed"),
+        }
+        sync.pause(pace.failed()).await;
+    }
+}
+
+impl<C: RegistryClient> Sync<C> {
+    /// Everything at once; none of it ends.
+    async fn work(&self) {
+        tokio::join!(self.follow(), self.forward_all(), self.look());
+    }
+
+    pub(super) fn contact(&self) -> &Contact {
+        &self.edge.contact
+    }
+
+    /// A pace of its own for each loop.
+    pub(super) fn pace(&self, which: u64) -> Pace {
+        let seed = self.settings.seed.wrapping_mul(4).wrapping_add(which);
+        Pace::new(seed, self.settings.retry_within)
+    }
+
+    pub(super) async fn pause(&self, wait: Duration) {
+        let clock = self.edge.clock();
+        let span = SignedDuration::try_from(wait).unwrap_or(SignedDuration::MAX);
+        if let Ok(instant) = clock.now().checked_add(span) {
+            clock.sleep_until(instant).await;
+        }
+    }
+
+    pub(super) fn tell(&self, kind: EventKind, data: serde_json::Value) {
+        let (edge, happening) = (&self.edge, Happening::new(kind, data));
+        let revision = edge.snapshot().revision.clone();
+        edge.events
+            .add(vec![happening], edge.clock().now(), &revision);
+    }
+
+    fn ground(&self) -> Ground {
+        let snapshot = self.edge.snapshot();
+        Ground {
+            topology: snapshot.topology().clone(),
+            geojson: snapshot.network.geojson.clone(),
+        }
+    }
+
+    async fn follow(&self) {
+        let mut pace = self.pace(0);
+        let mut mode = Mode::Log;
+        let mut broken_pages = 0;
+        loop {
+            let cursor = self.edge.snapshot().registry.clone();
+            let wait = pace.spread(self.settings.poll_wait);
+            let step = match (&mode, cursor) {
+                (Mode::Wary { epoch, after }, Some(cursor)) => {
+                    let (epoch, after) = (*epoch, *after);
+                    self.follow_warily(&cursor, epoch, after, wait, &mut mode)
+                        .await
+                }
+                (Mode::Log, Some(cursor)) => {
+                    self.follow_log(&cursor, wait, &mut mode, &mut broken_pages)
+                        .await
+                }
+                (_, cursor) => self.follow_list(cursor.as_ref(), &mut mode).await,
+            };
+            match step {
+                Step::On => pace.succeeded(),
+                Step::Later => self.pause(pace.failed()).await,
+            }
+        }
+    }
+
+    /// Asks for the log after the cursor, and takes over what it has.
+    async fn follow_log(
+        &self,
+        cursor: &Arc<RegistryCursor>,
+        wait: Duration,
+        mode: &mut Mode,
+        broken_pages: &mut u32,
+    ) -> Step {
+        let asked = self.client.changes(cursor.epoch, cursor.revision, wait);
+        let page = match asked.await {
+            Ok(page) => page,
+            Err(error) => return self.unanswered(error, cursor.revision, mode),
+        };
+        let head = page.head;
+        let verdict = match self.judge(page, cursor.clone()).await {
+            Ok(verdict) => verdict,
+            Err(refusal) => return self.defect(&refusal),
+        };
+        if !matches!(verdict, Verdict::Nack(_)) {
+            *broken_pages = 0;
+        }
+        match verdict {
+            Verdict::Idle => {
+                self.read_up_to(cursor.revision, head);
+                Step::On
+            }
+            Verdict::Follow(followed) => self.take_over(*followed, head).await,
+            Verdict::Resync(why) => {
+                tracing::warn!(why, "the registry is read anew");
+                *mode = Mode::List;
+                Step::On
+            }
+            Verdict::Nack(rejected) => {
+                *broken_pages += 1;
+                // What is damaged on its way may come right; what is not valid will not by being asked again.
+                let is_damage = is_damage(&rejected.nack.code);
+                if !is_damage || *broken_pages >= BROKEN_PAGES_MAX {
+                    *broken_pages = 0;
+                    *mode = Mode::List;
+                }
+                self.reject(*rejected).await;
+                Step::Later
+            }
+        }
+    }
+
+    async fn judge(
+        &self,
+        page: ChangesPage,
+        after: Arc<RegistryCursor>,
+    ) -> Result<Verdict, Refusal> {
+        let ground = self.ground();
+        let bodies = page
+            .changes
+            .iter()
+            .filter_map(|change| change.body.as_ref());
+        let body_bytes: usize = bodies.map(String::len).sum();
+        if body_bytes < SMALL_PAGE_BYTES {
+            return Ok(self.follower.read_changes(&page, &after, &ground));
+        }
+        let follower = self.follower.clone();
+        let judge = move || follower.read_changes(&page, &after, &ground);
+        self.edge.aside(judge).await
+    }
+
+    /// Asks for everything that holds, and takes it over as one batch.
+    async fn follow_list(&self, cursor: Option<&Arc<RegistryCursor>>, mode: &mut Mode) -> Step {
+        let ground = self.ground();
+        let mut listing = Listing::default();
+        let mut token: Option<String> = None;
+        let (epoch, revision) = loop {
+            let page = match self.client.snapshot(token.as_deref()).await {
+                Ok(page) => page,
+                Err(error) => {
+                    let revision = cursor.map_or(0, |cursor| cursor.revision);
+                    return self.unanswered(error, revision, mode);
+                }
+            };
+            let at = (page.epoch, page.revision);
+            let added = self.follower.add_page(&mut listing, page, cursor, &ground);
+            match added {
+                Page::More(next) => token = Some(next),
+                Page::Last => break at,
+                Page::Nack(rejected) => {
+                    self.reject(*rejected).await;
+                    return Step::Later;
+                }
+            }
+        };
+        let (follower, known) = (self.follower.clone(), cursor.cloned());
+        let judged = self
+            .edge
+            .aside(move || follower.read_listing(&listing, known.as_ref(), &ground));
+        match judged.await {
+            Ok(Verdict::Follow(followed)) => {
+                let step = self.take_over(*followed, revision).await;
+                if step == Step::On {
+                    *mode = Mode::Log;
+                }
+                step
+            }
+            Ok(Verdict::Nack(rejected)) => {
+                self.reject(*rejected).await;
+                if cursor.is_some() {
+                    let after = revision;
+                    *mode = Mode::Wary { epoch, after };
+                }
+                Step::Later
+            }
+            Ok(Verdict::Idle | Verdict::Resync(_)) => Step::Later,
+            Err(refusal) => self.defect(&refusal),
+        }
+    }
+
+    /// Waits for what comes after a list that cannot be taken over, takes what is stricter, and tries the list again.
+    async fn follow_warily(
+        &self,
+        cursor: &Arc<RegistryCursor>,
+        epoch: u64,
+        after: u64,
+        wait: Duration,
+        mode: &mut Mode,
+    ) -> Step {
+        let page = match self.client.changes(epoch, after, wait).await {
+            Ok(page) => page,
+            Err(error) => return self.unanswered(error, after, mode),
+        };
+        let read_up_to = Arc::new(RegistryCursor {
+            registry_id: cursor.registry_id.clone(),
+            epoch,
+            revision: after,
+        });
+        let strict = match self.judge(page, read_up_to).await {
+            Ok(Verdict::Idle) => return Step::On,
+            Ok(Verdict::Follow(followed)) => Some(followed),
+            Ok(Verdict::Nack(rejected)) => rejected.anyhow,
+            Ok(Verdict::Resync(_)) => None,
+            Err(refusal) => return self.defect(&refusal),
+        };
+        if let Some(strict) = strict.filter(|strict| strict.network.is_none()) {
+            self.take_strict(*strict, cursor).await;
+        }
+        *mode = Mode::List;
+        Step::Later
+    }
+
+    /// Takes over what is stricter, from where the edge is.
+    async fn take_strict(&self, followed: Followed, cursor: &Arc<RegistryCursor>) {
+        let strict = Followed {
+            extent: Extent::Restrictions,
+            after: Some(cursor.clone()),
+            ..followed
+        };
+        if let Err(refusal) = self.edge.order(Order::Follow(Box::new(strict))).await {
+            tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
+        }
+    }
+
+    async fn take_over(&self, followed: Followed, head: u64) -> Step {
+        let (epoch, revision) = (followed.cursor.epoch, followed.cursor.revision);
+        let puts = followed.puts.len();
+        match self.order(followed).await {
+            Ok(_) => {
+                tracing::debug!(epoch, revision, puts, "the registry was followed");
+                self.read_up_to(revision, head);
+                Step::On
+            }
+            // It is read again for what the edge has become.
+            Err(refusal) if refusal.code == Code::PreconditionFailed => Step::On,
+            Err(refusal) => {
+                let nack = Nack {
+                    revision,
+                    code: "network_change".to_owned(),
+                    object: None,
+                    reason: bounded(refusal.detail),
+                };
+                self.reject(Rejected { nack, anyhow: None }).await;
+                Step::Later
+            }
+        }
+    }
+
+    async fn order(&self, mut followed: Followed) -> Result<(), Refusal> {
+        if let Some(network) = followed.network.take() {
+            // What takes long of it is not the writer's to do.
+            let snapshot = self.edge.snapshot();
+            let prepared = self.edge.aside(move || network.prepared_for(&snapshot));
+            followed.network = Some(prepared.await??);
+        }
+        let order = Order::Follow(Box::new(followed));
+        self.edge.order(order).await.map(drop)
+    }
+
+    /// Notes how far the edge is.
+    fn read_up_to(&self, revision: u64, head: u64) {
+        let contact = self.contact();
+        if revision >= head && contact.is_current(self.edge.clock()) {
+            tracing::info!("the registry is heard again");
+            self.tell(EventKind::RegistryBack, json!({"revision": revision}));
+        }
+        contact.moved();
+    }
+
+    /// Reports what is not taken over, and takes over what may be of it.
+    async fn reject(&self, rejected: Rejected) {
+        let Rejected { nack, anyhow } = rejected;
+        let contact = self.contact();
+        if nack.code == FOREIGN_REGISTRY {
+            contact.estrange();
+        }
+        if contact.refused(&nack) {
+            tracing::error!(
+                revision = nack.revision,
+                code = nack.code,
+                object = nack.object,
+                reason = nack.reason,
+                "the registry said something that is not taken over"
+            );
+            let data = serde_json::to_value(&nack).unwrap_or_default();
+            self.tell(EventKind::RegistryRefused, data);
+        }
+        let Some(strict) = anyhow else {
+            return;
+        };
+        if let Err(refusal) = self.edge.order(Order::Follow(strict)).await {
+            tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
+        }
+    }
+
+    /// What follows from a question without an answer.
+    fn unanswered(&self, error: ClientError, revision: u64, mode: &mut Mode) -> Step {
+        self.contact().failed(error.reason());
+        match error {
+            ClientError::Refused { status: 410, .. } => {
+                *mode = Mode::List;
+                return Step::Later;
+            }
+            ClientError::Unreadable(reason) => {
+                let nack = Nack {
+                    revision,
+                    code: UNREADABLE.to_owned(),
+                    object: None,
+                    // Where in the page it is broken differs from time to time.
+                    reason: "the page is no JSON, or of another shape".to_owned(),
+                };
+                if self.contact().refused(&nack) {
+                    tracing::error!(reason, "a page of the registry cannot be read");
+                    let data = serde_json::to_value(&nack).unwrap_or_default();
+                    self.tell(EventKind::RegistryRefused, data);
+                }
+            }
+            error => tracing::debug!(%error, "the registry was not followed"),
+        }
+        Step::Later
+    }
+
+    fn defect(&self, refusal: &Refusal) -> Step {
+        self.contact().failed("defect");
+        tracing::error!(%refusal, "a page of the registry could not be judged");
+        Step::Later
+    }
+
+    /// Notices when answers become stale, and tells the registry how far the edge is.
+    async fn look(&self) {
+        let mut told: Option<EdgeReport> = None;
+        loop {
+            self.pause(LOOK_EVERY).await;
+            self.notice_loss();
+            let snapshot = self.edge.snapshot();
+            let Some(cursor) = &snapshot.registry else {
+                continue;
+            };
+            let report = EdgeReport {
+                epoch: cursor.epoch,
+                revision: cursor.revision,
+                nack: self.contact().last_nack(),
+            };
+            let is_heard = self.contact().is_ours() && !self.contact().is_lost();
+            if told.as_ref() == Some(&report) || !is_heard {
+                continue;
+            }
+            match self.client.report(&report).await {
+                Ok(()) => told = Some(report),
+                Err(error) => {
+                    tracing::debug!(%error, "the registry was not told how far the edge is")
+                }
+            }
+        }
+    }
+
+    fn notice_loss(&self) {
+        let contact = self.contact();
+        let age = contact
+            .age()
+            .and_then(|age| SignedDuration::try_from(age).ok());
+        let is_stale = age.is_some_and(|age| age >= self.edge.settings.stale_after);
+        if is_stale && contact.lose() {
+            tracing::warn!("the registry is not heard: answers are stale");
+            let age_s = age.map(|age| age.as_secs_f64());
+            self.tell(EventKind::RegistryLost, json!({"age_s": age_s}));
+        }
+    }
+}
+
+/// Whether a page may come right when it is asked for again.
+fn is_damage(code: &str) -> bool {
+    [
+        CHECKSUM,
+        FOREIGN_REGISTRY,
+        BACKWARDS,
+        OUT_OF_PLACE,
+        REVISIONS,
+    ]
+    .contains(&code)
+}

@@ -1,0 +1,233 @@
+//! The line between an edge and its registry: a client of a registry in this process, which a test cuts, leads
+//! elsewhere, and on which it bends what is said.
+
+use serde_json::Value;
+use skyway::api::problem;
+use skyway::edge::Refusal;
+use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
+use skyway::registry::{Follow, Manner, Registry, SnapshotRequest};
+use skyway::wire::{
+    ChangesPage, EdgeReport, ObjectKind, Problem, PublishedClosure, RegistrySnapshot, Written,
+};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// Bends a page of the log on its way; an error for one that does not arrive as JSON.
+pub(crate) type Bend = Box<dyn FnMut(ChangesPage) -> Result<ChangesPage, ClientError> + Send>;
+/// Bends a page of a list.
+pub(crate) type BendList =
+    Box<dyn FnMut(RegistrySnapshot) -> Result<RegistrySnapshot, ClientError> + Send>;
+
+#[derive(Default)]
+struct Doing {
+    registry: Option<Arc<Registry>>,
+    bend: Option<Bend>,
+    bend_list: Option<BendList>,
+    loses_answers: bool,
+    asked: u64,
+    lists: u64,
+    writes: Vec<RegistryWrite>,
+    reports: Vec<EdgeReport>,
+}
+
+/// The line, and what is done to it.
+#[derive(Clone)]
+pub(crate) struct Line {
+    doing: Arc<Mutex<Doing>>,
+    moved: Arc<watch::Sender<u64>>,
+    edge_id: Arc<str>,
+    network: Arc<str>,
+}
+
+impl Line {
+    pub(crate) fn to(registry: &Arc<Registry>, edge_id: &str, network: &str) -> Self {
+        let line = Self {
+            edge_id: Arc::from(edge_id),
+            network: Arc::from(network),
+            ..Self::nowhere()
+        };
+        line.lead_to(Some(registry));
+        line
+    }
+
+    /// A line that leads nowhere.
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            doing: Arc::default(),
+            moved: Arc::new(watch::Sender::new(0)),
+            edge_id: Arc::from(""),
+            network: Arc::from(""),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Doing> {
+        self.doing
+            .lock()
+            .expect("no test fails while it holds this")
+    }
+
+    /// Leads to another registry, or nowhere; whoever waits for news hears nothing more.
+    pub(crate) fn lead_to(&self, registry: Option<&Arc<Registry>>) {
+        self.lock().registry = registry.cloned();
+        self.moved.send_modify(|moves| *moves += 1);
+    }
+
+    pub(crate) fn cut(&self) {
+        self.lead_to(None);
+    }
+
+    /// Whether answers to writes are lost on their way back.
+    pub(crate) fn lose_answers(&self, loses: bool) {
+        self.lock().loses_answers = loses;
+    }
+
+    pub(crate) fn bend(
+        &self,
+        bend: impl FnMut(ChangesPage) -> Result<ChangesPage, ClientError> + Send + 'static,
+    ) {
+        self.lock().bend = Some(Box::new(bend));
+        self.moved.send_modify(|moves| *moves += 1);
+    }
+
+    pub(crate) fn bend_list(
+        &self,
+        bend: impl FnMut(RegistrySnapshot) -> Result<RegistrySnapshot, ClientError> + Send + 'static,
+    ) {
+        self.lock().bend_list = Some(Box::new(bend));
+    }
+
+    pub(crate) fn straighten(&self) {
+        let mut doing = self.lock();
+        doing.bend = None;
+        doing.bend_list = None;
+        drop(doing);
+        self.moved.send_modify(|moves| *moves += 1);
+    }
+
+    /// How often news were asked for.
+    pub(crate) fn asked(&self) -> u64 {
+        self.lock().asked
+    }
+
+    /// How often everything was asked for.
+    pub(crate) fn lists(&self) -> u64 {
+        self.lock().lists
+    }
+
+    pub(crate) fn writes(&self) -> Vec<RegistryWrite> {
+        self.lock().writes.clone()
+    }
+
+    pub(crate) fn reports(&self) -> Vec<EdgeReport> {
+        self.lock().reports.clone()
+    }
+
+    fn registry(&self) -> Result<Arc<Registry>, ClientError> {
+        let registry = self.lock().registry.clone();
+        registry.ok_or_else(cut)
+    }
+}
+
+fn cut() -> ClientError {
+    ClientError::Transport("the line is cut".to_owned())
+}
+
+fn told(refusal: &Refusal) -> ClientError {
+    let Problem {
+        status,
+        code,
+        detail,
+        retry_after_s,
+        ..
+    } = problem::document(refusal, None);
+    ClientError::Refused {
+        status,
+        code,
+        detail,
+        retry_after_s,
+    }
+}
+
+impl RegistryClient for Line {
+    async fn changes(
+        &self,
+        epoch: u64,
+        after: u64,
+        wait: Duration,
+    ) -> Result<ChangesPage, ClientError> {
+        let mut moved = self.moved.subscribe();
+        let registry = self.registry();
+        self.lock().asked += 1;
+        let registry = registry?;
+        let follow = Follow {
+            after,
+            epoch: Some(epoch),
+            limit: None,
+            wait,
+            edge: Some(self.edge_id.to_string()),
+        };
+        let asked = registry.changes(&self.network, &follow, std::future::pending());
+        let page = tokio::select! {
+            page = asked => page.map_err(|refusal| told(&refusal))?,
+            _ = moved.changed() => return Err(cut()),
+        };
+        let mut doing = self.lock();
+        match &mut doing.bend {
+            Some(bend) => bend(page),
+            None => Ok(page),
+        }
+    }
+
+    async fn snapshot(&self, page_token: Option<&str>) -> Result<RegistrySnapshot, ClientError> {
+        self.lock().lists += u64::from(page_token.is_none());
+        let request = SnapshotRequest {
+            size: Some(3),
+            token: page_token.map(str::to_owned),
+        };
+        let registry = self.registry()?;
+        let page = registry.snapshot(&self.network, &request).await;
+        let page = page.map_err(|refusal| told(&refusal))?;
+        let mut doing = self.lock();
+        match &mut doing.bend_list {
+            Some(bend) => bend(page),
+            None => Ok(page),
+        }
+    }
+
+    async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
+        let registry = self.registry()?;
+        self.lock().writes.push(write.clone());
+        let manner = Manner {
+            subject: self.edge_id.to_string(),
+            key: Some(write.idempotency_key.clone()),
+            fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),
+            if_match: write.if_match.clone(),
+            validate_only: false,
+        };
+        let (network, id) = (&*self.network, Some(&*write.id));
+        let reply = match (write.kind, &write.body) {
+            (kind, None) => registry.delete(network, kind, &write.id, &manner).await,
+            (ObjectKind::Closure, Some(body)) => {
+                let closure: PublishedClosure = serde_json::from_str(body).expect("a closure");
+                registry.put_closure(network, id, closure, &manner).await
+            }
+            (_, Some(body)) => {
+                let feature: Value = serde_json::from_str(body).expect("a feature");
+                registry.put_zone(network, id, feature, &manner).await
+            }
+        };
+        let reply = reply.map_err(|refusal| told(&refusal))?;
+        if self.lock().loses_answers {
+            return Err(cut());
+        }
+        Ok(serde_json::from_str(&reply.body).expect("an answer"))
+    }
+
+    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+        let registry = self.registry()?;
+        self.lock().reports.push(report.clone());
+        let noted = registry.report_edge(&self.network, &self.edge_id, report.clone());
+        noted.await.map_err(|refusal| told(&refusal))
+    }
+}

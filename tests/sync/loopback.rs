@@ -1,0 +1,149 @@
+//! The same over HTTP: two edges as they are served, one registry as it is served, on loopback.
+
+use crate::stage::{circle, ladder};
+use serde_json::Value;
+use skyway::config::{EdgeConfig, RegistryConfig};
+use skyway::formats::{load_network, write_network};
+use skyway::process::registry::{RegistryService, RegistryStart};
+use skyway::process::service::{Service, Start};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tempfile::TempDir;
+
+const PATIENCE: Duration = Duration::from_secs(40);
+
+fn anywhere() -> SocketAddr {
+    SocketAddr::from(([127, 0, 0, 1], 0))
+}
+
+async fn registry(folder: &TempDir) -> RegistryService {
+    let config = RegistryConfig {
+        listen: anywhere(),
+        admin_listen: anywhere(),
+        store: folder.path().join("registry.db").display().to_string(),
+        ..RegistryConfig::default()
+    };
+    let start = RegistryStart {
+        config,
+        tokens: None,
+        new_epoch: false,
+    };
+    RegistryService::start(start).await.expect("a registry")
+}
+
+async fn edge(registry: &RegistryService, name: &str) -> Service {
+    let mut config = EdgeConfig {
+        listen: anywhere(),
+        admin_listen: anywhere(),
+        ..EdgeConfig::default()
+    };
+    config.registry.url = Some(format!("http://{}/", registry.addresses().listen));
+    config.registry.network = "ladder".to_owned();
+    config.registry.edge_id = Some(name.to_owned());
+    config.registry.retry_within = Duration::from_millis(200);
+    let text = write_network(&ladder());
+    let loaded = load_network(&text).expect("a network");
+    let start = Start {
+        config,
+        tokens: None,
+        topology: Arc::new(loaded.topology),
+        geojson: text.into(),
+    };
+    Service::start(start).await.expect("an edge")
+}
+
+async fn send(client: &reqwest::Client, line: &str, url: &str, body: String) -> Value {
+    let method: reqwest::Method = line.parse().expect("a method");
+    let sent = client
+        .request(method, url)
+        .header("content-type", "application/geo+json")
+        .body(body)
+        .send()
+        .await
+        .expect("an answer");
+    assert!(
+        sent.status().is_success(),
+        "{line} {url}: {}",
+        sent.status()
+    );
+    let text = sent.text().await.expect("a body");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+async fn until(what: &str, is_so: impl AsyncFn() -> bool) {
+    let waited = tokio::time::timeout(PATIENCE, async {
+        while !is_so().await {
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+    });
+    waited
+        .await
+        .unwrap_or_else(|_| panic!("it never was so: {what}"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_posted_at_one_edge_closes_at_the_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let central = registry(&folder).await;
+    let client = reqwest::Client::builder()
+        .no_proxy()
+        .build()
+        .expect("a client");
+    let at_registry = format!("http://{}/v1/networks/ladder", central.addresses().listen);
+    send(&client, "PUT", &at_registry, write_network(&ladder())).await;
+    let (north, south) = (edge(&central, "north").await, edge(&central, "south").await);
+    let url = |service: &Service| format!("http://{}/v1/zones", service.addresses().listen);
+    for service in [&north, &south] {
+        until("it follows", async || {
+            service.edge().stamp().registry_revision.is_some()
+        })
+        .await;
+    }
+    let feature = circle("fire brigade/7 ü", 150.0, 0.0, 5.0).to_string();
+    let ack = send(&client, "POST", &url(&north), feature).await;
+    assert_eq!(ack["enforced"], true);
+    until("it has come", async || {
+        south.edge().status().blocked_segments == 1
+    })
+    .await;
+    until("the outbox is empty", async || {
+        let status = north.edge().status().registry;
+        status.is_some_and(|sync| sync.outbox == 0)
+    })
+    .await;
+    let failure =
+        r#"{"service": {"from": "a1", "to": "a2"}, "destination": "a4", "dry_run": true}"#;
+    let failures = format!("http://{}/v1/failures", south.addresses().listen);
+    let answer = client
+        .post(&failures)
+        .header("content-type", "application/json")
+        .body(failure)
+        .send()
+        .await
+        .expect("an answer");
+    let answer: Value = serde_json::from_str(&answer.text().await.expect("a body")).expect("JSON");
+    assert_eq!(answer["freshness"], "fresh", "{answer}");
+    assert_eq!(answer["registry_revision"], "1-2", "{answer}");
+    let metrics = format!("http://{}/metrics", south.addresses().admin);
+    let metrics = client.get(&metrics).send().await.expect("an answer");
+    let metrics = metrics.text().await.expect("text");
+    for line in [
+        "skyway_registry_revision 2",
+        "skyway_outbox_entries 0",
+        "skyway_registry_nacks_total 0",
+    ] {
+        assert!(
+            metrics.lines().any(|told| told.starts_with(line)),
+            "{line}: {metrics}"
+        );
+    }
+    // The registry ends: answers go on.
+    central.stop().await.expect("it ends");
+    let more = circle("alone", 350.0, 0.0, 5.0).to_string();
+    send(&client, "POST", &url(&south), more).await;
+    assert_eq!(south.edge().status().blocked_segments, 2);
+    assert!(south.edge().is_ready());
+    north.stop().await.expect("it ends");
+    south.stop().await.expect("it ends");
+}

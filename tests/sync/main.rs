@@ -1,0 +1,10 @@
+//! Edges that follow a registry: the code that ships, over a line that tests cut and bend.
+
+mod changes;
+mod conflicts;
+mod damage;
+mod epochs;
+mod line;
+mod loopback;
+mod stage;
+mod standing;
