@@ -3,8 +3,7 @@
 use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::json;
-use skyway::airspace::Change;
-use skyway::edge::{Code, Decision, PageRequest};
+use skyway::edge::Code;
 use skyway::wire::{EventKind, PlanState};
 use tokio_stream::StreamExt;
 
