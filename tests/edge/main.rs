@@ -4,7 +4,6 @@ mod clock_steps;
 mod idempotency;
 mod plans;
 mod publication;
-mod measure_tmp;
 mod stage;
 mod topology;
 mod topology_property;
