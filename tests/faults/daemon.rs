@@ -25,6 +25,11 @@ impl Address {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Of what is always there.
+    pub(crate) fn at(address: SocketAddr) -> Self {
+        Self(Arc::new(Mutex::new(Some(address))))
+    }
+
     fn set(&self, address: Option<SocketAddr>) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = address;
     }
@@ -111,7 +116,8 @@ impl Plan {
             .append(true)
             .open(self.log_file())
             .expect("a log");
-        let program = env!("CARGO_BIN_EXE_skyway").to_owned();
+        let program = std::env::var("SKYWAY_FAULT_BINARY");
+        let program = program.unwrap_or_else(|_| env!("CARGO_BIN_EXE_skyway").to_owned());
         let mut words = self.under.clone();
         words.push(program);
         words.extend(self.arguments.iter().cloned());

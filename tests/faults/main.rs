@@ -2,12 +2,23 @@
 //! disks that are full or fail, and files that are torn.
 //!
 //! Each story ends with a history that is checked (`history`). Built with the feature `planted`, each also runs with
-//! a bug that it has to find. `SKYWAY_FAULT_ROUNDS` says how many rounds, `SKYWAY_FAULT_SEED` by which chance.
+//! a bug that it has to find. `SKYWAY_FAULT_ROUNDS` says how many rounds, `SKYWAY_FAULT_SEED` by which chance,
+//! `SKYWAY_FAULT_BINARY` which program instead of the one that was built with it.
 
+mod bad_line;
+#[path = "../registry/cluster.rs"]
+mod cluster;
 mod daemon;
+mod failing_disk;
 mod history;
+mod killed_postgres;
 mod killed_registry;
+mod outcome;
+mod proxy;
 mod registry_client;
+mod restored_registry;
 mod rounds;
 mod store_file;
+mod torn_file;
+mod tracing;
 mod writers;

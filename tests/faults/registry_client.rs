@@ -87,7 +87,12 @@ pub(crate) struct Client {
 
 impl Client {
     pub(crate) fn new(address: &Address) -> Self {
-        let http = reqwest::Client::builder().no_proxy().timeout(TIMEOUT);
+        Self::patient(address, TIMEOUT)
+    }
+
+    /// One that waits for an answer as long as this.
+    pub(crate) fn patient(address: &Address, timeout: Duration) -> Self {
+        let http = reqwest::Client::builder().no_proxy().timeout(timeout);
         Self {
             http: http.build().expect("a client"),
             address: address.clone(),
@@ -194,8 +199,8 @@ impl Client {
         }
     }
 
-    /// The whole log, and everything that holds by the snapshot. What is wrong with pages is told.
-    pub(crate) async fn read_all(&self) -> Result<All, String> {
+    /// The whole log. What is wrong with its pages is told.
+    pub(crate) async fn read_log(&self) -> Result<All, String> {
         let mut all = All::default();
         let mut after = 0;
         loop {
@@ -210,9 +215,14 @@ impl Client {
             all.changes.extend(page.changes.iter().cloned());
             all.head = page.head;
             if is_last {
-                break;
+                return Ok(all);
             }
         }
+    }
+
+    /// The zones that hold, by the snapshot.
+    pub(crate) async fn read_holding(&self) -> Result<Holding, String> {
+        let mut holding = Holding::new();
         let mut token = String::new();
         loop {
             let path = format!("/v1/networks/{NETWORK}/snapshot?page_token={token}");
@@ -231,11 +241,10 @@ impl Client {
                 return Err("the snapshot has another checksum".to_owned());
             }
             let zones = page.objects.iter().filter(|it| it.kind == ObjectKind::Zone);
-            all.holding
-                .extend(zones.map(|zone| (zone.id.clone(), tag_of(&zone.body))));
+            holding.extend(zones.map(|zone| (zone.id.clone(), tag_of(&zone.body))));
             match page.next_page_token {
                 Some(next) => token = next,
-                None => return Ok(all),
+                None => return Ok(holding),
             }
         }
     }
@@ -246,7 +255,6 @@ impl Client {
 pub(crate) struct All {
     pub(crate) changes: Vec<LoggedChange>,
     pub(crate) head: u64,
-    pub(crate) holding: Holding,
 }
 
 impl All {

@@ -5,7 +5,9 @@
     reason = "tests of faults copy and damage the files of stores"
 )]
 
-use sqlx::sqlite::SqliteConnectOptions;
+use crate::registry_client::All;
+use skyway::wire::{ChangeOperation, LoggedChange, ObjectKind};
+use sqlx::sqlite::{SqliteConnectOptions, SqliteRow};
 use sqlx::{ConnectOptions, Connection, Row, SqliteConnection};
 use std::path::Path;
 use tempfile::TempDir;
@@ -55,6 +57,49 @@ pub(crate) async fn faults(folder: &Path) -> Vec<String> {
     }
     let _ = close(connection).await;
     faults
+}
+
+/// The log as it stands in a copy of a store.
+pub(crate) async fn log(folder: &Path) -> All {
+    let copied = TempDir::new().expect("a folder");
+    copy(folder, copied.path());
+    let options = SqliteConnectOptions::new().filename(copied.path().join(PARTS[0]));
+    let mut connection = options.connect().await.expect("a store");
+    let query = "SELECT revision, epoch, kind, id, body FROM changes ORDER BY revision, position";
+    let rows = sqlx::query(query).fetch_all(&mut connection).await;
+    let changes = rows.expect("changes").into_iter().map(|row| {
+        let body: Option<String> = row.get(4);
+        let kind: String = row.get(2);
+        let kinds = ObjectKind::ALL;
+        let operation = match &body {
+            Some(_) => ChangeOperation::Put,
+            None => ChangeOperation::Delete,
+        };
+        LoggedChange {
+            revision: number(&row, 0),
+            epoch: number(&row, 1),
+            at: String::new(),
+            subject: String::new(),
+            kind: kinds
+                .into_iter()
+                .find(|it| it.name() == kind)
+                .expect("a kind"),
+            id: row.get(3),
+            operation,
+            body,
+            sha256: String::new(),
+        }
+    });
+    let changes: Vec<LoggedChange> = changes.collect();
+    let _ = close(connection).await;
+    All {
+        head: changes.last().map_or(0, |change| change.revision),
+        changes,
+    }
+}
+
+fn number(row: &SqliteRow, column: usize) -> u64 {
+    u64::try_from(row.get::<i64, _>(column)).expect("no number is negative")
 }
 
 async fn close(connection: SqliteConnection) -> Result<(), sqlx::Error> {

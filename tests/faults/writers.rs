@@ -43,7 +43,7 @@ pub(crate) struct Left {
 }
 
 impl Crowd {
-    /// So many writers, and a follower from the first revision on.
+    /// So many writers.
     pub(crate) fn gather(address: &Address, seed: u64, writers: u64) -> Self {
         let (recorder, stop) = (Recorder::default(), CancellationToken::new());
         let notes = Arc::new(Notes::default());
@@ -60,16 +60,21 @@ impl Crowd {
             };
             tasks.push(tokio::spawn(writer.work(stop.clone())));
         }
-        let (client, seen, stopped) = (Client::new(address), notes.clone(), stop.clone());
-        tasks.push(tokio::spawn(async move {
-            follow(&client, &seen, &stopped).await
-        }));
         Self {
             recorder,
             stop,
             tasks,
             notes,
         }
+    }
+
+    /// And one who follows the log from its beginning.
+    pub(crate) fn followed(mut self, address: &Address) -> Self {
+        let client = Client::new(address);
+        let (notes, stop) = (self.notes.clone(), self.stop.clone());
+        let following = async move { follow(&client, &notes, &stop).await };
+        self.tasks.push(tokio::spawn(following));
+        self
     }
 
     /// Ends the run.

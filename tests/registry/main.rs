@@ -1,5 +1,6 @@
 //! The registry: one suite over both of its stores, and stories over HTTP.
 
+mod cluster;
 mod contract;
 mod description;
 mod drafts;

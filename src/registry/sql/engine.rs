@@ -18,7 +18,7 @@ use std::time::Duration;
 /// sender has given up.
 const TURN: Duration = Duration::from_secs(5);
 /// How long the database may take over a write. What becomes of one that takes longer is not known.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(10);
 /// The first pause before a write is tried again; each further one is twice as long.
 const FIRST_PAUSE: Duration = Duration::from_millis(2);
 

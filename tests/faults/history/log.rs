@@ -1,6 +1,6 @@
 //! The operations of a run against the log that is there at its end.
 
-use super::{Act, Holding, Logged, Operation, Outcome, Version, holding_at};
+use super::{Act, Holding, Logged, Operation, Outcome, Seen, Version, holding_at};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A run of a registry: what was done, and what is there.
@@ -142,42 +142,37 @@ impl Run {
         }
     }
 
-    /// A read shows what is in the log, and nothing older than what was acknowledged or read before it began.
+    /// A read shows what held at some revision, and at none older than what anyone was acknowledged or had read before
+    /// it began. What was read of a life that a backup ended is not looked at.
     fn check_reads(&self, violations: &mut Vec<String>) {
+        if !self.restored.is_empty() {
+            return;
+        }
         let mut by_id: BTreeMap<&str, Vec<&Logged>> = BTreeMap::new();
         for change in &self.log {
             by_id.entry(&change.id).or_default().push(change);
         }
-        let mut of_id: BTreeMap<&str, Vec<&Operation>> = BTreeMap::new();
+        let shown = self.operations.iter();
+        let shown = shown.filter_map(|it| Some((it.ended?, version_of(it)?)));
+        let mut shown: Vec<(u64, Version)> = shown.collect();
+        shown.sort_unstable();
+        let mut reads: Vec<(&Operation, &Option<Seen>)> = Vec::new();
         for operation in &self.operations {
-            of_id.entry(operation.act.id()).or_default().push(operation);
+            if let Outcome::Seen(seen) = &operation.outcome {
+                reads.push((operation, seen));
+            }
         }
-        for read in &self.operations {
-            let Outcome::Seen(seen) = &read.outcome else {
-                continue;
-            };
-            let id = read.act.id();
-            let changes = by_id.get(id).map_or(&[][..], Vec::as_slice);
-            let floor = of_id[id]
-                .iter()
-                .filter(|operation| operation.is_before(read))
-                .filter_map(|operation| version_of(operation))
-                .filter(|version| !self.is_lost(*version))
-                .max();
-            let is_right = match seen {
-                Some(seen) if seen.version.is_some_and(|version| self.is_lost(version)) => true,
-                Some(seen) => changes.iter().any(|change| {
-                    let is_it = change.tag.as_ref() == Some(&seen.tag);
-                    is_it && floor.is_none_or(|floor| floor <= change.version)
-                }),
-                None => {
-                    let is_gone = |change: &&&Logged| change.tag.is_none();
-                    let mut gone = changes.iter().filter(is_gone);
-                    floor.is_none_or(|floor| gone.any(|change| floor <= change.version))
-                }
-            };
-            if !is_right {
-                violations.push(format!("not in the log, or older than {floor:?}: {read}"));
+        reads.sort_by_key(|(read, _)| read.began);
+        let mut shown = shown.into_iter().peekable();
+        let mut floor: Option<Version> = None;
+        for (read, seen) in reads {
+            while let Some((_, version)) = shown.next_if(|(ended, _)| *ended < read.began) {
+                floor = floor.max(Some(version));
+            }
+            let changes = by_id.get(read.act.id()).map_or(&[][..], Vec::as_slice);
+            let tag = seen.as_ref().map(|seen| seen.tag.as_str());
+            if !held(changes, tag, floor) {
+                violations.push(format!("not what held at {floor:?} or later: {read}"));
             }
         }
     }
@@ -195,6 +190,19 @@ impl Run {
             violations.push(format!("zone {id} holds, and is not in the log"));
         }
     }
+}
+
+/// Whether an object, by its changes, was so at a version or later.
+fn held(changes: &[&Logged], tag: Option<&str>, floor: Option<Version>) -> bool {
+    let is_after = |end: Option<&&Logged>| match (end, floor) {
+        (Some(end), Some(floor)) => end.version > floor,
+        _ => true,
+    };
+    if tag.is_none() && is_after(changes.first()) {
+        return true;
+    }
+    let mut states = changes.iter().enumerate();
+    states.any(|(place, change)| change.tag.as_deref() == tag && is_after(changes.get(place + 1)))
 }
 
 /// The version that an operation has shown to be there.

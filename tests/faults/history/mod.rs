@@ -97,11 +97,6 @@ pub(crate) struct Operation {
 }
 
 impl Operation {
-    /// Whether it ended before the other began.
-    pub(crate) fn is_before(&self, other: &Self) -> bool {
-        self.ended.is_some_and(|ended| ended < other.began)
-    }
-
     pub(crate) fn is_done(&self) -> bool {
         matches!(self.outcome, Outcome::Done(_))
     }

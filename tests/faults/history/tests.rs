@@ -129,10 +129,10 @@ fn what_came_in_the_wrong_order_is_found() {
     finds(&run, "was acknowledged before");
     let mut run = right();
     run.operations.push(read("a", 60, None));
-    finds(&run, "not in the log, or older");
+    finds(&run, "not what held at");
     let mut run = right();
     run.operations.push(read("b", 60, Some((3, "2"))));
-    finds(&run, "not in the log, or older");
+    finds(&run, "not what held at");
 }
 
 #[test]
