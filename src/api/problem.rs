@@ -136,7 +136,7 @@ problems! {
     StoreUnavailable "store_unavailable" SERVICE_UNAVAILABLE Unavailable "the store does not answer"
         "What is known cannot be read or written just now. Try again after the time given.";
     StoreFull "store_full" INSUFFICIENT_STORAGE Unavailable "the store takes nothing more"
-        "The disk of the store is full or failing. Nothing was written. Free it, and try again.";
+        "The disk of the store is full or failing. The write is not acknowledged. Free it, and try again.";
     DeadlineExceeded "deadline_exceeded" GATEWAY_TIMEOUT DeadlineExceeded "the deadline passed"
         "There was no answer within the time allowed. The work was stopped.";
     Internal "internal" INTERNAL_SERVER_ERROR Internal "internal error"

@@ -68,7 +68,7 @@ async fn nothing_bent_or_cut_is_taken_for_a_page() {
         }
         proxy.becomes(Line::Good);
     };
-    let (behind, mut wrong, mut followed) = (Client::new(&proxy.address), 0, 0);
+    let (behind, mut wrong, mut followed) = (Client::through(&proxy.address, &plan.address), 0, 0);
     let following = async {
         loop {
             let changes = follow(&behind, all.head, &mut wrong).await;

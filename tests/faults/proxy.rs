@@ -16,7 +16,7 @@ use tokio::task::JoinHandle;
 pub(crate) enum Line {
     /// Nothing else.
     Good,
-    /// Nothing arrives, and nobody is told.
+    /// Nothing arrives as long as it lasts, and nobody is told.
     BlackHole,
     /// Connections are reset.
     Reset,
@@ -30,6 +30,9 @@ pub(crate) enum Line {
 
 /// The whole answer is asked for again where one byte takes this long.
 const SLOW: Duration = Duration::from_secs(1);
+
+/// How often a black hole looks whether it still is one.
+const STEP: Duration = Duration::from_millis(5);
 
 /// Where a line leads.
 #[derive(Clone, Debug)]
@@ -60,6 +63,13 @@ struct Shared {
 impl Shared {
     fn line(&self) -> Line {
         *self.line.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns once the line is no black hole any more: what went in comes out then, as it was never acknowledged.
+    async fn healed(&self) {
+        while self.line() == Line::BlackHole {
+            tokio::time::sleep(STEP).await;
+        }
     }
 
     fn chance(&self) -> MutexGuard<'_, Chance> {
@@ -123,6 +133,7 @@ async fn carry(near: TcpStream, shared: Arc<Shared>) {
         reset(&near);
         return;
     }
+    shared.healed().await;
     match &shared.end {
         End::Daemon(address) => {
             let Some(address) = address.get() else {
@@ -177,7 +188,10 @@ async fn pump(
         let bytes = &mut buffer[..count];
         let written = match shared.line() {
             Line::Good => to.write_all(bytes).await,
-            Line::BlackHole => Ok(()),
+            Line::BlackHole => {
+                shared.healed().await;
+                to.write_all(bytes).await
+            }
             Line::Reset => return,
             Line::Slow => slowly(&mut to, bytes, shared).await,
             Line::Cut if is_answer => {

@@ -83,6 +83,8 @@ pub(crate) enum Answer {
 pub(crate) struct Client {
     http: reqwest::Client,
     address: Address,
+    /// What is behind a proxy, and answers under its own name only.
+    behind: Option<Address>,
 }
 
 impl Client {
@@ -96,6 +98,15 @@ impl Client {
         Self {
             http: http.build().expect("a client"),
             address: address.clone(),
+            behind: None,
+        }
+    }
+
+    /// One that goes through a proxy.
+    pub(crate) fn through(proxy: &Address, behind: &Address) -> Self {
+        Self {
+            behind: Some(behind.clone()),
+            ..Self::new(proxy)
         }
     }
 
@@ -109,6 +120,9 @@ impl Client {
         };
         let method = method.parse().expect("a method");
         let mut request = self.http.request(method, format!("http://{address}{path}"));
+        if let Some(behind) = self.behind.as_ref().and_then(Address::get) {
+            request = request.header("host", behind.to_string());
+        }
         for (name, value) in headers {
             request = request.header(*name, *value);
         }

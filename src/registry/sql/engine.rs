@@ -17,6 +17,8 @@ use std::time::Duration;
 /// How long a write waits for its turn. One that comes too late is refused, so that none is done long after its
 /// sender has given up.
 const TURN: Duration = Duration::from_secs(5);
+/// How long the database may take over a question.
+const READ_PATIENCE: Duration = Duration::from_secs(5);
 /// How long the database may take over a write. What becomes of one that takes longer is not known.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The first pause before a write is tried again; each further one is twice as long.
@@ -36,7 +38,11 @@ macro_rules! reading {
             let _ = transaction.rollback().await;
             Ok::<_, Trouble>(done)
         };
-        read.await.map_err(|trouble| match trouble {
+        let read = match tokio::time::timeout(READ_PATIENCE, read).await {
+            Ok(read) => read,
+            Err(_) => Err(Trouble::Lasting(too_long("a question"))),
+        };
+        read.map_err(|trouble| match trouble {
             Trouble::Lasting(error) => {
                 $store.distrust();
                 error
