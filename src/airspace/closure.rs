@@ -76,8 +76,12 @@ impl Closure {
         let pads = self.pads.iter();
         Ok(Self {
             hits: Hits::new(
-                segments.filter_map(|&segment| correspondence.segment(segment)).collect(),
-                nodes.filter_map(|&node| correspondence.node(node)).collect(),
+                segments
+                    .filter_map(|&segment| correspondence.segment(segment))
+                    .collect(),
+                nodes
+                    .filter_map(|&node| correspondence.node(node))
+                    .collect(),
             ),
             pads: pads.filter_map(|&node| correspondence.node(node)).collect(),
             ..self.clone()

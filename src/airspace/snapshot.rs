@@ -265,8 +265,7 @@ impl Airspace {
         let mut turned = Vec::new();
         for held in self.closures.values_mut() {
             let windows = &held.closure.windows;
-            let counts =
-                windows.is_empty() || windows.iter().any(counts_now);
+            let counts = windows.is_empty() || windows.iter().any(counts_now);
             if counts != held.in_force {
                 held.in_force = counts;
                 turned.push((held.closure.clone(), counts));

@@ -67,7 +67,10 @@ impl SteppedClock {
         let elapsed = monotonic.saturating_sub(self.read_at);
         let elapsed = SignedDuration::try_from(elapsed).unwrap_or(SignedDuration::MAX);
         self.read_at = self.read_at.max(monotonic);
-        self.steady = self.steady.saturating_add(elapsed).unwrap_or(Timestamp::MAX);
+        self.steady = self
+            .steady
+            .saturating_add(elapsed)
+            .unwrap_or(Timestamp::MAX);
         let apart = wall.duration_since(self.steady);
         if apart.abs() <= STEP {
             self.is_doubted = false;
@@ -122,9 +125,15 @@ mod tests {
             let mut judge = SteppedClock::new(start(), at(100));
             assert_eq!(judge.read(start() + s(10), at(110)).apart, None);
             let read = judge.read(start() + s(20 + by), at(120));
-            assert_eq!((read.now, read.apart, read.steps), (start() + s(20), Some(s(by)), 1));
+            assert_eq!(
+                (read.now, read.apart, read.steps),
+                (start() + s(20), Some(s(by)), 1)
+            );
             let read = judge.read(start() + s(50 + by), at(150));
-            assert_eq!((read.now, read.apart, read.steps), (start() + s(50), Some(s(by)), 1));
+            assert_eq!(
+                (read.now, read.apart, read.steps),
+                (start() + s(50), Some(s(by)), 1)
+            );
             assert_eq!(judge.confirm(start() + s(51 + by), at(151)), Some(s(by)));
             let read = judge.read(start() + s(60 + by), at(160));
             assert_eq!((read.now, read.apart), (start() + s(60 + by), None));
@@ -138,7 +147,10 @@ mod tests {
         let mut judge = SteppedClock::new(start(), at(0));
         assert!(judge.read(start() + s(3_600), at(1)).apart.is_some());
         let back = judge.read(start() + s(4), at(2));
-        assert_eq!((back.now, back.apart, back.steps), (start() + s(4), None, 1));
+        assert_eq!(
+            (back.now, back.apart, back.steps),
+            (start() + s(4), None, 1)
+        );
     }
 
     #[test]

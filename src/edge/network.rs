@@ -86,7 +86,9 @@ impl Edge {
     /// When it cannot take the place of the one in service, or the writer cannot take it.
     pub async fn replace_network(self: &Arc<Self>, network: NewNetwork) -> Result<(), Refusal> {
         let snapshot = self.snapshot();
-        let network = self.aside(move || network.prepared_for(&snapshot)).await??;
+        let network = self
+            .aside(move || network.prepared_for(&snapshot))
+            .await??;
         self.order(Order::ReplaceNetwork(Box::new(network)))
             .await
             .map(drop)

@@ -165,9 +165,13 @@ fn closes_other(before: &Closure, after: &Closure, correspondence: &Corresponden
         return false;
     }
     let segments = before.hits.segments.iter();
-    let mut segments: Vec<_> = segments.filter_map(|&segment| correspondence.segment(segment)).collect();
+    let mut segments: Vec<_> = segments
+        .filter_map(|&segment| correspondence.segment(segment))
+        .collect();
     let nodes = before.hits.nodes.iter();
-    let mut nodes: Vec<_> = nodes.filter_map(|&node| correspondence.node(node)).collect();
+    let mut nodes: Vec<_> = nodes
+        .filter_map(|&node| correspondence.node(node))
+        .collect();
     segments.sort_unstable();
     nodes.sort_unstable();
     segments != after.hits.segments || nodes != after.hits.nodes
@@ -175,6 +179,9 @@ fn closes_other(before: &Closure, after: &Closure, correspondence: &Corresponden
 
 pub(super) fn not_laid(id: &str, faults: &[ZoneFault]) -> Refusal {
     let why: Vec<String> = faults.iter().map(ToString::to_string).collect();
-    let detail = format!("the zone '{id}' cannot be laid on the new network: {}", why.join("; "));
+    let detail = format!(
+        "the zone '{id}' cannot be laid on the new network: {}",
+        why.join("; ")
+    );
     Refusal::new(Code::NetworkInvalid, detail)
 }

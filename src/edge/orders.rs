@@ -113,7 +113,11 @@ impl Order {
     /// Whether the network may be another one afterwards. Such an order begins a batch, so that all that a batch
     /// tells is on one network.
     pub(super) fn replaces_network(&self) -> bool {
-        matches!(self, Self::ReplaceNetwork(_))
+        match self {
+            Self::ReplaceNetwork(_) => true,
+            Self::Follow(followed) => followed.network.is_some(),
+            _ => false,
+        }
     }
 }
 

@@ -176,7 +176,8 @@ impl State {
     fn publish(&mut self, now: Timestamp) -> Vec<Detour> {
         let before = self.next.airspace.clone();
         let clock_turned = std::mem::take(&mut self.clock.has_turned);
-        let windows_turn = clock_turned || before.next_change().is_some_and(|instant| instant <= now);
+        let windows_turn =
+            clock_turned || before.next_change().is_some_and(|instant| instant <= now);
         let changes = std::mem::take(&mut self.changes);
         let mut fresh = std::mem::take(&mut self.relaid);
         if changes.is_empty() && !windows_turn {

@@ -94,9 +94,13 @@ impl State {
                 let remnant = plan.proposed.as_deref().map(nothing_left_of);
                 match self.legs_left(plan, before, change, now) {
                     Some(current) => self.redirect(plan_over(current, remnant), now),
-                    None => self.redirect_from_place(plan, before, destination, |current| {
-                        plan_over(current, remnant)
-                    }, now),
+                    None => self.redirect_from_place(
+                        plan,
+                        before,
+                        destination,
+                        |current| plan_over(current, remnant),
+                        now,
+                    ),
                 }
             }
         }
@@ -115,7 +119,11 @@ impl State {
     }
 
     /// A version that is flown as it was, with contingencies that can be flown.
-    fn equipped(&mut self, (version, contingencies_hold): (Version, bool), airspeed_mps: f64) -> Version {
+    fn equipped(
+        &mut self,
+        (version, contingencies_hold): (Version, bool),
+        airspeed_mps: f64,
+    ) -> Version {
         if contingencies_hold {
             return version;
         }
@@ -129,7 +137,14 @@ impl State {
             return version;
         };
         let stretch_m = version.first_stretch_m;
-        let composition = equip(&world, way, stretch_m, last, airspeed_mps, &mut self.scratch);
+        let composition = equip(
+            &world,
+            way,
+            stretch_m,
+            last,
+            airspeed_mps,
+            &mut self.scratch,
+        );
         Version {
             composition,
             ..version
@@ -155,7 +170,11 @@ impl State {
         Some(Version {
             // It leads nowhere now, whatever its drone was told.
             outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
-            first_stretch_m: if starts_as_before { left.first_stretch_m } else { 0.0 },
+            first_stretch_m: if starts_as_before {
+                left.first_stretch_m
+            } else {
+                0.0
+            },
             ..left
         })
     }
@@ -321,7 +340,9 @@ fn stretch_carried(
     change: &Change<'_>,
 ) -> Option<(Version, bool)> {
     let (stretch_m, airspeed_mps) = (version.first_stretch_m, plan.airspeed_mps);
-    let carried = version.composition.carried_over(change, legs, stretch_m, airspeed_mps)?;
+    let carried = version
+        .composition
+        .carried_over(change, legs, stretch_m, airspeed_mps)?;
     let CarriedOver {
         composition,
         contingencies_hold,

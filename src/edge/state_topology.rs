@@ -38,8 +38,8 @@ impl State {
     ) -> Result<Done, Refusal> {
         network.check(&self.next)?;
         let topology = &network.topology;
-        let is_same = self.next.has_network()
-            && self.next.topology().fingerprint() == topology.fingerprint();
+        let is_same =
+            self.next.has_network() && self.next.topology().fingerprint() == topology.fingerprint();
         if is_same {
             return Ok(Done::Nothing);
         }
@@ -119,7 +119,9 @@ impl State {
         }
         let reported = self.next.closures.values();
         let reported = reported.filter(|entry| entry.reported_by.is_some());
-        self.next.reported_segments = reported.map(|entry| entry.closure.hits.segments.len()).sum();
+        self.next.reported_segments = reported
+            .map(|entry| entry.closure.hits.segments.len())
+            .sum();
         let airspace = &self.next.airspace;
         let other = relay.closures.iter().filter(|relaid| relaid.closes_other);
         let other = other.filter(|relaid| airspace.is_in_force(&relaid.after.id));
@@ -192,7 +194,10 @@ impl State {
             Order::Propose(proposal) => {
                 let closure = over(&proposal.closure)?;
                 let is_left = closure.zone().is_some() || !closes_nothing(&closure);
-                let proposal = ProposalEntry { closure, ..*proposal };
+                let proposal = ProposalEntry {
+                    closure,
+                    ..*proposal
+                };
                 is_left.then(|| Order::Propose(Box::new(proposal)))
             }
             Order::ProposeVersion { plan, version } => {

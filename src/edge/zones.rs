@@ -235,7 +235,10 @@ impl Edge {
         let held = snapshot.airspace.closure(&closure.id).cloned();
         let held = held.unwrap_or_else(|| {
             let hits = Hits::default();
-            Arc::new(Closure { hits, ..(*closure).clone() })
+            Arc::new(Closure {
+                hits,
+                ..(*closure).clone()
+            })
         });
         let ack = self.ack(&entry, &held, &snapshot, durable, &detours);
         Ok((ack, created))
@@ -271,7 +274,10 @@ impl Edge {
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
         let edge = self.clone();
         self.aside(move || {
-            let ReadZone { closure, on: snapshot } = read;
+            let ReadZone {
+                closure,
+                on: snapshot,
+            } = read;
             let zone: Option<Arc<Zone>> = closure.zone().cloned();
             let zone = zone.ok_or_else(unexpected)?;
             let now = edge.clock.now();

@@ -4,7 +4,7 @@
 //! one by its ids. A drone can go on flying only where nothing has moved: that is told apart from what merely
 //! bears the same id.
 
-use super::identity::{NodeIx, SegmentIx, SegmentIds};
+use super::identity::{NodeIx, SegmentIds, SegmentIx};
 use super::topology::Topology;
 use crate::geo::Frame;
 
@@ -107,7 +107,8 @@ fn is_flown_alike(
 ) -> bool {
     let (old, new) = (from.segment(segment), to.segment(other));
     let ends = [nodes[old.from.at()], nodes[old.to.at()]];
-    let same_ends = ends == [Some(new.from), Some(new.to)] || ends == [Some(new.to), Some(new.from)];
+    let same_ends =
+        ends == [Some(new.from), Some(new.to)] || ends == [Some(new.to), Some(new.from)];
     let apart_m = (old.length_m - new.length_m).abs();
     same_ends
         && apart_m <= MOVED_M.max(old.length_m * PLANES_DIFFER)

@@ -108,7 +108,7 @@ impl Service {
         );
         let main = tokio::spawn(main);
         health.set_ready(edge.is_ready()).await;
-        tokio::spawn(tell_health(health, edge.clone(), drain.clone()));
+        tokio::spawn(health.follow(edge.clone(), drain.clone()));
         Ok(Self {
             edge,
             addresses,
@@ -178,16 +178,6 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
     };
     let client = client.map_err(io::Error::other)?;
     Ok(Some(edge.follow_registry(client, settings)))
-}
-
-/// Says to those who watch the health of the edge when it has a network to answer on, and that it is ending.
-async fn tell_health(health: Health, edge: Arc<Edge>, drain: Drain) {
-    tokio::select! {
-        () = edge.ready() => health.set_ready(true).await,
-        () = drain.begun() => {}
-    }
-    drain.begun().await;
-    health.set_ready(false).await;
 }
 
 fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication) -> GateConfig {

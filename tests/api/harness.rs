@@ -11,6 +11,7 @@ use skyway::api::server::{Authentication, Drain, GateConfig, ServerConfig, Slots
 use skyway::clock::Clock;
 use skyway::edge::{Edge, Settings};
 use skyway::formats::load_network;
+use skyway::network::Topology;
 use skyway::network::bundled::SYDNEY_CBD;
 use std::fmt::Write;
 use std::net::SocketAddr;
@@ -37,7 +38,7 @@ const SHOWN: [&str; 10] = [
 
 /// The listeners of an edge, and a client.
 pub(crate) struct Api {
-    edge: Arc<Edge>,
+    pub(crate) edge: Arc<Edge>,
     pub(crate) drain: Drain,
     address: SocketAddr,
     admin: SocketAddr,
@@ -84,11 +85,19 @@ impl Api {
 
     pub(crate) async fn with(settings: Settings) -> Self {
         let loaded = load_network(SYDNEY_CBD).expect("a network");
+        Self::on(Arc::new(loaded.topology), SYDNEY_CBD, settings).await
+    }
+
+    /// Over a network of one's own, or none.
+    pub(crate) async fn on(
+        topology: Arc<Topology>,
+        text: &'static str,
+        settings: Settings,
+    ) -> Self {
         let start: Timestamp = "2026-11-27T18:00:00Z".parse().expect("an instant");
         // A clock whose hand is gone stands still.
         let (clock, _) = Clock::by_hand(start);
-        let topology = Arc::new(loaded.topology);
-        let edge = Edge::start(topology, SYDNEY_CBD.into(), 7, settings, clock).expect("threads");
+        let edge = Edge::start(topology, text.into(), 7, settings, clock).expect("threads");
         let drain = Drain::new();
         let (router, _) = rest::router(edge.clone(), drain.clone());
         let address = listen(Listener::Main, router, &drain).await;

@@ -3,6 +3,11 @@
 use crate::harness::{Api, Story, circle};
 use insta::assert_snapshot;
 use serde_json::{Value, json};
+use skyway::edge::{NewNetwork, Settings};
+use skyway::formats::load_network;
+use skyway::network::Topology;
+use skyway::network::bundled::SYDNEY_CBD;
+use std::sync::Arc;
 
 fn report() -> Value {
     json!({
@@ -236,6 +241,60 @@ async fn telemetry_is_taken_entry_by_entry() {
     story.post("/v1/telemetry", &batch).await.is(200);
     story.get("/v1/drones").await.is(200);
     assert_snapshot!(story.text);
+}
+
+#[tokio::test]
+async fn an_edge_without_a_network_asks_to_come_again() {
+    let nothing = Arc::new(Topology::nothing());
+    let api = Api::on(nothing, "", Settings::default()).await;
+    assert_eq!(api.get("/livez").await.is(200).body, "live\n");
+    let position = json!({"positions": [{"drone_id": "drone-7", "location": {"node": 379}}]});
+    for told in [
+        api.get("/readyz").await,
+        api.post("/v1/failures", &report()).await,
+        api.post("/v1/zones", &circle(40.0)).await,
+        api.post("/v1/plans", &json!({"source": 406, "destination": 379}))
+            .await,
+        api.post("/v1/telemetry", &position).await,
+        api.get("/v1/network").await,
+        api.get("/v1/nearest?lon=151.21&lat=-33.86").await,
+    ] {
+        let told = told.is(503);
+        assert_eq!(told.code(), "not_ready");
+        assert_eq!(told.header("retry-after"), Some("1"));
+    }
+    assert_eq!(
+        api.get("/v1/zones").await.is(200).json()["features"],
+        json!([])
+    );
+    assert_eq!(
+        api.ask_admin("GET /status").await.is(200).json()["nodes"],
+        0
+    );
+
+    let loaded = load_network(SYDNEY_CBD).expect("a network");
+    let network = NewNetwork::new(Arc::new(loaded.topology), SYDNEY_CBD.into());
+    api.edge
+        .replace_network(network)
+        .await
+        .expect("put into service");
+    assert_eq!(api.get("/readyz").await.is(200).body, "ready\n");
+    let answer = api.post("/v1/failures", &report()).await.is(200).json();
+    assert_eq!(answer["topology_revision"], 2);
+}
+
+#[tokio::test]
+async fn a_clock_that_has_not_stepped_needs_no_confirmation() {
+    let api = Api::start().await;
+    let told = api
+        .post("/v1/clock:confirm", &Value::Null)
+        .await
+        .is(200)
+        .json();
+    assert_eq!(
+        (&told["confirmed_step_s"], &told["freshness"]),
+        (&Value::Null, &json!("fresh"))
+    );
 }
 
 #[tokio::test]

@@ -16,14 +16,30 @@ fn zone_until(id: &str, from: &str, until: &str) -> Value {
 }
 
 fn in_force(stage: &Stage, id: &str) -> bool {
-    stage.edge.closure(&stage.caller, id).expect("it stands").in_force
+    stage
+        .edge
+        .closure(&stage.caller, id)
+        .expect("it stands")
+        .in_force
 }
 
 #[tokio::test]
 async fn a_step_forward_opens_nothing_and_closes_what_it_says() {
     let (stage, hands) = Stage::on_machine_clock();
-    stage.zone(zone_until("now", "2026-11-21T05:00:00Z", "2026-11-21T06:30:00Z")).await;
-    stage.zone(zone_until("later", "2026-11-21T12:00:00Z", "2026-11-21T13:00:00Z")).await;
+    stage
+        .zone(zone_until(
+            "now",
+            "2026-11-21T05:00:00Z",
+            "2026-11-21T06:30:00Z",
+        ))
+        .await;
+    stage
+        .zone(zone_until(
+            "later",
+            "2026-11-21T12:00:00Z",
+            "2026-11-21T13:00:00Z",
+        ))
+        .await;
     assert!(in_force(&stage, "now") && !in_force(&stage, "later"));
     let mut events = stage.edge.events(None).expect("a stream");
     // To half past twelve.
@@ -33,24 +49,44 @@ async fn a_step_forward_opens_nothing_and_closes_what_it_says() {
     assert!(in_force(&stage, "later"), "it may well be noon");
     assert_eq!(stage.edge.stamp().freshness, Freshness::Degraded);
     let status = stage.edge.status();
-    assert_eq!((status.clock_steps, status.clock_apart_s), (1, Some(23_400.0)));
+    assert_eq!(
+        (status.clock_steps, status.clock_apart_s),
+        (1, Some(23_400.0))
+    );
     let stepped = events.next().await.expect("more").expect("no gap");
     assert_eq!(stepped.kind, EventKind::ClockStepped);
     assert_eq!(stepped.event.data["apart_s"], 23_400.0);
 
-    let confirmed = stage.edge.confirm_clock(&stage.caller).await.expect("confirmed");
-    assert_eq!((&*confirmed.now, confirmed.confirmed_step_s), ("2026-11-21T12:30:00Z", Some(23_400.0)));
+    let confirmed = stage
+        .edge
+        .confirm_clock(&stage.caller)
+        .await
+        .expect("confirmed");
+    assert_eq!(
+        (&*confirmed.now, confirmed.confirmed_step_s),
+        ("2026-11-21T12:30:00Z", Some(23_400.0))
+    );
     assert!(!in_force(&stage, "now") && in_force(&stage, "later"));
     assert_eq!(stage.edge.stamp().freshness, Freshness::Fresh);
     assert_eq!(stage.edge.status().clock_apart_s, None);
-    let again = stage.edge.confirm_clock(&stage.caller).await.expect("nothing to do");
+    let again = stage
+        .edge
+        .confirm_clock(&stage.caller)
+        .await
+        .expect("nothing to do");
     assert_eq!(again.confirmed_step_s, None);
 }
 
 #[tokio::test]
 async fn a_step_back_opens_nothing_that_is_closed() {
     let (stage, hands) = Stage::on_machine_clock();
-    stage.zone(zone_until("now", "2026-11-21T06:30:00Z", "2026-11-21T09:00:00Z")).await;
+    stage
+        .zone(zone_until(
+            "now",
+            "2026-11-21T06:30:00Z",
+            "2026-11-21T09:00:00Z",
+        ))
+        .await;
     assert!(in_force(&stage, "now"), "within the horizon");
     hands.step(-HOUR * 10);
     stage.settle().await;
@@ -58,11 +94,18 @@ async fn a_step_back_opens_nothing_that_is_closed() {
     // Time goes on: it ends by that, yet by the wall clock it is about to begin.
     hands.advance(Duration::from_secs(9 * 3_600));
     stage.settle().await;
-    assert!(!in_force(&stage, "now"), "over by one, not begun by the other");
+    assert!(
+        !in_force(&stage, "now"),
+        "over by one, not begun by the other"
+    );
     hands.advance(Duration::from_secs(3_600));
     stage.settle().await;
     assert!(in_force(&stage, "now"), "begun by the other");
-    stage.edge.confirm_clock(&stage.caller).await.expect("confirmed");
+    stage
+        .edge
+        .confirm_clock(&stage.caller)
+        .await
+        .expect("confirmed");
     assert!(in_force(&stage, "now"), "it is six o'clock again");
 }
 
@@ -72,7 +115,11 @@ async fn lives_and_plans_end_when_both_clocks_say_so() {
         let (stage, hands) = Stage::on_machine_clock();
         let draft = json!({"id": "works", "segments": ["a1-a2"], "until": "2026-11-21T06:10:00Z"});
         let draft = serde_json::from_value(draft).expect("a draft");
-        stage.edge.close(&stage.caller, draft, Default::default()).await.expect("closed");
+        stage
+            .edge
+            .close(&stage.caller, draft, Default::default())
+            .await
+            .expect("closed");
         stage.compose("p", "d1", "b0", "b3").await;
         hands.step(by);
         stage.settle().await;
@@ -81,8 +128,16 @@ async fn lives_and_plans_end_when_both_clocks_say_so() {
         hands.advance(Duration::from_secs(11 * 60));
         stage.settle().await;
         let is_over = by > SignedDuration::ZERO;
-        assert_eq!(stage.edge.closure(&stage.caller, "works").is_err(), is_over, "{by}");
-        assert_eq!(stage.plan("p").state == PlanState::Completed, is_over, "{by}");
+        assert_eq!(
+            stage.edge.closure(&stage.caller, "works").is_err(),
+            is_over,
+            "{by}"
+        );
+        assert_eq!(
+            stage.plan("p").state == PlanState::Completed,
+            is_over,
+            "{by}"
+        );
         hands.advance(Duration::from_secs(3_600));
         stage.settle().await;
         assert!(stage.edge.closure(&stage.caller, "works").is_err(), "{by}");
@@ -99,7 +154,10 @@ async fn a_clock_that_comes_back_needs_nobody() {
     stage.settle().await;
     let kinds = [EventKind::ClockStepped, EventKind::ClockSettled];
     for kind in kinds {
-        assert_eq!(events.next().await.expect("more").expect("no gap").kind, kind);
+        assert_eq!(
+            events.next().await.expect("more").expect("no gap").kind,
+            kind
+        );
     }
     assert_eq!(stage.edge.stamp().freshness, Freshness::Fresh);
 }
@@ -112,7 +170,10 @@ async fn reports_are_answered_and_published_while_the_clock_is_doubted() {
     let report = json!({"type": "navigational", "service": {"from": "a1", "to": "a2"}, "location": {"x": 150.0, "y": 0.0},
         "destination": "a4", "drone": {"id": "d1"}});
     let answer = stage.answer(report).await;
-    assert_eq!((&answer["outcome"], &answer["freshness"]), (&json!("rerouted"), &json!("degraded")));
+    assert_eq!(
+        (&answer["outcome"], &answer["freshness"]),
+        (&json!("rerouted"), &json!("degraded"))
+    );
     assert_eq!(answer["publication"]["state"], "published");
     assert!(in_force(&stage, "report:a1-a2"));
     // Its life passes by the time that goes on, and only then by the other.

@@ -24,7 +24,10 @@ async fn a_plan_whose_node_ahead_goes_is_recomposed_and_those_elsewhere_fly_on()
     let revision = stage.edge.stamp().revision;
     stage.rebuild(|draft| without(draft, "a5")).await;
     let stamp = stage.edge.stamp();
-    assert_eq!((stamp.topology_revision, stamp.revision == revision), (2, false));
+    assert_eq!(
+        (stamp.topology_revision, stamp.revision == revision),
+        (2, false)
+    );
 
     let met = stage.plan("met");
     assert_eq!((met.state, met.current.version), (PlanState::Affected, 1));
@@ -74,14 +77,24 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
     stage.compose("p", "d1", "a0", "a7").await;
     stage.see("d1", 240.0, 0.0);
     stage
-        .rebuild(|draft| draft.segments.retain(|segment| !(segment.from == "a2" && segment.to == "a3")))
+        .rebuild(|draft| {
+            draft
+                .segments
+                .retain(|segment| !(segment.from == "a2" && segment.to == "a3"))
+        })
         .await;
     let plan = stage.plan("p");
     assert_eq!(plan.state, PlanState::Affected);
     let proposed = plan.proposed.expect("a way");
-    assert_eq!(proposed.path, plan.current.path, "nothing is left of the old one");
+    assert_eq!(
+        proposed.path, plan.current.path,
+        "nothing is left of the old one"
+    );
     assert!(proposed.version > plan.current.version);
-    assert_eq!(names(&proposed.path.nodes).last().map(String::as_str), Some("a7"));
+    assert_eq!(
+        names(&proposed.path.nodes).last().map(String::as_str),
+        Some("a7")
+    );
     // A zone on the new way is met as on any other.
     stage.zone(circle("fire", 550.0, 0.0, 10.0)).await;
     let again = stage.plan("p").proposed.expect("another way");
@@ -93,7 +106,11 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
         if_match: Some(zone.1),
         ..Default::default()
     };
-    stage.edge.delete_zone(&stage.caller, write).await.expect("deleted");
+    stage
+        .edge
+        .delete_zone(&stage.caller, write)
+        .await
+        .expect("deleted");
     assert_eq!(stage.plan("p").state, PlanState::Affected);
     let ack = Ack {
         version: again.version,
@@ -129,7 +146,11 @@ async fn plans_on_both_sides_of_the_change_still_conflict() {
     stage.rebuild(|draft| without(draft, "b7")).await;
     let west = stage.compose("west", "d2", "a3", "a0").await;
     assert_eq!(&*west.conflicts[0].plan_id, "east");
-    stage.edge.cancel_plan(&stage.caller, "east").await.expect("cancelled");
+    stage
+        .edge
+        .cancel_plan(&stage.caller, "east")
+        .await
+        .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());
 }
 
@@ -147,7 +168,10 @@ async fn a_zone_closes_what_is_built_under_it_and_plans_meet_it() {
             draft.segments.push(segment("x", "b4"));
         })
         .await;
-    let zone = stage.edge.closure(&stage.caller, "park").expect("its closure");
+    let zone = stage
+        .edge
+        .closure(&stage.caller, "park")
+        .expect("its closure");
     assert_eq!(zone.segments, ["a3-x", "b4-x"]);
     let stands = stage.edge.node("x").expect("a node");
     assert!(stands.closed);
@@ -160,7 +184,12 @@ async fn a_zone_closes_what_is_built_under_it_and_plans_meet_it() {
 async fn a_zone_that_comes_to_lie_on_a_way_affects_the_plan_and_is_named() {
     let stage = Stage::set();
     stage
-        .rebuild(|draft| draft.nodes.push(NodeDraft { pads: 1, ..node("roof", 350.0, 400.0) }))
+        .rebuild(|draft| {
+            draft.nodes.push(NodeDraft {
+                pads: 1,
+                ..node("roof", 350.0, 400.0)
+            })
+        })
         .await;
     stage.compose("p", "d1", "a0", "a7").await;
     // Of a segment's line only: the zone closes it when its ends come to lie on two sides.
@@ -168,14 +197,21 @@ async fn a_zone_that_comes_to_lie_on_a_way_affects_the_plan_and_is_named() {
     assert_eq!(stage.plan("p").state, PlanState::Active);
     stage
         .rebuild(|draft| {
-            let moved = draft.nodes.iter_mut().find(|node| node.id == "a5").expect("a node");
+            let moved = draft
+                .nodes
+                .iter_mut()
+                .find(|node| node.id == "a5")
+                .expect("a node");
             moved.position = [500.0, -120.0];
         })
         .await;
     let plan = stage.plan("p");
     assert_eq!(plan.state, PlanState::Affected);
     let proposed = plan.proposed.expect("a way round");
-    assert!(!proposed.path.segments.contains(&"a4-a5".into()), "{proposed:?}");
+    assert!(
+        !proposed.path.segments.contains(&"a4-a5".into()),
+        "{proposed:?}"
+    );
 }
 
 #[tokio::test]
@@ -183,16 +219,31 @@ async fn closures_keep_what_is_left_of_them_and_stay_when_nothing_is() {
     let stage = Stage::set();
     let draft = json!({"id": "works", "segments": ["a1-a2", "a5-a6"], "pads": ["a7"]});
     let close = |draft: Value| serde_json::from_value(draft).expect("a draft");
-    let closed = stage.edge.close(&stage.caller, close(draft), Default::default()).await;
+    let closed = stage
+        .edge
+        .close(&stage.caller, close(draft), Default::default())
+        .await;
     closed.expect("closed");
     let draft = json!({"id": "one", "segments": ["a5-a6"]});
-    let closed = stage.edge.close(&stage.caller, close(draft), Default::default()).await;
+    let closed = stage
+        .edge
+        .close(&stage.caller, close(draft), Default::default())
+        .await;
     closed.expect("closed");
     stage.rebuild(|draft| without(draft, "a5")).await;
-    let works = stage.edge.closure(&stage.caller, "works").expect("it stands");
-    assert_eq!((works.segments, names(&works.pads)), (vec!["a1-a2".into()], vec!["a7".to_owned()]));
+    let works = stage
+        .edge
+        .closure(&stage.caller, "works")
+        .expect("it stands");
+    assert_eq!(
+        (works.segments, names(&works.pads)),
+        (vec!["a1-a2".into()], vec!["a7".to_owned()])
+    );
     assert!(stage.edge.node("a7").expect("a node").pads_closed);
-    let one = stage.edge.closure(&stage.caller, "one").expect("it is listed");
+    let one = stage
+        .edge
+        .closure(&stage.caller, "one")
+        .expect("it is listed");
     assert_eq!(one.segment_count, 0);
 }
 
@@ -207,18 +258,33 @@ async fn quotas_and_proposals_of_reports_follow_the_network() {
         let answer = stage.answer(report).await;
         assert_eq!(answer["publication"]["state"], "published", "{answer}");
     }
-    let anonymous = json!({"type": "navigational", "service": {"from": "b5", "to": "b6"}, "destination": "b7"});
+    let anonymous =
+        json!({"type": "navigational", "service": {"from": "b5", "to": "b6"}, "destination": "b7"});
     let proposed = stage.answer(anonymous).await;
     assert_eq!(proposed["publication"]["state"], "proposed");
     stage.rebuild(|draft| without(draft, "a5")).await;
-    let gone = stage.edge.closure(&stage.caller, "report:a5-a6").expect("listed");
+    let gone = stage
+        .edge
+        .closure(&stage.caller, "report:a5-a6")
+        .expect("listed");
     assert_eq!(gone.segment_count, 0);
     let page = PageRequest::default();
-    let proposal = stage.edge.proposals(&stage.caller, &page).expect("a list").proposals.remove(0);
+    let proposal = stage
+        .edge
+        .proposals(&stage.caller, &page)
+        .expect("a list")
+        .proposals
+        .remove(0);
     assert_eq!(proposal.segments, ["b5-b6"]);
-    let accepted = stage.edge.decide_proposal(&stage.caller, &proposal.id, Decision::Accept).await;
+    let accepted = stage
+        .edge
+        .decide_proposal(&stage.caller, &proposal.id, Decision::Accept)
+        .await;
     accepted.expect("accepted");
-    let closure = stage.edge.closure(&stage.caller, "report:b5-b6").expect("closed");
+    let closure = stage
+        .edge
+        .closure(&stage.caller, "report:b5-b6")
+        .expect("closed");
     assert_eq!(closure.segments, ["b5-b6"]);
 }
 
@@ -241,11 +307,18 @@ async fn a_report_under_way_on_the_old_network_spoils_nothing_on_the_new() {
     let answered = answered.expect("an outcome");
     stage.settle().await;
     let told = serde_json::to_value(answered.to_wire()).expect("JSON");
-    let closure = stage.edge.closure(&stage.caller, "report:a1-a2").expect("published");
+    let closure = stage
+        .edge
+        .closure(&stage.caller, "report:a1-a2")
+        .expect("published");
     assert_eq!(closure.segments, ["a1-a2"], "{told}");
     // Source gone: the plan is ended; the drone's answer is still explained on the network that it was given on.
     let id = told["id"].as_str().expect("an id");
-    let record = stage.edge.recomposition(&stage.caller, id, true).await.expect("kept");
+    let record = stage
+        .edge
+        .recomposition(&stage.caller, id, true)
+        .await
+        .expect("kept");
     let record = serde_json::to_value(record.to_wire()).expect("JSON");
     assert_eq!(record["answer"]["path"], told["path"]);
 }
@@ -268,10 +341,16 @@ async fn sightings_stay_where_they_were_when_the_plane_moves() {
     let mut draft = ladder();
     draft.coordinates = skyway::network::Coordinates::Geographic;
     for node in &mut draft.nodes {
-        node.position = [8.0 + node.position[0] / 71_000.0, 50.0 + node.position[1] / 111_000.0];
+        node.position = [
+            8.0 + node.position[0] / 71_000.0,
+            50.0 + node.position[1] / 111_000.0,
+        ];
     }
     let network = loaded(&draft);
-    let settings = Settings { closed_fraction_max: 0.5, ..Settings::default() };
+    let settings = Settings {
+        closed_fraction_max: 0.5,
+        ..Settings::default()
+    };
     let stage = Stage::on(network.topology, network.geojson, settings);
     let place = 8.0 + 350.0 / 71_000.0;
     let zone = json!({"type": "Feature", "id": "fire",
@@ -282,8 +361,13 @@ async fn sightings_stay_where_they_were_when_the_plane_moves() {
         positions: vec![json!({"drone_id": "d1", "location": [place, 50.0]})],
     };
     stage.edge.telemetry(&stage.caller, batch).expect("taken");
-    stage.rebuild(|draft| draft.nodes.push(node("far", 8.4, 50.3))).await;
-    let fire = stage.edge.closure(&stage.caller, "fire").expect("it stands");
+    stage
+        .rebuild(|draft| draft.nodes.push(node("far", 8.4, 50.3)))
+        .await;
+    let fire = stage
+        .edge
+        .closure(&stage.caller, "fire")
+        .expect("it stands");
     assert_eq!(fire.segments, ["a6-a7"], "the same ground on another plane");
     let report = json!({"type": "navigational", "service": {"from": "a3", "to": "a4"}, "destination": "a5", "drone": {"id": "d1"}});
     let answer = stage.answer(report).await;
@@ -295,12 +379,20 @@ async fn an_edge_without_a_network_is_not_ready_until_it_gets_one() {
     let nothing = Arc::new(Topology::nothing());
     let stage = Stage::on(nothing, Default::default(), Settings::default());
     assert!(!stage.edge.is_ready());
-    let report = stage.report(json!({"service": {"from": "a1", "to": "a2"}, "destination": "a4"})).await;
+    let report = stage
+        .report(json!({"service": {"from": "a1", "to": "a2"}, "destination": "a4"}))
+        .await;
     let refusal = report.expect_err("no network");
-    assert_eq!((refusal.code, refusal.retry_after_s), (Code::NotReady, Some(1)));
+    assert_eq!(
+        (refusal.code, refusal.retry_after_s),
+        (Code::NotReady, Some(1))
+    );
     let delivery = serde_json::from_value(json!({"source": "a0", "destination": "a1"}));
     let delivery = delivery.expect("a request");
-    let refused = stage.edge.compose_plan(&stage.caller, delivery, Default::default()).await;
+    let refused = stage
+        .edge
+        .compose_plan(&stage.caller, delivery, Default::default())
+        .await;
     assert_eq!(refused.expect_err("no network").code, Code::NotReady);
     let feature = circle("z", 0.0, 0.0, 5.0);
     let refused = stage.edge.preview_zone(&stage.caller, feature).await;
@@ -310,13 +402,27 @@ async fn an_edge_without_a_network_is_not_ready_until_it_gets_one() {
         stage.edge.network_compact().map(drop),
         stage.edge.nearest([0.0, 0.0], 1).map(drop),
         stage.edge.node("a0").map(drop),
-        stage.edge.telemetry(&stage.caller, Default::default()).map(drop),
-        stage.edge.report_failures(&stage.caller, Vec::new()).await.map(drop),
+        stage
+            .edge
+            .telemetry(&stage.caller, Default::default())
+            .map(drop),
+        stage
+            .edge
+            .report_failures(&stage.caller, Vec::new())
+            .await
+            .map(drop),
     ] {
         assert_eq!(refused.expect_err("no network").code, Code::NotReady);
     }
     let page = PageRequest::default();
-    assert!(stage.edge.zones(&stage.caller, &page).expect("a list").features.is_empty());
+    assert!(
+        stage
+            .edge
+            .zones(&stage.caller, &page)
+            .expect("a list")
+            .features
+            .is_empty()
+    );
     assert_eq!(stage.edge.status().nodes, 0);
 
     let mut ready = Box::pin(stage.edge.ready());
@@ -324,7 +430,11 @@ async fn an_edge_without_a_network_is_not_ready_until_it_gets_one() {
     let empty = NewNetwork::new(Arc::new(Topology::nothing()), Default::default());
     let refused = stage.edge.replace_network(empty).await;
     assert_eq!(refused.expect_err("no nodes").code, Code::NetworkInvalid);
-    stage.edge.replace_network(loaded(&ladder())).await.expect("put into service");
+    stage
+        .edge
+        .replace_network(loaded(&ladder()))
+        .await
+        .expect("put into service");
     ready.await;
     stage.compose("p", "d1", "a0", "a7").await;
     stage.pass(SignedDuration::from_secs(1)).await;
@@ -352,6 +462,14 @@ async fn metres_do_not_take_the_place_of_degrees() {
     let refused = stage.edge.replace_network(loaded(&draft)).await;
     assert_eq!(refused.expect_err("degrees").code, Code::NetworkInvalid);
     let revision = stage.edge.stamp().revision;
-    stage.edge.replace_network(loaded(&ladder())).await.expect("the same network");
-    assert_eq!(stage.edge.stamp().revision, revision, "the same network changes nothing");
+    stage
+        .edge
+        .replace_network(loaded(&ladder()))
+        .await
+        .expect("the same network");
+    assert_eq!(
+        stage.edge.stamp().revision,
+        revision,
+        "the same network changes nothing"
+    );
 }

@@ -62,7 +62,11 @@ fn patch(draft: &mut NetworkDraft, draw: &mut Draw, step: usize) {
 /// All closures as clients see them, without their versions.
 fn closures(stage: &Stage) -> Vec<Value> {
     let page = PageRequest::default();
-    let listed = stage.edge.closures(&stage.caller, &page).expect("a list").closures;
+    let listed = stage
+        .edge
+        .closures(&stage.caller, &page)
+        .expect("a list")
+        .closures;
     let told = listed.into_iter().map(|closure| {
         let mut told = serde_json::to_value(closure).expect("JSON");
         told["etag"] = Value::Null;
@@ -118,7 +122,10 @@ async fn an_edge_after_changes_is_as_one_started_on_the_last_network() {
             fresh.zone(zone).await;
         }
         assert_eq!(closures(&changed), closures(&fresh), "seed {seed}");
-        let (one, other) = (answers(&changed, &draft).await, answers(&fresh, &draft).await);
+        let (one, other) = (
+            answers(&changed, &draft).await,
+            answers(&fresh, &draft).await,
+        );
         assert_eq!(one, other, "seed {seed}");
         let blocked = |stage: &Stage| stage.edge.status().blocked_segments;
         assert_eq!(blocked(&changed), blocked(&fresh), "seed {seed}");

@@ -5,6 +5,9 @@ use super::proto::drones_server::SERVICE_NAME as DRONES;
 use super::proto::network_server::SERVICE_NAME as NETWORK;
 use super::proto::plans_server::SERVICE_NAME as PLANS;
 use super::proto::recomposition_server::SERVICE_NAME as RECOMPOSITION;
+use crate::api::server::Drain;
+use crate::edge::Edge;
+use std::sync::Arc;
 use tonic_health::ServingStatus;
 use tonic_health::pb::health_server::HealthServer;
 use tonic_health::server::{HealthReporter, HealthService};
@@ -37,6 +40,16 @@ impl Health {
         for service in SERVICES {
             self.reporter.set_service_status(service, status).await;
         }
+    }
+
+    /// Says when the edge has a network to answer on, and that it is ending.
+    pub async fn follow(self, edge: Arc<Edge>, drain: Drain) {
+        tokio::select! {
+            () = edge.ready() => self.set_ready(true).await,
+            () = drain.begun() => {}
+        }
+        drain.begun().await;
+        self.set_ready(false).await;
     }
 
     pub(super) fn service(&self) -> HealthServer<HealthService> {

@@ -1,4 +1,5 @@
 //! Tests of the dialect: its conversions, and its services over a small network.
 
 mod conversions;
+mod readiness;
 mod services;

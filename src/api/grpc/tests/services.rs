@@ -73,7 +73,7 @@ impl Service<http::Request<Body>> for Routes {
 }
 
 /// What the gate leaves in every request.
-fn passed<M>(message: M) -> Request<M> {
+pub(super) fn passed<M>(message: M) -> Request<M> {
     let mut request = Request::new(message);
     request.extensions_mut().insert(context());
     request
@@ -88,12 +88,12 @@ fn context() -> RequestContext {
     }
 }
 
-fn code(status: &Status) -> Code {
+pub(super) fn code(status: &Status) -> Code {
     of_grpc_status(status).expect("a status of the table").code
 }
 
 /// Stuck before 2 on the way from 1 to 3.
-fn report() -> proto::FailureReport {
+pub(super) fn report() -> proto::FailureReport {
     proto::FailureReport {
         r#type: proto::FailureType::Navigational as i32,
         remaining_path: ["1", "2", "3"].map(str::to_owned).to_vec(),
