@@ -71,6 +71,8 @@ pub enum Code {
     StoreUnavailable,
     /// The store takes nothing more: its disk is full or failing.
     StoreFull,
+    /// It is in force, but the disk has not taken it: a restart may undo it.
+    NotDurable,
     /// The deadline passed before there was an answer.
     DeadlineExceeded,
     /// A defect of the server.
@@ -93,6 +95,8 @@ pub struct Refusal {
     pub retry_after_s: Option<u32>,
     /// The oldest revision whose successors are kept, where older ones are gone.
     pub oldest_revision: Option<u64>,
+    /// Whether what was asked is in force all the same, though it could not be stored.
+    pub enforced: bool,
 }
 
 impl Refusal {
@@ -105,6 +109,7 @@ impl Refusal {
             current_etag: None,
             retry_after_s: None,
             oldest_revision: None,
+            enforced: false,
         }
     }
 

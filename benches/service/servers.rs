@@ -45,7 +45,7 @@ pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
         }
     }
     command
-        .args(["edge", "--listen", "127.0.0.1:0"])
+        .args(["edge", "--no-store", "--listen", "127.0.0.1:0"])
         .args(["--admin-listen", "127.0.0.1:0", "--ports-file"])
         .arg(&ports_file)
         .stderr(File::create(folder.join("edge.log"))?);

@@ -26,6 +26,10 @@ const CURRENT_ETAG: &str = "current_etag";
 
 const OLDEST_REVISION: &str = "oldest_revision";
 
+const ENFORCED: &str = "enforced";
+
+const DURABLE: &str = "durable";
+
 /// One row of the table.
 #[derive(Debug)]
 pub struct Row {
@@ -137,6 +141,8 @@ problems! {
         "What is known cannot be read or written just now. Try again after the time given.";
     StoreFull "store_full" INSUFFICIENT_STORAGE Unavailable "the store takes nothing more"
         "The disk of the store is full or failing. The write is not acknowledged. Free it, and try again.";
+    NotDurable "not_durable" INSUFFICIENT_STORAGE Unavailable "in force, but not stored"
+        "It is in force at this edge, but its disk has not taken it: a restart may undo it. It is stored as soon as the disk works; read it to see its version.";
     DeadlineExceeded "deadline_exceeded" GATEWAY_TIMEOUT DeadlineExceeded "the deadline passed"
         "There was no answer within the time allowed. The work was stopped.";
     Internal "internal" INTERNAL_SERVER_ERROR Internal "internal error"
@@ -165,6 +171,8 @@ pub fn document(refusal: &Refusal, request_id: Option<&str>) -> Problem {
         retry_after_s: refusal.retry_after_s,
         current_etag: refusal.current_etag.clone(),
         oldest_revision: refusal.oldest_revision,
+        enforced: refusal.enforced.then_some(true),
+        durable: refusal.enforced.then_some(false),
     }
 }
 
@@ -177,6 +185,7 @@ pub fn of_document(problem: Problem) -> Option<Refusal> {
         current_etag: problem.current_etag,
         retry_after_s: problem.retry_after_s,
         oldest_revision: problem.oldest_revision,
+        enforced: problem.enforced == Some(true),
     })
 }
 
@@ -212,7 +221,14 @@ pub fn grpc_status(refusal: &Refusal) -> tonic::Status {
     let row = row(refusal.code);
     let etag = refusal.current_etag.clone();
     let oldest = refusal.oldest_revision.map(|revision| revision.to_string());
-    let stated = [(CURRENT_ETAG, etag), (OLDEST_REVISION, oldest)].into_iter();
+    let enforced = refusal.enforced.then(|| "true".to_owned());
+    let stated = [
+        (CURRENT_ETAG, etag),
+        (OLDEST_REVISION, oldest),
+        (DURABLE, enforced.as_ref().map(|_| "false".to_owned())),
+        (ENFORCED, enforced),
+    ];
+    let stated = stated.into_iter();
     let metadata: Metadata = stated
         .filter_map(|(name, text)| Some((name.to_owned(), text?)))
         .collect();
@@ -254,6 +270,10 @@ pub fn of_grpc_status(status: &tonic::Status) -> Option<Refusal> {
             .metadata
             .get(OLDEST_REVISION)
             .and_then(|text| text.parse().ok()),
+        enforced: info
+            .metadata
+            .get(ENFORCED)
+            .is_some_and(|text| text == "true"),
     })
 }
 
@@ -328,6 +348,7 @@ mod tests {
             hint: hint.map(str::to_owned),
         };
         Refusal {
+            enforced: true,
             faults: vec![fault(Some("repeat the first position")), fault(None)],
             ..Refusal::new(code, "the zone has 2 faults: 'ä\u{7f}'")
                 .with_etag("\"7\"")

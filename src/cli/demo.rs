@@ -74,6 +74,8 @@ impl Demo {
             ("--log", "log.filter", &self.log),
             // Stated, so that the clock counts as simulated also at rate 1.
             ("the start of the demo", "clock.start", &started),
+            // Every demo begins anew.
+            ("the demo", "store", ""),
         ];
         let flags = said.map(|(flag, name, value)| Flag {
             flag: flag.to_owned(),

@@ -6,7 +6,8 @@ use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::EffectiveConfig;
+use crate::config::{EffectiveConfig, Origin};
+use crate::network::Topology;
 use crate::process::listening::Addresses;
 use crate::process::service::{Service, Start};
 use crate::process::{logs, signals};
@@ -19,10 +20,12 @@ use std::sync::Arc;
 const EXAMPLES: &str = "\
 Examples:
   skyway edge                                       Sydney on 127.0.0.1:8080, for this machine only
-  skyway edge --network corridor --listen 127.0.0.1:0 --ports-file ports.json
+  skyway edge --store /var/lib/skyway/edge.db
+  skyway edge --no-store --network corridor --listen 127.0.0.1:0 --ports-file ports.json
   skyway edge --config edge.toml                    see skyway config sample
   skyway edge --clock-start 2026-11-21T06:00:00Z --clock-rate 60
 
+What the edge knows it keeps in a file, which is made where there is none: started again it goes on where it ended.
 The same port serves REST and gRPC. SIGTERM and Ctrl-C end it: it says that it is not ready, finishes what is
 under way, and exits with 0.
 
@@ -61,7 +64,13 @@ pub(super) fn prepare(effective: &EffectiveConfig, output: &Output) -> Result<St
         output.warn(&warning.to_string());
     }
     let name = &effective.config.network;
-    let (loaded, text) = network_source::load_with_text(name, output)?;
+    // Whoever follows a registry has the network from there, and is not ready without it.
+    let is_awaited =
+        effective.config.registry.url.is_some() && effective.origin("network") == Origin::Default;
+    let (loaded, text) = match is_awaited {
+        true => (Topology::nothing(), String::new()),
+        false => network_source::load_with_text(name, output)?,
+    };
     Ok(Start {
         config: effective.config.clone(),
         tokens: admission.tokens,

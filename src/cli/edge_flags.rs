@@ -25,6 +25,12 @@ pub(super) struct EdgeFlags {
     /// The registry to follow, such as http://127.0.0.1:8180; none by default
     #[arg(long, value_name = "URL")]
     registry_url: Option<String>,
+    /// The file in which the edge keeps what it knows [default: edge.db]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_store")]
+    store: Option<String>,
+    /// Keep nothing: the edge forgets everything when it ends
+    #[arg(long)]
+    no_store: bool,
     /// The file with the digests of the tokens, which only its owner may read
     #[arg(long, value_name = "FILE")]
     tokens_file: Option<String>,
@@ -65,11 +71,14 @@ impl EdgeFlags {
         &self,
         own: &[Named<'_>],
     ) -> Result<EffectiveConfig<C>, Stop> {
+        let no_store = self.no_store.then(String::new);
         let named = [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
             ("--network", "network", &self.network),
             ("--registry-url", "registry.url", &self.registry_url),
+            ("--store", "store", &self.store),
+            ("--no-store", "store", &no_store),
             ("--tokens-file", "tokens_file", &self.tokens_file),
             ("--ports-file", "ports_file", &self.ports_file),
             ("--clock-start", "clock.start", &self.clock_start),

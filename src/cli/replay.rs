@@ -8,15 +8,14 @@ use super::edge::runtime;
 use super::files;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::airspace::{Airspace, Cause, Change, Closure, Hits};
-use crate::formats::{ZoneId, load_network, read_report, zone_from_feature};
+use crate::edge::{SqliteFile, StoreFile, read_decision, read_network};
+use crate::formats::{load_network, recorded_question};
 use crate::network::Topology;
 use crate::recompose::{Recomposition, Scratch, World, recompose};
-use crate::wire::{Record, RecordedClosure};
+use crate::wire::Record;
 use clap::Args;
-use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -24,6 +23,7 @@ const EXAMPLES: &str = "\
 Examples:
   skyway replay 1795269600000-17
   skyway replay 1795269600000-17 --edge http://127.0.0.1:8080 --json
+  skyway replay 1795269600000-17 --store edge.db    without an edge, or beside it
 
 Exit codes: 0 when the same answer comes out, 1 when another does, 4 when the edge cannot be reached.";
 
@@ -44,6 +44,9 @@ pub(super) struct Replay {
     /// The edge that gave the answer
     #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8080")]
     edge: String,
+    /// The file of an edge, in place of an edge
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["edge", "token_file"])]
+    store: Option<PathBuf>,
     /// A file with the token to show to the edge
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
@@ -77,15 +80,10 @@ impl Comparison {
 
 impl Replay {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
-        let token = self
-            .token_file
-            .as_deref()
-            .map(files::read_text)
-            .transpose()?;
-        let (record, network) = runtime()?.block_on(self.fetch(token.as_deref()))?;
-        let record: Record<'static> = serde_json::from_slice(&record)
-            .map_err(|error| Stop::failed(format!("the edge's record cannot be read: {error}")))?;
-        let network = String::from_utf8(network).map_err(Stop::failed)?;
+        let (record, network) = match &self.store {
+            Some(store) => runtime()?.block_on(self.look_up(store))?,
+            None => self.ask()?,
+        };
         let loaded = load_network(&network)
             .map_err(|error| Stop::all_of("the edge's network", &error.lines()))?;
         let topology = Arc::new(loaded.topology);
@@ -96,6 +94,40 @@ impl Replay {
             true => Verdict::Done,
             false => Verdict::Negative,
         })
+    }
+
+    /// The record and the network from the edge.
+    fn ask(&self) -> Result<(Record<'static>, String), Stop> {
+        let token = self
+            .token_file
+            .as_deref()
+            .map(files::read_text)
+            .transpose()?;
+        let (record, network) = runtime()?.block_on(self.fetch(token.as_deref()))?;
+        let record: Record<'static> = serde_json::from_slice(&record)
+            .map_err(|error| Stop::failed(format!("the edge's record cannot be read: {error}")))?;
+        let network = String::from_utf8(network).map_err(Stop::failed)?;
+        Ok((record, network))
+    }
+
+    /// The same from the file of an edge, which may have it open.
+    async fn look_up(&self, store: &Path) -> Result<(Record<'static>, String), Stop> {
+        let mut file: Box<dyn StoreFile> = Box::new(
+            SqliteFile::open_to_read(store)
+                .await
+                .map_err(Stop::failed)?,
+        );
+        let found = read_decision(&mut *file, &self.id).await;
+        let found = found.map_err(Stop::failed)?.ok_or_else(|| {
+            Stop::failed(format!(
+                "{} keeps no recomposition '{}'",
+                store.display(),
+                self.id
+            ))
+        })?;
+        let network = read_network(&mut *file).await.map_err(Stop::failed)?;
+        file.close().await;
+        Ok((found.into_record(), network.unwrap_or_default()))
     }
 
     async fn fetch(&self, token: Option<&str>) -> Result<(Vec<u8>, Vec<u8>), Stop> {
@@ -176,32 +208,7 @@ async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result
 
 /// Computes the answer to the settled report on the recorded world.
 fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Recomposition, Stop> {
-    let unreadable = |what: &str, error: &dyn std::fmt::Display| {
-        Stop::failed(format!("{what} of the record cannot be read: {error}"))
-    };
-    let as_of: Timestamp = record
-        .world
-        .as_of
-        .parse()
-        .map_err(|error| unreadable("the time", &error))?;
-    let horizon = SignedDuration::try_from_secs_f64(record.world.horizon_s);
-    let horizon = horizon.map_err(|error| unreadable("the horizon", &error))?;
-    let closures: Result<Vec<Change>, Stop> = record
-        .world
-        .closures
-        .iter()
-        .map(|closure| Ok(Change::Put(Arc::new(closure_of(closure, topology)?))))
-        .collect();
-    let open = Airspace::open(
-        topology.clone(),
-        record.world.topology_revision,
-        as_of,
-        horizon,
-    );
-    let airspace = open.apply(&closures?, as_of);
-    let report = serde_json::to_value(&record.settled_report)
-        .map_err(|error| unreadable("the report", &error))?;
-    let read = read_report(&report, &airspace).map_err(|error| unreadable("the report", &error))?;
+    let (airspace, read) = recorded_question(record, topology).map_err(Stop::failed)?;
     let world = World {
         airspace: &airspace,
         trees: None,
@@ -211,53 +218,6 @@ fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Recompositio
         &read.request,
         &mut Scratch::new(topology),
     ))
-}
-
-fn closure_of(recorded: &RecordedClosure<'_>, topology: &Topology) -> Result<Closure, Stop> {
-    let id = recorded.id.to_string();
-    if let Some(feature) = &recorded.zone {
-        let zone = zone_from_feature(feature, ZoneId::Fixed(&id), topology.frame());
-        let zone =
-            zone.map_err(|problems| Stop::all_of(&format!("zone {id} of the record"), &problems))?;
-        // It counted, by whatever clock; its windows are of no matter here.
-        return Ok(Closure {
-            windows: Vec::new(),
-            ..Closure::of_zone(topology, Arc::new(zone))
-        });
-    }
-    let missing = |name: &str| {
-        Stop::failed(format!(
-            "closure {id} of the record names {name}, which the network does not have"
-        ))
-    };
-    let segments = recorded.segments.iter().map(|segment| {
-        topology
-            .find_segment(segment)
-            .ok_or_else(|| missing(segment))
-    });
-    let nodes = recorded.nodes.iter().map(|node| {
-        topology
-            .node(&node.text())
-            .ok_or_else(|| missing(&node.text()))
-    });
-    let pads = recorded.pads.iter().map(|node| {
-        topology
-            .node(&node.text())
-            .ok_or_else(|| missing(&node.text()))
-    });
-    Ok(Closure {
-        hits: Hits::new(
-            segments.collect::<Result<_, _>>()?,
-            nodes.collect::<Result<_, _>>()?,
-        ),
-        pads: pads.collect::<Result<_, _>>()?,
-        // It counted; for how long is of no matter here.
-        windows: Vec::new(),
-        cause: Cause::Operator {
-            reason: String::new(),
-        },
-        id,
-    })
 }
 
 fn compare(record: &Record<'_>, again: &Recomposition, topology: &Topology) -> Comparison {

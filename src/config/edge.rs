@@ -26,6 +26,9 @@ settings! {
         ports_file: Option<PathBuf> = None;
         /// The network: sydney, corridor, or a file.
         network: String = "sydney".to_owned();
+        /// The file in which the edge keeps what it knows: zones, closures, plans, decisions. It is made where
+        /// there is none; empty for none, and then the edge forgets everything when it ends.
+        store: Option<PathBuf> = Some(PathBuf::from("edge.db"));
         /// Serve other machines without encryption. Off loopback the edge starts only with this, as
         /// encryption is the work of a proxy in front of it.
         allow_plaintext: bool = false;
@@ -59,6 +62,8 @@ settings! {
         preface_deadline: Duration = 3 * SECOND, Duration::from_millis(10)..=MINUTE;
         /// From the first byte of a request to the end of its headers.
         header_deadline: Duration = 5 * SECOND, Duration::from_millis(10)..=MINUTE;
+        /// How long a write may take to reach the disk before the store counts as failing.
+        commit: Duration = 2 * SECOND, Duration::from_millis(10)..=MINUTE;
         /// Streams of events.
         event_streams: usize = 256, 0..=100_000;
     }
@@ -110,6 +115,13 @@ settings! {
         count: usize = 10_000, 0..=10_000_000;
         /// And no more memory than this.
         bytes: Size = Size::of_mib(64), Size::of_bytes(0)..=Size::of_mib(16_384);
+    }
+    /// The same on the disk, for `skyway replay` and after a restart. The oldest go first.
+    decisions: Decisions {
+        /// No more of the file than this.
+        bytes: Size = Size::of_mib(256), Size::of_mib(1)..=Size::of_mib(1_048_576);
+        /// For so long.
+        age: Duration = 30 * DAY, HOUR..=3_650 * DAY;
     }
     /// Events that are kept for those who resume a stream.
     events: Events {

@@ -1,16 +1,20 @@
 //! An answer on its way out, and the records behind answers, in the words of the wire.
 
 use super::Edge;
+use super::given::Given;
 use super::records::AnswerRecord;
+use super::store::ReportReply;
 use super::views;
 use crate::access::{Caller, Role};
-use crate::airspace::{Cause, Closure};
-use crate::flight::FailureType;
-use crate::formats::{answer, settled_report, write_certificate, zone_to_feature};
+use crate::airspace::{Airspace, Cause, Closure};
+use crate::flight::{FailureType, Location};
+use crate::formats::{
+    answer, recorded_question, settled_report, write_certificate, zone_to_feature,
+};
 use crate::intake::{PageRequest, token};
 use crate::network::Topology;
-use crate::recompose::{Scratch, Strategy, World, certify};
-use crate::refusal::Refusal;
+use crate::recompose::{Request, Scratch, Strategy, World, certify};
+use crate::refusal::{Code, Refusal};
 use crate::wire;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -25,10 +29,20 @@ pub(super) struct Standing {
     pub(super) clock: wire::ClockKind,
 }
 
+impl Standing {
+    /// Says in an earlier answer how current the edge is now.
+    pub(super) fn put_into(self, stamp: &mut wire::Stamp<'static>) {
+        stamp.registry_revision = self.registry_revision;
+        stamp.registry_age_s = self.registry_age_s;
+        stamp.freshness = self.freshness;
+        stamp.clock = self.clock;
+    }
+}
+
 /// An answer to a failure report.
 #[derive(Clone, Debug)]
 pub struct Answered {
-    record: Arc<AnswerRecord>,
+    given: Given,
     replayed: bool,
     standing: Standing,
     compute_us: f64,
@@ -37,22 +51,24 @@ pub struct Answered {
 impl Answered {
     pub(super) fn fresh(record: Arc<AnswerRecord>, standing: Standing, compute_us: f64) -> Self {
         Self {
-            record,
+            given: Given::Now(record),
             replayed: false,
             standing,
             compute_us,
         }
     }
 
-    pub(super) fn replayed(record: Arc<AnswerRecord>, standing: Standing) -> Self {
+    pub(super) fn replayed(given: Given, standing: Standing) -> Self {
         Self {
+            given,
             replayed: true,
-            ..Self::fresh(record, standing, 0.0)
+            standing,
+            compute_us: 0.0,
         }
     }
 
-    pub(super) fn record(&self) -> &Arc<AnswerRecord> {
-        &self.record
+    pub(super) fn given(&self) -> &Given {
+        &self.given
     }
 
     /// How long it took to read, compute and keep, in microseconds; 0 for a stored answer.
@@ -62,21 +78,21 @@ impl Answered {
 
     /// What the drone is to do, for metrics.
     pub fn outcome(&self) -> wire::Outcome {
-        views::outcome(self.record.answer.outcome)
+        self.given.outcome()
     }
 
     /// The strategy that answered, for metrics.
     pub fn strategy_used(&self) -> Strategy {
-        self.record.answer.strategy_used
+        self.given.strategy_used()
     }
 
     /// The answer as it is sent, borrowing what it can.
     pub fn to_wire(&self) -> wire::Recomposition<'_> {
-        recomposition(&self.record, self.replayed, self.standing)
+        self.given.to_wire(self.replayed, self.standing)
     }
 }
 
-fn recomposition(
+pub(super) fn recomposition(
     record: &AnswerRecord,
     replayed: bool,
     standing: Standing,
@@ -171,9 +187,9 @@ impl Edge {
             .after
             .as_deref()
             .and_then(|id| self.records.number_of(id));
-        let found = self
-            .records
-            .before(before, page.size + 1, |record| may_see(caller, record));
+        let found = self.records.before(before, page.size + 1, |record| {
+            may_see(caller, &record.subject, record.drone_id.as_deref())
+        });
         let is_last = found.len() <= page.size;
         let told = &found[..found.len().min(page.size)];
         let next = told.last().filter(|_| !is_last);
@@ -194,61 +210,103 @@ impl Edge {
         id: &str,
         certificate: bool,
     ) -> Result<FullRecord, Refusal> {
-        let record = self
-            .records
-            .get(id)
-            .filter(|record| may_see(caller, record));
-        let record = record.ok_or_else(|| Refusal::not_found("recomposition", id))?;
         let standing = self.standing(&self.world.load_full());
+        let kept = self.records.get(id);
+        let kept = match kept {
+            Some(record) => {
+                let drone = record.drone_id.as_deref();
+                may_see(caller, &record.subject, drone).then(|| Kept::Now(record.clone()))
+            }
+            None => self.earlier_record(caller, id, standing).await?,
+        };
+        let kept = kept.ok_or_else(|| Refusal::not_found("recomposition", id))?;
         let proof = match certificate {
             true => {
-                let record = record.clone();
-                self.aside(move || prove(&record)).await?
+                let (kept, topology) = (kept.clone(), self.topology());
+                self.aside(move || kept.prove(&topology)).await?
             }
             false => None,
         };
         Ok(FullRecord {
-            record,
+            kept,
             standing,
             proof,
         })
     }
+
+    /// What the file has of an answer that is no longer in memory, as far as the caller may see it.
+    async fn earlier_record(
+        &self,
+        caller: &Caller,
+        id: &str,
+        standing: Standing,
+    ) -> Result<Option<Kept>, Refusal> {
+        let found = self.store.decision(id).await.map_err(|fault| {
+            Refusal::new(Code::StoreUnavailable, fault.to_string()).retry_after_s(5)
+        })?;
+        let found =
+            found.filter(|found| may_see(caller, &found.subject, found.drone_id.as_deref()));
+        Ok(found.map(|found| {
+            let mut record = found.into_record();
+            standing.put_into(&mut record.answer.stamp);
+            Kept::Before(Arc::new(record))
+        }))
+    }
 }
 
-fn may_see(caller: &Caller, record: &AnswerRecord) -> bool {
+fn may_see(caller: &Caller, subject: &str, drone: Option<&str>) -> bool {
     match caller.role {
         Role::Operator | Role::Anyone => true,
-        _ => {
-            let of_drone = record
-                .drone_id
-                .as_deref()
-                .is_some_and(|drone| caller.speaks_for(drone));
-            of_drone || record.subject == caller.subject
+        _ => drone.is_some_and(|drone| caller.speaks_for(drone)) || *caller.subject == *subject,
+    }
+}
+
+/// A record, of this start or an earlier one.
+#[derive(Clone, Debug)]
+enum Kept {
+    Now(Arc<AnswerRecord>),
+    Before(Arc<wire::Record<'static>>),
+}
+
+impl Kept {
+    /// The proof of an exact answer; `None` for one that is no optimum to prove, or whose network is gone.
+    fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
+        match self {
+            Self::Now(record) => {
+                let strategy = record.answer.strategy_used;
+                prove(&record.airspace, &record.settled.request, strategy)
+            }
+            Self::Before(record) => {
+                if record.world.network_sha256 != hex(topology.fingerprint()) {
+                    return None;
+                }
+                let (airspace, read) = recorded_question(record, topology).ok()?;
+                let strategy = Strategy::from(record.answer.answer.strategy_used);
+                prove(&airspace, &read.request, strategy)
+            }
         }
     }
 }
 
-/// The proof of an exact answer; `None` for one that is no optimum to prove.
-fn prove(record: &AnswerRecord) -> Option<Value> {
-    let topology = record.airspace.topology();
-    let is_exact = record.answer.strategy_used == Strategy::Exact;
-    let leads_there = record.settled.request.report.failure != FailureType::Operational;
-    if !is_exact || !leads_there {
+fn prove(airspace: &Airspace, request: &Request, strategy_used: Strategy) -> Option<Value> {
+    let topology = airspace.topology();
+    let leads_there = request.report.failure != FailureType::Operational;
+    if strategy_used != Strategy::Exact || !leads_there {
         return None;
     }
     let world = World {
-        airspace: &record.airspace,
+        airspace,
         trees: None,
     };
     let mut scratch = Scratch::new(topology);
-    let proof = certify(&world, &record.settled.request, &mut scratch);
+    let proof = certify(&world, request, &mut scratch);
     serde_json::from_str(&write_certificate(topology, &proof)).ok()
 }
 
 /// All that is kept of an answer.
 #[derive(Clone, Debug)]
 pub struct FullRecord {
-    record: Arc<AnswerRecord>,
+    kept: Kept,
     standing: Standing,
     proof: Option<Value>,
 }
@@ -256,32 +314,79 @@ pub struct FullRecord {
 impl FullRecord {
     /// The record as it is sent, borrowing what it can.
     pub fn to_wire(&self) -> wire::Record<'_> {
-        let record = &self.record;
-        let airspace = &record.airspace;
-        let topology = airspace.topology();
-        let closures = airspace.in_force();
-        wire::Record {
-            id: Cow::Owned(record.id()),
-            answered_at: views::instant(record.answered_at),
-            report: record.report.clone(),
-            settled_report: settled_report(&record.settled, topology),
-            answer: recomposition(record, false, self.standing),
-            world: wire::RecordedWorld {
-                revision: Cow::Borrowed(&*record.revision),
-                topology_revision: airspace.topology_revision(),
-                network_sha256: Cow::Owned(hex(topology.fingerprint())),
-                as_of: views::instant(airspace.as_of()),
-                horizon_s: airspace.horizon().as_secs_f64(),
-                closures: closures
-                    .map(|closure| recorded_closure(topology, closure))
-                    .collect(),
+        match &self.kept {
+            Kept::Now(record) => {
+                let topology = record.airspace.topology();
+                let closures = record.airspace.in_force();
+                let closures = closures.map(|closure| recorded_closure(topology, closure));
+                wire_record(
+                    record,
+                    self.standing,
+                    closures.collect(),
+                    self.proof.clone(),
+                )
+            }
+            Kept::Before(record) => wire::Record {
+                certificate: self.proof.clone(),
+                ..(**record).clone()
             },
-            certificate: self.proof.clone(),
         }
     }
 }
 
-fn recorded_closure(topology: &Topology, closure: &Closure) -> wire::RecordedClosure<'static> {
+/// A record as it is sent, with these closures of its world.
+pub(super) fn wire_record<'a>(
+    record: &'a AnswerRecord,
+    standing: Standing,
+    closures: Vec<wire::RecordedClosure<'a>>,
+    certificate: Option<Value>,
+) -> wire::Record<'a> {
+    let airspace = &record.airspace;
+    let topology = airspace.topology();
+    wire::Record {
+        id: Cow::Owned(record.id()),
+        answered_at: views::instant(record.answered_at),
+        report: record.report.clone(),
+        settled_report: settled_report(&record.settled, topology),
+        answer: recomposition(record, false, standing),
+        world: wire::RecordedWorld {
+            revision: Cow::Borrowed(&*record.revision),
+            topology_revision: airspace.topology_revision(),
+            network_sha256: Cow::Owned(hex(topology.fingerprint())),
+            as_of: views::instant(airspace.as_of()),
+            horizon_s: airspace.horizon().as_secs_f64(),
+            closures,
+        },
+        certificate,
+    }
+}
+
+/// What is to be answered when a report comes again in a later start.
+pub(super) fn report_reply(
+    subject: &str,
+    id: String,
+    record: &AnswerRecord,
+    standing: Standing,
+) -> ReportReply {
+    let answer = recomposition(record, false, standing);
+    ReportReply {
+        subject: subject.to_owned(),
+        id,
+        report: record.report.clone(),
+        // A map with text keys and finite numbers always has a JSON form.
+        answer: serde_json::to_string(&answer).unwrap_or_default(),
+        place: match record.settled.request.report.location {
+            Location::At(place) => Some([place.x, place.y]),
+            Location::LegStart | Location::Unknown => None,
+        },
+        network: hex(record.airspace.topology().fingerprint()),
+    }
+}
+
+pub(super) fn recorded_closure(
+    topology: &Topology,
+    closure: &Closure,
+) -> wire::RecordedClosure<'static> {
     let zone = closure.zone();
     let hits = match zone {
         Some(_) => None,

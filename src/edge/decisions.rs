@@ -24,11 +24,11 @@ impl Edge {
     ) -> Result<wire::Proposals<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = numbered(&snapshot.proposals, &page, "proposal", self.epoch);
+        let (told, next) = numbered(&snapshot.proposals, &page, "proposal", self.lineage);
         let proposals = told.iter().map(|entry| views::proposal(&snapshot, entry));
         Ok(wire::Proposals {
             proposals: proposals.collect(),
-            next_page_token: next.map(|number| token(&views::proposal_id(self.epoch, number))),
+            next_page_token: next.map(|number| token(&views::proposal_id(self.lineage, number))),
             stamp: self.stamp_of(&snapshot),
         })
     }
@@ -43,7 +43,7 @@ impl Edge {
         id: &str,
         decision: Decision,
     ) -> Result<wire::Proposal<'static>, Refusal> {
-        let number = views::number_in(id, "proposal", self.epoch);
+        let number = views::number_in(id, "proposal", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("proposal", id))?;
         let (outcome, snapshot) = self
             .order(Order::DecideProposal { number, decision })
@@ -65,13 +65,13 @@ impl Edge {
     ) -> Result<wire::Holds<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = numbered(&snapshot.holds, &page, "hold", self.epoch);
+        let (told, next) = numbered(&snapshot.holds, &page, "hold", self.lineage);
         Ok(wire::Holds {
             holds: told
                 .iter()
                 .map(|entry| views::hold(&snapshot, entry))
                 .collect(),
-            next_page_token: next.map(|number| token(&views::hold_id(self.epoch, number))),
+            next_page_token: next.map(|number| token(&views::hold_id(self.lineage, number))),
             stamp: self.stamp_of(&snapshot),
         })
     }
@@ -86,7 +86,7 @@ impl Edge {
         id: &str,
         decision: Decision,
     ) -> Result<wire::Hold<'static>, Refusal> {
-        let number = views::number_in(id, "hold", self.epoch);
+        let number = views::number_in(id, "hold", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("hold", id))?;
         let (outcome, snapshot) = self.order(Order::DecideHold { number, decision }).await?;
         match outcome.done {

@@ -7,10 +7,11 @@
 use super::Edge;
 use super::answered::Answered;
 use super::fleet;
+use super::given::Given;
 use super::orders::Order;
 use super::records::{AnswerRecord, PlanChange, Published};
 use super::snapshot::{PlanEntry, Snapshot, Version};
-use super::validity::still_holds;
+use super::store::Entry;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::compose::{equip, flight_time_s};
@@ -118,22 +119,40 @@ impl Edge {
         let mut fresh = None;
         let first = async {
             let answered = self.answer(caller, parsed.clone(), Manner::First).await?;
-            let record = answered.record().clone();
+            let given = answered.given().clone();
             fresh = Some(answered);
-            Ok::<_, Refusal>(record)
+            Ok::<_, Refusal>(given)
         };
-        let record = sending.answer.get_or_try_init(|| first).await?.clone();
+        let given = sending.answer.get_or_try_init(|| first).await?.clone();
         if let Some(answered) = fresh {
+            self.note_reply(&subject, id, answered.given());
             return Ok(answered);
         }
         let snapshot = self.world.load_full();
-        if still_holds(&record, &snapshot, now) {
-            return Ok(Answered::replayed(record, self.standing(&snapshot)));
+        let deadline = parsed.report.deadline.as_deref();
+        if given.still_holds(deadline, &snapshot, now) {
+            return Ok(Answered::replayed(given, self.standing(&snapshot)));
         }
+        let report = parsed.report.clone();
         let answered = self.answer(caller, parsed, Manner::Again).await?;
-        self.report_replies
-            .renew(&subject, id, answered.record(), now);
+        let again = answered.given().clone();
+        self.note_reply(&subject, id, &again);
+        self.report_replies.renew(&subject, id, &report, again, now);
         Ok(answered)
+    }
+
+    /// Notes for a later start what the report of an id was answered.
+    fn note_reply(&self, subject: &Arc<str>, id: &str, given: &Given) {
+        if let Given::Now(record) = given
+            && self.store.is_kept()
+        {
+            self.store.note(Entry::Report {
+                subject: subject.clone(),
+                id: id.to_owned(),
+                record: record.clone(),
+                standing: self.standing(&self.world.load_full()),
+            });
+        }
     }
 
     /// Whether a report is answered in place: the exact strategy takes microseconds on a network that is not
@@ -224,13 +243,11 @@ impl Edge {
         }
         let record = Arc::new(record);
         self.records.keep(&record);
+        let standing = self.standing(&snapshot);
+        self.store.note_decision(&record, standing);
         self.tell_recomposed(&record);
         let elapsed_us = stopwatch.elapsed_us();
-        Ok(Answered::fresh(
-            record,
-            self.standing(&snapshot),
-            elapsed_us,
-        ))
+        Ok(Answered::fresh(record, standing, elapsed_us))
     }
 
     /// The answer to a request, and what it changes of a plan.
@@ -327,7 +344,10 @@ impl Edge {
                 .checked_add(self.settings.acknowledge_within)
                 .ok(),
             warnings: warnings
-                .map(|warning| warning_text(topology, warning))
+                .map(|warning| {
+                    let (code, message) = warning_text(topology, warning);
+                    (code.into(), message)
+                })
                 .collect(),
         };
         let order = Order::ProposeVersion {

@@ -8,7 +8,7 @@ use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
 use prometheus_client::metrics::MetricType;
 use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
-use prometheus_client::registry::Registry;
+use prometheus_client::registry::{Registry, Unit};
 use std::fmt;
 use std::sync::Arc;
 
@@ -78,6 +78,21 @@ impl Collector for EdgeCollector {
             metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
         };
         counter(
+            "store_commits",
+            "Transactions that were stored",
+            status.store.commits,
+        )?;
+        counter(
+            "store_failures",
+            "Attempts to store that failed, or took too long",
+            status.store.failures,
+        )?;
+        counter(
+            "journal_lost",
+            "Decisions and answers that were not kept on the disk",
+            status.store.journal_lost,
+        )?;
+        counter(
             "table_hits",
             "Searches that found the table of their destination",
             status.table_hits,
@@ -101,6 +116,21 @@ impl Collector for EdgeCollector {
         let kind = apart.metric_type();
         let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
         apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)?;
+        let durable = ConstGauge::new(i64::from(status.store.durable));
+        let help = "Whether what is in force survives a restart: 1 where it does";
+        let kind = durable.metric_type();
+        durable.encode(encoder.encode_descriptor("store_durable", help, None, kind)?)?;
+        let mut seconds = |name: &str, help: &str, value: f64| {
+            let metric = ConstGauge::new(value);
+            let kind = metric.metric_type();
+            metric.encode(encoder.encode_descriptor(name, help, Some(&Unit::Seconds), kind)?)
+        };
+        let unstored = "For how long something has been waiting to be stored";
+        seconds("store_unstored_age", unstored, status.store.unstored_age_s)?;
+        let spent = ConstCounter::new(status.store.commit_seconds);
+        let help = "How long transactions took together";
+        let kind = spent.metric_type();
+        spent.encode(encoder.encode_descriptor("store_commit", help, Some(&Unit::Seconds), kind)?)?;
         match &status.registry {
             Some(sync) => encode_sync(&status, sync, &mut encoder),
             None => Ok(()),

@@ -13,9 +13,11 @@ mod drones;
 mod events;
 mod failures;
 mod fleet;
+mod given;
 mod metrics;
 mod network;
 mod new_network;
+mod opening;
 mod orders;
 mod plans;
 mod publication;
@@ -32,6 +34,7 @@ mod state_clock;
 mod state_fleet;
 mod state_holds;
 mod state_outbox;
+mod state_store;
 mod state_sync;
 mod state_topology;
 mod status;
@@ -52,12 +55,18 @@ pub use crate::refusal::{Code, Refusal};
 pub use answered::{Answered, FullRecord};
 pub use events::{EventRecord, EventStream};
 pub use new_network::NewNetwork;
+pub use opening::{OpenError, Opening};
 pub use orders::Decision;
 pub use plans::PlanFilter;
 pub use replies::Idempotency;
 pub use settings::{ClosureLives, Settings};
 pub use snapshot::Snapshot;
 pub use status::Status;
+pub use store::{
+    Breakage, MemoryDisk, Pending, Row, SqliteFile, StoreFault, StoreFile, StoreStatus,
+    StoredDecision, Table, Transaction, read_decision, read_network,
+};
+pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
@@ -73,22 +82,29 @@ use orders::{Order, Outcome};
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
 use scratches::Scratches;
-use state::State;
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
-use store::InMemory;
+use std::sync::{Arc, Mutex, PoisonError};
+use store::Store;
 use sync::Contact;
 use tables::Tables;
-use writer::{Desk, Writer};
+use tokio::task::JoinHandle;
+use writer::Writer;
 
 /// An edge: everything behind its use cases.
 pub struct Edge {
     settings: Settings,
     clock: Clock,
+    /// Random, made once.
+    id: String,
     epoch: u64,
+    /// The epoch of the first start, which ids that outlive a start carry.
+    lineage: u64,
+    /// Whether everything happens on the thread of whoever asks.
+    is_in_place: bool,
     world: Arc<ArcSwap<Snapshot>>,
     writer: Writer,
+    store: Store,
     events: Arc<Events>,
     drones: Arc<Drones>,
     records: Records,
@@ -99,10 +115,12 @@ pub struct Edge {
     scratches: Scratches,
     next_number: AtomicU64,
     contact: Contact,
+    /// The storekeeper, until it is waited for.
+    keeper: Mutex<Option<JoinHandle<()>>>,
 }
 
 impl Edge {
-    /// Starts an edge over a network: its state, and the threads that keep it.
+    /// Starts an edge that forgets everything when it ends: its state, and the threads that keep it.
     ///
     /// `geojson` is the text that the topology was read from, which clients get. Over [`Topology::nothing`] an edge is
     /// not ready until [`Edge::replace_network`] gives it one. `epoch` is to be greater than that of every start before, such as the time of the start.
@@ -116,49 +134,36 @@ impl Edge {
         settings: Settings,
         clock: Clock,
     ) -> std::io::Result<Arc<Self>> {
-        let trees = Arc::new(TreeCache::new(settings.trees_bytes));
-        let drones = Arc::new(Drones::new(settings.drones_max));
-        let events = Arc::new(Events::new(
-            epoch,
-            settings.events_max,
-            settings.event_streams_max,
-        ));
-        let state = State::new(
-            topology,
-            geojson,
-            epoch,
-            clock.now(),
-            settings.clone(),
-            drones.clone(),
-            trees.clone(),
-        );
-        let world = Arc::new(ArcSwap::from_pointee(state.next.clone()));
-        let tables = Tables::start(world.clone(), trees.clone())?;
-        let writer = Writer::start(Desk {
-            state,
-            store: Box::new(InMemory),
-            clock: clock.clone(),
-            world: world.clone(),
-            events: events.clone(),
-            tables: tables.clone(),
-        })?;
-        Ok(Arc::new(Self {
-            records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
-            report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
-            write_replies: WriteReplies::new(settings.idempotency_max, settings.idempotency_age),
-            scratches: Scratches::default(),
-            next_number: AtomicU64::new(1),
-            contact: Contact::new(&clock),
-            settings,
-            clock,
-            epoch,
-            world,
-            writer,
-            events,
-            drones,
-            trees,
-            tables,
-        }))
+        Opening::new(topology, geojson, epoch, settings, clock).without_store()
+    }
+
+    /// Starts an edge that goes on where it ended: with all that its file has.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written, is of another network, or a thread cannot be started.
+    pub async fn open(opening: Opening, file: Box<dyn StoreFile>) -> Result<Arc<Self>, OpenError> {
+        opening.with_store(file).await
+    }
+
+    /// Ends the edge's part in its file, once all is written that can be. The edge takes no more changes that
+    /// would survive it.
+    pub async fn end(&self) {
+        self.store.close();
+        let keeper = {
+            // It is taken whole or not at all.
+            let mut keeper = self.keeper.lock().unwrap_or_else(PoisonError::into_inner);
+            keeper.take()
+        };
+        if let Some(keeper) = keeper
+            && keeper.await.is_err()
+        {
+            tracing::error!("the storekeeper has failed");
+        }
+    }
+
+    /// The id of this edge: random, made once, and kept with what it knows.
+    pub fn id(&self) -> &str {
+        &self.id
     }
 
     /// The state as it is now.
@@ -241,8 +246,13 @@ impl Edge {
     }
 
     async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
+        let is_change = order.changes_by_request();
         let (reply, snapshot) = self.writer.ask(order).await?;
-        Ok((reply?, snapshot))
+        let outcome = reply?;
+        match is_change && !outcome.durable && self.store.is_kept() {
+            true => Err(not_durable()),
+            false => Ok((outcome, snapshot)),
+        }
     }
 
     /// Does what may take long where blocking is allowed.
@@ -250,8 +260,21 @@ impl Edge {
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
+        if self.is_in_place {
+            return Ok(work());
+        }
         let done = tokio::task::spawn_blocking(work).await;
         done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))
+    }
+}
+
+/// It is so, and may not be so after a restart.
+fn not_durable() -> Refusal {
+    let detail =
+        "it is in force here and could not be stored; it is stored as soon as the disk takes it";
+    Refusal {
+        enforced: true,
+        ..Refusal::new(Code::NotDurable, detail)
     }
 }
 

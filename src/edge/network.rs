@@ -39,6 +39,11 @@ pub(super) struct NetworkDocuments {
 }
 
 impl NetworkDocuments {
+    /// The network as GeoJSON.
+    pub(super) fn geojson(&self) -> &Bytes {
+        &self.geojson
+    }
+
     /// The documents of a network, of which `geojson` is the text it was read from.
     pub(super) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
         // A map with text keys and finite numbers always has a JSON form.

@@ -119,6 +119,18 @@ impl Order {
             _ => false,
         }
     }
+
+    /// Whether someone has asked for a change, and is to know that it survives a restart.
+    pub(super) fn changes_by_request(&self) -> bool {
+        !matches!(
+            self,
+            Self::Tick
+                | Self::Follow(_)
+                | Self::Forwarded { .. }
+                | Self::NotForwarded { .. }
+                | Self::ReplaceNetwork(_)
+        )
+    }
 }
 
 /// What the writer did.

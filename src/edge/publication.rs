@@ -16,6 +16,7 @@ use crate::flight::{FailureReport, FailureType};
 use crate::network::{NodeIx, SegmentIx};
 use crate::wire::PublicationState;
 use jiff::{SignedDuration, Timestamp};
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -199,7 +200,7 @@ impl Edge {
         closure: Closure,
     ) -> Option<String> {
         let proposal = self.proposal(record, reason, Arc::new(closure));
-        let id = views::proposal_id(self.epoch, proposal.number);
+        let id = views::proposal_id(self.lineage, proposal.number);
         let order = Order::Propose(Box::new(proposal));
         match self.writer.tell(order.made_on(record.airspace.topology())) {
             Ok(()) => Some(id),
@@ -224,7 +225,7 @@ impl Edge {
             .unwrap_or(self.settings.lives.regulatory);
         ProposalEntry {
             number: self.next_number.fetch_add(1, Ordering::Relaxed),
-            reason,
+            reason: Cow::Borrowed(reason),
             proposed_at: record.answered_at,
             expires_at: record
                 .answered_at

@@ -4,11 +4,15 @@
 //! sending is still being answered joins it. An operator's write with an idempotency key is done once: the
 //! same body gets the same answer, another body is refused.
 
-use super::records::AnswerRecord;
+use super::given::{EarlierAnswer, Given};
+use super::store::{Entry, Reply, ReportReply, Store, WriteReply};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
 use jiff::{SignedDuration, Timestamp};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::any::Any;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -75,7 +79,7 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
 #[derive(Debug)]
 pub(super) struct Sending {
     pub(super) report: wire::FailureReport,
-    pub(super) answer: OnceCell<Arc<AnswerRecord>>,
+    pub(super) answer: OnceCell<Given>,
 }
 
 type ReportKey = (Arc<str>, String);
@@ -119,14 +123,24 @@ impl ReportReplies {
         &self,
         subject: &Arc<str>,
         id: &str,
-        record: &Arc<AnswerRecord>,
+        report: &wire::FailureReport,
+        given: Given,
         now: Timestamp,
     ) {
         let sending = Arc::new(Sending {
-            report: record.report.clone(),
-            answer: OnceCell::new_with(Some(record.clone())),
+            report: report.clone(),
+            answer: OnceCell::new_with(Some(given)),
         });
         lock(&self.sendings).put((subject.clone(), id.to_owned()), sending, now);
+    }
+
+    /// Takes up what was answered in an earlier start. One that cannot be read any more is answered anew.
+    pub(super) fn restore(&self, reply: ReportReply, at: Timestamp) {
+        if let Some(earlier) = EarlierAnswer::of(&reply) {
+            let given = Given::Before(Arc::new(earlier));
+            let subject = Arc::from(reply.subject);
+            self.renew(&subject, &reply.id, &reply.report, given, at);
+        }
     }
 }
 
@@ -143,19 +157,23 @@ pub struct Idempotency {
 enum Write {
     Running,
     Done(Arc<dyn Any + Send + Sync>),
+    /// In an earlier start: the JSON of the answer.
+    Before(Arc<str>),
 }
 
-type WriteKey = (Arc<str>, &'static str, String);
+type WriteKey = (Arc<str>, Cow<'static, str>, String);
 type Writes = Aging<WriteKey, ([u8; 32], Write)>;
 
 /// What operators' writes with idempotency keys were answered, by subject, operation and key.
 pub(super) struct WriteReplies {
     writes: Arc<Mutex<Writes>>,
+    store: Store,
 }
 
 impl WriteReplies {
-    pub(super) fn new(capacity: usize, age: SignedDuration) -> Self {
+    pub(super) fn new(capacity: usize, age: SignedDuration, store: Store) -> Self {
         Self {
+            store,
             writes: Arc::new(Mutex::new(Aging::new(capacity, age))),
         }
     }
@@ -170,7 +188,7 @@ impl WriteReplies {
         write: W,
     ) -> Result<T, Refusal>
     where
-        T: Clone + Send + Sync + 'static,
+        T: Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
         W: Future<Output = Result<T, Refusal>>,
     {
         let Some(key) = idempotency.key else {
@@ -180,7 +198,7 @@ impl WriteReplies {
             let detail = "the idempotency key has to have 1 to 256 bytes";
             return Err(Refusal::new(Code::ParameterInvalid, detail));
         }
-        let key = (subject.clone(), operation, key);
+        let key = (subject.clone(), Cow::Borrowed(operation), key);
         let fingerprint = idempotency.fingerprint;
         let serial = match self.begin(&key, fingerprint, now)? {
             Begun::Done(answer) => return Ok(answer),
@@ -193,12 +211,41 @@ impl WriteReplies {
             serial,
         };
         let answer = write.await?;
+        self.note(&key, fingerprint, &answer, now);
         let done = Write::Done(Arc::new(answer.clone()));
         lock(&self.writes).put(key, (fingerprint, done), now);
         Ok(answer)
     }
 
-    fn begin<T: Clone + Send + Sync + 'static>(
+    /// Notes an answer for a later start.
+    fn note<T: Serialize>(&self, key: &WriteKey, fingerprint: [u8; 32], answer: &T, at: Timestamp) {
+        if !self.store.is_kept() {
+            return;
+        }
+        let (subject, operation, key) = key;
+        let reply = Reply::Write(WriteReply {
+            subject: subject.to_string(),
+            operation: operation.to_string(),
+            key: key.clone(),
+            fingerprint,
+            // A map with text keys and finite numbers always has a JSON form.
+            answer: serde_json::to_string(answer).unwrap_or_default(),
+        });
+        self.store.note(Entry::Write { reply, at });
+    }
+
+    /// Takes up what was answered in an earlier start.
+    pub(super) fn restore(&self, reply: WriteReply, at: Timestamp) {
+        let key = (
+            Arc::from(reply.subject),
+            Cow::Owned(reply.operation),
+            reply.key,
+        );
+        let before = Write::Before(Arc::from(reply.answer));
+        lock(&self.writes).put(key, (reply.fingerprint, before), at);
+    }
+
+    fn begin<T: Clone + DeserializeOwned + Send + Sync + 'static>(
         &self,
         key: &WriteKey,
         fingerprint: [u8; 32],
@@ -219,6 +266,13 @@ impl WriteReplies {
                 let detail = "the first request with this idempotency key is still being answered";
                 Err(Refusal::new(Code::IdempotencyInProgress, detail).retry_after_s(1))
             }
+            Some((_, Write::Before(answer))) => match serde_json::from_str(&answer) {
+                Ok(answer) => Ok(Begun::Done(answer)),
+                Err(error) => {
+                    let detail = format!("the answer kept under this key cannot be read: {error}");
+                    Err(Refusal::new(Code::Internal, detail))
+                }
+            },
             Some((_, Write::Done(answer))) => match answer.downcast_ref::<T>() {
                 Some(answer) => Ok(Begun::Done(answer.clone())),
                 None => Err(Refusal::new(

@@ -3,6 +3,7 @@
 use crate::airspace::DEFAULT_MARGIN_M;
 use crate::flight::FailureType;
 use jiff::SignedDuration;
+use std::time::Duration;
 
 /// How long a closure that a report publishes lasts, by failure type (those that publish anything).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +58,10 @@ pub struct Settings {
     pub records_max: usize,
     /// At most about this many bytes of answers and of the worlds they were computed on are kept.
     pub records_bytes_max: usize,
+    /// At most this many bytes of decisions are kept on the disk.
+    pub decisions_bytes_max: u64,
+    /// How long they are kept there.
+    pub decisions_age: SignedDuration,
     /// At most this many events are kept.
     pub events_max: usize,
     /// At most this many event streams are open.
@@ -77,6 +82,8 @@ pub struct Settings {
     pub stale_after: SignedDuration,
     /// Not known to be current for so long: answers are degraded.
     pub degraded_after: SignedDuration,
+    /// A write to the disk that takes longer counts as failing: whoever waits for it is told so.
+    pub commit_within: Duration,
 }
 
 impl Default for Settings {
@@ -99,6 +106,8 @@ impl Default for Settings {
             acknowledge_within: SignedDuration::from_secs(60),
             records_max: 10_000,
             records_bytes_max: 64 << 20,
+            decisions_bytes_max: 256 << 20,
+            decisions_age: SignedDuration::from_hours(30 * 24),
             events_max: 10_000,
             event_streams_max: 256,
             drones_max: 50_000,
@@ -109,6 +118,7 @@ impl Default for Settings {
             follows_registry: false,
             stale_after: SignedDuration::from_secs(30),
             degraded_after: SignedDuration::from_mins(5),
+            commit_within: Duration::from_secs(2),
         }
     }
 }

@@ -11,20 +11,20 @@ use crate::compose::{Composition, Occupation};
 use crate::flight::FailureType;
 use crate::network::{NodeIx, Topology};
 use crate::wire;
-use bytes::Bytes;
 use imbl::OrdMap;
 use jiff::Timestamp;
+use std::borrow::Cow;
 use std::sync::Arc;
-use std::sync::atomic::AtomicU32;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The topology revision of the network that an edge starts with.
-const FIRST_TOPOLOGY: u64 = 1;
+pub(super) const FIRST_TOPOLOGY: u64 = 1;
 
 /// A zone and its version.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ZoneEntry {
     pub(super) zone: Arc<Zone>,
-    /// The sequence of the change that made it so.
+    /// The number of the write that made it so.
     pub(super) version: u64,
     /// Its version at the registry; none where it is not there yet.
     pub(super) upstream: Option<Upstream>,
@@ -34,7 +34,7 @@ pub(super) struct ZoneEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ClosureEntry {
     pub(super) closure: Arc<Closure>,
-    /// The sequence of the change that made it so.
+    /// The number of the write that made it so.
     pub(super) version: u64,
     /// The failure type reported, where a report is the cause.
     pub(super) failure: Option<FailureType>,
@@ -51,7 +51,7 @@ pub(super) struct ClosureEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ProposalEntry {
     pub(super) number: u64,
-    pub(super) reason: &'static str,
+    pub(super) reason: Cow<'static, str>,
     pub(super) proposed_at: Timestamp,
     pub(super) expires_at: Timestamp,
     pub(super) recomposition_id: Arc<str>,
@@ -99,7 +99,7 @@ pub(super) struct Version {
     pub(super) recomposition_id: Option<Arc<str>>,
     /// Until when a proposed version is to be acknowledged.
     pub(super) acknowledge_by: Option<Timestamp>,
-    pub(super) warnings: Vec<(&'static str, String)>,
+    pub(super) warnings: Vec<(Cow<'static, str>, String)>,
 }
 
 impl Version {
@@ -143,6 +143,21 @@ pub(super) struct PlanEntry {
     pub(super) next_version: Arc<AtomicU32>,
 }
 
+// Two states of a plan are the same where all is that a restart needs.
+impl PartialEq for PlanEntry {
+    fn eq(&self, other: &Self) -> bool {
+        let numbers = [self, other].map(|plan| plan.next_version.load(Ordering::Relaxed));
+        (&self.id, &self.subject, &self.drone_id) == (&other.id, &other.subject, &other.drone_id)
+            && (self.source, self.destination) == (other.source, other.destination)
+            && (self.payload_kg, self.airspeed_mps) == (other.payload_kg, other.airspeed_mps)
+            && self.state == other.state
+            && self.current == other.current
+            && self.proposed == other.proposed
+            && self.affected_by == other.affected_by
+            && numbers[0] == numbers[1]
+    }
+}
+
 impl PlanEntry {
     /// Whether it is still flown, or about to be.
     pub(super) fn is_active(&self) -> bool {
@@ -181,6 +196,8 @@ pub(super) struct OccupationKey {
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     pub(super) epoch: u64,
+    /// The epoch of the edge's first start, which entity tags of all its starts carry.
+    pub(super) lineage: u64,
     /// `epoch-sequence`, as answers carry it.
     pub(super) revision: Arc<str>,
     pub(super) airspace: Arc<Airspace>,
@@ -213,18 +230,18 @@ impl Snapshot {
     /// Nothing closed, nobody flying.
     pub(super) fn empty(
         topology: Arc<Topology>,
-        geojson: Bytes,
-        epoch: u64,
+        network: Arc<NetworkDocuments>,
+        (epoch, lineage): (u64, u64),
         now: Timestamp,
         settings: &Settings,
     ) -> Self {
-        let network = NetworkDocuments::of(&topology, geojson, FIRST_TOPOLOGY);
         let airspace = Airspace::open(topology, FIRST_TOPOLOGY, now, settings.horizon);
         Self {
             epoch,
+            lineage,
             revision: revision_text(epoch, airspace.revision()),
             airspace: Arc::new(airspace),
-            network: Arc::new(network),
+            network,
             zones: OrdMap::new(),
             closures: OrdMap::new(),
             proposals: OrdMap::new(),
@@ -259,7 +276,7 @@ impl Snapshot {
 
     /// The version of a thing as an entity tag, quoted.
     pub(super) fn etag(&self, version: u64) -> String {
-        format!("\"{}-{version}\"", self.epoch)
+        format!("\"{}-{version}\"", self.lineage)
     }
 
     /// Which quota one more closure of so many segments would exceed, reported by this drone.

@@ -12,14 +12,13 @@ use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::state_clock::HeardClock;
 use super::state_topology::Succession;
+use super::store::Health;
 use super::timers::{Due, Timers};
 use crate::airspace::{Airspace, Change, Closure};
 use crate::intake::Expected;
-use crate::network::Topology;
 use crate::recompose::Scratch;
 use crate::refusal::Refusal;
 use crate::routing::TreeCache;
-use bytes::Bytes;
 use jiff::Timestamp;
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -41,6 +40,8 @@ pub(super) struct State {
     pub(super) next: Snapshot,
     pub(super) drones: Arc<Drones>,
     pub(super) trees: Arc<TreeCache>,
+    /// How the store stands: what must not be lost is refused while it fails.
+    pub(super) store: Arc<Health>,
     pub(super) scratch: Scratch,
     pub(super) timers: Timers,
     /// The instant of the batch being carried out.
@@ -64,20 +65,19 @@ pub(super) struct State {
 
 impl State {
     pub(super) fn new(
-        topology: Arc<Topology>,
-        geojson: Bytes,
-        epoch: u64,
+        next: Snapshot,
         now: Timestamp,
         settings: Settings,
         drones: Arc<Drones>,
         trees: Arc<TreeCache>,
     ) -> Self {
         Self {
-            scratch: Scratch::new(&topology),
-            next: Snapshot::empty(topology, geojson, epoch, now, &settings),
+            scratch: Scratch::new(next.topology()),
+            next,
             settings,
             drones,
             trees,
+            store: Arc::default(),
             timers: Timers::default(),
             now,
             writes: 0,
@@ -128,6 +128,7 @@ impl State {
     }
 
     pub(super) fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
+        self.check_store(&order)?;
         match order {
             Order::PutZone { closure, expected } => self.put_zone(closure, &expected),
             Order::DeleteZone { id, expected } => self.delete_zone(&id, &expected),

@@ -12,6 +12,7 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::{EventKind, ObjectKind};
 use jiff::Timestamp;
 use serde_json::json;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// At most this many proposals wait; the oldest go first.
@@ -27,7 +28,7 @@ impl State {
         let standing = self.next.zones.get(&id);
         let current = standing.map(|entry| entry.version);
         let upstream = standing.and_then(|entry| entry.upstream);
-        check_expected(expected, current, self.next.epoch, "zone", &id)?;
+        check_expected(expected, current, self.next.lineage, "zone", &id)?;
         if current.is_none() {
             self.check_new_id("zone", &id)?;
             if self.next.zones.len() >= self.settings.zones_max {
@@ -52,7 +53,7 @@ impl State {
         let Some(entry) = self.next.zones.get(id).cloned() else {
             return Err(Refusal::not_found("zone", id));
         };
-        check_expected(expected, Some(entry.version), self.next.epoch, "zone", id)?;
+        check_expected(expected, Some(entry.version), self.next.lineage, "zone", id)?;
         self.drop_zone(id);
         self.forward_removal(ObjectKind::Zone, id, entry.upstream);
         Ok(Done::ZoneDeleted(entry))
@@ -121,7 +122,11 @@ impl State {
     }
 
     /// Keeps count of what reports close, in all and by drone.
-    fn count_reported(&mut self, before: Option<&ClosureEntry>, after: Option<&ClosureEntry>) {
+    pub(super) fn count_reported(
+        &mut self,
+        before: Option<&ClosureEntry>,
+        after: Option<&ClosureEntry>,
+    ) {
         let of_drone = |entry: Option<&ClosureEntry>| {
             let entry = entry?;
             let drone = entry.reported_by.clone()?;
@@ -195,7 +200,7 @@ impl State {
         check_expected(
             expected,
             Some(entry.version),
-            self.next.epoch,
+            self.next.lineage,
             "closure",
             id,
         )?;
@@ -241,7 +246,7 @@ impl State {
         }
         match self.exceeded_quota(&entry) {
             Some(reason) => self.propose(ProposalEntry {
-                reason,
+                reason: Cow::Borrowed(reason),
                 ..otherwise
             }),
             None => {
@@ -277,7 +282,7 @@ impl State {
 
     fn drop_proposal(&mut self, number: u64, decision: &str) {
         self.next.proposals.remove(&number);
-        let data = json!({"proposal_id": views::proposal_id(self.next.epoch, number), "decision": decision});
+        let data = json!({"proposal_id": views::proposal_id(self.next.lineage, number), "decision": decision});
         self.events
             .push(Happening::new(EventKind::ProposalDecided, data));
     }
@@ -295,7 +300,7 @@ impl State {
         decision: Decision,
     ) -> Result<Done, Refusal> {
         let Some(proposal) = self.next.proposals.get(&number).cloned() else {
-            let id = views::proposal_id(self.next.epoch, number);
+            let id = views::proposal_id(self.next.lineage, number);
             return Err(Refusal::not_found("proposal", &id));
         };
         if decision == Decision::Reject {
@@ -365,7 +370,7 @@ pub(super) fn windows(from: Option<Timestamp>, until: Option<Timestamp>) -> Vec<
 }
 
 /// The first instant at which something that ends then, end included, is over.
-fn just_after(instant: Timestamp) -> Timestamp {
+pub(super) fn just_after(instant: Timestamp) -> Timestamp {
     let nanosecond = jiff::SignedDuration::from_nanos(1);
     instant.checked_add(nanosecond).unwrap_or(Timestamp::MAX)
 }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// How long after its nominal end a plan counts as flown, in seconds.
-const GRACE_S: f64 = 300.0;
+pub(super) const GRACE_S: f64 = 300.0;
 /// At most this many plans that are over are still told of; the oldest go first.
 const OVER_MAX: usize = 1_000;
 
@@ -320,7 +320,10 @@ impl State {
                 .and_then(|before| before.recomposition_id.clone()),
             acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
             warnings: warnings
-                .map(|warning| crate::formats::warning_text(topology, warning))
+                .map(|warning| {
+                    let (code, message) = crate::formats::warning_text(topology, warning);
+                    (code.into(), message)
+                })
                 .collect(),
         })
     }

@@ -184,7 +184,7 @@ impl State {
         standing: &Arc<Closure>,
     ) -> Option<Arc<str>> {
         let version = self.write_number();
-        let aside: Arc<str> = Arc::from(format!("held-{}-{version}", self.next.epoch));
+        let aside: Arc<str> = Arc::from(format!("held-{}-{version}", self.next.lineage));
         match kind {
             ObjectKind::Zone => {
                 let zone = standing.zone()?;
@@ -261,7 +261,7 @@ impl State {
 
     pub(super) fn decide_hold(&mut self, number: u64, decision: Decision) -> Result<Done, Refusal> {
         let Some(hold) = self.next.holds.get(&number).cloned() else {
-            let id = views::hold_id(self.next.epoch, number);
+            let id = views::hold_id(self.next.lineage, number);
             return Err(Refusal::not_found("hold", &id));
         };
         match (&hold.contested, decision) {
@@ -285,7 +285,7 @@ impl State {
 
     fn end_hold(&mut self, number: u64, decision: &str) {
         self.next.holds.remove(&number);
-        let id = views::hold_id(self.next.epoch, number);
+        let id = views::hold_id(self.next.lineage, number);
         let data = json!({"hold_id": id, "decision": decision});
         self.events
             .push(Happening::new(EventKind::HoldDecided, data));

@@ -1,6 +1,7 @@
 //! What the edge says of itself to its keepers.
 
 use super::Edge;
+use super::store::StoreStatus;
 use super::snapshot::Snapshot;
 use super::sync::SyncStatus;
 use crate::wire;
@@ -47,6 +48,10 @@ pub struct Status {
     pub table_hits: u64,
     /// Requests that did not, and were answered by A*.
     pub table_misses: u64,
+    /// The id of this edge: random, made once, and kept with what it knows.
+    pub edge_id: String,
+    /// What of all this survives a restart.
+    pub store: StoreStatus,
     /// How often the wall clock has stepped.
     pub clock_steps: u64,
     /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
@@ -89,6 +94,8 @@ impl Edge {
             table_bytes: tables.bytes,
             table_hits: tables.hits,
             table_misses: tables.misses,
+            edge_id: self.id.clone(),
+            store: self.store.status(),
             clock_steps: clock.steps,
             clock_apart_s: clock.apart.map(|apart| apart.as_secs_f64()),
             registry: self

@@ -44,6 +44,12 @@ impl Tables {
         Ok(Self { wishes })
     }
 
+    /// No tables are made: every search is answered by A*.
+    pub(super) fn idle() -> Self {
+        let (wishes, _) = sync_channel(1);
+        Self { wishes }
+    }
+
     /// Asks for a destination's table, unless it is there.
     pub(super) fn want(&self, destination: NodeIx, world: &World<'_>) {
         let topology_revision = world.airspace.topology_revision();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// How far an edge has followed a registry: moved only together with what it stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct RegistryCursor {
+pub struct RegistryCursor {
     /// Which registry.
     pub registry_id: Arc<str>,
     /// Its epoch; greater after it was restored from a backup.
@@ -17,7 +17,7 @@ pub(super) struct RegistryCursor {
 
 /// The version that an object has at the registry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Upstream {
+pub struct Upstream {
     /// The epoch of the revision.
     pub epoch: u64,
     /// The revision that made the object so.
@@ -26,7 +26,7 @@ pub(super) struct Upstream {
 
 /// A change made here that the registry has to learn of.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct OutboxEntry {
+pub struct OutboxEntry {
     /// Counts them; never given twice by one edge.
     pub number: u64,
     /// What it is about.

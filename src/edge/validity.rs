@@ -2,8 +2,10 @@
 
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
+use crate::airspace::Airspace;
 use crate::flight::Location;
 use crate::recompose::Outcome;
+use crate::routing::Way;
 use jiff::Timestamp;
 
 /// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
@@ -20,30 +22,42 @@ pub(super) fn still_holds(record: &AnswerRecord, snapshot: &Snapshot, now: Times
     if deadline.is_some_and(|deadline| deadline < now) {
         return false;
     }
-    let path = &record.answer.path;
-    let Some(&last) = path.nodes.last() else {
+    let way = &record.answer.path;
+    if way.nodes.is_empty() {
         return record.airspace.revision() == airspace.revision();
-    };
-    let closed = airspace.closed();
-    let is_open =
-        path.segments.iter().all(|&segment| !closed.blocks(segment)) && !closed.closes_node(last);
-    let is_safe = record.answer.outcome != Outcome::Diverted || !airspace.closes_pads(last);
-    is_open && is_safe && first_stretch_is_clear(record, snapshot)
+    }
+    let location = record.settled.request.report.location;
+    way_is_open(way, record.answer.outcome == Outcome::Diverted, snapshot)
+        && first_stretch_is_clear(location, way, Some(&record.airspace), snapshot)
 }
 
-/// A zone that has come over the drone or its first stretch since makes the way onto the path another one.
-fn first_stretch_is_clear(record: &AnswerRecord, snapshot: &Snapshot) -> bool {
-    let request = &record.settled.request;
-    let (Location::At(place), Some(&first)) =
-        (request.report.location, record.answer.path.nodes.first())
-    else {
+/// Whether a way can be flown now; a diversion also needs the pads at its end.
+pub(super) fn way_is_open(way: &Way, is_diversion: bool, snapshot: &Snapshot) -> bool {
+    let airspace = &snapshot.airspace;
+    let closed = airspace.closed();
+    let Some(&last) = way.nodes.last() else {
+        return false;
+    };
+    let is_open =
+        way.segments.iter().all(|&segment| !closed.blocks(segment)) && !closed.closes_node(last);
+    is_open && (!is_diversion || !airspace.closes_pads(last))
+}
+
+/// A zone that has come over the drone or its first stretch since makes the way onto the path another one. Where
+/// nobody knows which zones there were, all count as come since.
+pub(super) fn first_stretch_is_clear(
+    location: Location,
+    way: &Way,
+    before: Option<&Airspace>,
+    snapshot: &Snapshot,
+) -> bool {
+    let (Location::At(place), Some(&first)) = (location, way.nodes.first()) else {
         return true;
     };
     let first = snapshot.topology().position(first);
-    let fresh = snapshot
-        .airspace
-        .in_force()
-        .filter(|closure| !record.airspace.is_in_force(&closure.id));
+    let closures = snapshot.airspace.in_force();
+    let fresh =
+        closures.filter(|closure| before.is_none_or(|before| !before.is_in_force(&closure.id)));
     let mut zones = fresh.filter_map(|closure| closure.zone());
     zones.all(|zone| zone.coverage(place, first).is_empty())
 }

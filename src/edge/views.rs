@@ -78,9 +78,9 @@ fn outcome_name(outcome: Option<Outcome>) -> &'static str {
     }
 }
 
-pub(super) fn warning(code: &'static str, message: &str) -> wire::Warning<'static> {
+pub(super) fn warning(code: impl Into<Cow<'static, str>>, message: &str) -> wire::Warning<'static> {
     wire::Warning {
-        code: Cow::Borrowed(code),
+        code: code.into(),
         message: text(message),
     }
 }
@@ -180,12 +180,12 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
         None => segment_ids(topology, &entry.closure.hits.segments),
     };
     wire::Proposal {
-        id: Cow::Owned(proposal_id(snapshot.epoch, entry.number)),
+        id: Cow::Owned(proposal_id(snapshot.lineage, entry.number)),
         subject: match zone {
             Some(_) => wire::ProposalSubject::Zone,
             None => wire::ProposalSubject::Closure,
         },
-        reason: Cow::Borrowed(entry.reason),
+        reason: entry.reason.clone(),
         proposed_at: instant(entry.proposed_at),
         expires_at: instant(entry.expires_at),
         recomposition_id: text(&entry.recomposition_id),
@@ -201,7 +201,7 @@ pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static
     let contested = entry.contested.as_deref();
     let lifted = entry.lifts[..told].iter().map(|id| text(id));
     wire::Hold {
-        id: Cow::Owned(hold_id(snapshot.epoch, entry.number)),
+        id: Cow::Owned(hold_id(snapshot.lineage, entry.number)),
         origin: text(&entry.origin),
         reason: Cow::Borrowed(match contested {
             None => "mass_removal",
@@ -271,7 +271,7 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         recomposition_id: version.recomposition_id.as_deref().map(text),
         acknowledge_by: version.acknowledge_by.map(instant),
         warnings: warnings
-            .map(|(code, message)| warning(code, message))
+            .map(|(code, message)| warning(code.clone(), message))
             .collect(),
     }
 }

@@ -1,19 +1,20 @@
-//! The single writer: a thread that carries out orders in batches and publishes what comes of them.
+//! The single writer: it carries out orders in batches and publishes what comes of them.
 //!
-//! Requests never wait for it unless they have to know what became of their order. It sleeps until the next
-//! order or the next instant at which something happens by itself.
+//! Requests never wait for it unless they have to know what became of their order. As a thread it sleeps until
+//! the next order or the next instant at which something happens by itself; in place it works whenever an order
+//! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
 use super::events::Events;
 use super::orders::{Order, Reply};
 use super::snapshot::Snapshot;
 use super::state::State;
-use super::store::Store;
+use super::store::{Store, Waiting};
 use super::tables::Tables;
 use crate::clock::Clock;
 use crate::refusal::{Code, Refusal};
 use arc_swap::ArcSwap;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::oneshot;
 
@@ -24,21 +25,27 @@ const BATCH: usize = 256;
 /// The writer looks at the clock at least this often, as a clock may be set.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-struct Letter {
+/// An order, and who waits for what becomes of it.
+#[derive(Debug)]
+pub(super) struct Letter {
     order: Order,
     reply: Option<oneshot::Sender<(Reply, Arc<Snapshot>)>>,
 }
 
 /// Where orders are handed in.
 #[derive(Clone, Debug)]
-pub(super) struct Writer {
-    orders: SyncSender<Letter>,
+pub(super) enum Writer {
+    /// A thread takes them.
+    Thread(SyncSender<Letter>),
+    /// They are carried out at once.
+    InPlace(Arc<Mutex<Desk>>),
 }
 
 /// What the writer publishes to.
+#[derive(Debug)]
 pub(super) struct Desk {
     pub(super) state: State,
-    pub(super) store: Box<dyn Store>,
+    pub(super) store: Store,
     pub(super) clock: Clock,
     pub(super) world: Arc<ArcSwap<Snapshot>>,
     pub(super) events: Arc<Events>,
@@ -51,7 +58,12 @@ impl Writer {
         let (orders, inbox) = sync_channel(QUEUE);
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
         builder.spawn(move || desk.work(&inbox))?;
-        Ok(Self { orders })
+        Ok(Self::Thread(orders))
+    }
+
+    /// A writer without a thread: what is due happens with the next order.
+    pub(super) fn in_place(desk: Desk) -> Self {
+        Self::InPlace(Arc::new(Mutex::new(desk)))
     }
 
     /// Hands in an order and waits for what becomes of it.
@@ -70,7 +82,16 @@ impl Writer {
     }
 
     fn send(&self, letter: Letter) -> Result<(), Refusal> {
-        self.orders.try_send(letter).map_err(|error| match error {
+        let orders = match self {
+            Self::Thread(orders) => orders,
+            Self::InPlace(desk) => {
+                // A batch is applied whole or panics before it is published.
+                let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
+                desk.carry_out(vec![letter]);
+                return Ok(());
+            }
+        };
+        orders.try_send(letter).map_err(|error| match error {
             TrySendError::Full(_) => {
                 let detail = format!("{QUEUE} changes are waiting already");
                 Refusal::new(Code::Overloaded, detail).retry_after_s(1)
@@ -126,9 +147,12 @@ impl Desk {
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
-        let (orders, waiting): (Vec<Order>, Vec<_>) = letters
+        let (orders, askers): (Vec<Order>, Vec<_>) = letters
             .into_iter()
-            .map(|letter| (letter.order, letter.reply))
+            .map(|letter| {
+                let changes = letter.order.changes_by_request();
+                (letter.order, letter.reply.map(|asker| (asker, changes)))
+            })
             .unzip();
         let batch = self.state.apply(orders, now);
         // Enforced before stored, and acknowledged after both: nothing waits for a disk to be safe.
@@ -136,14 +160,22 @@ impl Desk {
         if batch.airspace_changed {
             self.tables.renew();
         }
-        let durable = self.store.commit(&batch.snapshot, &batch.events);
         self.events.add(batch.events, now, &batch.snapshot.revision);
-        for (reply, waiting) in batch.replies.into_iter().zip(waiting) {
-            let reply = reply.map(|outcome| super::orders::Outcome { durable, ..outcome });
-            if let Some(waiting) = waiting {
-                // Whoever asked may have gone at its deadline.
-                let _ = waiting.send((reply, batch.snapshot.clone()));
+        let (mut answers, mut at_once) = (Vec::new(), Vec::new());
+        for (reply, asker) in batch.replies.into_iter().zip(askers) {
+            match asker {
+                Some((asker, true)) if reply.is_ok() => answers.push((asker, reply)),
+                Some((asker, _)) => at_once.push((asker, reply)),
+                None => {}
             }
+        }
+        self.store.publish(Waiting {
+            answers,
+            snapshot: batch.snapshot.clone(),
+        });
+        for (asker, reply) in at_once {
+            // Nothing of it is to be stored. Whoever asked may have gone at its deadline.
+            let _ = asker.send((reply, batch.snapshot.clone()));
         }
     }
 }

@@ -103,7 +103,7 @@ impl Edge {
         let (entry, after, durable) = if write.validate_only {
             let entry = before.zones.get(id.as_str()).cloned();
             let entry = entry.ok_or_else(|| Refusal::not_found("zone", &id))?;
-            check_expected(&expected, Some(entry.version), self.epoch, "zone", &id)?;
+            check_expected(&expected, Some(entry.version), self.lineage, "zone", &id)?;
             (entry, before.clone(), false)
         } else {
             let order = Order::DeleteZone {
@@ -213,7 +213,7 @@ impl Edge {
         if validate_only {
             let zones = &read.on.zones;
             let current = zones.get(closure.id.as_str()).map(|entry| entry.version);
-            check_expected(&expected, current, self.epoch, "zone", &closure.id)?;
+            check_expected(&expected, current, self.lineage, "zone", &closure.id)?;
             let ack = self.preview(read, current).await?;
             return Ok((ack, current.is_none()));
         }

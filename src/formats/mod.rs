@@ -11,6 +11,7 @@ mod load;
 mod network_geojson;
 mod node_link;
 mod place;
+mod recorded_world;
 mod report;
 mod report_close;
 mod report_leg;
@@ -35,6 +36,7 @@ pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json}
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
 pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
+pub use recorded_world::{RecordError, recorded_question};
 pub use report::{ReadReport, read_report};
 pub use report_parse::{ParsedReport, lenient_report, parse_report};
 pub use report_problem::{ReadWarning, ReportProblem};

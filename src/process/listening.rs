@@ -2,6 +2,7 @@
 
 use crate::api::server::{Authentication, FindCaller};
 use crate::config::Tokens;
+use crate::edge;
 use crate::registry::OpenError;
 use std::io;
 use std::net::SocketAddr;
@@ -31,6 +32,9 @@ pub enum ServiceError {
     /// The store of a registry cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// The edge does not begin.
+    #[error(transparent)]
+    Edge(#[from] edge::OpenError),
     /// A listener's task failed.
     #[error("a listener failed: {0}")]
     Listener(#[from] tokio::task::JoinError),

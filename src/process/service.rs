@@ -15,12 +15,13 @@ use crate::api::server::{
 };
 use crate::config::{Configuration, EdgeConfig, Tokens, read_bearer};
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
-use crate::edge::{ClosureLives, Edge, Settings};
+use crate::edge::{ClosureLives, Edge, OpenError, Opening, Settings, SqliteFile};
 use crate::network::Topology;
 use bytes::Bytes;
 use jiff::SignedDuration;
 use prometheus_client::registry::Registry;
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
@@ -72,7 +73,8 @@ impl Service {
         // Every start has a later epoch, also under a simulated clock.
         let epoch = crate::clock::Clock::real().now().as_millisecond();
         let epoch = u64::try_from(epoch).unwrap_or_default();
-        let edge = Edge::start(topology, geojson, epoch, settings(&config), clock)?;
+        let opening = Opening::new(topology, geojson, epoch, settings(&config), clock);
+        let edge = open(opening.fresh_id(random_id()?), config.store.as_deref()).await?;
         let mut registry = Registry::with_prefix("skyway");
         let metrics = Arc::new(RequestMetrics::new(&mut registry));
         edge.register_metrics(&mut registry);
@@ -140,6 +142,7 @@ impl Service {
         if let Some(following) = self.following {
             following.stop().await;
         }
+        self.edge.end().await;
         Ok(Drained {
             forced: drained.forced + admin.forced,
         })
@@ -152,13 +155,8 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
     let Some(url) = registry.url.clone() else {
         return Ok(None);
     };
-    let mut random = [0_u8; 16];
-    getrandom::fill(&mut random).map_err(|error| io::Error::other(error.to_string()))?;
-    let made = || {
-        let random = random.iter().map(|byte| format!("{byte:02x}"));
-        format!("edge-{}", random.collect::<String>())
-    };
-    let edge_id = registry.edge_id.clone().unwrap_or_else(made);
+    let edge_id = registry.edge_id.clone();
+    let edge_id = edge_id.unwrap_or_else(|| format!("edge-{}", edge.id()));
     let token = registry.token_file.as_deref().map(read_bearer);
     let client = HttpClient::new(&HttpAddress {
         url,
@@ -166,18 +164,31 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
         edge_id: edge_id.clone(),
         token: token.transpose().map_err(io::Error::other)?,
     });
-    let (seed, _) = random.split_at(8);
     let settings = SyncSettings {
         network: registry.network.clone(),
         edge_id,
         poll_wait: registry.poll_wait,
         retry_within: registry.retry_within,
-        seed: seed
-            .iter()
-            .fold(0, |seed, byte| (seed << 8) | u64::from(*byte)),
+        seed: getrandom::u64().map_err(io::Error::other)?,
     };
     let client = client.map_err(io::Error::other)?;
     Ok(Some(edge.follow_registry(client, settings)))
+}
+
+/// Opens an edge over its file; without one it forgets everything when it ends.
+async fn open(opening: Opening, store: Option<&Path>) -> Result<Arc<Edge>, ServiceError> {
+    let Some(path) = store else {
+        return Ok(opening.without_store()?);
+    };
+    let file = SqliteFile::open(path).await.map_err(OpenError::from)?;
+    Ok(Edge::open(opening, Box::new(file)).await?)
+}
+
+/// 128 random bits in hexadecimal.
+fn random_id() -> Result<String, ServiceError> {
+    let mut random = [0_u8; 16];
+    getrandom::fill(&mut random).map_err(io::Error::other)?;
+    Ok(random.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication) -> GateConfig {
@@ -224,6 +235,9 @@ fn settings(config: &EdgeConfig) -> Settings {
         |duration: Duration| SignedDuration::try_from(duration).unwrap_or(SignedDuration::MAX);
     let reports = &config.reports;
     Settings {
+        commit_within: config.limits.commit,
+        decisions_bytes_max: config.decisions.bytes.bytes() as u64,
+        decisions_age: span(config.decisions.age),
         horizon: span(config.airspace.horizon),
         margin_m: config.airspace.margin_m,
         lives: ClosureLives {

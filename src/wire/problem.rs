@@ -32,6 +32,12 @@ pub struct Problem {
     /// The oldest revision whose successors are kept, where older ones are gone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub oldest_revision: Option<u64>,
+    /// True where what was asked is in force all the same; absent where it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enforced: Option<bool>,
+    /// False where what is in force could not be stored, so that a restart may undo it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durable: Option<bool>,
 }
 
 /// One thing that is wrong with a request.

@@ -25,6 +25,7 @@ class EdgeProcess:
         self._command = [
             str(binary),
             "edge",
+            "--no-store",
             "--listen=127.0.0.1:0",
             "--admin-listen=127.0.0.1:0",
             f"--ports-file={self._ports_file}",

@@ -1,10 +1,14 @@
 //! The use cases of the edge, played as stories on a clock that is moved by hand.
 
 mod clock_steps;
+mod failing_disk;
 mod idempotency;
+mod journal;
 mod plans;
 mod publication;
+mod restart;
 mod stage;
 mod topology;
 mod topology_property;
+mod store_file;
 mod windows;

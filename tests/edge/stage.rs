@@ -4,20 +4,28 @@ use bytes::Bytes;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::{Clock, Hand, TwoHands};
-use skyway::edge::{Answered, Caller, Edge, Idempotency, NewNetwork, Refusal, Settings, ZoneWrite};
+use skyway::edge::{
+    Answered, Caller, Edge, Idempotency, NewNetwork, Opening, Refusal, Settings, StoreFile,
+    ZoneWrite,
+};
 use skyway::formats::{load_network, parse_report, read_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::wire;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// When every story begins.
 pub(crate) const DAWN: &str = "2026-11-21T06:00:00Z";
 /// The epoch of every edge here, so that ids are the same in every run.
 pub(crate) const EPOCH: u64 = 7;
 
+/// Longer than any disk takes that works.
+const PATIENCE: Duration = Duration::from_secs(30);
+
 pub(crate) struct Stage {
     pub(crate) edge: Arc<Edge>,
-    pub(crate) hand: Hand,
+    pub(crate) hand: Arc<Hand>,
+    settings: Settings,
     pub(crate) caller: Caller,
 }
 
@@ -46,11 +54,55 @@ impl Stage {
     pub(crate) fn on(topology: Arc<Topology>, geojson: Bytes, settings: Settings) -> Self {
         let dawn: Timestamp = DAWN.parse().expect("an instant");
         let (clock, hand) = Clock::by_hand(dawn);
-        let edge = Edge::start(topology, geojson, EPOCH, settings, clock);
+        let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
         Self {
-            edge: edge.expect("threads"),
-            hand,
+            edge: opening.without_store().expect("threads"),
+            hand: Arc::new(hand),
             caller: Caller::anyone(),
+            settings,
+        }
+    }
+
+    /// The same over a file.
+    pub(crate) async fn over(file: Box<dyn StoreFile>) -> Self {
+        let settings = Settings {
+            commit_within: PATIENCE,
+            ..Settings::default()
+        };
+        Self::over_with(file, settings).await
+    }
+
+    /// Over a disk that may hang.
+    pub(crate) async fn impatient(file: Box<dyn StoreFile>) -> Self {
+        let settings = Settings {
+            commit_within: Duration::from_millis(100),
+            ..Settings::default()
+        };
+        Self::over_with(file, settings).await
+    }
+
+    pub(crate) async fn over_with(file: Box<dyn StoreFile>, settings: Settings) -> Self {
+        let settings = Settings {
+            closed_fraction_max: 0.2,
+            ..settings
+        };
+        let (opening, hand) = opening(settings.clone());
+        Self {
+            edge: Edge::open(opening, file).await.expect("an edge"),
+            hand: Arc::new(hand),
+            caller: Caller::anyone(),
+            settings,
+        }
+    }
+
+    /// Another start over the same file: the clock goes on, the process does not.
+    pub(crate) async fn again(self, file: Box<dyn StoreFile>) -> Self {
+        let (topology, geojson) = network();
+        let clock = self.edge.clock().clone();
+        let opening = Opening::new(topology, geojson, EPOCH, self.settings.clone(), clock);
+        Self {
+            edge: Edge::open(opening, file).await.expect("an edge"),
+            ..self
         }
     }
 
@@ -64,11 +116,13 @@ impl Stage {
             closed_fraction_max: 0.2,
             ..Settings::default()
         };
-        let edge = Edge::start(network.topology, network.geojson, EPOCH, settings, clock);
+        let (topology, geojson) = (network.topology, network.geojson);
+        let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
         let stage = Self {
-            edge: edge.expect("threads"),
-            hand: Clock::by_hand(dawn).1,
+            edge: opening.without_store().expect("threads"),
+            hand: Arc::new(Clock::by_hand(dawn).1),
             caller: Caller::anyone(),
+            settings,
         };
         (stage, hands)
     }
@@ -142,6 +196,22 @@ impl Stage {
         };
         self.edge.telemetry(&self.caller, batch).expect("telemetry")
     }
+}
+
+/// The ladder, and its text.
+pub(crate) fn network() -> (Arc<Topology>, Bytes) {
+    let network = loaded(&ladder());
+    (network.topology, network.geojson)
+}
+
+fn opening(settings: Settings) -> (Opening, Hand) {
+    let dawn: Timestamp = DAWN.parse().expect("an instant");
+    let (clock, hand) = Clock::by_hand(dawn);
+    let (topology, geojson) = network();
+    (
+        Opening::new(topology, geojson, EPOCH, settings, clock),
+        hand,
+    )
 }
 
 /// A round zone.

@@ -197,6 +197,9 @@ impl FromProto<proto::Problem> for wire::Problem {
             current_etag: message.current_etag,
             // Only a registry says it, which speaks no gRPC.
             oldest_revision: None,
+            // Answers to failure reports wait for no disk.
+            enforced: None,
+            durable: None,
         })
     }
 }

@@ -224,6 +224,8 @@ impl Sample for wire::Problem {
             retry_after_s: Sample::sample(sampler),
             current_etag: Sample::sample(sampler),
             oldest_revision: None,
+            enforced: None,
+            durable: None,
         }
     }
 }

@@ -88,6 +88,7 @@ pub(super) async fn get_closure(
         (status = 409, response = refusals::Conflict),
         (status = 422, response = refusals::UnprocessableContent),
         (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn create_closure(
@@ -129,6 +130,7 @@ pub(super) async fn create_closure(
         (status = 409, response = refusals::Conflict),
         (status = 412, response = refusals::PreconditionFailed),
         (status = 422, response = refusals::UnprocessableContent),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn change_closure(
@@ -167,6 +169,7 @@ pub(super) async fn change_closure(
         ),
         (status = 409, response = refusals::Conflict),
         (status = 412, response = refusals::PreconditionFailed),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn delete_closure(

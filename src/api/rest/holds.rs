@@ -43,6 +43,7 @@ pub(super) async fn list_holds(
             ),
         ),
         (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn release_hold(
@@ -60,16 +61,19 @@ pub(super) async fn release_hold(
     path = "/v1/holds/{id}/reject",
     tag = "decisions",
     params(("id" = String, Path, description = "`id` of a hold.")),
-    responses((
-        status = 200,
-        description = "The hold, which is decided now.",
-        body = Hold,
-        headers(
-            ("Skyway-Revision" = String, description = "Revision of the edge."),
-            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-            ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+    responses(
+        (
+            status = 200,
+            description = "The hold, which is decided now.",
+            body = Hold,
+            headers(
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
         ),
-    )),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
 )]
 pub(super) async fn reject_hold(
     State(edge): State<Arc<Edge>>,

@@ -53,6 +53,7 @@ pub(super) struct PlansParameters {
         (status = 409, response = refusals::Conflict),
         (status = 422, response = refusals::UnprocessableContent),
         (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn create_plan(
@@ -118,6 +119,7 @@ pub(super) async fn get_plan(
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn cancel_plan(
@@ -139,6 +141,7 @@ pub(super) async fn cancel_plan(
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn acknowledge_plan(

@@ -45,6 +45,7 @@ pub(super) async fn list_proposals(
         (status = 409, response = refusals::Conflict),
         (status = 422, response = refusals::UnprocessableContent),
         (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn accept_proposal(
@@ -62,16 +63,19 @@ pub(super) async fn accept_proposal(
     path = "/v1/proposals/{id}/reject",
     tag = "decisions",
     params(("id" = String, Path, description = "`id` of a proposal.")),
-    responses((
-        status = 200,
-        description = "The proposal, which is decided now.",
-        body = Proposal,
-        headers(
-            ("Skyway-Revision" = String, description = "Revision of the edge."),
-            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-            ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+    responses(
+        (
+            status = 200,
+            description = "The proposal, which is decided now.",
+            body = Proposal,
+            headers(
+                ("Skyway-Revision" = String, description = "Revision of the edge."),
+                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
+                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+            ),
         ),
-    )),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
 )]
 pub(super) async fn reject_proposal(
     State(edge): State<Arc<Edge>>,

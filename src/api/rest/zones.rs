@@ -61,6 +61,7 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
         (status = 409, response = refusals::Conflict),
         (status = 422, response = refusals::UnprocessableContent),
         (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn create_zone(
@@ -125,6 +126,7 @@ pub(super) async fn create_zone(
         (status = 422, response = refusals::UnprocessableContent),
         (status = 428, response = refusals::PreconditionRequired),
         (status = 429, response = refusals::TooManyRequests),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn put_zone(
@@ -163,6 +165,7 @@ pub(super) async fn put_zone(
         (status = 200, description = "What was lifted.", body = ZoneAck),
         (status = 412, response = refusals::PreconditionFailed),
         (status = 428, response = refusals::PreconditionRequired),
+        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn delete_zone(

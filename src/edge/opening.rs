@@ -1,0 +1,222 @@
+//! How an edge begins: with nothing, or with all that its file has.
+
+use super::Edge;
+use super::drones::Drones;
+use super::events::Events;
+use super::network::NetworkDocuments;
+use super::records::Records;
+use super::replies::{ReportReplies, WriteReplies};
+use super::scratches::Scratches;
+use super::settings::Settings;
+use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
+use super::state::State;
+use super::store::{
+    Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
+    open_identity, restore, stored_network,
+};
+use super::sync::Contact;
+use super::tables::Tables;
+use super::writer::{Desk, Writer};
+use crate::clock::Clock;
+use crate::network::Topology;
+use crate::routing::TreeCache;
+use arc_swap::ArcSwap;
+use bytes::Bytes;
+use std::io;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex};
+use thiserror::Error;
+
+/// Why an edge does not begin.
+#[derive(Debug, Error)]
+pub enum OpenError {
+    /// Its file cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreFault),
+    /// The system gives no threads.
+    #[error("the system refuses what the edge needs: {0}")]
+    System(#[from] io::Error),
+}
+
+/// What an edge begins with.
+#[derive(Debug)]
+pub struct Opening {
+    topology: Arc<Topology>,
+    geojson: Bytes,
+    epoch: u64,
+    settings: Settings,
+    clock: Clock,
+    fresh_id: String,
+    is_in_place: bool,
+}
+
+impl Opening {
+    /// An edge over a network.
+    ///
+    /// `geojson` is the text that the topology was read from, which clients get. `epoch` is to be greater than
+    /// that of every start before, such as the time of the start; one with a file sees to that by itself.
+    pub fn new(
+        topology: Arc<Topology>,
+        geojson: Bytes,
+        epoch: u64,
+        settings: Settings,
+        clock: Clock,
+    ) -> Self {
+        Self {
+            topology,
+            geojson,
+            epoch,
+            settings,
+            clock,
+            fresh_id: format!("edge-{epoch}"),
+            is_in_place: false,
+        }
+    }
+
+    /// With this id, where the file has none yet.
+    #[must_use]
+    pub fn fresh_id(mut self, id: String) -> Self {
+        self.fresh_id = id;
+        self
+    }
+
+    /// Without threads: everything happens on the thread of whoever asks, in the order in which it is asked.
+    /// What is due happens with the next change, or [`Edge::tick`].
+    #[must_use]
+    pub fn in_place(mut self) -> Self {
+        self.is_in_place = true;
+        self
+    }
+
+    /// Begins an edge that forgets everything when it ends.
+    ///
+    /// # Errors
+    /// When a thread cannot be started.
+    pub fn without_store(self) -> io::Result<Arc<Edge>> {
+        let identity = Identity::of_one_start(self.fresh_id.clone(), self.epoch);
+        let state = self.state(&identity);
+        self.begin(state, Store::default(), identity)
+    }
+
+    pub(super) async fn with_store(
+        mut self,
+        mut file: Box<dyn StoreFile>,
+    ) -> Result<Arc<Edge>, OpenError> {
+        let number = file.number().await?;
+        let facts = file.load(Table::Facts).await?;
+        let (identity, identity_row) = open_identity(&facts, self.fresh_id.clone(), self.epoch)?;
+        if let Some((topology, geojson)) = stored_network(&facts, &self.topology)? {
+            self.topology = topology;
+            self.geojson = geojson;
+        }
+        let mut restored = restore(&mut *file, &facts, &self.topology).await?;
+        let replies = std::mem::take(&mut restored.replies);
+        let mut state = self.state(&identity);
+        state.restore(restored, self.clock.now());
+        let stored = Arc::new(state.next.clone());
+        // Remembered before anything is told under the new epoch.
+        let network_row = super::store::network_row(&stored.network, &self.topology);
+        let rows: Vec<Row> = vec![identity_row, network_row];
+        let number = number + 1;
+        let writer = identity.epoch;
+        let first = Transaction {
+            number,
+            writer,
+            rows,
+        };
+        file.commit(&first).await?;
+        let (keeper, store) = Keeper::new(file, number, stored, self.clock.clone(), &self.settings);
+        state.store = store.health().clone();
+        let keeper = tokio::spawn(keeper.run());
+        let edge = self.begin(state, store, identity)?;
+        for (at, reply) in replies {
+            match reply {
+                Reply::Report(reply) => edge.report_replies.restore(*reply, at),
+                Reply::Write(reply) => edge.write_replies.restore(reply, at),
+            }
+        }
+        // Nothing fails while it holds the lock.
+        if let Ok(mut place) = edge.keeper.lock() {
+            *place = Some(keeper);
+        }
+        Ok(edge)
+    }
+
+    fn state(&self, identity: &Identity) -> State {
+        let documents = NetworkDocuments::of(&self.topology, self.geojson.clone(), FIRST_TOPOLOGY);
+        let next = Snapshot::empty(
+            self.topology.clone(),
+            Arc::new(documents),
+            (identity.epoch, identity.lineage),
+            self.clock.now(),
+            &self.settings,
+        );
+        let drones = Arc::new(Drones::new(self.settings.drones_max));
+        let trees = Arc::new(TreeCache::new(self.settings.trees_bytes));
+        let now = self.clock.now();
+        let mut state = State::new(next, now, self.settings.clone(), drones, trees);
+        state.writes = identity.first_number();
+        state
+    }
+
+    /// Publishes the state, with what has become due while the edge was away, and sets writer and tables to work.
+    fn begin(self, mut state: State, store: Store, identity: Identity) -> io::Result<Arc<Edge>> {
+        let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
+        let (trees, drones) = (state.trees.clone(), state.drones.clone());
+        let events = Arc::new(Events::new(
+            epoch,
+            settings.events_max,
+            settings.event_streams_max,
+        ));
+        let now = clock.now();
+        let batch = state.apply(Vec::new(), now);
+        let world = Arc::new(ArcSwap::new(batch.snapshot.clone()));
+        events.add(batch.events, now, &batch.snapshot.revision);
+        store.publish(Waiting {
+            answers: Vec::new(),
+            snapshot: batch.snapshot,
+        });
+        let tables = match self.is_in_place {
+            true => Tables::idle(),
+            false => Tables::start(world.clone(), trees.clone())?,
+        };
+        let desk = Desk {
+            state,
+            store: store.clone(),
+            clock: clock.clone(),
+            world: world.clone(),
+            events: events.clone(),
+            tables: tables.clone(),
+        };
+        let writer = match self.is_in_place {
+            true => Writer::in_place(desk),
+            false => Writer::start(desk)?,
+        };
+        Ok(Arc::new(Edge {
+            contact: Contact::new(&clock),
+            records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
+            report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
+            write_replies: WriteReplies::new(
+                settings.idempotency_max,
+                settings.idempotency_age,
+                store.clone(),
+            ),
+            scratches: Scratches::default(),
+            next_number: AtomicU64::new(identity.first_number() + 1),
+            keeper: Mutex::new(None),
+            id: identity.id,
+            lineage: identity.lineage,
+            is_in_place: self.is_in_place,
+            settings,
+            clock,
+            epoch,
+            world,
+            writer,
+            store,
+            events,
+            drones,
+            trees,
+            tables,
+        }))
+    }
+}

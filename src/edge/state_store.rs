@@ -1,0 +1,155 @@
+//! What the state has to do with the store: it begins with what is in it, and refuses what must not be lost
+//! while it fails.
+
+use super::orders::Order;
+use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, later};
+use super::state::State;
+use super::state_airspace::just_after;
+use super::state_fleet::GRACE_S;
+use super::store::Restored;
+use super::timers::Due;
+use crate::airspace::{Change, Closure};
+use crate::refusal::{Code, Refusal};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+impl State {
+    /// Takes up what was known when the edge ended, for the time at which it was known. What has become due
+    /// since happens with the first batch.
+    pub(super) fn restore(&mut self, restored: Restored, now: Timestamp) {
+        let mut changes = Vec::with_capacity(restored.zones.len() + restored.closures.len());
+        for (entry, closure) in restored.zones {
+            let id = Arc::from(entry.zone.id());
+            self.next.zones.insert(id, Arc::new(entry));
+            changes.push(Change::Put(Arc::new(closure)));
+        }
+        for entry in restored.closures {
+            changes.push(Change::Put(entry.closure.clone()));
+            self.restore_closure(entry);
+        }
+        let as_of = restored.as_of.unwrap_or(now);
+        let airspace = self.next.airspace.apply(&changes, as_of);
+        self.next.revision = super::snapshot::revision_text(self.next.epoch, airspace.revision());
+        self.next.airspace = Arc::new(airspace);
+        for proposal in restored.proposals {
+            self.restore_proposal(proposal);
+        }
+        for hold in restored.holds {
+            self.next.holds.insert(hold.number, Arc::new(hold));
+        }
+        let mut plans = restored.plans;
+        // Those that are over are forgotten in the order in which they ended, as far as that can be told.
+        plans.sort_by_cached_key(|plan| (plan.current.arrives_at(), plan.id.clone()));
+        for plan in plans {
+            self.restore_plan(plan);
+        }
+        for entry in restored.outbox {
+            self.next.outbox.insert(entry.number, Arc::new(entry));
+        }
+        self.next.registry = restored.registry.map(Arc::new);
+        self.next.weather = restored.weather;
+        self.next.unacknowledged = restored.unacknowledged;
+    }
+
+    fn restore_closure(&mut self, entry: ClosureEntry) {
+        let id: Arc<str> = Arc::from(entry.closure.id.as_str());
+        if let Some(until) = entry.until {
+            self.timers.set(just_after(until), Due::Closure(id.clone()));
+        }
+        self.count_reported(None, Some(&entry));
+        self.next.closures.insert(id, Arc::new(entry));
+    }
+
+    fn restore_proposal(&mut self, proposal: ProposalEntry) {
+        let due = Due::Proposal(proposal.number);
+        self.timers.set(just_after(proposal.expires_at), due);
+        self.next
+            .proposals
+            .insert(proposal.number, Arc::new(proposal));
+    }
+
+    fn restore_plan(&mut self, plan: PlanEntry) {
+        let id = plan.id.clone();
+        if plan.is_active() {
+            self.next.active_plans += 1;
+            if let Some(drone) = &plan.drone_id {
+                self.next.flown_by.insert(drone.clone(), id.clone());
+            }
+            self.occupy(&id, &plan.current);
+            let over = later(plan.current.arrives_at(), GRACE_S);
+            let due = Due::Arrival {
+                plan: id.clone(),
+                version: plan.current.number,
+            };
+            self.timers.set(over, due);
+            if let Some(proposed) = &plan.proposed {
+                self.occupy(&id, proposed);
+                if let Some(by) = proposed.acknowledge_by {
+                    let due = Due::Acknowledgement {
+                        plan: id.clone(),
+                        version: proposed.number,
+                    };
+                    self.timers.set(by, due);
+                }
+            }
+        } else {
+            self.over.push_back(id.clone());
+        }
+        self.next.plans.insert(id, Arc::new(plan));
+    }
+
+    /// While the store fails, what closes more is enforced all the same; what a restart must not undo is refused.
+    pub(super) fn check_store(&self, order: &Order) -> Result<(), Refusal> {
+        if !self.store.is_failing() {
+            return Ok(());
+        }
+        let only_closes_more = match order {
+            Order::PutZone { closure, .. } => self.encloses_what_stands(closure),
+            Order::ChangeClosure { id, until, .. } => {
+                let entry = self.next.closures.get(id.as_str());
+                entry.is_none_or(|entry| until.is_none_or(|until| ends_by(entry, until)))
+            }
+            Order::PutClosure(_)
+            | Order::Publish(_)
+            | Order::Propose(_)
+            | Order::Follow(_)
+            | Order::Forwarded { .. }
+            | Order::NotForwarded { .. }
+            | Order::ReplaceNetwork(_)
+            // What is in it is looked at when it is carried out.
+            | Order::MadeOn { .. }
+            | Order::ProposeVersion { .. }
+            | Order::Tick => true,
+            Order::DeleteZone { .. }
+            | Order::LiftClosure { .. }
+            | Order::DecideProposal { .. }
+            | Order::DecideHold { .. }
+            | Order::AddPlan(_)
+            | Order::CancelPlan { .. }
+            | Order::AcknowledgePlan { .. } => false,
+        };
+        match only_closes_more {
+            true => Ok(()),
+            false => {
+                let detail = "the store of this edge fails, so that a restart would undo this; nothing was changed";
+                Err(Refusal::new(Code::StoreFull, detail).retry_after_s(5))
+            }
+        }
+    }
+
+    /// Whether a closure closes all that the one with its id closes now.
+    fn encloses_what_stands(&self, closure: &Closure) -> bool {
+        let standing = self.next.airspace.closure(&closure.id);
+        let changed = self.changes.iter().rev().find_map(|change| match change {
+            Change::Put(put) if put.id == closure.id => Some(put),
+            _ => None,
+        });
+        let standing = changed.or(standing);
+        standing.is_none_or(|standing| closure.encloses(standing, self.now))
+    }
+}
+
+/// Whether a closure ends by itself at this instant at the latest.
+fn ends_by(entry: &ClosureEntry, until: Timestamp) -> bool {
+    entry.until.is_some_and(|ends| ends <= until)
+}

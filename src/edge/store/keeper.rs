@@ -1,0 +1,466 @@
+//! The storekeeper: a task that writes what has changed, and then lets acknowledgements go.
+
+use super::decisions::{StoredDecision, read_decision};
+use super::difference::difference;
+use super::file::{StoreFault, StoreFile, Transaction};
+use super::health::{Health, StoreStatus};
+use super::journal::{ENTRIES_MAX, Entry, Journal};
+use crate::clock::Clock;
+use crate::edge::answered::Standing;
+use crate::edge::orders::{Outcome, Reply};
+use crate::edge::records::AnswerRecord;
+use crate::edge::settings::Settings;
+use crate::edge::snapshot::Snapshot;
+use std::pin::pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::sync::{Notify, oneshot};
+
+/// How long to wait after a failure; each further time twice as long.
+const FIRST_PAUSE: Duration = Duration::from_millis(250);
+/// At most so long.
+const LONGEST_PAUSE: Duration = Duration::from_secs(4);
+
+/// So long entries of the journal are gathered before they are written.
+const GATHER: Duration = Duration::from_millis(20);
+
+/// Someone who waits for what became of an order.
+pub(in crate::edge) type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
+
+/// The answers to a batch, and who waits for them.
+#[derive(Debug)]
+pub(in crate::edge) struct Waiting {
+    pub(in crate::edge) answers: Vec<(Asker, Reply)>,
+    pub(in crate::edge) snapshot: Arc<Snapshot>,
+}
+
+impl Waiting {
+    /// Gives the answers, each with whether it survives a restart.
+    fn release(self, durable: bool) {
+        for (asker, reply) in self.answers {
+            let reply = reply.map(|outcome| Outcome { durable, ..outcome });
+            // Whoever asked may have gone at its deadline.
+            let _ = asker.send((reply, self.snapshot.clone()));
+        }
+    }
+}
+
+/// Someone asks what is kept of an answer.
+#[derive(Debug)]
+struct Question {
+    id: String,
+    asker: oneshot::Sender<Result<Option<StoredDecision>, StoreFault>>,
+}
+
+#[derive(Debug, Default)]
+struct Inbox {
+    /// The newest snapshot, where it is newer than the one taken last.
+    newest: Option<Arc<Snapshot>>,
+    waiting: Vec<Waiting>,
+    journal: Vec<Entry>,
+    questions: Vec<Question>,
+    is_closing: bool,
+    /// The storekeeper is gone: nobody takes anything out any more.
+    has_ended: bool,
+}
+
+impl Inbox {
+    /// Whether there is something that cannot wait a moment.
+    fn has_work(&self) -> bool {
+        self.newest.is_some() || !self.questions.is_empty() || self.is_closing
+    }
+}
+
+/// What the writer and the storekeeper share.
+#[derive(Debug)]
+struct Shared {
+    clock: Clock,
+    health: Arc<Health>,
+    inbox: Mutex<Inbox>,
+    wake: Notify,
+    /// A write that takes longer counts as failing.
+    patience: Duration,
+}
+
+impl Shared {
+    // The inbox is whole after every statement, so a panic elsewhere cannot spoil it.
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn release_all(&self, durable: bool) {
+        let waiting = std::mem::take(&mut self.inbox().waiting);
+        for waiting in waiting {
+            waiting.release(durable);
+        }
+    }
+
+    fn close(&self) {
+        self.inbox().is_closing = true;
+        self.wake.notify_one();
+    }
+}
+
+/// Where the writer hands in what is in force. The storekeeper ends with the last handle.
+#[derive(Clone, Debug, Default)]
+pub(in crate::edge) struct Store {
+    health: Arc<Health>,
+    keeper: Option<Arc<Handle>>,
+}
+
+#[derive(Debug)]
+struct Handle(Arc<Shared>);
+
+impl Drop for Handle {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
+
+impl Store {
+    /// Whether anything is kept.
+    pub(in crate::edge) fn is_kept(&self) -> bool {
+        self.keeper.is_some()
+    }
+
+    pub(in crate::edge) fn health(&self) -> &Arc<Health> {
+        &self.health
+    }
+
+    pub(in crate::edge) fn status(&self) -> StoreStatus {
+        self.health.status()
+    }
+
+    /// Takes what is in force now. Answers are given once it is stored; at once where nothing is kept.
+    pub(in crate::edge) fn publish(&self, waiting: Waiting) {
+        let Some(Handle(shared)) = self.keeper.as_deref() else {
+            waiting.release(false);
+            return;
+        };
+        shared.health.published(&shared.clock);
+        let mut inbox = shared.inbox();
+        if inbox.has_ended {
+            drop(inbox);
+            waiting.release(false);
+            return;
+        }
+        inbox.newest = Some(waiting.snapshot.clone());
+        if !waiting.answers.is_empty() {
+            inbox.waiting.push(waiting);
+        }
+        drop(inbox);
+        shared.wake.notify_one();
+    }
+
+    /// Takes something for the journal. Nobody waits for it.
+    pub(in crate::edge) fn note(&self, entry: Entry) {
+        let Some(Handle(shared)) = self.keeper.as_deref() else {
+            return;
+        };
+        let mut inbox = shared.inbox();
+        if inbox.journal.len() >= ENTRIES_MAX || inbox.has_ended {
+            drop(inbox);
+            shared.health.lost(1);
+            return;
+        }
+        inbox.journal.push(entry);
+        let is_first = inbox.journal.len() == 1;
+        drop(inbox);
+        // Whoever is awake looks for more by itself.
+        if is_first {
+            shared.wake.notify_one();
+        }
+    }
+
+    /// Takes what a failure report was answered.
+    pub(in crate::edge) fn note_decision(&self, record: &Arc<AnswerRecord>, standing: Standing) {
+        if self.keeper.is_some() {
+            let record = record.clone();
+            self.note(Entry::Decision { record, standing });
+        }
+    }
+
+    /// What the file has of an answer; none where it has nothing, or there is no file.
+    pub(in crate::edge) async fn decision(
+        &self,
+        id: &str,
+    ) -> Result<Option<StoredDecision>, StoreFault> {
+        let Some(Handle(shared)) = self.keeper.as_deref() else {
+            return Ok(None);
+        };
+        let (asker, answer) = oneshot::channel();
+        let id = id.to_owned();
+        {
+            let mut inbox = shared.inbox();
+            // Without a storekeeper the asker is dropped here, which is an answer too.
+            if !inbox.has_ended {
+                inbox.questions.push(Question { id, asker });
+            }
+        }
+        shared.wake.notify_one();
+        let gone = |_| StoreFault::Unavailable {
+            message: "it is closed".to_owned(),
+        };
+        answer.await.map_err(gone)?
+    }
+
+    /// Ends the storekeeper once all is stored that can be.
+    pub(in crate::edge) fn close(&self) {
+        if let Some(Handle(shared)) = self.keeper.as_deref() {
+            shared.close();
+        }
+    }
+}
+
+/// The storekeeper.
+#[derive(Debug)]
+pub(in crate::edge) struct Keeper {
+    shared: Arc<Shared>,
+    file: Box<dyn StoreFile>,
+    /// The number of the last transaction in the file.
+    number: u64,
+    /// What the file has.
+    stored: Arc<Snapshot>,
+    /// What it is to have.
+    newest: Arc<Snapshot>,
+    /// Set after a failure: nobody knows whether the transaction with this snapshot is in the file.
+    doubtful: Option<Arc<Snapshot>>,
+    journal: Journal,
+    /// What is to go into the journal.
+    entries: Vec<Entry>,
+    pause: Duration,
+}
+
+impl Keeper {
+    /// A storekeeper over a file that has this snapshot, and the handle to it.
+    pub(in crate::edge) fn new(
+        file: Box<dyn StoreFile>,
+        number: u64,
+        stored: Arc<Snapshot>,
+        clock: Clock,
+        settings: &Settings,
+    ) -> (Self, Store) {
+        let health = Arc::new(Health::default());
+        health.begin();
+        let shared = Arc::new(Shared {
+            clock,
+            health: health.clone(),
+            inbox: Mutex::default(),
+            wake: Notify::new(),
+            patience: settings.commit_within,
+        });
+        let store = Store {
+            health,
+            keeper: Some(Arc::new(Handle(shared.clone()))),
+        };
+        let keeper = Self {
+            shared,
+            file,
+            number,
+            newest: stored.clone(),
+            stored,
+            doubtful: None,
+            journal: Journal::new(settings),
+            entries: Vec::new(),
+            pause: FIRST_PAUSE,
+        };
+        (keeper, store)
+    }
+
+    /// Works until the last handle is gone.
+    pub(in crate::edge) async fn run(mut self) {
+        let _end = End(self.shared.clone());
+        loop {
+            sleep(&self.shared, self.pause).await;
+            let mut taken = std::mem::take(&mut *self.shared.inbox());
+            self.shared.inbox().is_closing |= taken.is_closing;
+            if let Some(newest) = taken.newest.take() {
+                self.newest = newest;
+            }
+            self.gather(taken.journal);
+            self.store(taken.waiting).await;
+            self.answer(taken.questions).await;
+            if taken.is_closing && self.shared.inbox().newest.is_none() {
+                break;
+            }
+        }
+        self.file.close().await;
+    }
+
+    /// Takes entries of the journal, as many as may wait.
+    fn gather(&mut self, entries: Vec<Entry>) {
+        self.entries.extend(entries);
+        let lost = self.entries.len().saturating_sub(ENTRIES_MAX);
+        self.entries.truncate(ENTRIES_MAX);
+        self.shared.health.lost(lost as u64);
+    }
+
+    async fn store(&mut self, mut waiting: Vec<Waiting>) {
+        let stopwatch = self.shared.clock.stopwatch();
+        match self.write(&mut waiting).await {
+            Ok(has_written) => {
+                if has_written {
+                    let seconds = stopwatch.elapsed().as_secs_f64();
+                    if self.shared.health.is_failing() {
+                        tracing::info!("the store works again; all that is in force is stored");
+                    }
+                    self.shared.health.committed(seconds);
+                }
+                self.pause = FIRST_PAUSE;
+                if self.shared.inbox().newest.is_none() {
+                    self.shared.health.caught_up();
+                }
+            }
+            Err(fault) => {
+                if !self.shared.health.is_failing() {
+                    tracing::error!(%fault, "the store fails; what is in force stays so in memory");
+                }
+                self.shared.health.failed(fault.to_string());
+                self.pause = (self.pause * 2).min(LONGEST_PAUSE);
+                for waiting in waiting.drain(..) {
+                    waiting.release(false);
+                }
+            }
+        }
+        for waiting in waiting {
+            waiting.release(true);
+        }
+    }
+
+    /// Writes what is not stored; tells whether there was anything.
+    async fn write(&mut self, waiting: &mut Vec<Waiting>) -> Result<bool, StoreFault> {
+        if let Some(attempted) = self.doubtful.clone() {
+            let found = patiently(&self.shared, waiting, self.file.reopen()).await?;
+            if found == (self.number + 1, self.stored.epoch) {
+                self.number += 1;
+                self.stored = attempted;
+            } else if found != (self.number, self.stored.epoch) {
+                return Err(StoreFault::Taken);
+            }
+            self.doubtful = None;
+        }
+        let mut rows = difference(&self.stored, &self.newest);
+        if !self.entries.is_empty() {
+            self.write_journal(waiting).await;
+        }
+        // Where it was failing, even nothing is written, to find out whether it still does.
+        if rows.is_empty() && self.journal.is_saved() && !self.shared.health.is_failing() {
+            self.stored = self.newest.clone();
+            return Ok(false);
+        }
+        let state_rows = rows.len();
+        rows.extend(self.journal.take());
+        let mut transaction = Transaction {
+            number: self.number + 1,
+            writer: self.stored.epoch,
+            rows,
+        };
+        self.doubtful = Some(self.newest.clone());
+        let done = patiently(&self.shared, waiting, self.file.commit(&transaction)).await;
+        if let Err(fault) = done {
+            let lost = self
+                .journal
+                .give_back(transaction.rows.split_off(state_rows));
+            self.shared.health.lost(lost);
+            return Err(fault);
+        }
+        self.doubtful = None;
+        self.number = transaction.number;
+        self.stored = self.newest.clone();
+        Ok(true)
+    }
+
+    /// Makes rows of the journal. What goes wrong here costs entries, and nothing else.
+    async fn write_journal(&mut self, waiting: &mut Vec<Waiting>) {
+        let entries = std::mem::take(&mut self.entries);
+        let now = self.shared.clock.now();
+        let count = entries.len() as u64;
+        let encoding = self.journal.encode(&mut *self.file, entries, now);
+        if let Err(fault) = patiently(&self.shared, waiting, encoding).await {
+            tracing::warn!(%fault, "what was answered could not be noted");
+            self.shared.health.lost(count);
+        }
+    }
+
+    async fn answer(&mut self, questions: Vec<Question>) {
+        for Question { id, asker } in questions {
+            let reading = read_decision(&mut *self.file, &id);
+            let found = patiently(&self.shared, &mut Vec::new(), reading).await;
+            // Whoever asked may have gone at its deadline.
+            let _ = asker.send(found);
+        }
+    }
+}
+
+/// Tells those who wait that nobody stores anything any more, whatever has ended the storekeeper.
+#[derive(Debug)]
+struct End(Arc<Shared>);
+
+impl Drop for End {
+    fn drop(&mut self) {
+        let message = "the storekeeper has ended".to_owned();
+        self.0
+            .health
+            .failed(StoreFault::Unavailable { message }.to_string());
+        let left = {
+            let mut inbox = self.0.inbox();
+            inbox.has_ended = true;
+            inbox.questions.clear();
+            std::mem::take(&mut inbox.waiting)
+        };
+        for waiting in left {
+            waiting.release(false);
+        }
+    }
+}
+
+/// Until there is something to store, or time to try again.
+async fn sleep(shared: &Shared, pause: Duration) {
+    loop {
+        let (has_work, has_journal) = {
+            let inbox = shared.inbox();
+            (inbox.has_work(), !inbox.journal.is_empty())
+        };
+        let longest = match (has_work, shared.health.is_failing(), has_journal) {
+            (true, ..) => return,
+            (false, true, _) => pause,
+            (false, false, true) => GATHER,
+            (false, false, false) => {
+                shared.wake.notified().await;
+                continue;
+            }
+        };
+        tokio::select! {
+            () = shared.wake.notified() => {}
+            () = tokio::time::sleep(longest) => return,
+        }
+    }
+}
+
+/// Waits for the file. When it takes too long, whoever waits is told that nothing is stored.
+async fn patiently<T>(
+    shared: &Shared,
+    waiting: &mut Vec<Waiting>,
+    work: impl Future<Output = Result<T, StoreFault>>,
+) -> Result<T, StoreFault> {
+    let mut work = pin!(work);
+    let mut patience = pin!(tokio::time::sleep(shared.patience));
+    let mut is_late = false;
+    loop {
+        tokio::select! {
+            biased;
+            done = &mut work => return done,
+            () = &mut patience, if !is_late => {
+                is_late = true;
+                let message = format!("nothing was heard of a write for {:?}", shared.patience);
+                tracing::error!(message, "the store fails; what is in force stays so in memory");
+                shared.health.failed(StoreFault::Unavailable { message }.to_string());
+                for waiting in waiting.drain(..) {
+                    waiting.release(false);
+                }
+                shared.release_all(false);
+            }
+            () = shared.wake.notified(), if is_late => shared.release_all(false),
+        }
+    }
+}

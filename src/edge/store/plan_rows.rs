@@ -1,0 +1,222 @@
+//! Rows of plans, with their versions and contingencies as their drones were told them.
+
+use super::codec::{Dictionary, Instant, Names, Places, read, write};
+use super::file::StoreFault;
+use crate::compose::{Composition, Contingency, Leg, SafeNode};
+use crate::edge::snapshot::{PlanEntry, Version};
+use crate::network::Topology;
+use crate::recompose::Outcome;
+use crate::routing::Way;
+use crate::wire::PlanState;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Numbers of versions that may have been given to drones and not stored, at most: none is given twice.
+const NUMBERS_AHEAD: u32 = 1_000;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredPlan {
+    /// The nodes that it names; numbers below are places in this list.
+    nodes: Vec<String>,
+    subject: String,
+    drone_id: Option<String>,
+    source: u32,
+    destination: u32,
+    payload_kg: f64,
+    airspeed_mps: f64,
+    state: PlanState,
+    current: StoredVersion,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    proposed: Option<StoredVersion>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    affected_by: Vec<String>,
+    next_version: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredVersion {
+    number: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    outcome: Option<Outcome>,
+    way: Vec<u32>,
+    length_m: f64,
+    flight_time_s: f64,
+    first_stretch_m: f64,
+    legs: Vec<StoredLeg>,
+    departs_at: Instant,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    recomposition_id: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    acknowledge_by: Option<Instant>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<(String, String)>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredLeg {
+    length_m: f64,
+    departure_s: f64,
+    arrival_s: f64,
+    outcome: Outcome,
+    detour: Vec<u32>,
+    rejoins: Option<u32>,
+    remaining_m: Option<f64>,
+    extra_m: Option<f64>,
+    safe: Option<(Vec<u32>, f64)>,
+}
+
+pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
+    let mut dictionary = Dictionary::default();
+    let source = dictionary.place(plan.source);
+    let destination = dictionary.place(plan.destination);
+    let current = store_version(&plan.current, &mut dictionary);
+    let proposed = plan.proposed.as_ref();
+    let proposed = proposed.map(|version| store_version(version, &mut dictionary));
+    write(&StoredPlan {
+        nodes: Names(topology).nodes(dictionary.nodes()),
+        subject: plan.subject.to_string(),
+        drone_id: plan.drone_id.as_deref().map(str::to_owned),
+        source,
+        destination,
+        payload_kg: plan.payload_kg,
+        airspeed_mps: plan.airspeed_mps,
+        state: plan.state,
+        current,
+        proposed,
+        affected_by: plan.affected_by.clone(),
+        next_version: plan.next_version.load(Ordering::Relaxed),
+    })
+}
+
+fn store_version(version: &Version, dictionary: &mut Dictionary) -> StoredVersion {
+    let composition = &version.composition;
+    let legs = composition.legs.iter();
+    StoredVersion {
+        number: version.number,
+        outcome: version.outcome,
+        way: dictionary.places(&composition.way.nodes),
+        length_m: composition.length_m,
+        flight_time_s: composition.flight_time_s,
+        first_stretch_m: version.first_stretch_m,
+        legs: legs.map(|leg| store_leg(leg, dictionary)).collect(),
+        departs_at: version.departs_at.into(),
+        recomposition_id: version.recomposition_id.as_deref().map(str::to_owned),
+        acknowledge_by: version.acknowledge_by.map(Into::into),
+        warnings: version
+            .warnings
+            .iter()
+            .map(|(code, message)| (code.to_string(), message.clone()))
+            .collect(),
+    }
+}
+
+fn store_leg(leg: &Leg, dictionary: &mut Dictionary) -> StoredLeg {
+    let safe = leg.safe.as_ref();
+    StoredLeg {
+        length_m: leg.length_m,
+        departure_s: leg.departure_s,
+        arrival_s: leg.arrival_s,
+        outcome: leg.if_closed.outcome,
+        detour: dictionary.places(&leg.if_closed.nodes),
+        rejoins: leg.if_closed.rejoins.map(|node| dictionary.place(node)),
+        remaining_m: leg.if_closed.remaining_length_m,
+        extra_m: leg.if_closed.extra_m,
+        safe: safe.map(|safe| (dictionary.places(&safe.nodes), safe.length_m)),
+    }
+}
+
+pub(super) fn read_plan(
+    topology: &Topology,
+    key: &str,
+    body: &str,
+) -> Result<PlanEntry, StoreFault> {
+    let stored: StoredPlan = read("plan", key, body)?;
+    let nodes = Names(topology).find_nodes(&stored.nodes)?;
+    let places = Places(&nodes);
+    let proposed = stored.proposed.as_ref();
+    let proposed = proposed.map(|version| read_version(topology, places, version));
+    let next = stored.next_version.saturating_add(NUMBERS_AHEAD);
+    Ok(PlanEntry {
+        id: Arc::from(key),
+        subject: Arc::from(stored.subject),
+        drone_id: stored.drone_id.map(Arc::from),
+        source: places.node(stored.source)?,
+        destination: places.node(stored.destination)?,
+        payload_kg: stored.payload_kg,
+        airspeed_mps: stored.airspeed_mps,
+        state: stored.state,
+        current: Arc::new(read_version(topology, places, &stored.current)?),
+        proposed: proposed.transpose()?.map(Arc::new),
+        affected_by: stored.affected_by,
+        next_version: Arc::new(AtomicU32::new(next)),
+    })
+}
+
+fn read_version(
+    topology: &Topology,
+    places: Places<'_>,
+    stored: &StoredVersion,
+) -> Result<Version, StoreFault> {
+    let broken = |what: &str| StoreFault::damaged(format!("a plan has {what}"));
+    let nodes = places.nodes(&stored.way)?;
+    if nodes.len() != stored.legs.len() + 1 {
+        return Err(broken("another number of legs than of segments"));
+    }
+    let mut way = Way::default();
+    let mut legs = Vec::with_capacity(stored.legs.len());
+    for (ends, leg) in nodes.windows(2).zip(&stored.legs) {
+        let (from, to) = (ends[0], ends[1]);
+        let segment = topology.segment_between(from, to);
+        let segment = segment.ok_or_else(|| broken("a leg without a segment"))?;
+        way.segments.push(segment);
+        let safe = leg.safe.as_ref().map(|(nodes, length_m)| {
+            let nodes = places.nodes(nodes)?;
+            let node = nodes.last().copied();
+            Ok(SafeNode {
+                node: node.ok_or_else(|| broken("a way to no safe node"))?,
+                nodes,
+                length_m: *length_m,
+            })
+        });
+        legs.push(Leg {
+            from,
+            to,
+            segment,
+            length_m: leg.length_m,
+            departure_s: leg.departure_s,
+            arrival_s: leg.arrival_s,
+            if_closed: Contingency {
+                outcome: leg.outcome,
+                nodes: places.nodes(&leg.detour)?,
+                rejoins: leg.rejoins.map(|place| places.node(place)).transpose()?,
+                remaining_length_m: leg.remaining_m,
+                extra_m: leg.extra_m,
+            },
+            safe: safe.transpose()?,
+        });
+    }
+    way.nodes = nodes;
+    let warnings = stored.warnings.iter().cloned();
+    Ok(Version {
+        number: stored.number,
+        outcome: stored.outcome,
+        composition: Composition {
+            way,
+            legs,
+            length_m: stored.length_m,
+            flight_time_s: stored.flight_time_s,
+        },
+        first_stretch_m: stored.first_stretch_m,
+        departs_at: stored.departs_at.read()?,
+        recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),
+        acknowledge_by: Instant::read_some(stored.acknowledge_by.as_ref())?,
+        warnings: warnings
+            .map(|(code, message)| (Cow::Owned(code), message))
+            .collect(),
+    })
+}

@@ -1,0 +1,87 @@
+//! From the rows of a file to what an edge starts with.
+
+use super::closure_rows::{
+    read_closure, read_cursor, read_hold, read_outbox, read_proposal, read_zone,
+};
+use super::codec::{Instant, number_of, read};
+use super::difference::{COUNTS, REGISTRY, WEATHER};
+use super::file::{StoreFault, StoreFile, Table};
+use super::opening::fact;
+use super::plan_rows::read_plan;
+use super::reply_rows::{Reply, read_reply};
+use crate::airspace::Closure;
+use crate::edge::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, ZoneEntry};
+use crate::edge::upstream::{OutboxEntry, RegistryCursor};
+use crate::network::Topology;
+use jiff::Timestamp;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// What an edge knew when it ended.
+#[derive(Debug, Default)]
+pub(in crate::edge) struct Restored {
+    /// Zones with what they close on the network.
+    pub(in crate::edge) zones: Vec<(ZoneEntry, Closure)>,
+    pub(in crate::edge) closures: Vec<ClosureEntry>,
+    pub(in crate::edge) proposals: Vec<ProposalEntry>,
+    pub(in crate::edge) holds: Vec<HoldEntry>,
+    pub(in crate::edge) plans: Vec<PlanEntry>,
+    pub(in crate::edge) outbox: Vec<OutboxEntry>,
+    pub(in crate::edge) registry: Option<RegistryCursor>,
+    /// The weather as the registry has it, as text.
+    pub(in crate::edge) weather: Option<Arc<str>>,
+    pub(in crate::edge) unacknowledged: u64,
+    /// Answers for requests that may be sent again, the oldest first.
+    pub(in crate::edge) replies: Vec<(Timestamp, Reply)>,
+    /// The time for which all this was; none in a new store.
+    pub(in crate::edge) as_of: Option<Timestamp>,
+}
+
+/// Reads all that an edge knew. What zones close is worked out on all cores.
+pub(in crate::edge) async fn restore(
+    file: &mut dyn StoreFile,
+    facts: &[(String, String)],
+    topology: &Topology,
+) -> Result<Restored, StoreFault> {
+    let zones = file.load(Table::Zones).await?;
+    let closures = file.load(Table::Closures).await?;
+    let proposals = file.load(Table::Proposals).await?;
+    let holds = file.load(Table::Holds).await?;
+    let plans = file.load(Table::Plans).await?;
+    let outbox = file.load(Table::Outbox).await?;
+    let replies = file.load(Table::Replies).await?;
+    let counts: Option<(u64, Instant)> = fact(facts, COUNTS)
+        .map(|body| read("fact", COUNTS, body))
+        .transpose()?;
+    let (unacknowledged, as_of) = match counts {
+        Some((unacknowledged, as_of)) => (unacknowledged, Some(as_of.read()?)),
+        None => (0, None),
+    };
+    Ok(Restored {
+        zones: each(&zones, |key, body| read_zone(topology, key, body))?,
+        closures: each(&closures, |key, body| read_closure(topology, key, body))?,
+        proposals: each(&proposals, |key, body| {
+            read_proposal(topology, number_of("a proposal", key)?, body)
+        })?,
+        holds: each(&holds, |key, body| {
+            read_hold(number_of("a hold", key)?, body)
+        })?,
+        plans: each(&plans, |key, body| read_plan(topology, key, body))?,
+        outbox: each(&outbox, |key, body| {
+            read_outbox(number_of("an outbox entry", key)?, body)
+        })?,
+        weather: fact(facts, WEATHER).map(Arc::from),
+        registry: fact(facts, REGISTRY).map(read_cursor).transpose()?,
+        replies: each(&replies, read_reply)?,
+        unacknowledged,
+        as_of,
+    })
+}
+
+fn each<T: Send>(
+    rows: &[(String, String)],
+    read: impl Fn(&str, &str) -> Result<T, StoreFault> + Sync,
+) -> Result<Vec<T>, StoreFault> {
+    let rows = rows.par_iter().with_min_len(16);
+    rows.map(|(key, body)| read(key, body)).collect()
+}
