@@ -175,6 +175,11 @@ fn encode_sync(
         "How long the oldest of them has waited",
         sync.outbox_age_s,
     )?;
+    encode_counts(sync, encoder)
+}
+
+/// What was counted while following.
+fn encode_counts(sync: &SyncStatus, encoder: &mut DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
     let counters = [
         (
             "registry_nacks",

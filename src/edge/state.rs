@@ -145,7 +145,7 @@ impl State {
             Order::DecideProposal { number, decision } => self.decide_proposal(number, decision),
             Order::Follow(followed) => self.follow(*followed),
             Order::Forwarded { number, upstream } => {
-                self.settle(number, upstream);
+                self.note_forwarded(number, upstream);
                 Ok(Done::Nothing)
             }
             Order::NotForwarded {

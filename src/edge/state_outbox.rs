@@ -112,7 +112,7 @@ impl State {
     /// The registry has a change: it is that version there now, or gone.
     ///
     /// The answer may come twice, by the log and by itself; the second time changes nothing.
-    pub(super) fn settle(&mut self, number: u64, upstream: Option<Upstream>) {
+    pub(super) fn note_forwarded(&mut self, number: u64, upstream: Option<Upstream>) {
         let Some(entry) = self.next.outbox.remove(&number) else {
             return;
         };

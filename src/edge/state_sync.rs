@@ -34,6 +34,13 @@ impl State {
         }
         let mut tally = Tally::default();
         let extent = followed.extent;
+        if extent == Extent::Restrictions {
+            // Nothing else of what is in doubt counts.
+            for put in followed.puts {
+                self.follow_strict(put, &mut tally);
+            }
+            return Ok(Done::Nothing);
+        }
         for superseded in &followed.superseded {
             self.recognise(superseded);
         }
@@ -54,9 +61,6 @@ impl State {
         if extent == Extent::Everything {
             let absent = self.absent(&listed, &followed.cursor);
             self.remove_or_hold(absent, standing, &mut tally);
-        }
-        if extent == Extent::Restrictions {
-            return Ok(Done::Nothing);
         }
         if let Some(weather) = followed.weather {
             self.next.weather = Some(weather);
@@ -105,7 +109,7 @@ impl State {
         if let Some(first) = waiting.first()
             && is_echo(first, superseded.operation, body)
         {
-            self.settle(first.number, Some(superseded.upstream));
+            self.note_forwarded(first.number, Some(superseded.upstream));
         }
     }
 
@@ -124,12 +128,20 @@ impl State {
     /// Something of which changes wait here is gone at the registry.
     fn meet_removal(&mut self, first: &OutboxEntry) {
         match first.operation {
-            ChangeOperation::Delete => self.settle(first.number, None),
+            ChangeOperation::Delete => self.note_forwarded(first.number, None),
             // What is put here is stricter than nothing: it goes there as something new.
             ChangeOperation::Put | ChangeOperation::Patch => {
                 self.set_upstream(first.kind, &first.id, None);
                 self.expect_next(first.kind, &first.id, None);
             }
+        }
+    }
+
+    /// Takes over what is surely stricter than what stands, and is of no change that waits here.
+    fn follow_strict(&mut self, put: Published, tally: &mut Tally) {
+        let is_free = self.waiting_for(put.kind, &put.id).is_empty();
+        if is_free && self.is_stricter(&put) {
+            self.take(put, tally);
         }
     }
 
@@ -142,12 +154,6 @@ impl State {
     ) {
         let waiting = self.waiting_for(put.kind, &put.id);
         let known = self.upstream_of(put.kind, &put.id);
-        if extent == Extent::Restrictions {
-            if waiting.is_empty() && self.is_stricter(&put) {
-                self.take(put, tally);
-            }
-            return;
-        }
         // What was held back from removal was theirs.
         let was_held = self.release_from_holds(&put.id) && waiting.is_empty();
         if known.is_some_and(|known| is_old_news(known, put.upstream, extent, cursor)) {
@@ -156,7 +162,7 @@ impl State {
         if let Some(first) = waiting.first()
             && is_echo(first, ChangeOperation::Put, Some(&put.body))
         {
-            self.settle(first.number, Some(put.upstream));
+            self.note_forwarded(first.number, Some(put.upstream));
             return;
         }
         if let Some(first) = waiting.first()
@@ -352,7 +358,7 @@ impl State {
             .cloned()
             .collect();
         for entry in removals {
-            self.settle(entry.number, None);
+            self.note_forwarded(entry.number, None);
         }
         gone
     }

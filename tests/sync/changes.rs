@@ -240,9 +240,8 @@ async fn weather_is_kept_and_closures_that_are_over_are_not_taken() {
         "speed_mps": 7.0, "from_deg": 200.0,
     }]});
     let weather = serde_json::from_value(weather).expect("weather");
-    let put = central
-        .registry
-        .put_weather(NETWORK, weather, &manner(None));
+    let manner = manner(None);
+    let put = central.registry.put_weather(NETWORK, weather, &manner);
     put.await.expect("weather");
     let brief = PublishedClosure {
         segments: vec!["a1-a2".to_owned()],
@@ -251,7 +250,7 @@ async fn weather_is_kept_and_closures_that_are_over_are_not_taken() {
     };
     let put = central
         .registry
-        .put_closure(NETWORK, Some("brief"), brief, &manner(None));
+        .put_closure(NETWORK, Some("brief"), brief, &manner);
     put.await.expect("a closure");
     let north = Outpost::set(&central, "north");
     north.hand.advance(jiff::SignedDuration::from_hours(1));
@@ -388,12 +387,10 @@ async fn a_zone_and_a_closure_of_one_id_are_both_in_force() {
     north.settle(&central).await;
     north.line.cut();
     north.close("x", "a1-a2").await;
-    let put = central.registry.put_zone(
-        NETWORK,
-        Some("x"),
-        circle("x", 350.0, 0.0, 5.0),
-        &manner(None),
-    );
+    let (feature, manner) = (circle("x", 350.0, 0.0, 5.0), manner(None));
+    let put = central
+        .registry
+        .put_zone(NETWORK, Some("x"), feature, &manner);
     put.await.expect("a zone");
     north.line.lead_to(Some(&central.registry));
     north.settle(&central).await;

@@ -63,9 +63,9 @@ async fn another_registry_is_not_followed_nor_told_anything() {
     let (_, data) = told.last().expect("an event");
     assert_eq!(data["code"], "foreign_registry", "{data}");
     north.put_zone("mine", 250.0, 0.0, 5.0).await;
-    let asked = north.line.asked();
+    let nacks = north.sync().nacks;
     north
-        .until("it asks on", async || north.line.asked() > asked + 5)
+        .until("it asks on", async || north.sync().nacks > nacks + 5)
         .await;
     assert_eq!(north.ids(), ["mine", "ours"]);
     assert_eq!(

@@ -25,7 +25,6 @@ struct Doing {
     bend: Option<Bend>,
     bend_list: Option<BendList>,
     loses_answers: bool,
-    asked: u64,
     lists: u64,
     writes: Vec<RegistryWrite>,
     reports: Vec<EdgeReport>,
@@ -105,11 +104,6 @@ impl Line {
         self.moved.send_modify(|moves| *moves += 1);
     }
 
-    /// How often news were asked for.
-    pub(crate) fn asked(&self) -> u64 {
-        self.lock().asked
-    }
-
     /// How often everything was asked for.
     pub(crate) fn lists(&self) -> u64 {
         self.lock().lists
@@ -157,9 +151,7 @@ impl RegistryClient for Line {
         wait: Duration,
     ) -> Result<ChangesPage, ClientError> {
         let mut moved = self.moved.subscribe();
-        let registry = self.registry();
-        self.lock().asked += 1;
-        let registry = registry?;
+        let registry = self.registry()?;
         let follow = Follow {
             after,
             epoch: Some(epoch),

@@ -45,7 +45,8 @@ impl Central {
             store,
         };
         let text = write_network(&ladder());
-        let put = central.registry.put_network(NETWORK, &text, &manner(None));
+        let manner = manner(None);
+        let put = central.registry.put_network(NETWORK, &text, &manner);
         put.await.expect("a network");
         central
     }

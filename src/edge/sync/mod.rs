@@ -1,8 +1,8 @@
 //! How an edge follows its registry: it reads the log, judges what it reads, hands it to the writer as one batch,
 //! and tells what was changed here.
 //!
-//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `contact`
-//! knows how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
+//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `look` and
+//! `contact` know how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
 //! seeded, so that a simulation runs the very same code.
 
 mod client;
@@ -13,6 +13,7 @@ mod forward;
 mod ground;
 mod http;
 mod listing;
+mod look;
 mod pace;
 mod task;
 

@@ -23,8 +23,6 @@ use std::time::Duration;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
-/// How often the edge looks whether it has become stale, and tells the registry how far it is.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// Pages in a row that are not as their digests say, before everything is read anew.
 const BROKEN_PAGES_MAX: u32 = 3;
 /// A page with fewer bytes of bodies is judged at once; others where blocking is allowed.
@@ -310,8 +308,10 @@ impl<C: RegistryClient> Sync<C> {
                 step
             }
             Ok(Verdict::Nack(rejected)) => {
+                // An object that is not valid stays so until it is changed; a list that is not whole may come right.
+                let is_lasting = rejected.nack.object.is_some() && cursor.is_some();
                 self.reject(*rejected).await;
-                if cursor.is_some() {
+                if is_lasting {
                     let after = revision;
                     *mode = Mode::Wary { epoch, after };
                 }
@@ -341,7 +341,8 @@ impl<C: RegistryClient> Sync<C> {
             revision: after,
         });
         let strict = match self.judge(page, read_up_to).await {
-            Ok(Verdict::Idle) => return Step::On,
+            // Nothing has changed for a while; perhaps this edge was given what it needs.
+            Ok(Verdict::Idle) => None,
             Ok(Verdict::Follow(followed)) => Some(followed),
             Ok(Verdict::Nack(rejected)) => rejected.anyhow,
             Ok(Verdict::Resync(_)) => None,
@@ -377,6 +378,12 @@ impl<C: RegistryClient> Sync<C> {
             }
             // It is read again for what the edge has become.
             Err(refusal) if refusal.code == Code::PreconditionFailed => Step::On,
+            Err(refusal) if !matches!(refusal.code, Code::NetworkInUse | Code::NetworkInvalid) => {
+                // Nothing is wrong with what the registry said: it is read again.
+                self.contact().failed("writer");
+                tracing::warn!(%refusal, "what the registry said could not be taken over");
+                Step::Later
+            }
             Err(refusal) => {
                 let nack = Nack {
                     revision,
@@ -468,47 +475,6 @@ impl<C: RegistryClient> Sync<C> {
         self.contact().failed("defect");
         tracing::error!(%refusal, "a page of the registry could not be judged");
         Step::Later
-    }
-
-    /// Notices when answers become stale, and tells the registry how far the edge is.
-    async fn look(&self) {
-        let mut told: Option<EdgeReport> = None;
-        loop {
-            self.pause(LOOK_EVERY).await;
-            self.notice_loss();
-            let snapshot = self.edge.snapshot();
-            let Some(cursor) = &snapshot.registry else {
-                continue;
-            };
-            let report = EdgeReport {
-                epoch: cursor.epoch,
-                revision: cursor.revision,
-                nack: self.contact().last_nack(),
-            };
-            let is_heard = self.contact().is_ours() && !self.contact().is_lost();
-            if told.as_ref() == Some(&report) || !is_heard {
-                continue;
-            }
-            match self.client.report(&report).await {
-                Ok(()) => told = Some(report),
-                Err(error) => {
-                    tracing::debug!(%error, "the registry was not told how far the edge is")
-                }
-            }
-        }
-    }
-
-    fn notice_loss(&self) {
-        let contact = self.contact();
-        let age = contact
-            .age()
-            .and_then(|age| SignedDuration::try_from(age).ok());
-        let is_stale = age.is_some_and(|age| age >= self.edge.settings.stale_after);
-        if is_stale && contact.lose() {
-            tracing::warn!("the registry is not heard: answers are stale");
-            let age_s = age.map(|age| age.as_secs_f64());
-            self.tell(EventKind::RegistryLost, json!({"age_s": age_s}));
-        }
     }
 }
 

@@ -1,0 +1,54 @@
+//! Once a second: whether answers have become stale, and what the registry is to hear of this edge.
+
+use super::client::RegistryClient;
+use super::task::Sync;
+use crate::wire::{EdgeReport, EventKind};
+use jiff::SignedDuration;
+use serde_json::json;
+use std::time::Duration;
+
+/// How often the edge looks.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+impl<C: RegistryClient> Sync<C> {
+    /// Notices when answers become stale, and tells the registry how far the edge is.
+    pub(super) async fn look(&self) {
+        let mut told: Option<EdgeReport> = None;
+        loop {
+            self.pause(LOOK_EVERY).await;
+            self.notice_loss();
+            let snapshot = self.edge.snapshot();
+            let Some(cursor) = &snapshot.registry else {
+                continue;
+            };
+            let report = EdgeReport {
+                epoch: cursor.epoch,
+                revision: cursor.revision,
+                nack: self.contact().last_nack(),
+            };
+            let is_heard = self.contact().is_ours() && !self.contact().is_lost();
+            if told.as_ref() == Some(&report) || !is_heard {
+                continue;
+            }
+            match self.client.report(&report).await {
+                Ok(()) => told = Some(report),
+                Err(error) => {
+                    tracing::debug!(%error, "the registry was not told how far the edge is")
+                }
+            }
+        }
+    }
+
+    fn notice_loss(&self) {
+        let contact = self.contact();
+        let age = contact
+            .age()
+            .and_then(|age| SignedDuration::try_from(age).ok());
+        let is_stale = age.is_some_and(|age| age >= self.edge.settings.stale_after);
+        if is_stale && contact.lose() {
+            tracing::warn!("the registry is not heard: answers are stale");
+            let age_s = age.map(|age| age.as_secs_f64());
+            self.tell(EventKind::RegistryLost, json!({"age_s": age_s}));
+        }
+    }
+}
