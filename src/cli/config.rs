@@ -53,21 +53,11 @@ pub(super) struct Sample {
     whose: Whose,
 }
 
-/// What only a registry is configured with.
-#[derive(Debug, Args)]
-struct RegistryFlags {
-    /// Where a registry keeps everything: a file, or a PostgreSQL database [default: registry.db]
-    #[arg(long, value_name = "FILE|postgres://...", requires = "registry")]
-    store: Option<String>,
-}
-
 /// Arguments of `skyway config check`.
 #[derive(Debug, Args)]
 pub(super) struct Check {
     #[command(flatten)]
     whose: Whose,
-    #[command(flatten)]
-    registry: RegistryFlags,
     #[command(flatten)]
     flags: EdgeFlags,
 }
@@ -77,8 +67,6 @@ pub(super) struct Check {
 pub(super) struct Show {
     #[command(flatten)]
     whose: Whose,
-    #[command(flatten)]
-    registry: RegistryFlags,
     #[command(flatten)]
     flags: EdgeFlags,
     /// Tell for each value who said so: a flag, the environment, a line of the file, the default
@@ -112,7 +100,7 @@ impl Sample {
 impl Check {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         if self.whose.registry {
-            let effective = self.registry.effective(&self.flags)?;
+            let effective = self.flags.effective_of::<RegistryConfig>(&[])?;
             let of_store = store_faults(&effective);
             return told(effective.admit(), of_store, output);
         }
@@ -180,16 +168,10 @@ fn store_faults(effective: &EffectiveConfig<RegistryConfig>) -> Vec<String> {
     vec![format!("{origin}: {problem}")]
 }
 
-impl RegistryFlags {
-    fn effective(&self, flags: &EdgeFlags) -> Result<EffectiveConfig<RegistryConfig>, Stop> {
-        flags.effective_of(&[("--store", "store", &self.store)])
-    }
-}
-
 impl Show {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         match self.whose.registry {
-            true => self.tell(&self.registry.effective(&self.flags)?, output),
+            true => self.tell(&self.flags.effective_of::<RegistryConfig>(&[])?, output),
             false => self.tell(&self.flags.effective()?, output),
         }
     }

@@ -19,13 +19,13 @@ pub(super) struct EdgeFlags {
     /// Where metrics and status are read [default: 127.0.0.1:9090]
     #[arg(long, value_name = "ADDRESS:PORT")]
     admin_listen: Option<String>,
-    /// The network: sydney, corridor, or a file [default: sydney]
+    /// The network: sydney, corridor, or a file [default: the registry's, or sydney]
     #[arg(long, short, value_name = "NAME|FILE")]
     network: Option<String>,
     /// The registry to follow, such as http://127.0.0.1:8180; none by default
     #[arg(long, value_name = "URL")]
     registry_url: Option<String>,
-    /// The file in which the edge keeps what it knows [default: edge.db]
+    /// The file in which the edge keeps what it knows [default: edge.db]; of a registry also a postgres://... database
     #[arg(long, value_name = "FILE", conflicts_with = "no_store")]
     store: Option<String>,
     /// Keep nothing: the edge forgets everything when it ends

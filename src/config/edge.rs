@@ -24,7 +24,8 @@ settings! {
         admin_listen: SocketAddr = loopback(9090);
         /// A file to write the ports to that were taken, as JSON; empty for none.
         ports_file: Option<PathBuf> = None;
-        /// The network: sydney, corridor, or a file.
+        /// The network: sydney, corridor, or a file. Where a registry is followed and no network is named, the
+        /// edge has the registry's, and is not ready before it has read it.
         network: String = "sydney".to_owned();
         /// The file in which the edge keeps what it knows: zones, closures, plans, decisions. It is made where
         /// there is none; empty for none, and then the edge forgets everything when it ends.

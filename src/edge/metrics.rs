@@ -29,113 +29,130 @@ impl Edge {
 impl Collector for EdgeCollector {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
         let status = self.edge.status();
-        let mut gauge = |name: &str, help: &str, value: usize| {
+        for (name, help, value) in gauges(&status) {
             let metric = ConstGauge::new(i64::try_from(value).unwrap_or(i64::MAX));
             let kind = metric.metric_type();
-            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
-        };
-        gauge("network_nodes", "Nodes of the network", status.nodes)?;
-        gauge(
-            "network_segments",
-            "Segments of the network",
-            status.segments,
-        )?;
-        gauge("zones", "Zones, in force or not", status.zones)?;
-        gauge("closures", "Closures that no zone causes", status.closures)?;
-        gauge(
-            "blocked_segments",
-            "Segments blocked now",
-            status.blocked_segments,
-        )?;
-        gauge(
-            "active_plans",
-            "Plans that are not over",
-            status.active_plans,
-        )?;
-        gauge(
-            "affected_plans",
-            "Plans with something closed ahead",
-            status.affected_plans,
-        )?;
-        gauge(
-            "proposals",
-            "Proposals that wait for an operator",
-            status.proposals,
-        )?;
-        gauge("holds", "Removals that wait for an operator", status.holds)?;
-        gauge("drones", "Drones seen", status.drones)?;
-        gauge("records", "Answers kept", status.records)?;
-        gauge(
-            "records_bytes",
-            "Bytes of answers kept and their worlds, about",
-            status.record_bytes,
-        )?;
-        gauge("tables", "Destinations with a table", status.tables)?;
-        gauge("tables_bytes", "Bytes of tables", status.table_bytes)?;
-        let mut counter = |name: &str, help: &str, value: u64| {
+            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+        }
+        for (name, help, value) in counters(&status) {
             let metric = ConstCounter::new(value);
             let kind = metric.metric_type();
-            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
-        };
-        counter(
-            "store_commits",
-            "Transactions that were stored",
-            status.store.commits,
-        )?;
-        counter(
-            "store_failures",
-            "Attempts to store that failed, or took too long",
-            status.store.failures,
-        )?;
-        counter(
-            "journal_lost",
-            "Decisions and answers that were not kept on the disk",
-            status.store.journal_lost,
-        )?;
-        counter(
-            "table_hits",
-            "Searches that found the table of their destination",
-            status.table_hits,
-        )?;
-        counter(
-            "table_misses",
-            "Searches without a table, answered by A*",
-            status.table_misses,
-        )?;
-        counter(
-            "plans_unacknowledged",
-            "Proposed versions that were not acknowledged in time",
-            status.plans_unacknowledged,
-        )?;
-        counter(
-            "clock_steps",
-            "Steps of the wall clock against time that only goes forward",
-            status.clock_steps,
-        )?;
+            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+        }
         let apart = ConstGauge::new(status.clock_apart_s.unwrap_or_default());
         let kind = apart.metric_type();
         let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
         apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)?;
-        let durable = ConstGauge::new(i64::from(status.store.durable));
-        let help = "Whether what is in force survives a restart: 1 where it does";
-        let kind = durable.metric_type();
-        durable.encode(encoder.encode_descriptor("store_durable", help, None, kind)?)?;
-        let mut seconds = |name: &str, help: &str, value: f64| {
-            let metric = ConstGauge::new(value);
-            let kind = metric.metric_type();
-            metric.encode(encoder.encode_descriptor(name, help, Some(&Unit::Seconds), kind)?)
-        };
-        let unstored = "For how long something has been waiting to be stored";
-        seconds("store_unstored_age", unstored, status.store.unstored_age_s)?;
-        let spent = ConstCounter::new(status.store.commit_seconds);
-        let help = "How long transactions took together";
-        let kind = spent.metric_type();
-        spent.encode(encoder.encode_descriptor("store_commit", help, Some(&Unit::Seconds), kind)?)?;
+        encode_store(&status, &mut encoder)?;
         match &status.registry {
             Some(sync) => encode_sync(&status, sync, &mut encoder),
             None => Ok(()),
         }
     }
+}
+
+/// Names, meanings and values of what goes up and down.
+fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 14] {
+    [
+        ("network_nodes", "Nodes of the network", status.nodes),
+        (
+            "network_segments",
+            "Segments of the network",
+            status.segments,
+        ),
+        ("zones", "Zones, in force or not", status.zones),
+        ("closures", "Closures that no zone causes", status.closures),
+        (
+            "blocked_segments",
+            "Segments blocked now",
+            status.blocked_segments,
+        ),
+        (
+            "active_plans",
+            "Plans that are not over",
+            status.active_plans,
+        ),
+        (
+            "affected_plans",
+            "Plans with something closed ahead",
+            status.affected_plans,
+        ),
+        (
+            "proposals",
+            "Proposals that wait for an operator",
+            status.proposals,
+        ),
+        ("holds", "Removals that wait for an operator", status.holds),
+        ("drones", "Drones seen", status.drones),
+        ("records", "Answers kept", status.records),
+        (
+            "records_bytes",
+            "Bytes of answers kept and their worlds, about",
+            status.record_bytes,
+        ),
+        ("tables", "Destinations with a table", status.tables),
+        ("tables_bytes", "Bytes of tables", status.table_bytes),
+    ]
+}
+
+/// Names, meanings and values of what only goes up.
+fn counters(status: &Status) -> [(&'static str, &'static str, u64); 7] {
+    [
+        (
+            "store_commits",
+            "Transactions that were stored",
+            status.store.commits,
+        ),
+        (
+            "store_failures",
+            "Attempts to store that failed, or took too long",
+            status.store.failures,
+        ),
+        (
+            "journal_lost",
+            "Decisions and answers that were not kept on the disk",
+            status.store.journal_lost,
+        ),
+        (
+            "table_hits",
+            "Searches that found the table of their destination",
+            status.table_hits,
+        ),
+        (
+            "table_misses",
+            "Searches without a table, answered by A*",
+            status.table_misses,
+        ),
+        (
+            "plans_unacknowledged",
+            "Proposed versions that were not acknowledged in time",
+            status.plans_unacknowledged,
+        ),
+        (
+            "clock_steps",
+            "Steps of the wall clock against time that only goes forward",
+            status.clock_steps,
+        ),
+    ]
+}
+
+/// How the store stands.
+fn encode_store(status: &Status, encoder: &mut DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
+    let durable = ConstGauge::new(i64::from(status.store.durable));
+    let help = "Whether what is in force survives a restart: 1 where it does";
+    let kind = durable.metric_type();
+    durable.encode(encoder.encode_descriptor("store_durable", help, None, kind)?)?;
+    let mut seconds = |name: &str, help: &str, value: f64| {
+        let metric = ConstGauge::new(value);
+        let kind = metric.metric_type();
+        metric.encode(encoder.encode_descriptor(name, help, Some(&Unit::Seconds), kind)?)
+    };
+    let unstored = "For how long something has been waiting to be stored";
+    seconds("store_unstored_age", unstored, status.store.unstored_age_s)?;
+    let spent = ConstCounter::new(status.store.commit_seconds);
+    let help = "How long transactions took together";
+    let kind = spent.metric_type();
+    spent.encode(encoder.encode_descriptor("store_commit", help, Some(&Unit::Seconds), kind)?)
 }
 
 /// How following the registry stands.

@@ -24,6 +24,7 @@ mod publication;
 mod published;
 mod records;
 mod replies;
+mod reporter;
 mod scratches;
 mod settings;
 mod snapshot;

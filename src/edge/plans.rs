@@ -1,9 +1,10 @@
 //! Composition plans: composed, listed, taken over, cancelled.
 
 use super::Edge;
-use super::failures::{DEFAULT_AIRSPEED_MPS, may_speak_for};
+use super::failures::DEFAULT_AIRSPEED_MPS;
 use super::orders::{Done, Order};
 use super::replies::Idempotency;
+use super::reporter::may_speak_for;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;

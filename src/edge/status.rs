@@ -1,8 +1,8 @@
 //! What the edge says of itself to its keepers.
 
 use super::Edge;
-use super::store::StoreStatus;
 use super::snapshot::Snapshot;
+use super::store::StoreStatus;
 use super::sync::SyncStatus;
 use crate::wire;
 use serde::Serialize;

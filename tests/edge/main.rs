@@ -8,7 +8,7 @@ mod plans;
 mod publication;
 mod restart;
 mod stage;
+mod store_file;
 mod topology;
 mod topology_property;
-mod store_file;
 mod windows;

@@ -39,6 +39,7 @@ async fn edge(registry: &RegistryService, name: &str) -> Service {
         ..EdgeConfig::default()
     };
     config.registry.url = Some(format!("http://{}/", registry.addresses().listen));
+    config.store = None;
     config.registry.network = "ladder".to_owned();
     config.registry.edge_id = Some(name.to_owned());
     config.registry.retry_within = Duration::from_millis(200);

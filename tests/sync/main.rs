@@ -6,5 +6,6 @@ mod damage;
 mod epochs;
 mod line;
 mod loopback;
+mod networks;
 mod stage;
 mod standing;

@@ -9,7 +9,7 @@ use skyway::edge::{
     Caller, Decision, Edge, EventStream, Idempotency, PageRequest, Settings, ZoneWrite,
 };
 use skyway::formats::{load_network, write_network};
-use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
+use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::registry::store::Store;
 use skyway::registry::{self, Manner, Opening, Registry, open_store};
 use skyway::wire::{self, EventKind, ObjectKind};
@@ -151,13 +151,32 @@ impl Outpost {
         Self::following(line.clone(), line, name, settings)
     }
 
+    /// An edge that has no network of its own.
+    pub(crate) fn without_network(
+        registry: &Arc<Registry>,
+        name: &str,
+        settings: Settings,
+    ) -> Self {
+        let line = Line::to(registry, name, NETWORK);
+        let raised = raise_on(Topology::nothing(), String::new(), settings);
+        Self::raised(raised, line.clone(), line, name)
+    }
+
     /// An edge that follows what a script says.
     pub(crate) fn reading(script: impl RegistryClient, settings: Settings) -> Self {
         Self::following(script, Line::nowhere(), "north", settings)
     }
 
     fn following(client: impl RegistryClient, line: Line, name: &str, settings: Settings) -> Self {
-        let (edge, hand) = raise(settings);
+        Self::raised(raise(settings), client, line, name)
+    }
+
+    fn raised(
+        (edge, hand): (Arc<Edge>, Hand),
+        client: impl RegistryClient,
+        line: Line,
+        name: &str,
+    ) -> Self {
         let following = edge.follow_registry(client, sync_settings(name));
         Self {
             edge,
@@ -300,15 +319,19 @@ pub(crate) fn sync_settings(name: &str) -> SyncSettings {
 
 /// An edge over the ladder, on a clock moved by hand.
 pub(crate) fn raise(settings: Settings) -> (Arc<Edge>, Hand) {
+    let text = write_network(&ladder());
+    let loaded = load_network(&text).expect("the ladder is a network");
+    raise_on(loaded.topology, text, settings)
+}
+
+fn raise_on(topology: Topology, text: String, settings: Settings) -> (Arc<Edge>, Hand) {
     let settings = Settings {
         closed_fraction_max: 0.2,
         follows_registry: true,
         ..settings
     };
-    let text = write_network(&ladder());
-    let loaded = load_network(&text).expect("the ladder is a network");
     let (clock, hand) = Clock::by_hand(dawn());
-    let edge = Edge::start(Arc::new(loaded.topology), text.into(), 7, settings, clock);
+    let edge = Edge::start(Arc::new(topology), text.into(), 7, settings, clock);
     (edge.expect("threads"), hand)
 }
 

@@ -271,9 +271,7 @@ impl Gate {
         let outcome = self.handle(request, place, deadline).await;
         let was_exceeded = exceeded.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let refusal = match outcome {
-            Outcome::Answered(_) if was_exceeded => {
-                too_large(self.body_bytes_max(operation))
-            }
+            Outcome::Answered(_) if was_exceeded => too_large(self.body_bytes_max(operation)),
             Outcome::Answered(response) => {
                 let response = self.finish(response, &known);
                 if operation.row().class == Class::Stream {

@@ -15,7 +15,7 @@ use super::ground::Ground;
 use super::listing::{Listing, Page};
 use super::pace::Pace;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangesPage, EdgeReport, EventKind, Nack};
+use crate::wire::{ChangesPage, EventKind, Nack};
 use jiff::SignedDuration;
 use serde_json::json;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! An edge without a network refuses what needs one, and says so to those who ask for its health.
 
-use super::services::{code, passed, report};
-use crate::api::grpc::{Health, Limits, proto, router};
+use super::services::{Routes, code, passed, report};
+use crate::api::grpc::{Health, proto};
 use crate::api::server::Drain;
 use crate::clock::Clock;
 use crate::edge::{Code, Edge, NewNetwork, Settings};
@@ -33,7 +33,7 @@ async fn an_edge_without_a_network_is_not_serving_until_it_gets_one() {
     let edge = Edge::start(nothing, Default::default(), 1, Settings::default(), clock);
     let edge = edge.expect("threads");
     let (health, drain) = (Health::starting().await, Drain::new());
-    let routes = router(&edge, Limits::default(), &health).expect("the descriptors are read");
+    let routes = Routes::of(&edge, &health);
     let following = tokio::spawn(health.follow(edge.clone(), drain.clone()));
     let mut client = HealthClient::new(routes.clone());
     let asked = || HealthCheckRequest::default();

@@ -47,13 +47,19 @@ async fn services() -> (Routes, Health) {
     let clock = Clock::simulated(start, 1.0);
     let edge = Edge::start(topology, "{}".into(), 1, Settings::default(), clock).expect("threads");
     let health = Health::starting().await;
-    let found = handlers(&edge, Limits::default(), &health).expect("the descriptors are read");
-    (Routes(Arc::new(found)), health)
+    (Routes::of(&edge, &health), health)
 }
 
 /// Hands each request to the handler of its path, as the gate does.
 #[derive(Clone)]
-struct Routes(Arc<Vec<(Operation, GrpcHandler)>>);
+pub(super) struct Routes(Arc<Vec<(Operation, GrpcHandler)>>);
+
+impl Routes {
+    pub(super) fn of(edge: &Arc<Edge>, health: &Health) -> Self {
+        let found = handlers(edge, Limits::default(), health);
+        Self(Arc::new(found.expect("the descriptors are read")))
+    }
+}
 
 impl Service<http::Request<Body>> for Routes {
     type Response = http::Response<Body>;
@@ -66,7 +72,10 @@ impl Service<http::Request<Body>> for Routes {
 
     fn call(&mut self, request: http::Request<Body>) -> Answering {
         let asked = Operation::of_grpc(Daemon::Edge, request.uri().path());
-        let found = self.0.iter().find(|(operation, _)| Some(*operation) == asked);
+        let found = self
+            .0
+            .iter()
+            .find(|(operation, _)| Some(*operation) == asked);
         let (_, handler) = found.expect("a path of the table with its handler");
         handler(request)
     }
@@ -447,7 +456,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 30, "{paths:?}");
+    assert_eq!(paths.len(), 31, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");
