@@ -85,6 +85,8 @@ pub(crate) struct Client {
     address: Address,
     /// What is behind a proxy, and answers under its own name only.
     behind: Option<Address>,
+    /// The path of its zones.
+    zones: String,
 }
 
 impl Client {
@@ -99,6 +101,7 @@ impl Client {
             http: http.build().expect("a client"),
             address: address.clone(),
             behind: None,
+            zones: format!("/v1/networks/{NETWORK}/zones"),
         }
     }
 
@@ -170,33 +173,27 @@ impl Client {
             .await;
     }
 
-    /// Does what is to be done with a zone, and tells how it ended.
+    /// Does what is to be done with a zone, and tells how it ended and which version it has now.
     pub(crate) async fn act(
         &self,
         act: &Act,
-        version: Option<Version>,
+        etag: Option<&str>,
         key: Option<&str>,
-    ) -> Outcome {
-        let zones = format!("/v1/networks/{NETWORK}/zones");
-        let etag = version.map(Version::etag).unwrap_or_default();
+    ) -> (Outcome, Option<String>) {
+        let zones = &self.zones;
         let mut headers = Vec::new();
-        if version.is_some() {
-            headers.push(("if-match", &*etag));
-        }
-        if let Some(key) = key {
-            headers.push(("idempotency-key", key));
-        }
-        let id = act.id();
+        headers.extend(etag.map(|etag| ("if-match", etag)));
+        headers.extend(key.map(|key| ("idempotency-key", key)));
         let (line, body) = match act {
             Act::Put { id, tag } => {
                 let zone = circle(id, tag, [50.0, 50.0], 10.0);
-                match version {
+                match etag {
                     None => (format!("POST {zones}"), zone),
                     Some(_) => (format!("PUT {zones}/{id}"), zone),
                 }
             }
-            Act::Delete { .. } => (format!("DELETE {zones}/{id}"), Value::Null),
-            Act::Read { .. } => (format!("GET {zones}/{id}"), Value::Null),
+            Act::Delete { id } => (format!("DELETE {zones}/{id}"), Value::Null),
+            Act::Read { id } => (format!("GET {zones}/{id}"), Value::Null),
         };
         outcome(act, self.ask(&line, &headers, &body).await)
     }
@@ -321,26 +318,30 @@ pub(crate) fn check_page(page: &ChangesPage, after: u64) -> Result<(), String> {
     Ok(())
 }
 
-fn outcome(act: &Act, came: Answer) -> Outcome {
+fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
     let (status, etag, body) = match came {
         Answer::Came { status, etag, body } => (status, etag, body),
-        Answer::Nothing { is_sent: true } => return Outcome::Unknown,
-        Answer::Nothing { is_sent: false } => return Outcome::Refused(0),
+        Answer::Nothing { is_sent: true } => return (Outcome::Unknown, None),
+        Answer::Nothing { is_sent: false } => return (Outcome::Refused(0), None),
     };
-    match (status, act) {
+    let outcome = match (status, act) {
         (200, Act::Read { .. }) => Outcome::Seen(Some(Seen {
             version: etag.as_deref().and_then(Version::read),
             tag: tag_of(&body),
         })),
         (404, Act::Read { .. }) => Outcome::Seen(None),
-        (200 | 201, _) => match serde_json::from_str::<Written>(&body) {
-            Ok(written) => Outcome::Done(Some(Version {
-                epoch: written.epoch,
-                revision: written.revision,
-            })),
-            Err(_) => Outcome::Unknown,
-        },
+        (200..300, _) => Outcome::Done(version_of(&body)),
         (400..500, _) => Outcome::Refused(status),
         _ => Outcome::Unknown,
-    }
+    };
+    (outcome, etag)
+}
+
+/// The version that a registry says a write has made; edges count by themselves.
+fn version_of(body: &str) -> Option<Version> {
+    let written: Written = serde_json::from_str(body).ok()?;
+    Some(Version {
+        epoch: written.epoch,
+        revision: written.revision,
+    })
 }

@@ -1,7 +1,7 @@
 //! Who writes zones while faults happen, and who follows; each notes what it did and saw.
 
 use crate::daemon::Address;
-use crate::history::{Act, Outcome, Recorder, Version};
+use crate::history::{Act, Outcome, Recorder};
 use crate::registry_client::{Client, check_page};
 use crate::rounds::Chance;
 use skyway::wire::LoggedChange;
@@ -100,8 +100,8 @@ struct Writer {
     chance: Chance,
     name: String,
     made: u64,
-    /// Zones that are there, as far as this one knows.
-    known: Vec<(String, Version)>,
+    /// Zones that are there, as far as this one knows, and their versions.
+    known: Vec<(String, String)>,
     recorder: Recorder,
     notes: Arc<Notes>,
 }
@@ -122,7 +122,7 @@ impl Writer {
         }
     }
 
-    fn draw(&mut self) -> Option<(String, Version)> {
+    fn draw(&mut self) -> Option<(String, String)> {
         let count = self.known.len() as u64;
         let place = usize::try_from(self.chance.below(count)).ok()?;
         self.known.get(place).cloned()
@@ -133,18 +133,16 @@ impl Writer {
         format!("{}-{}", self.name, self.made)
     }
 
-    fn keep(&mut self, id: &str, version: Option<Version>) {
+    fn keep(&mut self, id: &str, etag: Option<String>) {
         self.known.retain(|(known, _)| known != id);
-        if let Some(version) = version {
-            self.known.push((id.to_owned(), version));
-        }
+        self.known.extend(etag.map(|etag| (id.to_owned(), etag)));
     }
 
-    async fn done(&self, act: Act, version: Option<Version>, key: Option<&str>) -> Outcome {
+    async fn done(&self, act: &Act, etag: Option<&str>, key: Option<&str>) -> Ended {
         let begun = self.recorder.begin(&self.name, act.clone());
-        let outcome = self.client.act(&act, version, key).await;
+        let (outcome, etag) = self.client.act(act, etag, key).await;
         self.recorder.end(&begun, outcome.clone());
-        outcome
+        Ended { outcome, etag }
     }
 
     /// A new zone; half of them with a key, under which a request without an answer is sent again.
@@ -156,12 +154,12 @@ impl Writer {
             id: id.clone(),
             tag,
         };
-        let mut outcome = self.done(act.clone(), None, key.as_deref()).await;
-        while key.is_some() && outcome == Outcome::Unknown && !stop.is_cancelled() {
-            outcome = self.done(act.clone(), None, key.as_deref()).await;
-            match outcome {
+        let mut ended = self.done(&act, None, key.as_deref()).await;
+        while key.is_some() && ended.outcome == Outcome::Unknown && !stop.is_cancelled() {
+            ended = self.done(&act, None, key.as_deref()).await;
+            match ended.outcome {
                 // Nobody was there.
-                Outcome::Refused(0) => outcome = Outcome::Unknown,
+                Outcome::Refused(0) => ended.outcome = Outcome::Unknown,
                 Outcome::Refused(status) => {
                     let text = format!("{act:?} again with its key is refused: {status}");
                     self.notes.violation(text);
@@ -169,36 +167,37 @@ impl Writer {
                 _ => {}
             }
         }
-        self.settle(&id, outcome, stop).await;
+        self.settle(&id, ended, stop).await;
     }
 
     async fn replace(&mut self, stop: &CancellationToken) {
-        let Some((id, version)) = self.draw() else {
+        let Some((id, etag)) = self.draw() else {
             return;
         };
         let act = Act::Put {
             id: id.clone(),
             tag: self.tag(),
         };
-        let outcome = self.done(act, Some(version), None).await;
-        self.settle(&id, outcome, stop).await;
+        let ended = self.done(&act, Some(&etag), None).await;
+        self.settle(&id, ended, stop).await;
     }
 
     async fn delete(&mut self, stop: &CancellationToken) {
-        let Some((id, version)) = self.draw() else {
+        let Some((id, etag)) = self.draw() else {
             return;
         };
         let act = Act::Delete { id: id.clone() };
-        match self.done(act, Some(version), None).await {
+        let ended = self.done(&act, Some(&etag), None).await;
+        match ended.outcome {
             Outcome::Done(_) => self.keep(&id, None),
-            outcome => self.settle(&id, outcome, stop).await,
+            _ => self.settle(&id, ended, stop).await,
         }
     }
 
     /// What is known after a write; where nothing is, it is read.
-    async fn settle(&mut self, id: &str, outcome: Outcome, stop: &CancellationToken) {
-        match outcome {
-            Outcome::Done(Some(version)) => self.keep(id, Some(version)),
+    async fn settle(&mut self, id: &str, ended: Ended, stop: &CancellationToken) {
+        match ended.outcome {
+            Outcome::Done(_) => self.keep(id, ended.etag),
             Outcome::Refused(0) => {}
             _ => self.read(id, stop).await,
         }
@@ -207,12 +206,19 @@ impl Writer {
     async fn read(&mut self, id: &str, stop: &CancellationToken) {
         let act = Act::Read { id: id.to_owned() };
         while !stop.is_cancelled() {
-            if let Outcome::Seen(seen) = self.done(act.clone(), None, None).await {
-                self.keep(id, seen.and_then(|seen| seen.version));
+            let ended = self.done(&act, None, None).await;
+            if let Outcome::Seen(seen) = ended.outcome {
+                self.keep(id, seen.and(ended.etag));
                 return;
             }
         }
     }
+}
+
+/// How something ended, and the version that there is now.
+struct Ended {
+    outcome: Outcome,
+    etag: Option<String>,
 }
 
 /// Follows the log from its beginning, page by page, over all that happens.

@@ -1,6 +1,7 @@
 //! The registry: one suite over both of its stores, and stories over HTTP.
 
 mod cluster;
+mod compaction;
 mod contract;
 mod description;
 mod drafts;

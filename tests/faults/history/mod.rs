@@ -2,10 +2,12 @@
 //!
 //! Whoever takes part notes each operation when it begins and how it ended; an operation whose answer never came
 //! may have happened or not, but not both. `log` holds the operations against the log of the registry, `edges`
-//! what edges showed and answered against it. Nothing here knows how a run is made: processes or a simulation.
+//! what edges showed and answered against it,
+//! `objects` the operations against what is there where there is no log. Nothing here knows how a run is made: processes or a simulation.
 
 pub(crate) mod edges;
 pub(crate) mod log;
+pub(crate) mod objects;
 #[cfg(test)]
 mod tests;
 
@@ -29,10 +31,6 @@ impl Version {
             epoch: epoch.parse().ok()?,
             revision: revision.parse().ok()?,
         })
-    }
-
-    pub(crate) fn etag(self) -> String {
-        format!("\"{self}\"")
     }
 }
 

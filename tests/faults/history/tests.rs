@@ -2,6 +2,7 @@
 
 use super::edges::{self, Circle, Route, Sight};
 use super::log;
+use super::objects;
 use super::{Act, Holding, Logged, Operation, Outcome, Seen, Version};
 use std::collections::BTreeMap;
 
@@ -235,4 +236,27 @@ fn an_edge_that_does_not_catch_up_is_found() {
     let mut run = followed();
     run.healed[0].waiting.insert("x".to_owned(), None);
     finds_of_edges(&run, "still has to forward");
+}
+
+#[test]
+fn without_a_log_each_object_is_what_it_may_be() {
+    let operations = vec![
+        done(put("a", "1"), 0, 1),
+        operation(gone("a"), 10, Outcome::Unknown),
+        done(put("b", "2"), 20, 2),
+        operation(put("b", "3"), 30, Outcome::Refused(412)),
+    ];
+    let check = |operations: &[Operation], zones: &[(&str, &str)]| {
+        objects::violations(operations, &holding(zones)).len()
+    };
+    assert_eq!(check(&operations, &[("a", "1"), ("b", "2")]), 0);
+    assert_eq!(check(&operations, &[("b", "2")]), 0);
+    assert_eq!(check(&operations, &[("a", "1")]), 1, "lost");
+    assert_eq!(check(&operations, &[("a", "1"), ("b", "3")]), 1, "refused");
+    let mut seen = operations;
+    seen.push(read("a", 40, None));
+    assert_eq!(check(&seen, &[("b", "2")]), 0);
+    assert_eq!(check(&seen, &[("a", "1"), ("b", "2")]), 1, "it has flipped");
+    seen.push(read("b", 50, None));
+    assert_eq!(check(&seen, &[]), 1, "it was not there before its end");
 }
