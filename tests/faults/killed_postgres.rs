@@ -18,6 +18,8 @@ use tempfile::TempDir;
 const WRITERS: u64 = 4;
 /// How long it lives each time: at least, at most.
 const LIFE: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
+/// One death takes as long as so many rounds of other stories: the database has to come back each time.
+const ROUNDS_EACH: usize = 5;
 /// Every so many deaths it is the whole of it.
 const WHOLE_EVERY: usize = 3;
 
@@ -114,7 +116,7 @@ async fn nothing_acknowledged_is_lost() {
     let Some(cluster) = cluster() else {
         return;
     };
-    let kills = rounds(6);
+    let kills = rounds(30).div_ceil(ROUNDS_EACH);
     let came = killed(&cluster, None, kills).await;
     came.is_right(&format!("PostgreSQL killed {kills} times"), kills);
 }

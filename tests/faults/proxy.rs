@@ -100,10 +100,6 @@ impl Proxy {
         *now.as_deref_mut().expect("nobody panics with it") = line;
     }
 
-    pub(crate) fn is_good(&self) -> bool {
-        self.shared.line() == Line::Good
-    }
-
     pub(crate) fn socket(&self) -> SocketAddr {
         self.address.get().expect("it listens")
     }
