@@ -9,6 +9,9 @@ use jiff::Timestamp;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+/// Answers keep the network that they were given on; those of networks before so many are let go, as each is large.
+const NETWORKS_KEPT: u64 = 3;
+
 /// What becomes of what a report closes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Published {
@@ -146,7 +149,18 @@ impl Records {
                 record,
             );
         kept.records.insert(place, record.clone());
-        while kept.records.len() > self.capacity || kept.bytes > self.capacity_bytes {
+        let oldest_network = record
+            .airspace
+            .topology_revision()
+            .saturating_sub(NETWORKS_KEPT);
+        let is_of_old_network = |kept: &Kept| {
+            let oldest = kept.records.front();
+            oldest.is_some_and(|oldest| oldest.airspace.topology_revision() < oldest_network)
+        };
+        while kept.records.len() > self.capacity
+            || kept.bytes > self.capacity_bytes
+            || is_of_old_network(&kept)
+        {
             let Some(oldest) = kept.records.pop_front() else {
                 return;
             };

@@ -336,6 +336,27 @@ async fn a_stored_answer_is_given_again_only_on_its_network() {
 }
 
 #[tokio::test]
+async fn answers_are_kept_over_a_few_networks_and_not_over_many() {
+    let stage = Stage::set();
+    let report = json!({"type": "navigational", "service": {"from": "a1", "to": "a2"}, "destination": "a4", "dry_run": true});
+    let mut ids = Vec::new();
+    for step in 0..5 {
+        let answer = stage.answer(report.clone()).await;
+        ids.push(answer["id"].as_str().expect("an id").to_owned());
+        stage
+            .rebuild(|draft| draft.nodes.push(node(&format!("n{step}"), 50.0, 500.0)))
+            .await;
+    }
+    stage.answer(report).await;
+    let mut kept = Vec::new();
+    for id in &ids {
+        let found = stage.edge.recomposition(&stage.caller, id, false).await;
+        kept.push(found.is_ok());
+    }
+    assert_eq!(kept, [false, false, true, true, true]);
+}
+
+#[tokio::test]
 async fn sightings_stay_where_they_were_when_the_plane_moves() {
     // Degrees: a node far away moves the plane's origin by kilometres.
     let mut draft = ladder();
