@@ -1,5 +1,10 @@
 //! The use cases of the edge, played as stories on a clock that is moved by hand.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "what it took is told beside what came of it"
+)]
+
 mod clock_steps;
 mod failing_disk;
 mod idempotency;

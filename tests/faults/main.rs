@@ -5,6 +5,11 @@
 //! a bug that it has to find. `SKYWAY_FAULT_ROUNDS` says how many rounds, `SKYWAY_FAULT_SEED` by which chance,
 //! `SKYWAY_FAULT_BINARY` which program instead of the one that was built with it.
 
+#![expect(
+    clippy::print_stdout,
+    reason = "what a story found is told, for the report of a long run"
+)]
+
 mod bad_line;
 #[path = "../registry/cluster.rs"]
 mod cluster;

@@ -1,5 +1,7 @@
 //! Edges that follow a registry: the code that ships, over a line that tests cut and bend.
 
+#![expect(clippy::print_stdout, reason = "what the damage came to is told")]
+
 mod changes;
 mod conflicts;
 mod damage;

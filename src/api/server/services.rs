@@ -93,6 +93,10 @@ impl Services {
 }
 
 /// An answer on its way.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lies in the boxed future of its request; a box of its own would be one more"
+)]
 pub(crate) enum Answer {
     Rest(RestAnswering),
     Routed(RouteFuture<Infallible>),

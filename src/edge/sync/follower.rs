@@ -161,7 +161,7 @@ impl Follower {
             .clone()
             .map(|change| (change.operation, change.body.as_deref().unwrap_or_default()));
         let network = ground.changed(bodies).map_err(|body| {
-            let last = network_changes.last();
+            let last = network_changes.clone().next_back();
             Fault {
                 revision: last.map_or(page.revision, |change| change.revision),
                 object: Some(ObjectKind::Network.name().to_owned()),
