@@ -58,6 +58,7 @@ async fn nothing_bent_or_cut_is_taken_for_a_page() {
     let client = Client::new(&plan.address);
     client.put_network().await;
     let crowd = Crowd::gather(&plan.address, seed(), WRITERS);
+    crowd.recorder.goes_on(9).await;
     while client.read_log().await.expect("a log").head < REVISIONS {
         tokio::time::sleep(WHILE).await;
     }

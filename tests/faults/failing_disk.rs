@@ -121,7 +121,9 @@ async fn a_full_disk_refuses_writes_and_recovers() {
     let crowd = Crowd::gather(&plan.address, seed(), WRITERS).followed(&plan.address);
     let (mut came, mut slowest, mut number) = (Came::default(), Duration::ZERO, 0);
     let times = rounds(20).div_ceil(10).min(20);
+    let mut acknowledged = 0;
     for _ in 0..times {
+        acknowledged = crowd.recorder.goes_on(acknowledged).await;
         tokio::time::sleep(WHILE).await;
         let ballast = Ballast::fill(&daemon, &disk);
         post_until(&client, 507, &mut number).await;
@@ -147,7 +149,9 @@ async fn failing(bug: Option<&'static str>, times: usize) -> Came {
     client.put_network().await;
     let crowd = Crowd::gather(&plan.address, seed(), WRITERS).followed(&plan.address);
     let (mut came, mut number) = (Came::default(), 0);
+    let mut acknowledged = 0;
     for _ in 0..times {
+        acknowledged = crowd.recorder.goes_on(acknowledged).await;
         tokio::time::sleep(WHILE).await;
         let tracer = Tracer::failing_syncs(&daemon);
         match bug {

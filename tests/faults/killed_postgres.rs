@@ -91,7 +91,9 @@ async fn killed(cluster: &Cluster, bug: Option<&'static str>, kills: usize) -> C
     client.put_network().await;
     let crowd = Crowd::gather(&plan.address, seed, WRITERS).followed(&plan.address);
     let mut chance = Chance::of(seed, 2_000);
+    let mut acknowledged = 0;
     for kill in 1..=kills {
+        acknowledged = crowd.recorder.goes_on(acknowledged).await;
         tokio::time::sleep(chance.between(LIFE[0], LIFE[1])).await;
         match kill % WHOLE_EVERY {
             0 => kill_whole(cluster).await,

@@ -29,7 +29,9 @@ async fn killed(bug: Option<&'static str>, kills: usize) -> Came {
     let crowd = Crowd::gather(&plan.address, seed, WRITERS).followed(&plan.address);
     let mut chance = Chance::of(seed, 1_000);
     let mut slowest = Duration::ZERO;
+    let mut acknowledged = 0;
     for kill in 1..=kills {
+        acknowledged = crowd.recorder.goes_on(acknowledged).await;
         tokio::time::sleep(chance.between(LIFE[0], LIFE[1])).await;
         daemon.kill();
         if kill % LOOK_EVERY == 0 {

@@ -41,7 +41,9 @@ async fn restored(bug: Option<&'static str>, times: usize) -> Came {
     client.put_network().await;
     let crowd = Crowd::gather(&plan.address, seed(), WRITERS);
     let mut ends = Vec::new();
+    let mut acknowledged = 0;
     for _ in 0..times {
+        acknowledged = crowd.recorder.goes_on(acknowledged).await;
         tokio::time::sleep(WHILE).await;
         daemon.kill();
         store_file::copy(folder.path(), backup.path());

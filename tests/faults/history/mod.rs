@@ -156,6 +156,20 @@ impl Recorder {
         operation.outcome = outcome;
     }
 
+    /// Waits until more is acknowledged than so much, so that the next fault meets work on a slow machine too; gives
+    /// how much it is. After half a minute it is as much as it is.
+    pub(crate) async fn goes_on(&self, before: usize) -> usize {
+        const LOOKS: usize = 15_000;
+        for _ in 0..LOOKS {
+            let done = self.lock().iter().filter(|it| it.is_done()).count();
+            if done > before {
+                return done;
+            }
+            tokio::time::sleep(std::time::Duration::from_millis(2)).await;
+        }
+        before
+    }
+
     pub(crate) fn operations(&self) -> Vec<Operation> {
         self.lock().clone()
     }
