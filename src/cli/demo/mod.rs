@@ -1,0 +1,302 @@
+//! `skyway demo`: a registry and two edges on this machine, and a small fleet that flies in accelerated time.
+
+mod central;
+mod keys;
+
+use super::clock;
+use super::config_sources::misconfigured;
+use super::edge::{prepare, runtime, write_ports};
+use super::network_source;
+use super::output::Output;
+use super::stop::{Stop, Verdict};
+use crate::config::{Configuration, EffectiveConfig, Flag, RegistryConfig, Sources, resolve};
+use crate::demo::{Fleet, fly};
+use crate::process::service::Service;
+use crate::process::{logs, signals};
+use central::{Central, NETWORK};
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::pin::pin;
+use std::time::Duration;
+use tokio_util::sync::CancellationToken;
+
+const EXAMPLES: &str = "\
+Examples:
+  skyway demo                                        twelve drones over Sydney; look at http://127.0.0.1:8080/
+  skyway demo --drones 40 --rate 10 --seed 7
+  skyway demo --listen 127.0.0.1:0 --admin-listen 127.0.0.1:0 --ports-file ports.json --for 30
+
+The same seed gives the same deliveries, failures and zones; when a drone meets them depends on the machine.
+Enter takes the registry away, and brings it back. Ctrl-C ends it, with exit code 0.";
+
+/// How long an edge may take to have the network from the registry.
+const READY_WITHIN: Duration = Duration::from_secs(10);
+
+/// Arguments of `skyway demo`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Demo {
+    /// How many drones
+    #[arg(long, value_name = "COUNT", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=500))]
+    drones: u32,
+    /// What determines deliveries, failures and zones
+    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+    seed: u64,
+    /// How many times faster than the machine's the edge's clock runs
+    #[arg(long, value_name = "FACTOR", default_value = "5")]
+    rate: String,
+    /// Where the edge is reached; loopback only
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    listen: String,
+    /// Where metrics and status are read; loopback only
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9090")]
+    admin_listen: String,
+    /// Where the second edge is reached [default: 127.0.0.1:8081, or a free port where the first has one]
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    second_listen: Option<String>,
+    /// Where the registry is reached [default: 127.0.0.1:8180, or a free port where the edge has one]
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    registry_listen: Option<String>,
+    /// A file to write the ports to that the first edge has taken
+    #[arg(long, value_name = "FILE")]
+    ports_file: Option<PathBuf>,
+    /// End by itself after so many seconds
+    #[arg(long = "for", value_name = "SECONDS")]
+    for_s: Option<u64>,
+    /// Which log lines: a level, and MODULE=LEVEL for a module, with commas
+    #[arg(long, value_name = "FILTER", default_value = "warn")]
+    log: String,
+}
+
+/// The registry and the edges of a demo.
+struct World {
+    central: Central,
+    /// The fleet flies at this one.
+    first: Service,
+    second: Service,
+}
+
+impl Demo {
+    pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        let folder = tempfile::tempdir().map_err(Stop::failed)?;
+        let started = clock::now().to_string();
+        let registry = self.registry(&started, folder.path())?;
+        // What is wrong with the edges is found before anything is started.
+        let address = registry.config.listen;
+        self.edge(&self.listen, &started, folder.path(), address)?
+            .admit()
+            .map_err(|faults| misconfigured(&faults))?;
+        let log = &registry.config.log;
+        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
+        let runtime = runtime()?;
+        runtime.block_on(self.serve(registry.config, &started, folder.path(), output))?;
+        Ok(Verdict::Done)
+    }
+
+    fn registry(
+        &self,
+        started: &str,
+        folder: &Path,
+    ) -> Result<EffectiveConfig<RegistryConfig>, Stop> {
+        let listen = self.beside(self.registry_listen.as_deref(), "127.0.0.1:8180");
+        let store = folder.join("registry.db").display().to_string();
+        self.resolved(
+            started,
+            &[
+                ("--registry-listen", "listen", &listen),
+                ("the demo", "admin_listen", "127.0.0.1:0"),
+                ("the demo", "store", &store),
+            ],
+        )
+    }
+
+    /// The configuration of an edge that follows the registry: these flags and defaults, so that a demo is the same
+    /// everywhere.
+    fn edge(
+        &self,
+        listen: &str,
+        started: &str,
+        folder: &Path,
+        registry: SocketAddr,
+    ) -> Result<EffectiveConfig, Stop> {
+        let is_first = listen == self.listen;
+        let (flag, admin, store) = match is_first {
+            true => ("--listen", self.admin_listen.as_str(), "first.db"),
+            false => ("--second-listen", "127.0.0.1:0", "second.db"),
+        };
+        let store = folder.join(store).display().to_string();
+        let url = format!("http://{registry}");
+        self.resolved(
+            started,
+            &[
+                (flag, "listen", listen),
+                ("--admin-listen", "admin_listen", admin),
+                ("the demo", "store", &store),
+                ("the demo", "registry.url", &url),
+                ("the demo", "registry.network", NETWORK),
+            ],
+        )
+    }
+
+    fn resolved<C: Configuration>(
+        &self,
+        started: &str,
+        own: &[(&str, &str, &str)],
+    ) -> Result<EffectiveConfig<C>, Stop> {
+        let shared = [
+            ("--rate", "clock.rate", self.rate.as_str()),
+            ("--log", "log.filter", self.log.as_str()),
+            // Stated, so that the clock counts as simulated also at rate 1.
+            ("the start of the demo", "clock.start", started),
+        ];
+        let flags = shared.iter().chain(own).map(|(flag, name, value)| Flag {
+            flag: (*flag).to_owned(),
+            name: (*name).to_owned(),
+            value: (*value).to_owned(),
+        });
+        let sources = Sources {
+            flags: flags.collect(),
+            ..Sources::default()
+        };
+        resolve(&sources).map_err(|faults| misconfigured(&faults))
+    }
+
+    /// An address that was given; else the usual one, or any where the edge has any.
+    fn beside(&self, given: Option<&str>, usual: &str) -> String {
+        let has_any_port = self.listen.ends_with(":0");
+        match given {
+            Some(given) => given.to_owned(),
+            None if has_any_port => "127.0.0.1:0".to_owned(),
+            None => usual.to_owned(),
+        }
+    }
+
+    async fn world(
+        &self,
+        registry: RegistryConfig,
+        started: &str,
+        folder: &Path,
+        output: &Output,
+    ) -> Result<World, Stop> {
+        let (_, geojson) = network_source::load_with_text(NETWORK, output)?;
+        let central = Central::start(registry, &geojson).await?;
+        let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
+        let start = async |listen: &str| {
+            let effective = self.edge(listen, started, folder, central.address())?;
+            let start = prepare(&effective, output)?;
+            Service::start(start).await.map_err(Stop::failed)
+        };
+        let first = start(&self.listen).await?;
+        let second = start(&second_listen).await?;
+        for service in [&first, &second] {
+            let ready = tokio::time::timeout(READY_WITHIN, service.edge().ready());
+            ready.await.map_err(|_| {
+                Stop::failed(format!(
+                    "an edge had no network from the registry at {} within {READY_WITHIN:?}",
+                    central.address()
+                ))
+            })?;
+        }
+        Ok(World {
+            central,
+            first,
+            second,
+        })
+    }
+
+    async fn serve(
+        &self,
+        registry: RegistryConfig,
+        started: &str,
+        folder: &Path,
+        output: &Output,
+    ) -> Result<(), Stop> {
+        // From here on a signal ends the demo in order, also while it is starting.
+        let mut termination = pin!(signals::termination().map_err(Stop::failed)?);
+        let rate = registry.clock.rate;
+        let mut world = self.world(registry, started, folder, output).await?;
+        let addresses = world.first.addresses();
+        if let Some(file) = &self.ports_file {
+            write_ports(file, addresses, output)?;
+        }
+        output.note(&self.invitation(&world, rate));
+        let stop = CancellationToken::new();
+        let fleet = Fleet {
+            drones: self.drones,
+            seed: self.seed,
+        };
+        let base_url = format!("http://{}", addresses.listen);
+        let clock = world.first.edge().clock().clone();
+        let mut flying = tokio::spawn({
+            let stop = stop.clone();
+            async move { fly(&fleet, &base_url, clock, stop).await }
+        });
+        let mut lines = keys::lines()?;
+        let mut over = pin!(self.time_is_over());
+        let ended_early = loop {
+            tokio::select! {
+                _signal = &mut termination => break None,
+                () = &mut over => break None,
+                ended = &mut flying => break Some(ended),
+                Some(()) = lines.recv() => tell_toggled(world.central.toggle().await?, output),
+            }
+        };
+        stop.cancel();
+        let ended = match ended_early {
+            Some(ended) => ended,
+            None => flying.await,
+        };
+        world.first.stop().await.map_err(Stop::failed)?;
+        world.second.stop().await.map_err(Stop::failed)?;
+        world.central.end().await?;
+        ended.map_err(Stop::failed)?.map_err(Stop::failed)
+    }
+
+    async fn time_is_over(&self) {
+        match self.for_s {
+            Some(seconds) => tokio::time::sleep(Duration::from_secs(seconds)).await,
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Where to look, and three commands to try.
+    fn invitation(&self, world: &World, rate: f64) -> String {
+        let addresses = world.first.addresses();
+        let url = format!("http://{}", addresses.listen);
+        format!(
+            "\
+{drones} drones fly over Sydney, {rate} times as fast as in life, with seed {seed}.
+
+  {url}/       the live picture
+  {url}/docs   the API
+  http://{admin}/metrics
+  http://{second}/       another edge over the same city; both follow the registry at http://{central}
+
+Report a failure, without any effect on the fleet:
+  curl -s {url}/v1/failures --json '{{\"service\":{{\"from\":379,\"to\":406}},\"destination\":450,\"dry_run\":true}}'
+
+Close a circle in the middle of the city; it closes at the other edge too, and the page can lift it again:
+  curl -s {url}/v1/zones --json '{{\"type\":\"Feature\",\"geometry\":{{\"type\":\"Point\",\"coordinates\":[151.2086,-33.8660]}},\"properties\":{{\"radius_m\":120,\"reason\":\"try\"}}}}'
+
+Watch what happens:
+  curl -sN {url}/v1/events
+
+Enter takes the registry away: drones are answered as before, and answers say how old what they know is
+(registry_age_s, freshness). Enter again brings it back. Ctrl-C ends the demo.
+",
+            drones = self.drones,
+            seed = self.seed,
+            admin = addresses.admin,
+            second = world.second.addresses().listen,
+            central = world.central.address(),
+        )
+    }
+}
+
+fn tell_toggled(is_running: bool, output: &Output) {
+    output.note(match is_running {
+        true => "the registry is back",
+        false => "the registry is gone; Enter brings it back",
+    });
+}
