@@ -81,7 +81,7 @@ pub(crate) fn ask(stream: &mut TcpStream, request: &[u8]) -> Result<(rest_load::
     }
 }
 
-/// Measures pairs and prints them.
+/// Measures pairs and prints what they come to.
 pub(crate) fn measure(
     dialect: Dialect,
     edge: &Server,
@@ -89,70 +89,85 @@ pub(crate) fn measure(
     workload: &Workload,
     extent: Extent,
 ) -> Result<()> {
-    println!(
-        "\n| {} | edge, requests/s | echo, requests/s | ratio | edge, CPU µs | echo, CPU µs | server busy, edge / echo |",
-        dialect.title()
-    );
-    println!("|---|---:|---:|---:|---:|---:|---:|");
     let mut pairs = Vec::with_capacity(extent.pairs);
     for number in 1..=extent.pairs {
         let run = |server| load::run(dialect, server, workload, extent);
         // Now the one first, now the other: a machine that grows slower is no advantage to either.
-        let (of_edge, of_echo) = match number % 2 {
+        pairs.push(match number % 2 {
             0 => (run(edge)?, run(echo)?),
             _ => {
                 let of_echo = run(echo)?;
                 (run(edge)?, of_echo)
             }
-        };
-        print_pair(&format!("pair {number}"), &of_edge, &of_echo);
-        pairs.push((of_edge, of_echo));
+        });
     }
-    print_summary(&pairs);
+    print_table(dialect, &pairs);
     Ok(())
 }
 
-fn print_pair(name: &str, edge: &Run, echo: &Run) {
-    println!(
-        "| {name} | {:.0} | {:.0} | {:.3} | {:.2} | {:.2} | {:.0} % / {:.0} % |",
-        edge.requests_per_s,
-        echo.requests_per_s,
-        ratio((edge, echo)),
-        edge.server_us,
-        echo.server_us,
-        100.0 * edge.server_share,
-        100.0 * echo.server_share,
-    );
-}
+type Pair = (Run, Run);
 
-fn ratio((edge, echo): (&Run, &Run)) -> f64 {
+/// The columns of the table: their titles, their figures, and how many digits these have after the point.
+const COLUMNS: [(&str, fn(&Pair) -> f64, usize); 8] = [
+    ("edge, requests/s", |(edge, _)| edge.requests_per_s, 0),
+    ("echo, requests/s", |(_, echo)| echo.requests_per_s, 0),
+    ("ratio", ratio, 3),
+    ("edge, CPU µs", |(edge, _)| edge.server_us, 2),
+    ("echo, CPU µs", |(_, echo)| echo.server_us, 2),
+    ("ratio", |(edge, echo)| edge.server_us / echo.server_us, 3),
+    ("edge busy, %", |(edge, _)| 100.0 * edge.server_share, 0),
+    ("echo busy, %", |(_, echo)| 100.0 * echo.server_share, 0),
+];
+
+fn ratio((edge, echo): &Pair) -> f64 {
     edge.requests_per_s / echo.requests_per_s
 }
 
-fn print_summary(pairs: &[(Run, Run)]) {
-    let sorted = |figure: &dyn Fn(&(Run, Run)) -> f64| {
-        let mut figures: Vec<f64> = pairs.iter().map(figure).collect();
-        figures.sort_by(f64::total_cmp);
-        figures
-    };
-    let median = |figure: &dyn Fn(&(Run, Run)) -> f64| sorted(figure)[pairs.len() / 2];
-    let ratios = sorted(&|(edge, echo)| ratio((edge, echo)));
+/// What a figure is over all pairs, in order.
+fn sorted(pairs: &[Pair], figure: fn(&Pair) -> f64) -> Vec<f64> {
+    let mut figures: Vec<f64> = pairs.iter().map(figure).collect();
+    figures.sort_by(f64::total_cmp);
+    figures
+}
+
+/// The ranks between which the median of what was drawn from lies in 95 of 100 cases, by the normal approximation of the
+/// binomial distribution.
+fn ranks_of_median(count: usize) -> (usize, usize) {
+    let half_width = 0.98 * (count as f64).sqrt();
+    let middle = (count as f64 - 1.0) / 2.0;
+    let low = (middle - half_width).floor().max(0.0) as usize;
+    (low, count - 1 - low)
+}
+
+fn print_table(dialect: Dialect, pairs: &[Pair]) {
+    let titles: Vec<&str> = COLUMNS.iter().map(|(title, ..)| *title).collect();
+    println!("\n| {} | {} |", dialect.title(), titles.join(" | "));
+    println!("|---|{}", "---:|".repeat(COLUMNS.len()));
+    let last = pairs.len() - 1;
+    let (low, high) = ranks_of_median(pairs.len());
+    let rows = [
+        ("lowest", 0),
+        ("a quarter is lower", last / 4),
+        ("**median**", last / 2),
+        ("a quarter is higher", last - last / 4),
+        ("highest", last),
+    ];
+    for (name, rank) in rows {
+        let cells = COLUMNS.iter().map(|(_, figure, digits)| {
+            let value = sorted(pairs, *figure)[rank];
+            format!("{value:.digits$}", digits = *digits)
+        });
+        println!("| {name} | {} |", cells.collect::<Vec<_>>().join(" | "));
+    }
+    let ratios = sorted(pairs, ratio);
     println!(
-        "| **median** | **{:.0}** | **{:.0}** | **{:.3}** | {:.2} | {:.2} | |",
-        median(&|(edge, _)| edge.requests_per_s),
-        median(&|(_, echo)| echo.requests_per_s),
-        ratios[pairs.len() / 2],
-        median(&|(edge, _)| edge.server_us),
-        median(&|(_, echo)| echo.server_us),
-    );
-    println!(
-        "\nThe edge answers {:.1} % of the requests that the echo answers (median of {} pairs, from {:.1} % to {:.1} %), \
+        "\nThe edge answers {:.1} % of the requests that the echo answers (median of {} pairs, 95 % interval {:.1} to {:.1} %), \
          with {:.2} times its processor time; {:.1} % of the answers that were read are `rerouted`.",
-        100.0 * ratios[pairs.len() / 2],
+        100.0 * ratios[last / 2],
         pairs.len(),
-        100.0 * ratios[0],
-        100.0 * ratios[pairs.len() - 1],
-        median(&|(edge, echo)| edge.server_us / echo.server_us),
-        100.0 * median(&|(edge, _)| edge.rerouted_share),
+        100.0 * ratios[low],
+        100.0 * ratios[high],
+        sorted(pairs, |(edge, echo)| edge.server_us / echo.server_us)[last / 2],
+        100.0 * sorted(pairs, |(edge, _)| edge.rerouted_share)[last / 2],
     );
 }
