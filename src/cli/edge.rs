@@ -6,10 +6,11 @@ use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::{EffectiveConfig, Origin};
+use crate::config::{EdgeConfig, EffectiveConfig, Origin};
 use crate::network::Topology;
 use crate::process::listening::Addresses;
 use crate::process::service::{Service, Start};
+use crate::process::traces::TracesConfig;
 use crate::process::{logs, signals};
 use bytes::Bytes;
 use clap::Args;
@@ -43,10 +44,16 @@ impl Edge {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let effective = self.flags.effective()?;
         let start = prepare(&effective, output)?;
-        let log = &effective.config.log;
-        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
-        runtime()?.block_on(serve(start, output))?;
-        Ok(Verdict::Done)
+        let EdgeConfig { log, traces, .. } = &effective.config;
+        let traces = traces.endpoint.as_ref().map(|endpoint| TracesConfig {
+            endpoint: endpoint.as_str().to_owned(),
+            share: traces.share,
+            service: "skyway-edge",
+        });
+        let logs = logs::start(&log.filter, log.format, traces.as_ref()).map_err(Stop::failed)?;
+        let served = runtime()?.block_on(serve(start, output));
+        logs.end();
+        served.map(|()| Verdict::Done)
     }
 }
 

@@ -6,6 +6,7 @@ use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::{EffectiveConfig, RegistryConfig};
 use crate::process::registry::{RegistryService, RegistryStart};
+use crate::process::traces::TracesConfig;
 use crate::process::{logs, signals};
 use clap::Args;
 use std::path::PathBuf;
@@ -66,15 +67,21 @@ impl Registry {
         for warning in &admission.warnings {
             output.warn(&warning.to_string());
         }
-        let log = &effective.config.log;
-        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
+        let RegistryConfig { log, traces, .. } = &effective.config;
+        let traces = traces.endpoint.as_ref().map(|endpoint| TracesConfig {
+            endpoint: endpoint.as_str().to_owned(),
+            share: traces.share,
+            service: "skyway-registry",
+        });
+        let logs = logs::start(&log.filter, log.format, traces.as_ref()).map_err(Stop::failed)?;
         let start = RegistryStart {
             config: effective.config,
             tokens: admission.tokens,
             new_epoch: self.new_epoch,
         };
-        runtime()?.block_on(serve(start, output))?;
-        Ok(Verdict::Done)
+        let served = runtime()?.block_on(serve(start, output));
+        logs.end();
+        served.map(|()| Verdict::Done)
     }
 
     fn effective(&self) -> Result<EffectiveConfig<RegistryConfig>, Stop> {

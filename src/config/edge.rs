@@ -6,7 +6,7 @@ use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
 use super::tokens::read_bearer;
-use super::value::{LogFilter, LogFormat, Size, Value};
+use super::value::{HttpUrl, LogFilter, LogFormat, Size, Value};
 use jiff::Timestamp;
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -178,6 +178,14 @@ settings! {
         filter: LogFilter = LogFilter::level(LevelFilter::INFO);
         /// How: text or json.
         format: LogFormat = LogFormat::Text;
+    }
+    /// Traces of requests, in the form of OpenTelemetry.
+    traces: Traces {
+        /// Where a collector takes OTLP over HTTP, such as http://127.0.0.1:4318/v1/traces; empty for none. What it
+        /// does not take in time is dropped.
+        endpoint: Option<HttpUrl> = None;
+        /// The part of the requests that is traced where the client does not decide.
+        share: f64 = 1.0, 0.0..=1.0;
     }
     /// A clock for simulators, on loopback only. Every answer then says that it is simulated.
     clock: ClockConfig {

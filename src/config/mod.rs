@@ -27,4 +27,4 @@ pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;
 pub use tokens::{NewToken, Tokens, TokensError, read_bearer};
-pub use value::{Kind, LogFilter, LogFormat, Size};
+pub use value::{HttpUrl, Kind, LogFilter, LogFormat, Size};

@@ -125,6 +125,37 @@ impl Value for Option<String> {
     }
 }
 
+/// An address of plain HTTP on some machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HttpUrl(String);
+
+impl HttpUrl {
+    /// As it was written.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Empty text is none, so that a flag can undo what a file says.
+impl Value for Option<HttpUrl> {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str =
+        "an address such as http://127.0.0.1:4318/v1/traces, or empty for none";
+
+    fn read(text: &str) -> Option<Self> {
+        if text.is_empty() {
+            return Some(None);
+        }
+        let uri: http::Uri = text.parse().ok()?;
+        let is_http = uri.scheme() == Some(&http::uri::Scheme::HTTP);
+        is_http.then(|| Some(HttpUrl(text.to_owned())))
+    }
+
+    fn write(&self) -> String {
+        self.as_ref().map_or_else(String::new, |url| url.0.clone())
+    }
+}
+
 /// Empty text is no path, so that a flag can undo what a file says.
 impl Value for Option<PathBuf> {
     const KIND: Kind = Kind::Text;

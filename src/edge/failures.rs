@@ -13,6 +13,7 @@ use super::records::{AnswerRecord, PlanChange, Published};
 use super::reporter::{drone_of, may_speak_for, reporter};
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::store::Entry;
+use super::traces;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::compose::{equip, flight_time_s};
@@ -190,6 +191,7 @@ impl Edge {
         parsed: ParsedReport,
         manner: Manner,
     ) -> Result<Answered, Refusal> {
+        let span = traces::of_answer().entered();
         let stopwatch = self.clock.stopwatch();
         let now = self.clock.now();
         let snapshot = self.on_network()?;
@@ -199,12 +201,12 @@ impl Edge {
         } = parsed;
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
         let drone_id = drone_of(&report, plan.as_deref());
-        let settled = {
+        let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, is nobody's business who may not speak for it.
             let own = drone_id.as_deref().filter(|id| caller.speaks_for(id));
             let known = self.known(&snapshot, plan.as_ref(), own, now);
-            settle_report(&report, &known, &snapshot.airspace, &mut read)?
-        };
+            settle_report(&report, &known, &snapshot.airspace, &mut read)
+        })?;
         let dry_run = report.dry_run == Some(true);
         let changed = plan
             .as_ref()
@@ -238,11 +240,13 @@ impl Edge {
             dry_run,
         };
         if !dry_run {
+            let _span = traces::of_publication().entered();
             // First, so that the closure then finds the plan with a way that is open.
             self.propose_to_plan(&record);
             record.published = self.publish(&snapshot, caller, &record, plan.as_ref(), manner);
         }
         let record = Arc::new(record);
+        traces::tell(&span, &record);
         self.records.keep(&record);
         let standing = self.standing(&snapshot);
         self.store.note_decision(&record, standing);
@@ -259,6 +263,7 @@ impl Edge {
         plan: Option<&Arc<PlanEntry>>,
         now: Timestamp,
     ) -> (Recomposition, Option<PlanChange>) {
+        let _span = traces::of_search().entered();
         let airspace = &snapshot.airspace;
         let world = World {
             airspace,

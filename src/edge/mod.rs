@@ -44,6 +44,7 @@ pub mod sync;
 mod tables;
 mod telemetry;
 mod timers;
+mod traces;
 mod upstream;
 mod validity;
 mod views;
@@ -67,6 +68,7 @@ pub use store::{
     Breakage, MemoryDisk, Pending, Row, SqliteFile, StoreFault, StoreFile, StoreStatus,
     StoredDecision, Table, Transaction, read_decision, read_network,
 };
+pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use zones::ZoneWrite;
 

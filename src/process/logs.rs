@@ -1,22 +1,44 @@
-//! Log lines, on standard error: for people, or one JSON object to a line.
+//! What a process tells of itself: log lines on standard error, for people or one JSON object to a line, and
+//! traces of requests for a collector.
 
+use super::traces::{Traces, TracesConfig};
 use crate::config::{LogFilter, LogFormat};
+use crate::edge::TRACES_TARGET;
+use opentelemetry_otlp::ExporterBuildError;
 use std::io;
 use thiserror::Error;
 use tracing_subscriber::Layer;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::{SubscriberInitExt, TryInitError};
 
-/// Logs were started before in this process.
+/// Why a process cannot tell of itself.
 #[derive(Debug, Error)]
-#[error("cannot start the logs: {0}")]
-pub struct LogsError(#[from] TryInitError);
+pub enum LogsError {
+    /// Logs were started before in this process.
+    #[error("cannot start the logs: {0}")]
+    Started(#[from] TryInitError),
+    /// The collector cannot be reached under this name.
+    #[error(
+        "cannot send traces: {0}; traces.endpoint is an address such as http://127.0.0.1:4318/v1/traces"
+    )]
+    Traces(#[from] ExporterBuildError),
+}
 
-/// Starts the logs of this process.
+/// The logs and traces of this process, until they end.
+#[derive(Debug)]
+#[must_use = "the last traces are sent when it ends"]
+pub struct Logs(Option<Traces>);
+
+/// Starts the logs of this process, and its traces where a collector is named. To be called outside of the runtime.
 ///
 /// # Errors
-/// When they were started before.
-pub fn start(filter: &LogFilter, format: LogFormat) -> Result<(), LogsError> {
+/// When they were started before, or the collector's address is none.
+pub fn start(
+    filter: &LogFilter,
+    format: LogFormat,
+    traces: Option<&TracesConfig>,
+) -> Result<Logs, LogsError> {
     let lines = tracing_subscriber::fmt::layer()
         .with_ansi(false)
         .with_writer(standard_error);
@@ -24,10 +46,29 @@ pub fn start(filter: &LogFilter, format: LogFormat) -> Result<(), LogsError> {
         LogFormat::Text => lines.boxed(),
         LogFormat::Json => lines.json().flatten_event(true).boxed(),
     };
+    let traces = traces.map(Traces::start).transpose()?;
+    let spans = traces.as_ref().map(|traces| {
+        let only_requests = Targets::new().with_target(TRACES_TARGET, LevelFilter::TRACE);
+        tracing_opentelemetry::layer()
+            .with_tracer(traces.tracer())
+            .with_location(false)
+            .with_threads(false)
+            .with_filter(only_requests)
+    });
     tracing_subscriber::registry()
         .with(lines.with_filter(filter.targets()))
+        .with(spans)
         .try_init()?;
-    Ok(())
+    Ok(Logs(traces))
+}
+
+impl Logs {
+    /// Sends the traces that still wait, within two seconds. To be called outside of the runtime.
+    pub fn end(self) {
+        if let Some(traces) = self.0 {
+            traces.end();
+        }
+    }
 }
 
 #[expect(

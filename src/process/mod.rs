@@ -6,3 +6,5 @@ mod planted;
 pub mod registry;
 pub mod service;
 pub mod signals;
+mod store_lock;
+pub mod traces;

@@ -5,6 +5,7 @@
 
 use super::listening::{Addresses, ServiceError, authentication, bind};
 use super::planted::plant_bug;
+use super::store_lock::StoreLock;
 use crate::api::grpc::{self, Health};
 use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
@@ -46,6 +47,7 @@ pub struct Service {
     addresses: Addresses,
     drain: Drain,
     following: Option<Following>,
+    _lock: Option<StoreLock>,
     main: JoinHandle<io::Result<Drained>>,
     admin: JoinHandle<io::Result<Drained>>,
 }
@@ -74,6 +76,8 @@ impl Service {
         let epoch = crate::clock::Clock::real().now().as_millisecond();
         let epoch = u64::try_from(epoch).unwrap_or_default();
         let opening = Opening::new(topology, geojson, epoch, settings(&config), clock);
+        let lock = config.store.as_deref().map(StoreLock::take);
+        let lock = lock.transpose().map_err(OpenError::from)?;
         let edge = open(opening.fresh_id(random_id()?), config.store.as_deref()).await?;
         let mut registry = Registry::with_prefix("skyway");
         let metrics = Arc::new(RequestMetrics::new(&mut registry));
@@ -116,6 +120,7 @@ impl Service {
             addresses,
             drain,
             following,
+            _lock: lock,
             main,
             admin: tokio::spawn(admin),
         })

@@ -101,6 +101,61 @@ pub(crate) fn skyway_unread(arguments: &[&str]) -> Run {
     Run::of(&child.wait_with_output().expect("a run that ends"))
 }
 
+/// A daemon that runs until it is told to end.
+#[cfg(all(unix, feature = "edge"))]
+pub(crate) struct Server {
+    child: std::process::Child,
+    pub(crate) address: std::net::SocketAddr,
+}
+
+#[cfg(all(unix, feature = "edge"))]
+impl Server {
+    /// Starts it on free ports and waits until it serves.
+    pub(crate) fn start(desk: &Desk, arguments: &[&str]) -> Self {
+        let ports_file = desk.path("ports.json");
+        let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
+        let mut command = command(arguments);
+        command.args(anywhere).args(["--ports-file", &ports_file]);
+        command.stdin(Stdio::null()).stderr(Stdio::null());
+        let mut child = command.spawn().expect("a binary that starts");
+        // It writes its ports once it serves; a daemon that has ended never will.
+        let ports: Value = loop {
+            let text = std::fs::read_to_string(&ports_file).unwrap_or_default();
+            match serde_json::from_str(&text) {
+                Ok(ports) => break ports,
+                Err(_) => assert!(child.try_wait().expect("a child").is_none(), "it has ended"),
+            }
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        };
+        let port = u16::try_from(ports["listen"].as_u64().expect("a port")).expect("a port");
+        Self {
+            child,
+            address: (std::net::Ipv4Addr::LOCALHOST, port).into(),
+        }
+    }
+
+    /// Tells it to end; gives its exit code.
+    pub(crate) fn end(mut self) -> i32 {
+        let id = self.child.id().to_string();
+        let told = Command::new("kill").arg(&id).status().expect("kill");
+        assert!(told.success());
+        self.child
+            .wait()
+            .expect("it ends")
+            .code()
+            .expect("no signal")
+    }
+}
+
+#[cfg(all(unix, feature = "edge"))]
+impl Drop for Server {
+    fn drop(&mut self) {
+        // One that has ended already cannot be killed.
+        let _ended = self.child.kill();
+        let _code = self.child.wait();
+    }
+}
+
 /// A directory that goes away with the test.
 pub(crate) struct Desk(TempDir);
 

@@ -11,3 +11,5 @@ mod help;
 mod input;
 mod networks;
 mod requests;
+#[cfg(feature = "edge")]
+mod traces;

@@ -41,13 +41,18 @@ pub(crate) struct Line {
 
 impl Line {
     pub(crate) fn to(registry: &Arc<Registry>, edge_id: &str, network: &str) -> Self {
-        let line = Self {
+        let line = Self::to_nothing(edge_id, network);
+        line.lead_to(Some(registry));
+        line
+    }
+
+    /// The line of an edge that begins cut off.
+    pub(crate) fn to_nothing(edge_id: &str, network: &str) -> Self {
+        Self {
             edge_id: Arc::from(edge_id),
             network: Arc::from(network),
             ..Self::nowhere()
-        };
-        line.lead_to(Some(registry));
-        line
+        }
     }
 
     /// A line that leads nowhere.

@@ -33,25 +33,32 @@ async fn registry(folder: &TempDir) -> RegistryService {
 }
 
 async fn edge(registry: &RegistryService, name: &str) -> Service {
-    let mut config = EdgeConfig {
-        listen: anywhere(),
-        admin_listen: anywhere(),
-        ..EdgeConfig::default()
-    };
+    let mut config = edge_config();
     config.registry.url = Some(format!("http://{}/", registry.addresses().listen));
-    config.store = None;
     config.registry.network = "ladder".to_owned();
     config.registry.edge_id = Some(name.to_owned());
     config.registry.retry_within = Duration::from_millis(200);
+    Service::start(on_ladder(config)).await.expect("an edge")
+}
+
+fn edge_config() -> EdgeConfig {
+    EdgeConfig {
+        listen: anywhere(),
+        admin_listen: anywhere(),
+        store: None,
+        ..EdgeConfig::default()
+    }
+}
+
+fn on_ladder(config: EdgeConfig) -> Start {
     let text = write_network(&ladder());
     let loaded = load_network(&text).expect("a network");
-    let start = Start {
+    Start {
         config,
         tokens: None,
         topology: Arc::new(loaded.topology),
         geojson: text.into(),
-    };
-    Service::start(start).await.expect("an edge")
+    }
 }
 
 async fn send(client: &reqwest::Client, line: &str, url: &str, body: String) -> Value {
@@ -147,4 +154,24 @@ async fn what_is_posted_at_one_edge_closes_at_the_other() {
     assert!(south.edge().is_ready());
     north.stop().await.expect("it ends");
     south.stop().await.expect("it ends");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_edge_on_one_store_does_not_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let start = || {
+        on_ladder(EdgeConfig {
+            store: Some(folder.path().join("edge.db")),
+            ..edge_config()
+        })
+    };
+    let first = Service::start(start()).await.expect("an edge");
+    let refused = Service::start(start()).await.expect_err("it is taken");
+    assert_eq!(
+        refused.to_string(),
+        "another edge writes to this store; give each edge a file of its own"
+    );
+    first.stop().await.expect("it ends");
+    let next = Service::start(start()).await.expect("it is free again");
+    next.stop().await.expect("it ends");
 }

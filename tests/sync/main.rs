@@ -9,5 +9,6 @@ mod epochs;
 mod line;
 mod loopback;
 mod networks;
+mod restart;
 mod stage;
 mod standing;

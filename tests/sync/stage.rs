@@ -6,13 +6,14 @@ use serde_json::{Value, json};
 use skyway::clock::{Clock, Hand};
 use skyway::edge::sync::{Following, RegistryClient, SyncSettings};
 use skyway::edge::{
-    Caller, Decision, Edge, EventStream, Idempotency, PageRequest, Settings, ZoneWrite,
+    self, Caller, Decision, Edge, EventStream, Idempotency, MemoryDisk, PageRequest, Settings,
+    ZoneWrite,
 };
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::registry::store::Store;
 use skyway::registry::{self, Manner, Opening, Registry, open_store};
-use skyway::wire::{self, EventKind, ObjectKind};
+use skyway::wire::{self, EventKind, Freshness, ObjectKind};
 use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
@@ -151,6 +152,29 @@ impl Outpost {
         Self::following(line.clone(), line, name, settings)
     }
 
+    /// One that keeps what it knows on a disk, and goes on with what is there.
+    pub(crate) async fn over(registry: &Arc<Registry>, name: &str, disk: &MemoryDisk) -> Self {
+        let line = Line::to(registry, name, NETWORK);
+        Self::on_disk(disk, line, name).await
+    }
+
+    /// The machine dies and starts again, cut off from the registry.
+    pub(crate) async fn crash(mut self, name: &str, disk: &MemoryDisk) -> Self {
+        disk.crash();
+        if let Some(following) = self.following.take() {
+            following.stop().await;
+        }
+        let line = Line::to_nothing(name, NETWORK);
+        Self::on_disk(disk, line, name).await
+    }
+
+    async fn on_disk(disk: &MemoryDisk, line: Line, name: &str) -> Self {
+        let (opening, hand) = opening(Settings::default());
+        let edge = Edge::open(opening, disk.open()).await;
+        let raised = (edge.expect("an edge"), hand);
+        Self::raised(raised, line.clone(), line, name)
+    }
+
     /// An edge that has no network of its own.
     pub(crate) fn without_network(
         registry: &Arc<Registry>,
@@ -205,6 +229,11 @@ impl Outpost {
         waited.unwrap_or_else(|_| panic!("it never was so: {what}; {:?}", self.edge.status()));
     }
 
+    /// Waits until what the edge knows now is on its disk.
+    pub(crate) async fn stored(&self) {
+        self.edge.tick().await.expect("the writer works");
+    }
+
     /// Waits until the edge has all that the registry has, and the registry all of the edge.
     pub(crate) async fn settle(&self, central: &Central) {
         self.until("all is equal", async || {
@@ -216,7 +245,9 @@ impl Outpost {
             let cursor = status.stamp.registry_revision;
             let is_there =
                 cursor.is_some_and(|cursor| (cursor.epoch, cursor.revision) == (epoch, head));
-            is_there && status.registry.expect("it follows").outbox == 0
+            // It knows so a moment after it is so.
+            let is_fresh = status.stamp.freshness == Freshness::Fresh;
+            is_there && is_fresh && status.registry.expect("it follows").outbox == 0
         })
         .await;
     }
@@ -319,20 +350,30 @@ pub(crate) fn sync_settings(name: &str) -> SyncSettings {
 
 /// An edge over the ladder, on a clock moved by hand.
 pub(crate) fn raise(settings: Settings) -> (Arc<Edge>, Hand) {
-    let text = write_network(&ladder());
-    let loaded = load_network(&text).expect("the ladder is a network");
-    raise_on(loaded.topology, text, settings)
+    let (opening, hand) = opening(settings);
+    (opening.without_store().expect("threads"), hand)
 }
 
 fn raise_on(topology: Topology, text: String, settings: Settings) -> (Arc<Edge>, Hand) {
+    let (opening, hand) = opening_on(topology, text, settings);
+    (opening.without_store().expect("threads"), hand)
+}
+
+fn opening(settings: Settings) -> (edge::Opening, Hand) {
+    let text = write_network(&ladder());
+    let loaded = load_network(&text).expect("the ladder is a network");
+    opening_on(loaded.topology, text, settings)
+}
+
+fn opening_on(topology: Topology, text: String, settings: Settings) -> (edge::Opening, Hand) {
     let settings = Settings {
         closed_fraction_max: 0.2,
         follows_registry: true,
         ..settings
     };
     let (clock, hand) = Clock::by_hand(dawn());
-    let edge = Edge::start(Arc::new(topology), text.into(), 7, settings, clock);
-    (edge.expect("threads"), hand)
+    let opening = edge::Opening::new(Arc::new(topology), text.into(), 7, settings, clock);
+    (opening, hand)
 }
 
 /// A round zone.

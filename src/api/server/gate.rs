@@ -11,6 +11,7 @@ use super::hosts::Hosts;
 use super::refuse::{self, Finding};
 use super::request::{RequestContext, RequestId, X_REQUEST_ID, grpc_timeout};
 use super::services::{Content, Services};
+use super::spans;
 use crate::access::Caller;
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
 use crate::api::operations::{Access, Class, Operation, Unresolved};
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::task::Poll;
 use tokio::time::{Instant, Sleep, sleep_until};
+use tracing::Span;
 
 /// The prefix of a gRPC message: one byte of flags, four of length.
 const GRPC_PREFIX_BYTES: usize = 5;
@@ -67,6 +69,8 @@ struct Known {
     operation: Option<Operation>,
     request_id: RequestId,
     arrived: Instant,
+    /// For those who trace.
+    span: Span,
 }
 
 enum Outcome {
@@ -108,6 +112,7 @@ impl Gate {
             operation: None,
             request_id: self.request_id(&head),
             arrived: Instant::now(),
+            span: Span::none(),
         };
         let checked = self.check(head, body, &mut known);
         let gate = Arc::clone(self);
@@ -144,6 +149,7 @@ impl Gate {
             )
         })?;
         known.operation = Some(operation);
+        known.span = spans::of_request(operation, known.dialect, &known.request_id, &head.headers);
         self.admit(head, body, operation, known).map_err(|refusal| {
             refuse::answer(&refusal, known.dialect, &known.request_id.to_string())
         })
@@ -267,8 +273,7 @@ impl Gate {
             permit,
             exceeded,
         } = passed;
-        let place = (operation, known.dialect);
-        let outcome = self.handle(request, place, deadline).await;
+        let outcome = self.handle(request, operation, &known, deadline).await;
         let was_exceeded = exceeded.is_some_and(|flag| flag.load(Ordering::Relaxed));
         let refusal = match outcome {
             Outcome::Answered(_) if was_exceeded => too_large(self.body_bytes_max(operation)),
@@ -298,15 +303,18 @@ impl Gate {
     async fn handle(
         &self,
         request: Request<BoundedBody>,
-        place: (Operation, Dialect),
+        operation: Operation,
+        known: &Known,
         deadline: Instant,
     ) -> Outcome {
+        let place = (operation, known.dialect);
         let mut handler = pin!(self.services.call(request, place));
         // Most handlers answer when first polled and never need the timer.
         let mut timer = pin!(None::<Sleep>);
         poll_fn(|context| {
             // What a handler shares outlives its panic, and is made of locks that know it and of snapshots.
-            match catch_unwind(AssertUnwindSafe(|| handler.as_mut().poll(context))) {
+            let polled = || known.span.in_scope(|| handler.as_mut().poll(context));
+            match catch_unwind(AssertUnwindSafe(polled)) {
                 Ok(Poll::Ready(response)) => return Poll::Ready(Outcome::Answered(response)),
                 Ok(Poll::Pending) => {}
                 Err(_) => return Poll::Ready(Outcome::Panicked),
@@ -346,6 +354,10 @@ impl Gate {
         }
         if let Some(code) = code {
             self.metrics.refused(code);
+            known.span.record("code", problem::row(code).name);
+            if problem::row(code).status.is_server_error() {
+                known.span.record("otel.status_code", "ERROR");
+            }
             self.log(code, known);
         }
         let headers = response.headers_mut();

@@ -13,6 +13,7 @@ mod hosts;
 mod refuse;
 mod request;
 mod services;
+mod spans;
 mod watch;
 
 pub use accept::{Drained, serve};

@@ -69,10 +69,17 @@ pub(super) struct Demo {
     log: String,
 }
 
+/// An edge of a demo.
+#[derive(Clone, Copy, Debug)]
+enum Which {
+    /// The fleet flies at this one.
+    First,
+    Second,
+}
+
 /// The registry and the edges of a demo.
 struct World {
     central: Central,
-    /// The fleet flies at this one.
     first: Service,
     second: Service,
 }
@@ -84,14 +91,15 @@ impl Demo {
         let registry = self.registry(&started, folder.path())?;
         // What is wrong with the edges is found before anything is started.
         let address = registry.config.listen;
-        self.edge(&self.listen, &started, folder.path(), address)?
+        self.edge(Which::First, &started, folder.path(), address)?
             .admit()
             .map_err(|faults| misconfigured(&faults))?;
         let log = &registry.config.log;
-        logs::start(&log.filter, log.format).map_err(Stop::failed)?;
-        let runtime = runtime()?;
-        runtime.block_on(self.serve(registry.config, &started, folder.path(), output))?;
-        Ok(Verdict::Done)
+        let logs = logs::start(&log.filter, log.format, None).map_err(Stop::failed)?;
+        let served =
+            runtime()?.block_on(self.serve(registry.config, &started, folder.path(), output));
+        logs.end();
+        served.map(|()| Verdict::Done)
     }
 
     fn registry(
@@ -115,15 +123,25 @@ impl Demo {
     /// everywhere.
     fn edge(
         &self,
-        listen: &str,
+        which: Which,
         started: &str,
         folder: &Path,
         registry: SocketAddr,
     ) -> Result<EffectiveConfig, Stop> {
-        let is_first = listen == self.listen;
-        let (flag, admin, store) = match is_first {
-            true => ("--listen", self.admin_listen.as_str(), "first.db"),
-            false => ("--second-listen", "127.0.0.1:0", "second.db"),
+        let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
+        let (flag, listen, admin, store) = match which {
+            Which::First => (
+                "--listen",
+                &self.listen,
+                self.admin_listen.as_str(),
+                "first.db",
+            ),
+            Which::Second => (
+                "--second-listen",
+                &second_listen,
+                "127.0.0.1:0",
+                "second.db",
+            ),
         };
         let store = folder.join(store).display().to_string();
         let url = format!("http://{registry}");
@@ -181,14 +199,13 @@ impl Demo {
     ) -> Result<World, Stop> {
         let (_, geojson) = network_source::load_with_text(NETWORK, output)?;
         let central = Central::start(registry, &geojson).await?;
-        let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
-        let start = async |listen: &str| {
-            let effective = self.edge(listen, started, folder, central.address())?;
+        let start = async |which| {
+            let effective = self.edge(which, started, folder, central.address())?;
             let start = prepare(&effective, output)?;
             Service::start(start).await.map_err(Stop::failed)
         };
-        let first = start(&self.listen).await?;
-        let second = start(&second_listen).await?;
+        let first = start(Which::First).await?;
+        let second = start(Which::Second).await?;
         for service in [&first, &second] {
             let ready = tokio::time::timeout(READY_WITHIN, service.edge().ready());
             ready.await.map_err(|_| {

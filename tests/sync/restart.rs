@@ -1,0 +1,105 @@
+//! An edge that follows, dies, and starts again from its disk while the registry is away.
+
+use crate::stage::{Central, NETWORK, Outpost, manner};
+use serde_json::json;
+use skyway::edge::{Decision, MemoryDisk, Table};
+use skyway::wire::Freshness;
+
+/// An edge on a disk that has the zone `x` around a1-a2, of 20 m, from the registry.
+async fn followed(disk: &MemoryDisk) -> (Central, Outpost) {
+    let central = Central::open().await;
+    central.put_zone("x", 150.0, 0.0, 20.0).await;
+    let north = Outpost::over(&central.registry, "north", disk).await;
+    north.settle(&central).await;
+    (central, north)
+}
+
+#[tokio::test]
+async fn what_was_not_told_yet_is_told_after_a_crash() {
+    let disk = MemoryDisk::default();
+    let (central, north) = followed(&disk).await;
+    north.line.cut();
+    north.put_zone("y", 350.0, 0.0, 20.0).await;
+    north.put_zone("y", 350.0, 0.0, 30.0).await;
+    north.close("works", "b4-b5").await;
+    north.lift_zone("x").await;
+    let (zones, blocked) = (north.zones(), north.blocked());
+    let cursor = north.edge.stamp().registry_revision;
+    let north = north.crash("north", &disk).await;
+    assert_eq!((north.zones(), north.blocked()), (zones, blocked));
+    assert_eq!(north.edge.stamp().registry_revision, cursor);
+    assert_eq!(north.sync().outbox, 4, "in the order in which it was done");
+    central.put_zone("z", 550.0, 100.0, 5.0).await;
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    assert_eq!(
+        central.zones().await,
+        [("y".to_owned(), 30.0), ("z".to_owned(), 5.0)]
+    );
+    assert_eq!(north.zones(), central.zones().await);
+    assert_eq!(central.closures().await.len(), 1);
+    assert_eq!(north.line.lists(), 0, "it went on where it was");
+    north.end().await;
+}
+
+#[tokio::test]
+async fn a_change_that_waits_for_an_operator_waits_on_after_a_crash() {
+    let disk = MemoryDisk::default();
+    let (central, north) = followed(&disk).await;
+    north.line.cut();
+    central.put_zone("x", 150.0, 0.0, 90.0).await;
+    north.put_zone("x", 150.0, 0.0, 5.0).await;
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    let before = north.holds();
+    assert_eq!(before.len(), 1);
+    north.stored().await;
+    let north = north.crash("north", &disk).await;
+    assert_eq!(north.holds(), before);
+    assert_eq!(
+        north.zones(),
+        [("x".to_owned(), 90.0)],
+        "the stricter of both"
+    );
+    north.decide(&before[0], Decision::Accept).await;
+    let north = north.crash("north", &disk).await;
+    assert!(north.holds().is_empty());
+    assert_eq!(north.zones(), [("x".to_owned(), 5.0)]);
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    assert_eq!(central.zones().await, [("x".to_owned(), 5.0)]);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn weather_and_the_place_in_the_log_are_on_the_disk() {
+    let disk = MemoryDisk::default();
+    let (central, north) = followed(&disk).await;
+    let weather = json!({"wind": [{
+        "from": "2026-11-21T06:00:00Z", "until": "2026-11-21T09:00:00Z",
+        "speed_mps": 7.0, "from_deg": 200.0,
+    }]});
+    let weather = serde_json::from_value(weather).expect("weather");
+    let put = central
+        .registry
+        .put_weather(NETWORK, weather, &manner(None))
+        .await;
+    put.expect("weather");
+    north.settle(&central).await;
+    north.stored().await;
+    let north = north.crash("north", &disk).await;
+    let facts = disk.rows(Table::Facts);
+    assert!(
+        facts.iter().any(|(_, body)| body.contains("200.0")),
+        "{facts:?}"
+    );
+    assert_ne!(north.edge.stamp().freshness, Freshness::Fresh);
+    north.line.lead_to(Some(&central.registry));
+    north
+        .until("it has heard the registry", async || {
+            north.edge.stamp().freshness == Freshness::Fresh
+        })
+        .await;
+    assert_eq!(north.line.lists(), 0);
+    north.end().await;
+}
