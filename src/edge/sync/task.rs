@@ -7,7 +7,7 @@ use super::super::upstream::RegistryCursor;
 use super::client::{ClientError, RegistryClient};
 use super::contact::Contact;
 use super::followed::{
-    Extent, FOREIGN_REGISTRY, Followed, Rejected, UNREADABLE, Verdict, is_damage,
+    BACKWARDS, Extent, FOREIGN_REGISTRY, Followed, Rejected, UNREADABLE, Verdict, is_damage,
 };
 use super::follower::{Follower, bounded};
 use super::ground::Ground;
@@ -438,7 +438,8 @@ impl<C: RegistryClient> Sync<C> {
     async fn reject(&self, rejected: Rejected) {
         let Rejected { nack, anyhow } = rejected;
         let contact = self.contact();
-        if nack.code == FOREIGN_REGISTRY {
+        // A registry that is behind what was followed would lose again what it is told.
+        if [FOREIGN_REGISTRY, BACKWARDS].contains(&&*nack.code) {
             contact.estrange();
         }
         if contact.refused(&nack) {
