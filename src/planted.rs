@@ -15,7 +15,7 @@ pub enum Bug {
     HalfBatch,
     /// A deletion is left out of what followers are told.
     SkipTombstone,
-    /// A registry that was restored from a backup goes on in its old epoch.
+    /// A registry that was restored from a backup, or an edge that starts again, goes on in its old epoch.
     KeepEpoch,
     /// What comes from the disk is not checked against its digest.
     TrustTheDisk,
@@ -35,11 +35,13 @@ pub enum Bug {
     CursorFirst,
     /// An edge answers from before the zones that its stated revision has.
     StaleAnswer,
+    /// An edge passes over the deletions of the pages that it follows.
+    PassOverTombstone,
 }
 
 impl Bug {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::AcknowledgeBeforeCommit,
         Self::HalfBatch,
         Self::SkipTombstone,
@@ -53,6 +55,7 @@ impl Bug {
         Self::DeleteFromBadPage,
         Self::CursorFirst,
         Self::StaleAnswer,
+        Self::PassOverTombstone,
     ];
 
     /// The name by which it is chosen.
@@ -71,6 +74,7 @@ impl Bug {
             Self::DeleteFromBadPage => "delete-from-bad-page",
             Self::CursorFirst => "cursor-first",
             Self::StaleAnswer => "stale-answer",
+            Self::PassOverTombstone => "pass-over-tombstone",
         }
     }
 }

@@ -11,7 +11,7 @@ use super::given::Given;
 use super::orders::Order;
 use super::records::{AnswerRecord, PlanChange, Published};
 use super::reporter::{drone_of, may_speak_for, reporter};
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::snapshot::{FIRST_TOPOLOGY, PlanEntry, Snapshot, Version};
 use super::store::Entry;
 use super::traces;
 use crate::access::Caller;
@@ -20,6 +20,7 @@ use crate::compose::{equip, flight_time_s};
 use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
 };
+use crate::planted::{self, Bug};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
@@ -265,9 +266,13 @@ impl Edge {
     ) -> (Recomposition, Option<PlanChange>) {
         let _span = traces::of_search().entered();
         let airspace = &snapshot.airspace;
+        let before = planted::is(Bug::StaleAnswer).then(|| {
+            let topology = snapshot.topology().clone();
+            Airspace::open(topology, FIRST_TOPOLOGY, now, self.settings.horizon)
+        });
         let world = World {
-            airspace,
-            trees: Some(&self.trees),
+            airspace: before.as_ref().unwrap_or(airspace),
+            trees: before.is_none().then_some(&self.trees),
         };
         let mut scratch = self.scratches.take(snapshot.topology());
         let answer = recompose(&world, request, &mut scratch);

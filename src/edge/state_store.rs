@@ -9,6 +9,7 @@ use super::state_fleet::GRACE_S;
 use super::store::Restored;
 use super::timers::Due;
 use crate::airspace::{Change, Closure};
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -43,7 +44,8 @@ impl State {
         for plan in plans {
             self.restore_plan(plan);
         }
-        for entry in restored.outbox {
+        let is_forgotten = planted::is(Bug::DropOutbox);
+        for entry in restored.outbox.into_iter().filter(|_| !is_forgotten) {
             self.next.outbox.insert(entry.number, Arc::new(entry));
         }
         self.next.registry = restored.registry.map(Arc::new);

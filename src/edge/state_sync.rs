@@ -12,6 +12,7 @@ use super::sync::{Extent, Followed, Superseded, Tombstone};
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use super::views;
 use crate::airspace::{Change, Closure};
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
@@ -38,6 +39,11 @@ impl State {
             // Nothing else of what is in doubt counts.
             for put in followed.puts {
                 self.follow_strict(put, &mut tally);
+            }
+            if planted::is(Bug::DeleteFromBadPage) {
+                for tombstone in &followed.lifts {
+                    self.remove(tombstone.kind, &tombstone.id, &mut tally);
+                }
             }
             return Ok(Done::Nothing);
         }

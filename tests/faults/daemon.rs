@@ -92,8 +92,8 @@ impl Plan {
     }
 
     /// Under another program, which starts it in its own place.
-    pub(crate) fn under(mut self, program: &[&str]) -> Self {
-        self.under = program.iter().map(|text| (*text).to_owned()).collect();
+    pub(crate) fn under(mut self, program: Vec<String>) -> Self {
+        self.under = program;
         self
     }
 
@@ -116,10 +116,8 @@ impl Plan {
             .append(true)
             .open(self.log_file())
             .expect("a log");
-        let program = std::env::var("SKYWAY_FAULT_BINARY");
-        let program = program.unwrap_or_else(|_| env!("CARGO_BIN_EXE_skyway").to_owned());
         let mut words = self.under.clone();
-        words.push(program);
+        words.push(program());
         words.extend(self.arguments.iter().cloned());
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).stdin(Stdio::null());
@@ -235,6 +233,17 @@ impl Drop for Daemon {
     fn drop(&mut self) {
         self.end();
     }
+}
+
+/// Writes a file that a daemon is started with.
+pub(crate) fn write(file: &str, text: &str) {
+    std::fs::write(file, text).expect("written");
+}
+
+/// The program that is tried.
+pub(crate) fn program() -> String {
+    let other = std::env::var("SKYWAY_FAULT_BINARY");
+    other.unwrap_or_else(|_| env!("CARGO_BIN_EXE_skyway").to_owned())
 }
 
 fn ports_of(text: &str) -> Option<(SocketAddr, SocketAddr)> {

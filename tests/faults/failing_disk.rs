@@ -9,8 +9,9 @@
 
 use crate::daemon::{Daemon, Plan, run};
 use crate::outcome::Came;
-use crate::registry_client::{Answer, Client, NETWORK, circle};
+use crate::registry_client::{Answer, Client, NETWORK};
 use crate::rounds::{rounds, seed};
+use crate::square::circle;
 use crate::tracing::{self, Tracer};
 use crate::writers::Crowd;
 use serde_json::Value;
@@ -21,11 +22,12 @@ use tempfile::TempDir;
 
 const WRITERS: u64 = 2;
 /// How soon it has to take writes again once there is space.
-const RECOVERY: Duration = Duration::from_secs(10);
+pub(crate) const RECOVERY: Duration = Duration::from_secs(10);
 /// How long is written between two troubles.
 const WHILE: Duration = Duration::from_millis(100);
 
-fn is_root() -> bool {
+/// Whether disks may be mounted.
+pub(crate) fn is_root() -> bool {
     run("id", &["-u"]).trim() == "0"
 }
 
@@ -72,25 +74,24 @@ fn without_probes(came: &mut Came) {
         .retain(|it| !it.starts_with("nobody did it") || !it.contains("probe-"));
 }
 
-/// A registry over a disk of its own that is as small as this.
-fn on_small_disk(folder: &TempDir) -> (Plan, PathBuf) {
+/// A disk of its own for a process, as small as this, and what it has to be started under.
+pub(crate) fn small_disk(folder: &TempDir) -> (PathBuf, Vec<String>) {
     let disk = folder.path().join("disk");
     std::fs::create_dir(&disk).expect("a folder");
-    let store = disk.join("registry.db").display().to_string();
     let script = format!(
         "mount -t tmpfs -o size=8m tmpfs '{}' && exec \"$0\" \"$@\"",
         disk.display()
     );
-    let plan = Plan::registry(folder.path(), &store, &[]);
     let under = ["unshare", "--mount", "--propagation", "private", "sh", "-c"];
-    (plan.under(&[&under[..], &[&script]].concat()), disk)
+    let under = under.into_iter().chain([script.as_str()]);
+    (disk, under.map(str::to_owned).collect())
 }
 
 /// A file on the disk of a process that takes all the space there is.
-struct Ballast(PathBuf);
+pub(crate) struct Ballast(PathBuf);
 
 impl Ballast {
-    fn fill(daemon: &Daemon, disk: &std::path::Path) -> Self {
+    pub(crate) fn fill(daemon: &Daemon, disk: &std::path::Path) -> Self {
         let below = disk.strip_prefix("/").expect("an absolute path");
         let root = PathBuf::from(format!("/proc/{}/root", daemon.pid()));
         let path = root.join(below).join("ballast");
@@ -114,7 +115,9 @@ async fn a_full_disk_refuses_writes_and_recovers() {
         return;
     }
     let folder = TempDir::new().expect("a folder");
-    let (plan, disk) = on_small_disk(&folder);
+    let (disk, under) = small_disk(&folder);
+    let store = disk.join("registry.db").display().to_string();
+    let plan = Plan::registry(folder.path(), &store, &[]).under(under);
     let daemon = plan.start().await;
     let client = Client::new(&plan.address);
     client.put_network().await;
@@ -200,23 +203,12 @@ async fn unsynced(bug: Option<&'static str>, zones: usize) -> usize {
     let daemon = plan.start().await;
     let client = Client::new(&plan.address);
     client.put_network().await;
-    let calls = "trace=fdatasync,fsync,write,writev,sendto,sendmsg";
-    let tracer = Tracer::attach(&daemon, &["-e", calls]);
+    let tracer = Tracer::of_syncs_and_answers(&daemon);
     let mut number = 0;
     for _ in 0..zones {
         post_until(&client, 201, &mut number).await;
     }
-    let (mut synced, mut unsynced, mut answers) = (0, 0, 0);
-    for call in tracer.calls() {
-        if call.contains("sync") && call.ends_with("= 0") {
-            synced += 1;
-        }
-        if call.contains("HTTP/1.1 201") {
-            answers += 1;
-            unsynced += usize::from(synced == 0);
-            synced = 0;
-        }
-    }
+    let (unsynced, answers) = tracer.unsynced();
     assert_eq!(answers, zones, "the trace has every answer");
     unsynced
 }

@@ -10,20 +10,36 @@
     reason = "what a story found is told, for the report of a long run"
 )]
 
+mod bad_edge_line;
 mod bad_line;
 #[path = "../registry/cluster.rs"]
 mod cluster;
 mod daemon;
+mod edge;
+mod edge_file;
 mod failing_disk;
+mod failing_edge_disk;
+mod false_registry;
+mod herd;
 mod history;
+mod killed_edge;
 mod killed_postgres;
 mod killed_registry;
+mod lies;
+mod lives;
+mod other_registry;
+mod outage;
 mod outcome;
+mod party;
 mod proxy;
 mod registry_client;
 mod restored_registry;
 mod rounds;
+mod square;
+mod stage;
 mod store_file;
+mod tokens;
+mod torn_edge;
 mod torn_file;
 mod tracing;
 mod writers;

@@ -1,8 +1,9 @@
 //! How a run of a registry is judged at its end.
 
 use crate::history::{Operation, Outcome, Version, log};
-use crate::registry_client::{All, Answer, Client, NETWORK, circle};
+use crate::registry_client::{All, Answer, Client, NETWORK};
 use crate::rounds::seed;
+use crate::square::circle;
 use crate::writers::Left;
 
 /// What a run came to.

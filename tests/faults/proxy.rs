@@ -6,9 +6,10 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream, UnixStream};
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 /// What a line does with what goes through it.
@@ -55,14 +56,25 @@ pub(crate) struct Proxy {
 #[derive(Debug)]
 struct Shared {
     line: Mutex<Line>,
-    end: End,
+    end: Mutex<End>,
     chance: Mutex<Chance>,
     accepted: AtomicU64,
+    /// How often it was turned to another end.
+    turns: watch::Sender<u64>,
+    /// When something was asked.
+    asked: Mutex<Vec<Instant>>,
 }
 
 impl Shared {
     fn line(&self) -> Line {
         *self.line.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn end(&self) -> End {
+        self.end
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
     }
 
     /// Returns once the line is no black hole any more: what went in comes out then, as it was never acknowledged.
@@ -82,9 +94,11 @@ impl Proxy {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let shared = Arc::new(Shared {
             line: Mutex::new(Line::Good),
-            end,
+            end: Mutex::new(end),
             chance: Mutex::new(Chance::of(seed, 5_000)),
             accepted: AtomicU64::new(0),
+            turns: watch::Sender::new(0),
+            asked: Mutex::default(),
         });
         let here = listener.local_addr().expect("an address");
         let accepting = tokio::spawn(accept(listener, shared.clone()));
@@ -100,8 +114,21 @@ impl Proxy {
         *now.as_deref_mut().expect("nobody panics with it") = line;
     }
 
+    /// New connections lead there; those that are there are cut.
+    pub(crate) fn leads_to(&self, end: End) {
+        let mut now = self.shared.end.lock();
+        *now.as_deref_mut().expect("nobody panics with it") = end;
+        self.shared.turns.send_modify(|turns| *turns += 1);
+    }
+
     pub(crate) fn socket(&self) -> SocketAddr {
         self.address.get().expect("it listens")
+    }
+
+    /// When something was asked through it.
+    pub(crate) fn asked(&self) -> Vec<Instant> {
+        let asked = self.shared.asked.lock();
+        asked.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// How many connections were made.
@@ -130,7 +157,8 @@ async fn carry(near: TcpStream, shared: Arc<Shared>) {
         return;
     }
     shared.healed().await;
-    match &shared.end {
+    let end = shared.end();
+    match &end {
         End::Daemon(address) => {
             let Some(address) = address.get() else {
                 return;
@@ -154,9 +182,11 @@ fn reset(near: &TcpStream) {
 
 async fn both<F: AsyncRead + AsyncWrite>(mut near: TcpStream, far: F, shared: &Shared) {
     let (far_out, far_in) = tokio::io::split(far);
+    let mut turns = shared.turns.subscribe();
     {
         let (near_out, near_in) = near.split();
         tokio::select! {
+            _ = turns.changed() => {}
             () = pump(near_out, far_in, shared, false) => {}
             () = pump(far_out, near_in, shared, true) => {}
         }
@@ -182,6 +212,12 @@ async fn pump(
             return;
         }
         let bytes = &mut buffer[..count];
+        if !is_answer {
+            let asked = shared.asked.lock();
+            asked
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(Instant::now());
+        }
         let written = match shared.line() {
             Line::Good => to.write_all(bytes).await,
             Line::BlackHole => {

@@ -1,70 +1,17 @@
-//! What is asked of a registry: zones with tags, its log, and everything that holds.
+//! What is asked of a daemon: things with tags, and of a registry its log and everything that holds.
 
 use crate::daemon::Address;
 use crate::history::{Act, Holding, Logged, Outcome, Seen, Version};
+use crate::square::{circle, middle_of, network, tag_of};
 use serde_json::{Value, json};
-use skyway::formats::write_network;
-use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 use skyway::wire::{ChangesPage, LoggedChange, ObjectKind, RegistrySnapshot, Written};
 use std::time::Duration;
 
 pub(crate) const NETWORK: &str = "square";
+/// How large zones are.
+pub(crate) const RADIUS_M: f64 = 10.0;
 /// Longer than a request may take, and shorter than a test.
 const TIMEOUT: Duration = Duration::from_secs(10);
-
-/// Four nodes in a square of 100 m, its sides, and a node in the middle.
-pub(crate) fn square() -> String {
-    let places = [
-        ("a", 0.0, 0.0),
-        ("b", 100.0, 0.0),
-        ("c", 100.0, 100.0),
-        ("d", 0.0, 100.0),
-        ("m", 50.0, 50.0),
-    ];
-    let nodes = places.map(|(id, x, y)| NodeDraft {
-        id: id.to_owned(),
-        position: [x, y],
-        pads: 1,
-        ..NodeDraft::default()
-    });
-    let ways = [
-        ("a", "b"),
-        ("b", "c"),
-        ("c", "d"),
-        ("d", "a"),
-        ("a", "m"),
-        ("m", "c"),
-    ];
-    let segments = ways.map(|(from, to)| SegmentDraft {
-        from: from.to_owned(),
-        to: to.to_owned(),
-        ..SegmentDraft::default()
-    });
-    write_network(&NetworkDraft {
-        name: "Square".to_owned(),
-        coordinates: Coordinates::Planar,
-        nodes: nodes.to_vec(),
-        segments: segments.to_vec(),
-        ..NetworkDraft::default()
-    })
-}
-
-/// A circle whose reason is its tag.
-pub(crate) fn circle(id: &str, tag: &str, center: [f64; 2], radius_m: f64) -> Value {
-    json!({
-        "type": "Feature",
-        "id": id,
-        "geometry": {"type": "Point", "coordinates": center},
-        "properties": {"radius_m": radius_m, "reason": tag},
-    })
-}
-
-/// The tag of a zone by its text.
-pub(crate) fn tag_of(body: &str) -> String {
-    let feature: Value = serde_json::from_str(body).unwrap_or_default();
-    let tag = feature["properties"]["reason"].as_str();
-    tag.unwrap_or_default().to_owned()
-}
 
 /// What came back: a status and a text; or nothing, and whether the request was ever sent.
 pub(crate) enum Answer {
@@ -85,8 +32,8 @@ pub(crate) struct Client {
     address: Address,
     /// What is behind a proxy, and answers under its own name only.
     behind: Option<Address>,
-    /// The path of its zones.
-    zones: String,
+    token: Option<String>,
+    is_of_edge: bool,
 }
 
 impl Client {
@@ -101,7 +48,22 @@ impl Client {
             http: http.build().expect("a client"),
             address: address.clone(),
             behind: None,
-            zones: format!("/v1/networks/{NETWORK}/zones"),
+            token: None,
+            is_of_edge: false,
+        }
+    }
+
+    /// With a token.
+    pub(crate) fn with_token(mut self, token: &str) -> Self {
+        self.token = Some(token.to_owned());
+        self
+    }
+
+    /// One of an edge.
+    pub(crate) fn of_edge(address: &Address) -> Self {
+        Self {
+            is_of_edge: true,
+            ..Self::new(address)
         }
     }
 
@@ -125,6 +87,9 @@ impl Client {
         let mut request = self.http.request(method, format!("http://{address}{path}"));
         if let Some(behind) = self.behind.as_ref().and_then(Address::get) {
             request = request.header("host", behind.to_string());
+        }
+        if let Some(token) = &self.token {
+            request = request.bearer_auth(token);
         }
         for (name, value) in headers {
             request = request.header(*name, *value);
@@ -168,34 +133,48 @@ impl Client {
 
     /// Puts the network.
     pub(crate) async fn put_network(&self) {
-        let network: Value = serde_json::from_str(&square()).expect("JSON");
+        let network: Value = serde_json::from_str(&network()).expect("JSON");
         self.until(&format!("PUT /v1/networks/{NETWORK}"), &network, 201)
             .await;
     }
 
-    /// Does what is to be done with a zone, and tells how it ended and which version it has now.
+    /// Does what is to be done with a thing, and tells how it ended and which version it has now.
     pub(crate) async fn act(
         &self,
         act: &Act,
         etag: Option<&str>,
         key: Option<&str>,
     ) -> (Outcome, Option<String>) {
-        let zones = &self.zones;
         let mut headers = Vec::new();
         headers.extend(etag.map(|etag| ("if-match", etag)));
         headers.extend(key.map(|key| ("idempotency-key", key)));
+        let all = self.collection(act.id());
         let (line, body) = match act {
-            Act::Put { id, tag } => {
-                let zone = circle(id, tag, [50.0, 50.0], 10.0);
-                match etag {
-                    None => (format!("POST {zones}"), zone),
-                    Some(_) => (format!("PUT {zones}/{id}"), zone),
-                }
-            }
-            Act::Delete { id } => (format!("DELETE {zones}/{id}"), Value::Null),
-            Act::Read { id } => (format!("GET {zones}/{id}"), Value::Null),
+            Act::Put { id, tag } => match etag {
+                None => (format!("POST {all}"), draft(id, tag)),
+                Some(_) => (format!("PUT {all}/{id}"), draft(id, tag)),
+            },
+            Act::Delete { id } => (format!("DELETE {all}/{id}"), Value::Null),
+            Act::Read { id } => (format!("GET {all}/{id}"), Value::Null),
         };
-        outcome(act, self.ask(&line, &headers, &body).await)
+        let (outcome, etag) = outcome(act, self.ask(&line, &headers, &body).await);
+        match self.is_of_edge {
+            true => (without_version(outcome), etag),
+            false => (outcome, etag),
+        }
+    }
+
+    /// Where things of this kind are.
+    fn collection(&self, id: &str) -> String {
+        let name = match kind_of(id) {
+            ObjectKind::Closure => "closures",
+            _ if id.starts_with(PLAN) => "plans",
+            _ => "zones",
+        };
+        match self.is_of_edge {
+            true => format!("/v1/{name}"),
+            false => format!("/v1/networks/{NETWORK}/{name}"),
+        }
     }
 
     /// The page of the log after a revision; none where no whole page came.
@@ -231,8 +210,17 @@ impl Client {
         }
     }
 
-    /// The zones that hold, by the snapshot.
+    /// All zones that hold.
     pub(crate) async fn read_holding(&self) -> Result<Holding, String> {
+        self.read_all(ObjectKind::Zone).await
+    }
+
+    /// All closures that hold.
+    pub(crate) async fn read_closures(&self) -> Result<Holding, String> {
+        self.read_all(ObjectKind::Closure).await
+    }
+
+    async fn read_all(&self, kind: ObjectKind) -> Result<Holding, String> {
         let mut holding = Holding::new();
         let mut token = String::new();
         loop {
@@ -251,8 +239,8 @@ impl Client {
             if page.checksum != page.digest() {
                 return Err("the snapshot has another checksum".to_owned());
             }
-            let zones = page.objects.iter().filter(|it| it.kind == ObjectKind::Zone);
-            holding.extend(zones.map(|zone| (zone.id.clone(), tag_of(&zone.body))));
+            let things = page.objects.iter().filter(|it| it.kind == kind);
+            holding.extend(things.map(|it| (it.id.clone(), tag_of(&it.body))));
             match page.next_page_token {
                 Some(next) => token = next,
                 None => return Ok(holding),
@@ -318,6 +306,52 @@ pub(crate) fn check_page(page: &ChangesPage, after: u64) -> Result<(), String> {
     Ok(())
 }
 
+/// The ids of closures and plans begin so.
+pub(crate) const CLOSURE: &str = "closure-";
+pub(crate) const PLAN: &str = "plan-";
+
+fn kind_of(id: &str) -> ObjectKind {
+    match id.starts_with(CLOSURE) {
+        true => ObjectKind::Closure,
+        false => ObjectKind::Zone,
+    }
+}
+
+/// Later than any test ends, and soon enough for a plan.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "an edge goes by the clock of the machine"
+)]
+fn tomorrow() -> String {
+    let tomorrow = jiff::Timestamp::now() + jiff::SignedDuration::from_hours(24);
+    tomorrow.to_string()
+}
+
+/// What is put.
+fn draft(id: &str, tag: &str) -> Value {
+    if id.starts_with(PLAN) {
+        return json!({
+            "id": id, "source": "n00", "destination": "n55", "drone_id": tag, "start_time": tomorrow(),
+        });
+    }
+    match kind_of(id) {
+        ObjectKind::Closure => json!({"id": id, "reason": tag, "nodes": ["n50"]}),
+        _ => circle(id, tag, middle_of(tag), RADIUS_M),
+    }
+}
+
+/// Edges count versions by themselves.
+fn without_version(outcome: Outcome) -> Outcome {
+    match outcome {
+        Outcome::Done(_) => Outcome::Done(None),
+        Outcome::Seen(Some(seen)) => Outcome::Seen(Some(Seen {
+            version: None,
+            ..seen
+        })),
+        other => other,
+    }
+}
+
 fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
     let (status, etag, body) = match came {
         Answer::Came { status, etag, body } => (status, etag, body),
@@ -325,6 +359,7 @@ fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
         Answer::Nothing { is_sent: false } => return (Outcome::Refused(0), None),
     };
     let outcome = match (status, act) {
+        (200, Act::Read { .. }) if is_cancelled(&body) => Outcome::Seen(None),
         (200, Act::Read { .. }) => Outcome::Seen(Some(Seen {
             version: etag.as_deref().and_then(Version::read),
             tag: tag_of(&body),
@@ -337,7 +372,13 @@ fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
     (outcome, etag)
 }
 
-/// The version that a registry says a write has made; edges count by themselves.
+/// A plan that was cancelled can still be read.
+fn is_cancelled(body: &str) -> bool {
+    let plan: Value = serde_json::from_str(body).unwrap_or_default();
+    plan["state"] == "cancelled"
+}
+
+/// The version that a registry says a write has made.
 fn version_of(body: &str) -> Option<Version> {
     let written: Written = serde_json::from_str(body).ok()?;
     Some(Version {

@@ -27,6 +27,18 @@ pub(crate) fn copy(from: &Path, to: &Path) {
     let _ = std::fs::remove_file(to.join("registry.db-shm"));
 }
 
+/// Copies a file of SQLite with its log, in place of what is there.
+pub(crate) fn copy_file(from: &Path, to: &Path) {
+    for suffix in ["", "-wal", "-shm"] {
+        let [from, to] = [from, to].map(|path| format!("{}{suffix}", path.display()));
+        let _ = std::fs::remove_file(&to);
+        // What SQLite shares between processes is made anew.
+        if suffix != "-shm" && std::fs::exists(&from).unwrap_or(false) {
+            std::fs::copy(from, to).expect("copied");
+        }
+    }
+}
+
 /// What is wrong with a copy of a store: pages that do not fit together, half a write, numbers that are not right.
 pub(crate) async fn faults(folder: &Path) -> Vec<String> {
     let copied = TempDir::new().expect("a folder");
@@ -37,15 +49,7 @@ pub(crate) async fn faults(folder: &Path) -> Vec<String> {
         Ok(connection) => connection,
         Err(error) => return vec![format!("it does not open: {error}")],
     };
-    let mut faults = Vec::new();
-    let rows = sqlx::query("PRAGMA integrity_check").fetch_all(&mut connection);
-    match rows.await {
-        Ok(rows) => {
-            let told = rows.iter().map(|row| row.get::<String, _>(0));
-            faults.extend(told.filter(|told| told != "ok"));
-        }
-        Err(error) => faults.push(format!("it cannot be checked: {error}")),
-    }
+    let mut faults = check_pages(&mut connection).await;
     for (wrong, query) in HALVES {
         match sqlx::query(query).fetch_one(&mut connection).await {
             Ok(row) => match row.get::<i64, _>(0) {
@@ -57,6 +61,18 @@ pub(crate) async fn faults(folder: &Path) -> Vec<String> {
     }
     let _ = close(connection).await;
     faults
+}
+
+/// Pages that do not fit together.
+pub(crate) async fn check_pages(connection: &mut SqliteConnection) -> Vec<String> {
+    let rows = sqlx::query("PRAGMA integrity_check").fetch_all(connection);
+    match rows.await {
+        Ok(rows) => {
+            let told = rows.iter().map(|row| row.get::<String, _>(0));
+            told.filter(|told| told != "ok").collect()
+        }
+        Err(error) => vec![format!("it cannot be checked: {error}")],
+    }
 }
 
 /// The log as it stands in a copy of a store.

@@ -21,13 +21,13 @@ use tempfile::TempDir;
 
 const WRITERS: u64 = 3;
 /// How long is written before the store is torn.
-const WHILE: Duration = Duration::from_millis(400);
+pub(crate) const WHILE: Duration = Duration::from_millis(400);
 /// How many tears are made for each round that was asked for.
-const TEARS: usize = 10;
+pub(crate) const TEARS: usize = 10;
 /// What stands before each page in the write-ahead log, and at its beginning, in bytes.
 const FRAME_HEAD: u64 = 24;
 const LOG_HEAD: u64 = 32;
-const PAGE: u64 = 4_096;
+pub(crate) const PAGE: u64 = 4_096;
 
 /// A store with something in its write-ahead log, and what a registry says is in it.
 async fn made() -> (TempDir, All) {
@@ -47,7 +47,7 @@ async fn made() -> (TempDir, All) {
 
 /// How a file is damaged.
 #[derive(Clone, Copy, Debug)]
-enum Tear {
+pub(crate) enum Tear {
     /// What follows is not there.
     Cut(u64),
     /// One bit of this byte is another.
@@ -58,7 +58,7 @@ enum Tear {
 
 impl Tear {
     /// Near the borders of frames, or anywhere.
-    fn draw(chance: &mut Chance, length: u64) -> Self {
+    pub(crate) fn draw(chance: &mut Chance, length: u64) -> Self {
         let frames = length.saturating_sub(LOG_HEAD) / (FRAME_HEAD + PAGE);
         let border = LOG_HEAD + chance.below(frames + 1) * (FRAME_HEAD + PAGE);
         let place = match chance.below(2) {
@@ -73,7 +73,7 @@ impl Tear {
         }
     }
 
-    fn apply(self, file: &Path, chance: &mut Chance) {
+    pub(crate) fn apply(self, file: &Path, chance: &mut Chance) {
         let mut bytes = std::fs::read(file).expect("read");
         let place = |place: u64| usize::try_from(place).expect("a place");
         match self {
@@ -128,12 +128,7 @@ async fn read(store: &dyn Store) -> Result<Given, StoreError> {
     };
     let objects = store.objects(&query).await?.map(|read| read.objects);
     let objects = objects.into_iter().flatten();
-    let tagged = objects.map(|it| {
-        (
-            it.id,
-            crate::registry_client::tag_of(&it.body.unwrap_or_default()),
-        )
-    });
+    let tagged = objects.map(|it| (it.id, crate::square::tag_of(&it.body.unwrap_or_default())));
     given.holding = tagged.collect();
     Ok(given)
 }
@@ -189,7 +184,7 @@ async fn a_torn_log_is_a_beginning_or_an_error() {
 }
 
 /// Where bodies of zones stand in the file.
-fn bodies(bytes: &[u8]) -> Vec<usize> {
+pub(crate) fn bodies(bytes: &[u8]) -> Vec<usize> {
     let pattern = b"\"reason\":\"w";
     let starts = bytes.windows(pattern.len()).enumerate();
     let starts = starts.filter(|(_, window)| window == pattern);

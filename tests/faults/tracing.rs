@@ -52,6 +52,12 @@ impl Tracer {
         Self::attach(daemon, &["-e", &trace, "-e", &inject])
     }
 
+    /// What goes to the disk and what is answered, in their order.
+    pub(crate) fn of_syncs_and_answers(daemon: &Daemon) -> Self {
+        let calls = "trace=fdatasync,fsync,write,writev,sendto,sendmsg";
+        Self::attach(daemon, &["-e", calls])
+    }
+
     fn file(folder: &TempDir) -> PathBuf {
         folder.path().join("trace")
     }
@@ -61,8 +67,24 @@ impl Tracer {
         let _ = self.child.wait();
     }
 
-    /// Lets go, and gives the calls in their order.
-    pub(crate) fn calls(mut self) -> Vec<String> {
+    /// Lets go, and counts the answers that made something, and those of them before which nothing had got to the disk
+    /// since the one before: these first.
+    pub(crate) fn unsynced(self) -> (usize, usize) {
+        let (mut synced, mut unsynced, mut answers) = (0, 0, 0);
+        for call in self.calls() {
+            if call.contains("sync") && call.ends_with("= 0") {
+                synced += 1;
+            }
+            if call.contains("HTTP/1.1 201") {
+                answers += 1;
+                unsynced += usize::from(synced == 0);
+                synced = 0;
+            }
+        }
+        (unsynced, answers)
+    }
+
+    fn calls(mut self) -> Vec<String> {
         self.let_go();
         let text = std::fs::read_to_string(Self::file(&self.folder)).expect("a trace");
         text.lines().map(str::to_owned).collect()

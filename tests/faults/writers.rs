@@ -2,10 +2,11 @@
 
 use crate::daemon::Address;
 use crate::history::{Act, Outcome, Recorder};
-use crate::registry_client::{Client, check_page};
+use crate::registry_client::{CLOSURE, Client, PLAN, check_page};
 use crate::rounds::Chance;
 use skyway::wire::LoggedChange;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
@@ -42,17 +43,69 @@ pub(crate) struct Left {
     pub(crate) followed: Vec<LoggedChange>,
 }
 
+/// How writers go about it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Habit {
+    /// At an edge there are closures and plans too. What has no answer is left alone there: what an edge shows may not
+    /// be stored yet.
+    pub(crate) is_at_edge: bool,
+    /// Each lets something go once it has so many.
+    pub(crate) most: usize,
+    /// And rests so long after each thing done.
+    pub(crate) rest: Duration,
+}
+
+impl Habit {
+    /// At a registry, as fast as it goes.
+    pub(crate) const BUSY: Self = Self {
+        is_at_edge: false,
+        most: usize::MAX,
+        rest: Duration::ZERO,
+    };
+    /// At a registry that edges follow: not more than they are to be asked around.
+    pub(crate) const MODERATE: Self = Self {
+        is_at_edge: false,
+        most: 10,
+        rest: Duration::from_millis(10),
+    };
+    /// At an edge.
+    pub(crate) const AT_EDGE: Self = Self {
+        is_at_edge: true,
+        most: 12,
+        rest: Duration::from_millis(1),
+    };
+}
+
 impl Crowd {
-    /// So many writers.
+    /// So many writers at a registry.
     pub(crate) fn gather(address: &Address, seed: u64, writers: u64) -> Self {
-        let (recorder, stop) = (Recorder::default(), CancellationToken::new());
+        let recorder = Recorder::default();
+        Self::of(
+            &Client::new(address),
+            "w",
+            Habit::BUSY,
+            (seed, writers),
+            &recorder,
+        )
+    }
+
+    /// So many writers with this client, whose names begin so, and who note into this history.
+    pub(crate) fn of(
+        client: &Client,
+        name: &str,
+        habit: Habit,
+        (seed, writers): (u64, u64),
+        recorder: &Recorder,
+    ) -> Self {
+        let (recorder, stop) = (recorder.clone(), CancellationToken::new());
         let notes = Arc::new(Notes::default());
         let mut tasks: Vec<JoinHandle<()>> = Vec::new();
         for number in 0..writers {
             let writer = Writer {
-                client: Client::new(address),
+                client: client.clone(),
                 chance: Chance::of(seed, number),
-                name: format!("w{number}"),
+                name: format!("{name}{number}"),
+                habit,
                 made: 0,
                 known: Vec::new(),
                 recorder: recorder.clone(),
@@ -94,13 +147,14 @@ impl Crowd {
     }
 }
 
-/// One who writes zones of its own, one after the other.
+/// One who writes things of its own, one after the other.
 struct Writer {
     client: Client,
     chance: Chance,
     name: String,
+    habit: Habit,
     made: u64,
-    /// Zones that are there, as far as this one knows, and their versions.
+    /// Things that are there, as far as this one knows, and their versions.
     known: Vec<(String, String)>,
     recorder: Recorder,
     notes: Arc<Notes>,
@@ -109,7 +163,9 @@ struct Writer {
 impl Writer {
     async fn work(mut self, stop: CancellationToken) {
         while !stop.is_cancelled() {
+            let has_enough = self.known.len() >= self.habit.most;
             match self.chance.below(100) {
+                0..60 if has_enough => self.delete(&stop).await,
                 0..60 => self.create(&stop).await,
                 60..75 => self.replace(&stop).await,
                 75..88 => self.delete(&stop).await,
@@ -118,6 +174,9 @@ impl Writer {
                         self.read(&id, &stop).await;
                     }
                 }
+            }
+            if !self.habit.rest.is_zero() {
+                tokio::time::sleep(self.habit.rest).await;
             }
         }
     }
@@ -142,14 +201,22 @@ impl Writer {
         let begun = self.recorder.begin(&self.name, act.clone());
         let (outcome, etag) = self.client.act(act, etag, key).await;
         self.recorder.end(&begun, outcome.clone());
+        let is_plan = act.id().starts_with(PLAN);
+        let etag = etag.or_else(|| is_plan.then(String::new));
         Ended { outcome, etag }
     }
 
-    /// A new zone; half of them with a key, under which a request without an answer is sent again.
+    /// A new thing; at a registry half of them with a key, under which a request without an answer is sent again.
     async fn create(&mut self, stop: &CancellationToken) {
         let tag = self.tag();
-        let id = format!("zone-{tag}");
-        let key = (self.chance.below(2) == 0).then(|| format!("key-{tag}"));
+        let kind = match self.chance.below(100) {
+            0..15 if self.habit.is_at_edge => CLOSURE,
+            15..30 if self.habit.is_at_edge => PLAN,
+            _ => "zone-",
+        };
+        let id = format!("{kind}{tag}");
+        let has_key = !self.habit.is_at_edge && self.chance.below(2) == 0;
+        let key = has_key.then(|| format!("key-{tag}"));
         let act = Act::Put {
             id: id.clone(),
             tag,
@@ -171,7 +238,9 @@ impl Writer {
     }
 
     async fn replace(&mut self, stop: &CancellationToken) {
-        let Some((id, etag)) = self.draw() else {
+        // Others are not replaced, but made and lifted.
+        let drawn = self.draw().filter(|(id, _)| id.starts_with("zone-"));
+        let Some((id, etag)) = drawn else {
             return;
         };
         let act = Act::Put {
@@ -187,7 +256,9 @@ impl Writer {
             return;
         };
         let act = Act::Delete { id: id.clone() };
-        let ended = self.done(&act, Some(&etag), None).await;
+        // Plans have no versions.
+        let etag = Some(&*etag).filter(|etag| !etag.is_empty());
+        let ended = self.done(&act, etag, None).await;
         match ended.outcome {
             Outcome::Done(_) => self.keep(&id, None),
             _ => self.settle(&id, ended, stop).await,
@@ -199,6 +270,7 @@ impl Writer {
         match ended.outcome {
             Outcome::Done(_) => self.keep(id, ended.etag),
             Outcome::Refused(0) => {}
+            Outcome::Unknown if self.habit.is_at_edge => self.keep(id, None),
             _ => self.read(id, stop).await,
         }
     }

@@ -11,6 +11,7 @@ use crate::edge::orders::{Outcome, Reply};
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
 use crate::edge::snapshot::Snapshot;
+use crate::planted::{self, Bug};
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -145,7 +146,9 @@ impl Store {
             return;
         }
         inbox.newest = Some(waiting.snapshot.clone());
-        if !waiting.answers.is_empty() {
+        if planted::is(Bug::AcknowledgeBeforeCommit) {
+            waiting.release(true);
+        } else if !waiting.answers.is_empty() {
             inbox.waiting.push(waiting);
         }
         drop(inbox);
@@ -311,6 +314,7 @@ impl Keeper {
                     self.shared.health.caught_up();
                 }
             }
+            Err(_) if planted::is(Bug::IgnoreFailedCommit) => {}
             Err(fault) => {
                 if !self.shared.health.is_failing() {
                     tracing::error!(%fault, "the store fails; what is in force stays so in memory");

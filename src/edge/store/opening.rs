@@ -7,6 +7,7 @@ use crate::edge::answered::hex;
 use crate::edge::network::NetworkDocuments;
 use crate::formats::load_network;
 use crate::network::Topology;
+use crate::planted::{self, Bug};
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -60,8 +61,12 @@ pub(in crate::edge) fn open_identity(
         None => Identity::of_one_start(fresh_id, epoch),
         Some(body) => {
             let before: Identity = read("fact", EDGE, body)?;
+            let next = match planted::is(Bug::KeepEpoch) {
+                true => before.epoch,
+                false => epoch.max(before.epoch + 1),
+            };
             Identity {
-                epoch: epoch.max(before.epoch + 1),
+                epoch: next,
                 starts: before.starts + 1,
                 ..before
             }

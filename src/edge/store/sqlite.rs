@@ -6,6 +6,7 @@
 //! is copied into the file proper, with pages that the system has to write again.
 
 use super::file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
+use crate::planted::{self, Bug};
 use sha2::{Digest, Sha256};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
 use sqlx::{Connection, Row as _, SqliteConnection};
@@ -190,7 +191,7 @@ fn checked(table: Table, key: &str, row: &sqlx::sqlite::SqliteRow) -> Result<Str
     let bent = || StoreFault::damaged(format!("row '{key}' of {table:?} is not what was written"));
     let body: String = row.try_get("body").map_err(|_| bent())?;
     let stated: i64 = row.try_get("sum").map_err(|_| bent())?;
-    match stated == sum(table.number(), key, &body) {
+    match stated == sum(table.number(), key, &body) || planted::is(Bug::TrustTheDisk) {
         true => Ok(body),
         false => Err(bent()),
     }
@@ -234,7 +235,13 @@ async fn commit(
     let statement = "UPDATE meta SET number = ? WHERE name = 'writer'";
     let written = sqlx::query(statement).bind(writer);
     written.execute(&mut *work).await.map_err(fault)?;
-    for row in &transaction.rows {
+    let half = transaction.rows.len() / 2;
+    for (place, row) in transaction.rows.iter().enumerate() {
+        if planted::is(Bug::HalfBatch) && place == half {
+            work.commit().await.map_err(fault)?;
+            let more = connection.begin_with("BEGIN IMMEDIATE").await;
+            work = more.map_err(fault)?;
+        }
         write(&mut work, row).await?;
     }
     work.commit().await.map_err(fault)

@@ -89,3 +89,15 @@ pub(in crate::edge) const REVISIONS: &str = "revisions_broken";
 pub(in crate::edge) const UNREADABLE: &str = "page_unreadable";
 /// The code of an empty list that does not say that it is meant.
 pub(in crate::edge) const NOT_AUTHORITATIVE: &str = "empty_not_authoritative";
+
+/// Whether a page may come right when it is asked for again.
+pub(super) fn is_damage(code: &str) -> bool {
+    [
+        CHECKSUM,
+        FOREIGN_REGISTRY,
+        BACKWARDS,
+        OUT_OF_PLACE,
+        REVISIONS,
+    ]
+    .contains(&code)
+}

@@ -11,6 +11,7 @@ use super::followed::{
     Superseded, Tombstone, Verdict,
 };
 use super::ground::Ground;
+use crate::planted::{self, Bug};
 use crate::wire::{ChangeOperation, ChangesPage, LoggedChange, Nack, ObjectKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -86,7 +87,7 @@ impl Follower {
         let refuse = |nack: Nack, anyhow: Option<Box<Followed>>| {
             Verdict::Nack(Box::new(Rejected { nack, anyhow }))
         };
-        if !page.is_intact() {
+        if !page.is_intact() && !planted::is(Bug::AcceptBadChecksum) {
             let reason = "the page is not as its digests say".to_owned();
             let anyhow = self.restrictions(page, after, ground);
             return refuse(nack(CHECKSUM, reason), anyhow);
@@ -97,7 +98,11 @@ impl Follower {
         if page.epoch > after.epoch {
             return Verdict::Resync(format!("epoch {} has begun", page.epoch));
         }
-        if page.epoch < after.epoch || page.after < after.revision {
+        let leads_back = page.epoch < after.epoch || page.after < after.revision;
+        if leads_back && planted::is(Bug::AcceptOlderRevision) {
+            return self.fold_or_refuse(page, after, ground);
+        }
+        if leads_back {
             let reason = format!(
                 "a page of {}-{} after {}-{} was followed already",
                 page.epoch, page.after, after.epoch, after.revision
@@ -118,11 +123,21 @@ impl Follower {
         if page.changes.is_empty() {
             return Verdict::Idle;
         }
+        self.fold_or_refuse(page, after, ground)
+    }
+
+    fn fold_or_refuse(
+        &self,
+        page: &ChangesPage,
+        after: &Arc<RegistryCursor>,
+        ground: &Ground,
+    ) -> Verdict {
         match self.fold(page, after, ground) {
             Ok(followed) => Verdict::Follow(Box::new(followed)),
             Err(fault) => {
                 let anyhow = self.restrictions(page, after, ground);
-                refuse(fault.nack(), anyhow)
+                let nack = fault.nack();
+                Verdict::Nack(Box::new(Rejected { nack, anyhow }))
             }
         }
     }
@@ -139,6 +154,9 @@ impl Follower {
             return Some((FOREIGN_REGISTRY, reason));
         }
         let followed = cursor.filter(|cursor| *cursor.registry_id != *registry_id)?;
+        if planted::is(Bug::AcceptForeignId) {
+            return None;
+        }
         let reason = format!(
             "it is of the registry {registry_id}; this edge follows {}",
             followed.registry_id
@@ -205,6 +223,9 @@ impl Follower {
                 if kind == ObjectKind::Weather {
                     return Err(BodyFault::of(kind, "weather is never lifted"));
                 }
+                if planted::is(Bug::PassOverTombstone) {
+                    return Ok(());
+                }
                 let id = Arc::from(change.id.as_str());
                 followed.lifts.push(Tombstone { kind, id, upstream });
                 Ok(())
@@ -262,6 +283,10 @@ impl Follower {
             }
             let key = (change.kind, change.id.as_str());
             if change.operation == ChangeOperation::Delete {
+                if planted::is(Bug::DeleteFromBadPage) {
+                    // What cannot be read lifts nothing.
+                    let _ = self.take(change, &mut followed);
+                }
                 last.insert(key, None);
                 continue;
             }
@@ -274,7 +299,8 @@ impl Follower {
         }
         followed.puts = last.into_values().flatten().collect();
         followed.weather = None;
-        (!followed.puts.is_empty()).then(|| Box::new(followed))
+        let is_something = !followed.puts.is_empty() || !followed.lifts.is_empty();
+        is_something.then(|| Box::new(followed))
     }
 }
 

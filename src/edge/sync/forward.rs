@@ -125,13 +125,17 @@ impl<C: RegistryClient> Sync<C> {
         }
         let tag = written.etag.as_deref().map(|tag| tag.trim_matches('"'));
         let version: Option<RegistryRevision> = tag.and_then(|tag| tag.parse().ok());
-        let version = version.unwrap_or(RegistryRevision {
+        let said = RegistryRevision {
             epoch: written.epoch,
             revision: written.revision,
-        });
+        };
+        if version != Some(said) {
+            // It says the same twice, and has no other digest: what was bent on its way is asked for again.
+            return Sent::Unknown(None);
+        }
         Sent::Taken(Some(Upstream {
-            epoch: version.epoch,
-            revision: version.revision,
+            epoch: said.epoch,
+            revision: said.revision,
         }))
     }
 

@@ -7,13 +7,13 @@ use super::super::upstream::RegistryCursor;
 use super::client::{ClientError, RegistryClient};
 use super::contact::Contact;
 use super::followed::{
-    BACKWARDS, CHECKSUM, Extent, FOREIGN_REGISTRY, Followed, OUT_OF_PLACE, REVISIONS, Rejected,
-    UNREADABLE, Verdict,
+    BACKWARDS, Extent, FOREIGN_REGISTRY, Followed, Rejected, UNREADABLE, Verdict, is_damage,
 };
 use super::follower::{Follower, bounded};
 use super::ground::Ground;
 use super::listing::{Listing, Page};
 use super::pace::Pace;
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{ChangesPage, EventKind, Nack};
 use jiff::SignedDuration;
@@ -404,8 +404,24 @@ impl<C: RegistryClient> Sync<C> {
             let prepared = self.edge.aside(move || network.prepared_for(&snapshot));
             followed.network = Some(prepared.await??);
         }
+        if planted::is(Bug::CursorFirst) && followed.extent == Extent::Changes {
+            self.move_cursor_first(&mut followed).await?;
+        }
         let order = Order::Follow(Box::new(followed));
         self.edge.order(order).await.map(drop)
+    }
+
+    /// The bug [`Bug::CursorFirst`].
+    async fn move_cursor_first(&self, followed: &mut Followed) -> Result<(), Refusal> {
+        let bare = Followed {
+            puts: Vec::new(),
+            lifts: Vec::new(),
+            ..followed.clone()
+        };
+        self.edge.order(Order::Follow(Box::new(bare))).await?;
+        self.pause(Duration::from_millis(20)).await;
+        followed.after = Some(Arc::new(followed.cursor.clone()));
+        Ok(())
     }
 
     /// Notes how far the edge is.
@@ -422,7 +438,8 @@ impl<C: RegistryClient> Sync<C> {
     async fn reject(&self, rejected: Rejected) {
         let Rejected { nack, anyhow } = rejected;
         let contact = self.contact();
-        if nack.code == FOREIGN_REGISTRY {
+        // A registry that is behind what was followed would lose again what it is told.
+        if [FOREIGN_REGISTRY, BACKWARDS].contains(&&*nack.code) {
             contact.estrange();
         }
         if contact.refused(&nack) {
@@ -476,16 +493,4 @@ impl<C: RegistryClient> Sync<C> {
         tracing::error!(%refusal, "a page of the registry could not be judged");
         Step::Later
     }
-}
-
-/// Whether a page may come right when it is asked for again.
-fn is_damage(code: &str) -> bool {
-    [
-        CHECKSUM,
-        FOREIGN_REGISTRY,
-        BACKWARDS,
-        OUT_OF_PLACE,
-        REVISIONS,
-    ]
-    .contains(&code)
 }

@@ -1,6 +1,6 @@
 //! What edges showed and answered, against the log of the registry they follow.
 
-use super::{Holding, Logged, Version, holding_at};
+use super::{Holding, Logged, Version, apply, holding_at};
 use std::collections::BTreeMap;
 
 /// What an edge had in force at a moment, as it said in one answer.
@@ -86,8 +86,11 @@ impl Run {
 
     /// What is in force is what holds at the stated revision, with what the edge has not forwarded yet.
     fn check_sights(&self, violations: &mut Vec<String>) {
-        for sight in &self.sights {
-            let holding = holding_at(&self.log, sight.at.revision);
+        let mut replay = Replay::of(&self.log);
+        let mut sights: Vec<&Sight> = self.sights.iter().collect();
+        sights.sort_by_key(|sight| sight.at.revision);
+        for sight in sights {
+            let holding = replay.until(sight.at.revision);
             let Sight {
                 edge,
                 moment,
@@ -95,7 +98,7 @@ impl Run {
                 zones,
                 waiting,
             } = sight;
-            for (id, tag) in &holding {
+            for (id, tag) in holding {
                 let is_shown = zones.get(id) == Some(tag) || waiting.contains_key(id);
                 if !is_shown && !self.is_newer(id, zones.get(id), *at) {
                     let found = zones.get(id);
@@ -129,9 +132,11 @@ impl Run {
 
     /// No answered route crosses a zone that is enforced at the revision that the answer states.
     fn check_routes(&self, violations: &mut Vec<String>) {
-        for route in &self.routes {
-            let holding = holding_at(&self.log, route.at.revision);
-            for (id, tag) in &holding {
+        let mut replay = Replay::of(&self.log);
+        let mut routes: Vec<&Route> = self.routes.iter().collect();
+        routes.sort_by_key(|route| route.at.revision);
+        for route in routes {
+            for (id, tag) in replay.until(route.at.revision) {
                 let Some(circle) = self.shapes.get(tag) else {
                     continue;
                 };
@@ -172,7 +177,37 @@ impl Run {
     }
 }
 
-fn crosses(line_m: &[[f64; 2]], circle: Circle) -> bool {
+/// What holds at one revision after the other: a long log is gone through once.
+struct Replay<'a> {
+    rest: &'a [Logged],
+    holding: Holding,
+}
+
+impl<'a> Replay<'a> {
+    fn of(log: &'a [Logged]) -> Self {
+        Self {
+            rest: log,
+            holding: Holding::new(),
+        }
+    }
+
+    /// What holds at a revision that is not before the one that was asked for last.
+    fn until(&mut self, revision: u64) -> &Holding {
+        let is_later = |change: &Logged| change.version.revision > revision;
+        let count = self
+            .rest
+            .iter()
+            .position(is_later)
+            .unwrap_or(self.rest.len());
+        let (now, rest) = self.rest.split_at(count);
+        self.rest = rest;
+        apply(&mut self.holding, now);
+        &self.holding
+    }
+}
+
+/// Whether a line leads through a circle.
+pub(crate) fn crosses(line_m: &[[f64; 2]], circle: Circle) -> bool {
     let hits = |pair: &[[f64; 2]]| distance_m(circle.center_m, pair[0], pair[1]) < circle.radius_m;
     line_m.windows(2).any(hits)
 }

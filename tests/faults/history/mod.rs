@@ -197,19 +197,19 @@ pub(crate) struct Logged {
 
 /// What holds after the changes up to a revision.
 pub(crate) fn holding_at(log: &[Logged], revision: u64) -> Holding {
+    let is_later = |change: &Logged| change.version.revision > revision;
+    let count = log.iter().position(is_later).unwrap_or(log.len());
     let mut holding = Holding::new();
-    for change in log
-        .iter()
-        .take_while(|change| change.version.revision <= revision)
-    {
-        match &change.tag {
-            Some(tag) => {
-                holding.insert(change.id.clone(), tag.clone());
-            }
-            None => {
-                holding.remove(&change.id);
-            }
-        }
-    }
+    apply(&mut holding, &log[..count]);
     holding
+}
+
+/// Makes changes in their order.
+fn apply(holding: &mut Holding, changes: &[Logged]) {
+    for change in changes {
+        match &change.tag {
+            Some(tag) => holding.insert(change.id.clone(), tag.clone()),
+            None => holding.remove(&change.id),
+        };
+    }
 }

@@ -1,0 +1,173 @@
+//! A registry and edges that follow it, each over a line of its own.
+
+use crate::daemon::{Address, Daemon, Plan};
+use crate::edge::{Edge, Way, holding_of};
+use crate::history::Holding;
+use crate::proxy::{End, Line};
+use crate::registry_client::Client;
+use crate::tokens::Tokens;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// How soon all have to be the same once all faults are over.
+const HEALED: Duration = Duration::from_secs(20);
+/// How often that is looked at.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Everyone of a story, and where they keep what they know.
+pub(crate) struct Stage {
+    pub(crate) registry: Plan,
+    pub(crate) central: Option<Daemon>,
+    /// An operator at the registry.
+    pub(crate) client: Client,
+    pub(crate) edges: Vec<Arc<Edge>>,
+    pub(crate) up: Vec<Option<Daemon>>,
+    /// The file with the tokens of the registry, and that of an operator.
+    pub(crate) tokens_file: String,
+    pub(crate) operator: String,
+    pub(crate) folder: TempDir,
+}
+
+impl Stage {
+    /// A registry with a network, and edges that have read it. The bug is one of the edges.
+    pub(crate) async fn set(names: &[&str], bug: Option<&'static str>, settings: &[&str]) -> Self {
+        Self::behind(names, bug, settings, async |registry| registry.clone()).await
+    }
+
+    /// The same where the edges do not reach the registry, but what is at another address.
+    pub(crate) async fn behind(
+        names: &[&str],
+        bug: Option<&'static str>,
+        settings: &[&str],
+        what: impl AsyncFnOnce(&Address) -> Address,
+    ) -> Self {
+        let folder = TempDir::new().expect("a folder");
+        let tokens = Tokens::make(folder.path(), names);
+        let store = folder.path().join("registry.db").display().to_string();
+        // So that the whole log is there in the end.
+        let more = [
+            "--tokens-file",
+            &tokens.file,
+            "--set",
+            "changes.keep=100000000",
+        ];
+        let registry = Plan::registry(folder.path(), &store, &more);
+        let central = registry.start().await;
+        let client = Client::new(&registry.address).with_token(&tokens.operator);
+        client.put_network().await;
+        let reached = what(&registry.address).await;
+        let (mut edges, mut up) = (Vec::new(), Vec::new());
+        for (name, token) in names.iter().zip(&tokens.edges) {
+            let end = End::Daemon(reached.clone());
+            let way = Way {
+                end,
+                token,
+                settings,
+            };
+            let mut edge = Edge::of(name, folder.path(), way).await;
+            edge.plan = edge.plan.with_bug(bug);
+            up.push(Some(edge.plan.start().await));
+            edges.push(Arc::new(edge));
+        }
+        Self {
+            registry,
+            central: Some(central),
+            client,
+            edges,
+            up,
+            tokens_file: tokens.file,
+            operator: tokens.operator,
+            folder,
+        }
+    }
+
+    /// Ends the registry on the spot.
+    pub(crate) fn kill_registry(&mut self) {
+        self.central.take().into_iter().for_each(Daemon::kill);
+    }
+
+    pub(crate) async fn start_registry(&mut self) {
+        self.central = Some(self.registry.start().await);
+    }
+
+    /// Ends an edge on the spot.
+    pub(crate) fn kill_edge(&mut self, place: usize) {
+        self.up[place].take().into_iter().for_each(Daemon::kill);
+    }
+
+    /// Starts an edge, and tells how long it took to be ready.
+    pub(crate) async fn start_edge(&mut self, place: usize) -> Duration {
+        let daemon = self.edges[place].plan.start().await;
+        let took = daemon.ready_after;
+        self.up[place] = Some(daemon);
+        took
+    }
+
+    /// Waits until every edge has told all that it has to, and has what the registry has; gives what differs in the end
+    /// where that takes too long. An operator lets go what waits for one.
+    pub(crate) async fn heal(&self) -> Vec<String> {
+        self.edges
+            .iter()
+            .for_each(|edge| edge.line.becomes(Line::Good));
+        let (begun, mut wrong) = (Instant::now(), Vec::new());
+        loop {
+            let differences = self.differences().await;
+            if differences.is_empty() || begun.elapsed() > HEALED {
+                wrong.extend(differences);
+                return wrong;
+            }
+            for edge in &self.edges {
+                // Nobody changes what is somebody else's.
+                let contested = edge.release_holds().await.into_iter();
+                wrong.extend(contested.map(|hold| format!("{} has a conflict: {hold}", edge.name)));
+            }
+            tokio::time::sleep(LOOK).await;
+        }
+    }
+
+    async fn differences(&self) -> Vec<String> {
+        let mut differences = Vec::new();
+        let (zones, closures) = (
+            self.client.read_holding().await,
+            self.client.read_closures().await,
+        );
+        let (mut all, closures) = match (zones, closures) {
+            (Ok(zones), Ok(closures)) => (zones, closures),
+            (Err(wrong), _) | (_, Err(wrong)) => return vec![wrong],
+        };
+        all.extend(closures);
+        for edge in &self.edges {
+            let status = edge.status().await.unwrap_or_default();
+            if status["registry"]["outbox"] != 0 || status["holds"] != 0 {
+                let (outbox, holds) = (&status["registry"]["outbox"], &status["holds"]);
+                differences.push(format!(
+                    "{} has {outbox} to tell, and {holds} to decide",
+                    edge.name
+                ));
+            }
+            let Some(mut holding) = holding_of(&edge.client).await else {
+                differences.push(format!("{} does not answer in the end", edge.name));
+                continue;
+            };
+            // Plans are nobody else's.
+            holding.retain(|id, _| !id.starts_with(crate::registry_client::PLAN));
+            if holding != all {
+                let (without, with) = (missing(&all, &holding), missing(&holding, &all));
+                differences.push(format!(
+                    "{} is not like the registry in the end: without {without:?}, and with {with:?}",
+                    edge.name
+                ));
+            }
+        }
+        differences
+    }
+}
+
+/// What one has and the other has not, or not so.
+fn missing<'a>(of: &'a Holding, in_other: &Holding) -> Vec<(&'a String, &'a String)> {
+    let missing = of
+        .iter()
+        .filter(|(id, tag)| in_other.get(*id) != Some(*tag));
+    missing.collect()
+}
