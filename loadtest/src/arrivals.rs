@@ -24,7 +24,7 @@ impl Chance {
     }
 }
 
-/// The times of a schedule from its start, without end.
+/// A schedule without end.
 pub(crate) struct Schedule {
     arrivals: Arrivals,
     gap_s: f64,
@@ -43,19 +43,16 @@ impl Schedule {
             at_s: 0.0,
         }
     }
-}
 
-impl Iterator for Schedule {
-    type Item = Duration;
-
-    fn next(&mut self) -> Option<Duration> {
+    /// When the next request is due, from the start of the schedule.
+    pub(crate) fn next_offset(&mut self) -> Duration {
         self.number += 1;
         self.at_s = match self.arrivals {
             // By the number and not by adding up, which would drift.
             Arrivals::Constant => self.number as f64 * self.gap_s,
             Arrivals::Poisson => self.at_s - (1.0 - self.chance.unit()).ln() * self.gap_s,
         };
-        Some(Duration::from_secs_f64(self.at_s))
+        Duration::from_secs_f64(self.at_s)
     }
 }
 
@@ -63,9 +60,13 @@ impl Iterator for Schedule {
 mod tests {
     use super::*;
 
+    fn offsets(mut schedule: Schedule) -> impl Iterator<Item = Duration> {
+        std::iter::repeat_with(move || schedule.next_offset())
+    }
+
     fn count_until(schedule: Schedule, seconds: u64) -> usize {
         let end = Duration::from_secs(seconds);
-        schedule.take_while(|at| *at < end).count()
+        offsets(schedule).take_while(|at| *at < end).count()
     }
 
     #[test]
@@ -79,7 +80,7 @@ mod tests {
 
     #[test]
     fn gaps_of_poisson_arrivals_are_exponential() {
-        let times: Vec<Duration> = Schedule::new(Arrivals::Poisson, 1.0, 7)
+        let times: Vec<Duration> = offsets(Schedule::new(Arrivals::Poisson, 1.0, 7))
             .take(100_000)
             .collect();
         let gaps_s = times
@@ -96,7 +97,7 @@ mod tests {
     #[test]
     fn the_same_seed_gives_the_same_times() {
         let times = |seed| -> Vec<Duration> {
-            Schedule::new(Arrivals::Poisson, 50.0, seed)
+            offsets(Schedule::new(Arrivals::Poisson, 50.0, seed))
                 .take(100)
                 .collect()
         };

@@ -64,12 +64,23 @@ pub(crate) enum Standing {
     Closure(String),
 }
 
+/// When requests are due.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Flow {
+    /// By a schedule, whatever the server does.
+    Open {
+        arrivals: Arrivals,
+        rate_per_s: f64,
+        seed: u64,
+    },
+    /// As soon as there is room: a closed loop. It finds how much is answered, and its times say nothing.
+    Full,
+}
+
 /// How fast, for how long, and how much at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pace {
-    pub(crate) arrivals: Arrivals,
-    pub(crate) rate_per_s: f64,
-    pub(crate) seed: u64,
+    pub(crate) flow: Flow,
     pub(crate) warm_up: Duration,
     pub(crate) measured: Duration,
     pub(crate) in_flight: usize,
@@ -104,36 +115,70 @@ pub(crate) async fn run<S: Source + 'static>(
     let begin = Instant::now() + HEAD_START;
     let measured_from = begin + pace.warm_up;
     let end = measured_from + pace.measured;
+    let recorder = || Recorder::new(measured_from, end, pace.interval);
     let shared = Rc::new(Shared {
         source,
         connections,
-        recorder: RefCell::new(Recorder::new(measured_from, pace.interval)),
+        recorder: RefCell::new(recorder()),
         in_flight: Cell::new(0),
         timeout: pace.timeout,
     });
-    let mut last_due = begin;
-    for offset in Schedule::new(pace.arrivals, pace.rate_per_s, pace.seed) {
-        let due = begin + offset;
-        if due >= end || stop.get() {
+    let mut measured_until = end;
+    let mut dues = Dues::new(pace.flow, begin);
+    loop {
+        let due = dues.next(&shared, pace).await;
+        if stop.get() {
+            measured_until = due.min(end);
+            break;
+        }
+        if due >= end {
             break;
         }
         wait_until(due, pace.spins).await;
         send(&shared, due, pace.in_flight);
         watch.look(due, &shared.recorder);
-        last_due = due;
     }
-    let measured_until = match stop.get() {
-        true => last_due,
-        false => end,
-    };
     wait_until(measured_until, pace.spins).await;
     watch.measured();
     while shared.in_flight.get() > 0 {
         rest(pace.spins).await;
     }
-    let empty = Recorder::new(measured_from, pace.interval);
     let measured = measured_until.saturating_duration_since(measured_from);
-    (shared.recorder.replace(empty), measured)
+    (shared.recorder.replace(recorder()), measured)
+}
+
+/// The moments at which requests are due.
+enum Dues {
+    Scheduled { schedule: Schedule, begin: Instant },
+    WhenThereIsRoom,
+}
+
+impl Dues {
+    fn new(flow: Flow, begin: Instant) -> Self {
+        match flow {
+            Flow::Full => Self::WhenThereIsRoom,
+            Flow::Open {
+                arrivals,
+                rate_per_s,
+                seed,
+            } => Self::Scheduled {
+                schedule: Schedule::new(arrivals, rate_per_s, seed),
+                begin,
+            },
+        }
+    }
+
+    async fn next<S>(&mut self, shared: &Shared<S>, pace: Pace) -> Instant {
+        match self {
+            Self::Scheduled { schedule, begin } => *begin + schedule.next_offset(),
+            Self::WhenThereIsRoom => {
+                while shared.in_flight.get() >= pace.in_flight {
+                    rest(pace.spins).await;
+                }
+                Instant::now()
+            }
+        }
+    }
 }
 
 /// Lets others run until a moment has come; at once where it has passed.

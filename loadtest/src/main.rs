@@ -243,7 +243,9 @@ fn run_scenarios(arguments: &RunArguments) -> Result<ExitCode> {
 }
 
 fn interrupted() -> Result<ExitCode> {
-    eprintln_line("interrupted: the servers are ended, and nothing is written");
+    eprintln_line(
+        "interrupted: the servers are ended; scenarios that were done before are written",
+    );
     Ok(ExitCode::from(INTERRUPTED))
 }
 

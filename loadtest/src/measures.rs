@@ -87,6 +87,8 @@ impl Times {
 /// What is known of one kind of request.
 #[derive(Clone, Debug)]
 pub(crate) struct Tally {
+    /// Answers that came while it was measured, whenever they were asked for.
+    pub(crate) came: u64,
     pub(crate) answered: u64,
     pub(crate) shed: u64,
     pub(crate) refused: u64,
@@ -113,6 +115,7 @@ pub(crate) struct Tally {
 impl Default for Tally {
     fn default() -> Self {
         Self {
+            came: 0,
             answered: 0,
             shed: 0,
             refused: 0,
@@ -162,6 +165,7 @@ impl Tally {
     }
 
     pub(crate) fn merge(&mut self, other: &Self) {
+        self.came += other.came;
         self.answered += other.answered;
         self.shed += other.shed;
         self.refused += other.refused;
@@ -215,6 +219,7 @@ pub(crate) struct Moments {
 /// Takes down what happens from a moment on; what was meant for an earlier one warms up and is left out.
 pub(crate) struct Recorder {
     pub(crate) measured_from: Instant,
+    measured_until: Instant,
     pub(crate) interval: Duration,
     pub(crate) tallies: BTreeMap<&'static str, Tally>,
     pub(crate) intervals: Vec<Interval>,
@@ -223,9 +228,10 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    pub(crate) fn new(measured_from: Instant, interval: Duration) -> Self {
+    pub(crate) fn new(measured_from: Instant, measured_until: Instant, interval: Duration) -> Self {
         Self {
             measured_from,
+            measured_until,
             interval,
             tallies: BTreeMap::new(),
             intervals: Vec::new(),
@@ -241,6 +247,10 @@ impl Recorder {
         ending: Ending,
         problem: Option<String>,
     ) {
+        let is_within = (self.measured_from..self.measured_until).contains(&moments.ended);
+        if ending == Ending::Answered && is_within {
+            self.tallies.entry(name).or_default().came += 1;
+        }
         let Some(since) = moments.intended.checked_duration_since(self.measured_from) else {
             return;
         };

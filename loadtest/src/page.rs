@@ -71,7 +71,7 @@ fn section(number: usize, scenario: &ScenarioReport) -> Markup {
     html! {
         section id={ "s" (number) } {
             h2 { (scenario.name) " " small { (scenario.dialect) } }
-            p { (scenario.title) ". " (scenario.arrivals) " arrivals, seed " (scenario.seed) "." }
+            p { (scenario.title) ". Arrivals: " (scenario.arrivals) ", seed " (scenario.seed) "." }
             (judgements(scenario))
             @if let Some(edge) = of("edge") {
                 p class="facts" { "Pictures: repetition " (shown + 1) ", the one in the middle by p99." }
@@ -79,7 +79,9 @@ fn section(number: usize, scenario: &ScenarioReport) -> Markup {
                 (throughput(edge))
                 (percentiles(edge, of("echo")))
             }
-            details {
+            // What was shed is told at once.
+            @let has_shed = scenario.runs.iter().flat_map(|run| &run.phases).any(|phase| phase.all.shed > 0);
+            details open[has_shed] {
                 summary { "every phase of every repetition" }
                 (runs(scenario))
             }

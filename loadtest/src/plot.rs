@@ -8,6 +8,8 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 26.0;
 const BOTTOM: f64 = 40.0;
+/// Above the largest value.
+const HEADROOM: f64 = 1.05;
 /// About so many ticks on an axis.
 const TICKS: f64 = 5.0;
 /// Of a logarithmic axis of times, in milliseconds.
@@ -77,7 +79,7 @@ impl Axis {
         }
         let (from, until) = match scale {
             _ if least > most => (0.0, 1.0),
-            Scale::Linear => (0.0, (most * 1.05).max(1e-9)),
+            Scale::Linear => (0.0, most.max(1e-9)),
             Scale::Logarithmic => (least.floor(), most.ceil().max(least.floor() + 1.0)),
             Scale::Nines => (0.0, most.ceil().max(2.0)),
         };
@@ -152,7 +154,7 @@ impl Plot {
         );
         let y = Axis::over(
             self.y,
-            points().map(|point| point[1]),
+            points().map(|point| point[1] * HEADROOM),
             [HEIGHT - BOTTOM, TOP],
         );
         html! {

@@ -86,7 +86,7 @@ pub(crate) struct Figures {
     pub(crate) broken: u64,
     pub(crate) timed_out: u64,
     pub(crate) unsent: u64,
-    /// Answered, per second.
+    /// Answers that came while it was measured, per second.
     pub(crate) goodput_per_s: f64,
     /// From the intended send time to the answer, those that timed out included with the time that was waited.
     pub(crate) p50_ms: f64,
@@ -208,7 +208,6 @@ impl Report {
 impl PhaseReport {
     pub(crate) fn new(
         name: &str,
-        offered_per_s: f64,
         recorder: &Recorder,
         measured: Duration,
         server_share: Option<f64>,
@@ -217,14 +216,15 @@ impl PhaseReport {
         let interval_s = recorder.interval.as_secs_f64();
         let figures = |tally: &Tally| Figures::of(tally, measured_s);
         let operations = recorder.tallies.iter();
+        let all = recorder.all();
         Self {
             name: name.to_owned(),
-            offered_per_s,
+            offered_per_s: all.scheduled() as f64 / measured_s.max(1e-9),
             measured_s,
             server_share,
             late_p99_ms: recorder.late.at_ms(0.99),
             followed_s: None,
-            all: figures(&recorder.all()),
+            all: figures(&all),
             operations: operations
                 .map(|(name, tally)| ((*name).to_owned(), figures(tally)))
                 .collect(),
@@ -259,7 +259,7 @@ impl Figures {
             broken: tally.broken,
             timed_out: tally.timed_out,
             unsent: tally.unsent,
-            goodput_per_s: tally.answered as f64 / measured_s.max(1e-9),
+            goodput_per_s: tally.came as f64 / measured_s.max(1e-9),
             p50_ms: at(&tally.from_intended, 0.5),
             p90_ms: at(&tally.from_intended, 0.9),
             p99_ms: at(&tally.from_intended, 0.99),

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::fleet::{self, Fleet};
-use crate::load::{self, Pace, Stop};
+use crate::load::{self, Flow, Pace, Stop};
 use crate::mix::Mix;
 use crate::report::{PhaseReport, RunReport, ScenarioReport};
 use crate::scenario::{Dialect, Event, Phase, Ramp, Scenario};
@@ -81,7 +81,7 @@ pub(crate) async fn scenario(
         title: scenario.title.clone(),
         dialect: dialect.title().to_owned(),
         seed: scenario.seed,
-        arrivals: format!("{:?}", scenario.client.arrivals).to_lowercase(),
+        arrivals: scenario.client.arrivals.name().to_owned(),
         judgements: judged.map(|objective| objective.judge(&runs)).collect(),
         runs,
     })
@@ -203,16 +203,15 @@ impl Repetition<'_> {
         if let Some(capacity) = &scenario.capacity {
             let phase = Phase {
                 name: "capacity".to_owned(),
-                rate_per_s: Some(capacity.offered_per_s),
+                rate_per_s: None,
                 of_capacity: None,
                 warm_up_s: capacity.warm_up_s,
                 measured_s: capacity.measured_s,
                 event: None,
             };
             for turn in self.turns() {
-                let rate = capacity.offered_per_s;
                 let report = self
-                    .phase(turn, &phase, rate, capacity.in_flight, seed, None)
+                    .phase(turn, &phase, Flow::Full, capacity.in_flight, None)
                     .await?;
                 self.loaded[turn].report.capacity_per_s = Some(report.all.goodput_per_s);
                 self.loaded[turn].report.phases.push(report);
@@ -233,15 +232,22 @@ impl Repetition<'_> {
             let capacity = self.loaded[0].report.capacity_per_s.unwrap_or_default();
             let part = phase.of_capacity.map(|part| part * capacity);
             let rate = phase.rate_per_s.or(part).unwrap_or(1.0).max(1.0);
+            let flow = self.open(rate, seed + place);
             for turn in self.turns() {
                 let in_flight = scenario.client.in_flight;
-                let report = self
-                    .phase(turn, phase, rate, in_flight, seed + place, until)
-                    .await?;
+                let report = self.phase(turn, phase, flow, in_flight, until).await?;
                 self.loaded[turn].report.phases.push(report);
             }
         }
         Ok(())
+    }
+
+    fn open(&self, rate_per_s: f64, seed: u64) -> Flow {
+        Flow::Open {
+            arrivals: self.scenario.client.arrivals,
+            rate_per_s,
+            seed,
+        }
     }
 
     /// Grows the rate step by step until a step is not kept up with.
@@ -258,7 +264,7 @@ impl Repetition<'_> {
             };
             let in_flight = self.scenario.client.in_flight;
             let report = self
-                .phase(turn, &phase, rate, in_flight, seed, None)
+                .phase(turn, &phase, self.open(rate, seed), in_flight, None)
                 .await?;
             let answered_share = report.all.answered as f64 / report.all.scheduled.max(1) as f64;
             let is_kept = report.all.p99_ms <= ramp.p99_ms && answered_share >= ramp.answered_share;
@@ -277,17 +283,14 @@ impl Repetition<'_> {
         &self,
         turn: usize,
         phase: &Phase,
-        rate_per_s: f64,
+        flow: Flow,
         in_flight: usize,
-        seed: u64,
         until: Option<RegistryRevision>,
     ) -> Result<PhaseReport> {
         let loaded = &self.loaded[turn];
         let measured = Duration::from_secs_f64(phase.measured_s);
         let pace = Pace {
-            arrivals: self.scenario.client.arrivals,
-            rate_per_s,
-            seed,
+            flow,
             warm_up: Duration::from_secs_f64(phase.warm_up_s),
             measured,
             in_flight,
@@ -317,7 +320,7 @@ impl Repetition<'_> {
         let (recorder, took) =
             load::run(self.mix.clone(), connections, pace, stop, &mut watch).await;
         let share = watch.server_share;
-        let mut report = PhaseReport::new(&phase.name, rate_per_s, &recorder, took, share);
+        let mut report = PhaseReport::new(&phase.name, &recorder, took, share);
         if let Some(following) = following {
             report.followed_s = Some(following.await??.as_secs_f64());
         }

@@ -72,6 +72,15 @@ pub(crate) enum Arrivals {
     Poisson,
 }
 
+impl Arrivals {
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Poisson => "Poisson",
+        }
+    }
+}
+
 /// What a request is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -182,12 +191,10 @@ impl Default for Client {
     }
 }
 
-/// How the capacity is found that phases are told in parts of: more is offered than is answered, with few under way.
+/// How the capacity is found that phases are told in parts of: so many requests are under way all the time.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Capacity {
-    /// More than the server can do.
-    pub(crate) offered_per_s: f64,
     /// Fewer than the server admits, so that nothing is shed.
     pub(crate) in_flight: usize,
     pub(crate) warm_up_s: f64,

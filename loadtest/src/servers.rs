@@ -62,6 +62,8 @@ impl Installed {
                 command.env_remove(name);
             }
         }
+        // That of a daemon before it is not this one's.
+        let _ = std::fs::remove_file(self.ports_file(role));
         // Logs are part of the production configuration; they go to a file as a service's do.
         let log = File::create(self.folder.join(format!("{role}.log")))?;
         command
@@ -112,7 +114,6 @@ impl Installed {
 
     /// The same, which may not serve yet.
     pub(crate) fn registry_soon(&self, port: Option<u16>) -> Result<Server> {
-        let _ = std::fs::remove_file(self.ports_file("registry"));
         let mut command = self.command("registry", Some(REGISTRY_NICENESS))?;
         let port = port.unwrap_or_default();
         command

@@ -1,6 +1,6 @@
 //! That nothing is left out: a stall is in the times of all that was due meanwhile, and what cannot be sent is counted.
 
-use crate::load::{self, Asked, Pace, Reading, Source, Stop};
+use crate::load::{self, Asked, Flow, Pace, Reading, Source, Stop};
 use crate::measures::{Recorder, Seen, Tally};
 use crate::requests::get;
 use crate::scenario::Arrivals;
@@ -91,9 +91,11 @@ impl Source for Same {
 
 fn pace(rate_per_s: f64, measured: Duration) -> Pace {
     Pace {
-        arrivals: Arrivals::Constant,
-        rate_per_s,
-        seed: 1,
+        flow: Flow::Open {
+            arrivals: Arrivals::Constant,
+            rate_per_s,
+            seed: 1,
+        },
         warm_up: Duration::ZERO,
         measured,
         in_flight: 10_000,
@@ -212,6 +214,19 @@ fn broken_connections_are_counted_and_made_anew() {
     let tally = recorder.all();
     is_complete(&tally, 99);
     assert_eq!(tally.broken, 99, "{:?}", tally.problems);
+}
+
+/// Nothing is unsent where requests wait for room.
+#[test]
+fn a_full_load_sends_when_there_is_room() {
+    let pace = Pace {
+        flow: Flow::Full,
+        in_flight: 4,
+        ..pace(1.0, Duration::from_millis(300))
+    };
+    let tally = counted(Conduct::Sheds, pace, 4).all();
+    assert!(tally.answered > 0);
+    assert_eq!(tally.failed(), 0);
 }
 
 /// A run that is told to stop counts what was due up to then.
