@@ -16,11 +16,14 @@ mod markdown;
 mod repository;
 #[path = "tidy/rust.rs"]
 mod rust;
+#[path = "tidy/wire_only.rs"]
+mod wire_only;
 
 use layers::{impurities, wrong_arrows};
 use markdown::{anchors, links};
 use repository::{File, repository};
 use rust::{functions, macros_called};
+use wire_only::beyond_the_wire;
 
 const MAX_FILE_LINES: usize = 500;
 const MAX_FUNCTION_LINES: usize = 70;
@@ -69,6 +72,11 @@ fn the_pure_half_is_pure() {
 #[test]
 fn arrows_go_down() {
     accept(repository().iter().flat_map(wrong_arrows));
+}
+
+#[test]
+fn the_load_test_knows_only_the_wire() {
+    accept(repository().iter().flat_map(beyond_the_wire));
 }
 
 #[test]

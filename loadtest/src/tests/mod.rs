@@ -1,0 +1,4 @@
+//! The open loop against servers of the tests' own, and scenarios as data.
+
+mod open_loop;
+mod scenarios;
