@@ -6,3 +6,4 @@ mod planted;
 pub mod registry;
 pub mod service;
 pub mod signals;
+pub mod supervisor;
