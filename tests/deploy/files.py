@@ -113,11 +113,22 @@ def image_context() -> str:
     with tempfile.TemporaryDirectory() as folder:
         run("cp", "--recursive", *(ROOT / name for name in taken), folder)
         metadata(folder)
+        includes(pathlib.Path(folder))
         subprocess.run(["bash", "-euo", "pipefail", "-c", stage[1]], cwd=folder, check=True)
         metadata(folder)
         left = {path.name for path in pathlib.Path(folder).rglob("*") if path.is_file()}
         expect(left == {"Cargo.toml", "Cargo.lock", "build.rs", "lib.rs", "main.rs"}, f"the layer of dependencies would change with {left}")
     return "the image's context: enough for cargo, and its layer of dependencies hangs on the manifests alone"
+
+
+def includes(folder: pathlib.Path) -> None:
+    """What the sources take in while they are compiled is there."""
+    expect(any((folder / "proto").rglob("*.proto")), "the image's context has no proto files, which build.rs compiles")
+    for source in folder.glob("src/**/*.rs"):
+        for path in re.findall(r'include_(?:str|bytes)!\("([^"]+)"\)', source.read_text()):
+            # Tests are not compiled into the image.
+            is_there = source.name == "tests.rs" or (source.parent / path).exists()
+            expect(is_there, f"the image's context lacks {path}, which {source.relative_to(folder)} includes")
 
 
 def metadata(folder: str) -> None:

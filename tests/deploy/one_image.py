@@ -17,6 +17,7 @@ def run_all(folder: pathlib.Path, program: pathlib.Path) -> str:
         expect(process.is_running(), f"the entry point ends:\n{process.log()}")
         owner = pathlib.Path(f"/proc/{process.pid()}").stat()
         expect(f"{owner.st_uid}:{owner.st_gid}" == image.user, f"it runs as {owner.st_uid}:{owner.st_gid}, not {image.user}")
+        expect(owner.st_uid != 0, "it runs as root")
         epochs.append(client.done("GET", "/v1/zones")["revision"])
         process.end()
         client = Caller("127.0.0.1", 8080)
