@@ -20,6 +20,7 @@ import installation
 import metrics
 import one_image
 import rolling_restart
+import sizing
 import units
 import upgrade
 from machine import Failed, make_network, run
@@ -85,6 +86,7 @@ def stories(folder: pathlib.Path, given: argparse.Namespace) -> dict:
         "upgrade": lambda: upgrade.run_all(folder / "upgrade", old, program),
         "edge-backup": lambda: backups.of_edge(program, folder / "edge-backup"),
         "registry-backup": lambda: backups.of_registry_file(program, folder / "registry-backup"),
+        "sizing": lambda: sizing.run_all(program, folder / "sizing"),
         "units": lambda: units.run_all(folder / "units", given.package.resolve()),
         "installation": whole_installation,
     }
