@@ -2,22 +2,11 @@
 
 import os
 import pathlib
-import re
-import subprocess
 
 from installation import EDGES, REGISTRIES, Installation
-from machine import ROOT, Caller, Process, expect, run, until
+from machine import Caller, Process, commands, expect, run, until
 
-PAGE = ROOT / "docs/operations.md"
 ZONE = {"type": "Feature", "geometry": {"type": "Point", "coordinates": [151.2, -33.87]}, "properties": {"radius_m": 5, "reason": "backup"}}
-
-
-def commands(name: str, environment: dict[str, str]) -> None:
-    """Runs the block of commands that the page marks with a name."""
-    found = re.search(rf"<!-- tested: {re.escape(name)} -->\n+```sh\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    expect(found is not None, f"docs/operations.md has no commands marked '{name}'")
-    done = subprocess.run(["bash", "-euo", "pipefail", "-c", found[1]], env=environment, capture_output=True, text=True, check=False)
-    expect(done.returncode == 0, f"'{name}' of docs/operations.md ended with {done.returncode}:\n{done.stdout}{done.stderr}")
 
 
 class Daemon:

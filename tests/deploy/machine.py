@@ -9,6 +9,7 @@ import http.client
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import ssl
@@ -17,6 +18,7 @@ import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
+PAGE = ROOT / "docs/operations.md"
 POLL_S = 0.05
 # The network of deploy/compose.yaml, and where in it the services are that need no address: proxy, PostgreSQL, Prometheus.
 NETWORK, HOST = "172.30.80.0/24", "172.30.80.1"
@@ -53,6 +55,14 @@ def run(*command, **options) -> subprocess.CompletedProcess:
     done = subprocess.run([str(part) for part in command], capture_output=True, text=True, check=False, **options)
     expect(done.returncode == 0, f"{command} ended with {done.returncode}:\n{done.stdout}{done.stderr}")
     return done
+
+
+def commands(name: str, environment: dict[str, str]) -> None:
+    """Runs the block of commands that the page marks with a name."""
+    found = re.search(rf"<!-- tested: {re.escape(name)} -->\n+```sh\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    expect(found is not None, f"docs/operations.md has no commands marked '{name}'")
+    done = subprocess.run(["bash", "-euo", "pipefail", "-c", found[1]], env=environment, capture_output=True, text=True, check=False)
+    expect(done.returncode == 0, f"'{name}' of docs/operations.md ended with {done.returncode}:\n{done.stdout}{done.stderr}")
 
 
 def mount(source: pathlib.Path, target: pathlib.Path, read_only: bool = True) -> None:
