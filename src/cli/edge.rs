@@ -10,6 +10,7 @@ use crate::config::{EdgeConfig, EffectiveConfig, Origin};
 use crate::network::Topology;
 use crate::process::listening::Addresses;
 use crate::process::service::{Service, Start};
+use crate::process::supervisor::Supervisor;
 use crate::process::traces::TracesConfig;
 use crate::process::{logs, signals};
 use bytes::Bytes;
@@ -100,7 +101,9 @@ async fn serve(start: Start, output: &Output) -> Result<(), Stop> {
         addresses.listen, addresses.admin
     ));
     tracing::info!(listen = %addresses.listen, admin = %addresses.admin, "the edge serves");
+    let supervisor = Supervisor::serving(&format!("serving on {}", addresses.listen));
     let signal = termination.await;
+    supervisor.ending();
     tracing::info!(signal, "the edge is ending");
     let drained = service.stop().await.map_err(Stop::failed)?;
     tracing::info!(forced_connections = drained.forced, "the edge has ended");

@@ -6,6 +6,7 @@ use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::{EffectiveConfig, RegistryConfig};
 use crate::process::registry::{RegistryService, RegistryStart};
+use crate::process::supervisor::Supervisor;
 use crate::process::traces::TracesConfig;
 use crate::process::{logs, signals};
 use clap::Args;
@@ -112,7 +113,9 @@ async fn serve(start: RegistryStart, output: &Output) -> Result<(), Stop> {
         addresses.listen, addresses.admin
     ));
     tracing::info!(listen = %addresses.listen, admin = %addresses.admin, "the registry serves");
+    let supervisor = Supervisor::serving(&format!("serving on {}", addresses.listen));
     let signal = termination.await;
+    supervisor.ending();
     tracing::info!(signal, "the registry is ending");
     let drained = service.stop().await.map_err(Stop::failed)?;
     tracing::info!(

@@ -1,5 +1,6 @@
 //! The settings of an edge.
 
+use super::authorities::read_authorities;
 use super::fault::ConfigFault;
 use super::resolve::EffectiveConfig;
 use super::settings::{
@@ -148,17 +149,20 @@ settings! {
     }
     /// The registry that the edge follows and tells its changes to. Without one it is its own authority.
     registry: RegistryLink {
-        /// Where it is reached, such as http://127.0.0.1:8180; empty for no registry. The edge does not encrypt: a
-        /// registry on another machine is reached through a proxy on this one.
+        /// Where it is reached, such as http://127.0.0.1:8180 or https://registry.example; empty for no registry. On
+        /// another machine it is reached by https, for which there is a proxy in front of it.
         url: Option<String> = None;
         /// The id of the network at the registry.
         network: String = "sydney".to_owned();
+        /// The certificates of the authorities that the registry's certificate has to be from, PEM; empty for those of
+        /// the system.
+        ca_file: Option<PathBuf> = None;
         /// What this edge is called there, which is the subject of its token where it has one; empty for a name
         /// made at random.
         edge_id: Option<String> = None;
         /// The file with the token of the role edge, which only its owner may read; empty for none.
         token_file: Option<PathBuf> = None;
-        /// Reach a registry on another machine without a proxy. Token and airspace then cross the network in the clear.
+        /// Reach a registry on another machine by http. Token and airspace then cross the network in the clear.
         allow_plaintext: bool = false;
         /// How long a question for news waits at the registry, a fifth more or less.
         poll_wait: Duration = 10 * SECOND, Duration::from_millis(100)..=5 * MINUTE;
@@ -245,13 +249,18 @@ fn registry_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> 
             origin,
             url: url.clone(),
         }),
-        Some(host) if !is_this_machine(host) && !registry.allow_plaintext => {
+        Some((Transport::Plain, host)) if !is_this_machine(host) && !registry.allow_plaintext => {
             faults.push(ConfigFault::RegistryPlainText {
                 origin,
                 host: host.to_owned(),
             });
         }
         Some(_) => {}
+    }
+    let authorities = registry.ca_file.as_deref().map(read_authorities);
+    if let Some(Err(error)) = authorities {
+        let origin = effective.origin("registry.ca_file");
+        faults.push(ConfigFault::RegistryAuthorities { origin, error });
     }
     let token = registry.token_file.as_deref().map(read_bearer);
     if let Some(Err(error)) = token {
@@ -267,16 +276,25 @@ fn registry_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> 
     faults
 }
 
-/// The host of a URL of plain HTTP.
-fn host_of(url: &str) -> Option<&str> {
-    let rest = url.strip_prefix("http://")?;
+/// Whether what is sent is encrypted.
+enum Transport {
+    Encrypted,
+    Plain,
+}
+
+/// The host of a URL of HTTP, and how it is reached.
+fn host_of(url: &str) -> Option<(Transport, &str)> {
+    let (transport, rest) = match url.strip_prefix("https://") {
+        Some(rest) => (Transport::Encrypted, rest),
+        None => (Transport::Plain, url.strip_prefix("http://")?),
+    };
     let authority = rest.split(['/', '?', '#']).next()?;
     let host = match authority.strip_prefix('[') {
         Some(rest) => rest.split(']').next()?,
         None => authority.split(':').next()?,
     };
     let is_host = !host.is_empty() && !host.contains(['@', ' ']);
-    is_host.then_some(host)
+    is_host.then_some((transport, host))
 }
 
 /// Whether a host is this machine by its name or address, without asking anyone.

@@ -1,5 +1,6 @@
 //! What is wrong with a configuration, and where it was said.
 
+use super::authorities::AuthoritiesError;
 use super::tokens::TokensError;
 use std::fmt;
 use std::net::SocketAddr;
@@ -179,8 +180,7 @@ pub enum ConfigFault {
     },
     /// The registry's address is none.
     #[error(
-        "{origin}: registry.url = '{url}' is not one such as http://127.0.0.1:8180; the edge does not encrypt, so that \
-         https is the work of a proxy on this machine"
+        "{origin}: registry.url = '{url}' is not one such as http://127.0.0.1:8180 or https://registry.example"
     )]
     RegistryUrl {
         /// Who said so.
@@ -190,14 +190,22 @@ pub enum ConfigFault {
     },
     /// Token and airspace would cross the network in the clear.
     #[error(
-        "{origin}: registry.url: {host} may be another machine and the edge does not encrypt; reach it through a proxy \
-         on 127.0.0.1, or set registry.allow_plaintext = true where the network is trusted"
+        "{origin}: registry.url: {host} may be another machine, and http does not encrypt; write https, or set \
+         registry.allow_plaintext = true where the network is trusted"
     )]
     RegistryPlainText {
         /// Who said so.
         origin: Origin,
         /// The host.
         host: String,
+    },
+    /// The file of the registry's authorities is of no use.
+    #[error("{origin}: {error}")]
+    RegistryAuthorities {
+        /// Who named the file.
+        origin: Origin,
+        /// What is wrong with it.
+        error: AuthoritiesError,
     },
     /// An edge that waits for news would seem to have lost its registry.
     #[error("{origin}: registry.poll_wait and a fifth is not shorter than freshness.stale_after")]

@@ -3,6 +3,7 @@
 //! `edge` and `registry` have one table each of all settings. A flag wins over the environment, that over the file, that over
 //! the default; what nobody knows is refused, all of it at once, with the place where it was said.
 
+mod authorities;
 mod edge;
 mod fault;
 pub mod registry;
@@ -16,6 +17,7 @@ mod value;
 #[cfg(test)]
 mod tests;
 
+pub use authorities::{AuthoritiesError, read_authorities};
 pub use edge::{
     Airspace, ClockConfig, Drain, Drones, EdgeConfig, Events, Freshness, Idempotency, Limits, Log,
     Plans, Records, RegistryLink, Reports, SETTINGS, Trees,

@@ -324,6 +324,15 @@ const STARTS: &[&str] = &[
     "admin_listen=10.0.0.4:80 clock.rate=2",
     "freshness.degraded_after=30s",
     "listen=127.0.0.1:0 admin_listen=127.0.0.1:0",
+    "registry.url=http://localhost:8180",
+    "registry.url=http://registry.example",
+    "registry.url=http://registry.example registry.allow_plaintext=true",
+    "registry.url=https://registry.example",
+    "registry.url=https://[2001:db8::1]:8443/skyway",
+    "registry.url=https://",
+    "registry.url=ftp://registry.example",
+    "registry.url=https://registry.example registry.ca_file=/nowhere/ca.pem",
+    "registry.url=https://registry.example registry.ca_file=Cargo.toml",
 ];
 
 /// Whether an edge of which this is said starts, with which warnings, or why not.
@@ -385,6 +394,24 @@ fn an_edge_starts_only_where_nothing_is_exposed() {
     flag --set freshness.degraded_after: freshness.degraded_after is not longer than freshness.stale_after
     [listen=127.0.0.1:0 admin_listen=127.0.0.1:0]
     starts
+    [registry.url=http://localhost:8180]
+    starts
+    [registry.url=http://registry.example]
+    flag --set registry.url: registry.url: registry.example may be another machine, and http does not encrypt; write https, or set registry.allow_plaintext = true where the network is trusted
+    [registry.url=http://registry.example registry.allow_plaintext=true]
+    starts
+    [registry.url=https://registry.example]
+    starts
+    [registry.url=https://[2001:db8::1]:8443/skyway]
+    starts
+    [registry.url=https://]
+    flag --set registry.url: registry.url = 'https://' is not one such as http://127.0.0.1:8180 or https://registry.example
+    [registry.url=ftp://registry.example]
+    flag --set registry.url: registry.url = 'ftp://registry.example' is not one such as http://127.0.0.1:8180 or https://registry.example
+    [registry.url=https://registry.example registry.ca_file=/nowhere/ca.pem]
+    flag --set registry.ca_file: cannot read /nowhere/ca.pem: No such file or directory (os error 2)
+    [registry.url=https://registry.example registry.ca_file=Cargo.toml]
+    flag --set registry.ca_file: Cargo.toml: it has no certificate; it should have certificates that begin with -----BEGIN CERTIFICATE-----
     ");
 }
 

@@ -7,4 +7,5 @@ pub mod registry;
 pub mod service;
 pub mod signals;
 mod store_lock;
+pub mod supervisor;
 pub mod traces;

@@ -14,7 +14,7 @@ use crate::api::rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, ServerConfig, Services, Slots, serve,
 };
-use crate::config::{Configuration, EdgeConfig, Tokens, read_bearer};
+use crate::config::{Configuration, EdgeConfig, Tokens, read_authorities, read_bearer};
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{ClosureLives, Edge, OpenError, Opening, Settings, SqliteFile};
 use crate::network::Topology;
@@ -163,11 +163,14 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
     let edge_id = registry.edge_id.clone();
     let edge_id = edge_id.unwrap_or_else(|| format!("edge-{}", edge.id()));
     let token = registry.token_file.as_deref().map(read_bearer);
+    let authorities = registry.ca_file.as_deref().map(read_authorities);
+    let authorities = authorities.transpose().map_err(io::Error::other)?;
     let client = HttpClient::new(&HttpAddress {
         url,
         network: registry.network.clone(),
         edge_id: edge_id.clone(),
         token: token.transpose().map_err(io::Error::other)?,
+        authorities: authorities.unwrap_or_default(),
     });
     let settings = SyncSettings {
         network: registry.network.clone(),

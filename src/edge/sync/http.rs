@@ -1,9 +1,9 @@
-//! The registry over HTTP. Encryption is the work of a proxy beside the edge, as it is in front of the registry.
+//! The registry over HTTP, encrypted where its address says https: what encrypts there is a proxy in front of it.
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use crate::wire::{ChangesPage, EdgeReport, ObjectKind, Problem, RegistrySnapshot, Written};
 use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderMap, HeaderValue, IF_MATCH};
-use reqwest::{Method, RequestBuilder, Response, Url};
+use reqwest::{Certificate, Method, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use std::time::Duration;
 
@@ -29,6 +29,8 @@ pub struct HttpAddress {
     pub edge_id: String,
     /// The token, where the registry wants one.
     pub token: Option<String>,
+    /// The authorities that its certificate has to be from; without any, those of the system.
+    pub authorities: Vec<Certificate>,
 }
 
 impl std::fmt::Debug for HttpAddress {
@@ -86,7 +88,15 @@ impl HttpClient {
                 .extend(["v1", "networks", &address.network]),
             Err(()) => return Err(format!("'{}' is not the URL of a registry", address.url)),
         };
-        let http = reqwest::Client::builder()
+        // Without https nothing of the system is read: there may be machines without a single authority.
+        let is_encrypted = network.scheme() == "https";
+        let http = match is_encrypted && address.authorities.is_empty() {
+            true => reqwest::Client::builder(),
+            false => reqwest::Client::builder().tls_certs_only(address.authorities.clone()),
+        };
+        // Not HTTP/2: one dead connection would be shared by all questions until the system gives it up.
+        let http = http
+            .http1_only()
             .no_proxy()
             .connect_timeout(CONNECT_WITHIN)
             .redirect(reqwest::redirect::Policy::none())
