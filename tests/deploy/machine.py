@@ -44,6 +44,7 @@ def until(what: str, holds, within_s: float = PATIENCE_S):
             answer = holds()
             if answer:
                 return answer
+            told = None
         except (OSError, http.client.HTTPException) as error:
             told = error
         time.sleep(POLL_S)
