@@ -19,11 +19,15 @@ pub(crate) type Bend = Box<dyn FnMut(ChangesPage) -> Result<ChangesPage, ClientE
 pub(crate) type BendList =
     Box<dyn FnMut(RegistrySnapshot) -> Result<RegistrySnapshot, ClientError> + Send>;
 
+/// Bends the answer to a write.
+pub(crate) type BendWritten = Box<dyn FnMut(Written) -> Written + Send>;
+
 #[derive(Default)]
 struct Doing {
     registry: Option<Arc<Registry>>,
     bend: Option<Bend>,
     bend_list: Option<BendList>,
+    bend_written: Option<BendWritten>,
     loses_answers: bool,
     lists: u64,
     writes: Vec<RegistryWrite>,
@@ -94,6 +98,10 @@ impl Line {
         bend: impl FnMut(RegistrySnapshot) -> Result<RegistrySnapshot, ClientError> + Send + 'static,
     ) {
         self.lock().bend_list = Some(Box::new(bend));
+    }
+
+    pub(crate) fn bend_written(&self, bend: impl FnMut(Written) -> Written + Send + 'static) {
+        self.lock().bend_written = Some(Box::new(bend));
     }
 
     pub(crate) fn straighten(&self) {
@@ -210,10 +218,15 @@ impl RegistryClient for Line {
             }
         };
         let reply = reply.map_err(|refusal| told(&refusal))?;
-        if self.lock().loses_answers {
+        let mut doing = self.lock();
+        if doing.loses_answers {
             return Err(cut());
         }
-        Ok(serde_json::from_str(&reply.body).expect("an answer"))
+        let written = serde_json::from_str(&reply.body).expect("an answer");
+        Ok(match &mut doing.bend_written {
+            Some(bend) => bend(written),
+            None => written,
+        })
     }
 
     async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
