@@ -28,6 +28,7 @@ struct Doing {
     bend: Option<Bend>,
     bend_list: Option<BendList>,
     bend_written: Option<BendWritten>,
+    takes_no_writes: bool,
     loses_answers: bool,
     lists: u64,
     writes: Vec<RegistryWrite>,
@@ -100,6 +101,11 @@ impl Line {
         self.lock().bend_list = Some(Box::new(bend));
     }
 
+    /// Whether writes get nowhere, while reading goes on.
+    pub(crate) fn take_no_writes(&self, takes_none: bool) {
+        self.lock().takes_no_writes = takes_none;
+    }
+
     pub(crate) fn bend_written(&self, bend: impl FnMut(Written) -> Written + Send + 'static) {
         self.lock().bend_written = Some(Box::new(bend));
     }
@@ -131,7 +137,7 @@ impl Line {
     }
 }
 
-fn cut() -> ClientError {
+pub(crate) fn cut() -> ClientError {
     ClientError::Transport("the line is cut".to_owned())
 }
 
@@ -197,6 +203,9 @@ impl RegistryClient for Line {
 
     async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
         let registry = self.registry()?;
+        if self.lock().takes_no_writes {
+            return Err(cut());
+        }
         self.lock().writes.push(write.clone());
         let manner = Manner {
             subject: self.edge_id.to_string(),
