@@ -355,12 +355,14 @@ impl State {
                 (None, None) => {}
             }
         }
+        // What the registry has made after this list is not gone for not being in it.
+        let was_there = |expected: Upstream| !is_after(expected, cursor);
         let removals: Vec<Arc<OutboxEntry>> = self
             .next
             .outbox
             .values()
             .filter(|entry| entry.operation == ChangeOperation::Delete)
-            .filter(|entry| entry.expected.is_some() && !listed.contains(&entry.id))
+            .filter(|entry| entry.expected.is_some_and(was_there) && !listed.contains(&entry.id))
             .cloned()
             .collect();
         for entry in removals {

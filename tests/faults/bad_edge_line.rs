@@ -69,7 +69,6 @@ async fn nothing_false_is_taken_over() {
 async fn its_bugs_are_found() {
     let bugs = [
         "accept-bad-checksum",
-        "accept-foreign-id",
         "accept-older-revision",
         "delete-from-bad-page",
     ];

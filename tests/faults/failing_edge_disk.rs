@@ -64,22 +64,22 @@ async fn in_trouble(client: &Client, zone: &str, told: &Value) -> Vec<String> {
         told["enforced"] == true,
         told,
     );
-    let refused = json!({"id": "plan-refused", "source": "n00", "destination": "n55"});
     let report =
         json!({"service": {"from": "n22", "to": "n32"}, "destination": "n55", "dry_run": true});
-    let zone_line = format!("GET /v1/zones/{zone}");
+    let zone_line = format!("/v1/zones/{zone}");
     let lines = [
-        ("POST /v1/plans", &refused, 507),
-        ("GET /readyz", &Value::Null, 200),
-        (zone_line.as_str(), &Value::Null, 200),
-        ("POST /v1/failures", &report, 200),
+        ("DELETE", zone_line.as_str(), &Value::Null, 507),
+        ("GET", zone_line.as_str(), &Value::Null, 200),
+        ("GET", "/readyz", &Value::Null, 200),
+        ("POST", "/v1/failures", &report, 200),
     ];
-    for (line, body, wanted) in lines {
-        match client.ask(line, &[], body).await {
+    for (method, path, body, wanted) in lines {
+        let line = format!("{method} {path}");
+        match client.ask(&line, &[("if-match", "*")], body).await {
             Answer::Came { status, body, .. } => {
-                expect(line, status == wanted, &json!([status, body]));
+                expect(&line, status == wanted, &json!([status, body]));
             }
-            Answer::Nothing { .. } => expect(line, false, &Value::Null),
+            Answer::Nothing { .. } => expect(&line, false, &Value::Null),
         }
     }
     wrong

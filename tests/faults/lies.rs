@@ -39,10 +39,12 @@ pub(crate) enum Lie {
     Poison,
     /// All zones and closures are left out.
     Empty,
+    /// One letter of what is put is another, and nothing is sealed anew.
+    Letter,
 }
 
 impl Lie {
-    const ALL: [Self; 15] = [
+    const ALL: [Self; 16] = [
         Self::Bent,
         Self::Cut,
         Self::Zeroed,
@@ -58,13 +60,15 @@ impl Lie {
         Self::Behind,
         Self::Poison,
         Self::Empty,
+        Self::Letter,
     ];
 
-    /// Bits are bent as often as all else together is lied.
+    /// What is bent is told as often as all else together.
     fn draw(chance: &mut Chance) -> Self {
-        match chance.below(2) {
+        match chance.below(4) {
             0 => Self::Bent,
-            _ => Self::ALL[usize::try_from(chance.below(15)).unwrap_or_default()],
+            1 => Self::Letter,
+            _ => Self::ALL[usize::try_from(chance.below(16)).unwrap_or_default()],
         }
     }
 }
@@ -183,6 +187,11 @@ impl Liar {
                 let mut puts = puts.filter(|it| it.operation == ChangeOperation::Put);
                 puts.next()?.body = Some(POISON.to_owned());
             }
+            Lie::Letter => {
+                let body = page.changes.get_mut(place)?.body.as_mut()?;
+                turn_letter(body, &mut self.chance);
+                return serde_json::to_vec(&page).ok();
+            }
             _ => return None,
         }
         for change in &mut page.changes {
@@ -209,6 +218,11 @@ impl Liar {
                 page.objects.retain(|it| it.kind == ObjectKind::Network);
                 page.object_count = page.objects.len() as u64;
             }
+            Lie::Letter => {
+                let body = &mut page.objects.get_mut(place)?.body;
+                turn_letter(body, &mut self.chance);
+                return serde_json::to_vec(&page).ok();
+            }
             _ => return None,
         }
         for object in &mut page.objects {
@@ -226,6 +240,19 @@ const POISON: &str =
 /// Another id of the same form.
 fn turned(id: &str) -> String {
     id.chars().rev().collect::<String>() + "0"
+}
+
+/// Makes another letter or digit of one.
+fn turn_letter(text: &mut String, chance: &mut Chance) {
+    let places = text
+        .char_indices()
+        .filter(|(_, it)| it.is_ascii_alphanumeric());
+    let places: Vec<(usize, char)> = places.collect();
+    let drawn = usize::try_from(chance.below(places.len() as u64)).unwrap_or_default();
+    if let Some(&(place, letter)) = places.get(drawn) {
+        let other = char::from(letter as u8 ^ 1);
+        text.replace_range(place..=place, &other.to_string());
+    }
 }
 
 fn damage(lie: Lie, body: &mut Vec<u8>, chance: &mut Chance) {

@@ -44,21 +44,20 @@ impl Party {
         let seen = Arc::new(Seen::default());
         let central = (seed(), 1);
         let central = Crowd::of(&stage.client, CENTRAL, Habit::MODERATE, central, &recorder);
+        let many = u32::try_from(stage.edges.len()).unwrap_or(1);
+        let habit = Habit {
+            rest: Habit::AT_EDGE.rest * many,
+            ..Habit::AT_EDGE
+        };
         let (mut crowds, mut watching) = (Vec::new(), Vec::new());
         for (number, edge) in (1_u64..).zip(&stage.edges) {
             let (client, writers) = (&edge.client, (seed() ^ number, writers_each));
-            crowds.push(Crowd::of(
-                client,
-                &edge.name,
-                Habit::AT_EDGE,
-                writers,
-                &recorder,
-            ));
+            crowds.push(Crowd::of(client, &edge.name, habit, writers, &recorder));
             let watcher = Watcher {
                 edge: edge.clone(),
                 recorder: recorder.clone(),
                 seen: seen.clone(),
-                rest: LOOK * u32::try_from(stage.edges.len()).unwrap_or(1),
+                rest: LOOK * many,
                 chance: Chance::of(seed(), 8_000 + number),
             };
             watching.push(tokio::spawn(watcher.work(stop.clone())));

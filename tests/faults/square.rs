@@ -81,7 +81,7 @@ pub(crate) fn tag_of(body: &str) -> String {
     tag_in(&thing)
 }
 
-/// The same of what was read.
+/// The same of what was read. A zone of a story that is not where its tag says is not the one that was put.
 pub(crate) fn tag_in(thing: &Value) -> String {
     let places = [
         &thing["properties"]["reason"],
@@ -89,5 +89,13 @@ pub(crate) fn tag_in(thing: &Value) -> String {
         &thing["drone_id"],
     ];
     let tag = places.into_iter().find_map(Value::as_str);
-    tag.unwrap_or_default().to_owned()
+    let tag = tag.unwrap_or_default();
+    let center = &thing["geometry"]["coordinates"];
+    let is_of_story = thing["id"]
+        .as_str()
+        .is_some_and(|id| id.starts_with("zone-"));
+    match is_of_story && !center.is_null() && *center != json!(middle_of(tag)) {
+        true => format!("{tag} at {center}"),
+        false => tag.to_owned(),
+    }
 }

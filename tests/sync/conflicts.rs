@@ -1,7 +1,10 @@
 //! Changes made at an edge that was away and meets a newer version: applied where they enlarge, else held.
 
-use crate::stage::{Central, Outpost};
+use crate::line::cut;
+use crate::stage::{Central, NETWORK, Outpost};
 use skyway::edge::Decision;
+use skyway::edge::sync::ClientError;
+use skyway::registry::SnapshotRequest;
 
 /// An edge that is cut off with the zone `x` around a1-a2 in force, of 20 m.
 async fn cut_off() -> (Central, Outpost) {
@@ -174,4 +177,70 @@ async fn a_change_made_after_seeing_ours_is_no_conflict() {
     assert!(north.holds().is_empty(), "{:?}", north.holds());
     north.end().await;
     south.end().await;
+}
+
+/// No digest protects the answer to a write: a version that was bent on its way would hide all that comes before it.
+#[tokio::test]
+async fn a_bent_answer_to_a_write_is_asked_for_again() {
+    let (central, north) = cut_off().await;
+    north.put_zone("y", 350.0, 0.0, 20.0).await;
+    let mut answers = 0;
+    north.line.bend_written(move |mut written| {
+        answers += 1;
+        if answers == 1 {
+            written.etag = Some("\"1-1025\"".to_owned());
+        }
+        written
+    });
+    reunite(&central, &north).await;
+    central.put_zone("y", 350.0, 0.0, 30.0).await;
+    north.settle(&central).await;
+    assert_eq!(north.zones(), central.zones().await);
+    assert!(north.holds().is_empty());
+    north.end().await;
+}
+
+/// A list says nothing of what was made after it: a removal that waits for such a thing still has to be told.
+#[tokio::test]
+async fn a_removal_is_not_done_because_an_earlier_list_lacks_it() {
+    let (central, north) = cut_off().await;
+    central.put_zone("z", 550.0, 0.0, 20.0).await;
+    let everything = SnapshotRequest {
+        size: Some(1_000),
+        token: None,
+    };
+    let list = central.registry.snapshot(NETWORK, &everything).await;
+    let list = list.expect("a list");
+    let cursor = format!("1-{}", list.revision);
+    north.line.bend(|_| Err(cut()));
+    north.line.bend_list(|_| Err(cut()));
+    north.line.lead_to(Some(&central.registry));
+    north.put_zone("y", 350.0, 0.0, 20.0).await;
+    north
+        .until("it is told", async || north.sync().outbox == 0)
+        .await;
+    north.line.take_no_writes(true);
+    north.lift_zone("y").await;
+    // The list that was on its way all along.
+    north.line.bend_list(move |_| Ok(list.clone()));
+    north.line.bend(|_| {
+        Err(ClientError::Refused {
+            status: 410,
+            code: "changes_gone".to_owned(),
+            detail: String::new(),
+            retry_after_s: None,
+        })
+    });
+    let is_read = async || {
+        let revision = north.edge.stamp().registry_revision;
+        revision.is_some_and(|revision| revision.to_string() == cursor)
+    };
+    north.until("the list is taken over", is_read).await;
+    assert_eq!(north.sync().outbox, 1);
+    north.line.straighten();
+    north.line.take_no_writes(false);
+    north.settle(&central).await;
+    assert_eq!(north.ids(), ["x", "z"]);
+    assert_eq!(north.zones(), central.zones().await);
+    north.end().await;
 }

@@ -19,11 +19,16 @@ pub(crate) type Bend = Box<dyn FnMut(ChangesPage) -> Result<ChangesPage, ClientE
 pub(crate) type BendList =
     Box<dyn FnMut(RegistrySnapshot) -> Result<RegistrySnapshot, ClientError> + Send>;
 
+/// Bends the answer to a write.
+pub(crate) type BendWritten = Box<dyn FnMut(Written) -> Written + Send>;
+
 #[derive(Default)]
 struct Doing {
     registry: Option<Arc<Registry>>,
     bend: Option<Bend>,
     bend_list: Option<BendList>,
+    bend_written: Option<BendWritten>,
+    takes_no_writes: bool,
     loses_answers: bool,
     lists: u64,
     writes: Vec<RegistryWrite>,
@@ -101,6 +106,15 @@ impl Line {
         self.lock().bend_list = Some(Box::new(bend));
     }
 
+    /// Whether writes get nowhere, while reading goes on.
+    pub(crate) fn take_no_writes(&self, takes_none: bool) {
+        self.lock().takes_no_writes = takes_none;
+    }
+
+    pub(crate) fn bend_written(&self, bend: impl FnMut(Written) -> Written + Send + 'static) {
+        self.lock().bend_written = Some(Box::new(bend));
+    }
+
     pub(crate) fn straighten(&self) {
         let mut doing = self.lock();
         doing.bend = None;
@@ -128,7 +142,7 @@ impl Line {
     }
 }
 
-fn cut() -> ClientError {
+pub(crate) fn cut() -> ClientError {
     ClientError::Transport("the line is cut".to_owned())
 }
 
@@ -194,6 +208,9 @@ impl RegistryClient for Line {
 
     async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
         let registry = self.registry()?;
+        if self.lock().takes_no_writes {
+            return Err(cut());
+        }
         self.lock().writes.push(write.clone());
         let manner = Manner {
             subject: self.edge_id.to_string(),
@@ -215,10 +232,15 @@ impl RegistryClient for Line {
             }
         };
         let reply = reply.map_err(|refusal| told(&refusal))?;
-        if self.lock().loses_answers {
+        let mut doing = self.lock();
+        if doing.loses_answers {
             return Err(cut());
         }
-        Ok(serde_json::from_str(&reply.body).expect("an answer"))
+        let written = serde_json::from_str(&reply.body).expect("an answer");
+        Ok(match &mut doing.bend_written {
+            Some(bend) => bend(written),
+            None => written,
+        })
     }
 
     async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {

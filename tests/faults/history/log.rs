@@ -47,6 +47,7 @@ impl Run {
 
     /// What was acknowledged is in the log, as the version that the answer said.
     fn check_acknowledged(&self, violations: &mut Vec<String>) {
+        let by_id = self.by_id();
         for operation in self
             .operations
             .iter()
@@ -55,10 +56,9 @@ impl Run {
             let Outcome::Done(Some(version)) = operation.outcome else {
                 continue;
             };
-            let found = self.log.iter().find(|change| {
-                change.version == version
-                    && change.id == operation.act.id()
-                    && change.tag.as_deref() == operation.act.tag()
+            let changes = by_id.get(operation.act.id()).into_iter().flatten();
+            let found = changes.into_iter().find(|change| {
+                change.version == version && change.tag.as_deref() == operation.act.tag()
             });
             match (found, self.is_lost(version)) {
                 (None, false) => violations.push(format!("acknowledged and lost: {operation}")),
@@ -70,8 +70,21 @@ impl Run {
         }
     }
 
+    /// The changes of each zone.
+    fn by_id(&self) -> BTreeMap<&str, Vec<&Logged>> {
+        let mut by_id: BTreeMap<&str, Vec<&Logged>> = BTreeMap::new();
+        for change in &self.log {
+            by_id.entry(&change.id).or_default().push(change);
+        }
+        by_id
+    }
+
     /// Every change was made by one operation, and by no refused one.
     fn check_explained(&self, violations: &mut Vec<String>) {
+        let mut by_id: BTreeMap<&str, Vec<&Operation>> = BTreeMap::new();
+        for operation in &self.operations {
+            by_id.entry(operation.act.id()).or_default().push(operation);
+        }
         let mut made = BTreeSet::new();
         for change in &self.log {
             if let Some(tag) = &change.tag
@@ -79,12 +92,11 @@ impl Run {
             {
                 violations.push(format!("made twice: {change:?}"));
             }
-            let by = |operation: &&Operation| {
+            let by = |operation: &Operation| {
                 let is_it = match &operation.act {
-                    Act::Put { id, tag } => {
-                        *id == change.id && Some(tag.as_str()) == change.tag.as_deref()
+                    Act::Put { .. } | Act::Delete { .. } => {
+                        operation.act.tag() == change.tag.as_deref()
                     }
-                    Act::Delete { id } => *id == change.id && change.tag.is_none(),
                     Act::Read { .. } => false,
                 };
                 let may_have = match operation.outcome {
@@ -94,7 +106,8 @@ impl Run {
                 };
                 is_it && may_have
             };
-            if !self.operations.iter().any(|operation| by(&operation)) {
+            let mut those = by_id.get(&*change.id).into_iter().flatten();
+            if !those.any(|operation| by(operation)) {
                 violations.push(format!("nobody did it, or it was refused: {change:?}"));
             }
         }
@@ -148,10 +161,7 @@ impl Run {
         if !self.restored.is_empty() {
             return;
         }
-        let mut by_id: BTreeMap<&str, Vec<&Logged>> = BTreeMap::new();
-        for change in &self.log {
-            by_id.entry(&change.id).or_default().push(change);
-        }
+        let by_id = self.by_id();
         let shown = self.operations.iter();
         let shown = shown.filter_map(|it| Some((it.ended?, version_of(it)?)));
         let mut shown: Vec<(u64, Version)> = shown.collect();
