@@ -1,5 +1,11 @@
 //! A registry and edges that follow it, each over a line of its own.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::daemon::{Address, Daemon, Plan};
 use crate::edge::{Edge, Way, holding_of};
 use crate::history::Holding;
