@@ -1,6 +1,12 @@
 //! Edges whose registry lies, or is reached over a line that breaks, or that leads to another registry: what was good
 //! stays in service, nothing false is taken over, and it is over when the line is good again.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::false_registry::FalseRegistry;
 use crate::outcome::Came;
 use crate::party::Party;

@@ -1,6 +1,12 @@
 //! An edge whose disk is full or fails: airspace closes all the same and says that it is not durable, everything else is
 //! refused, answers go on, and it is over as soon as the disk is well again, without a restart.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::daemon::{Daemon, Plan};
 use crate::edge::holding_of;
 use crate::failing_disk::{Ballast, RECOVERY, is_root, small_disk};

@@ -1,6 +1,12 @@
 //! A hundred edges, each a process of its own, that follow one registry: all have a zone soon after it was posted, and
 //! do not come all at once when the registry is back.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::edge::Edge;
 use crate::history::Act;
 use crate::registry_client::Answer;
@@ -43,11 +49,9 @@ async fn posted(stage: &Stage, number: usize) -> [Duration; 3] {
         id: format!("zone-{tag}"),
         tag,
     };
-    let waiting: Vec<_> = stage.edges.iter().cloned().collect();
-    let waiting: Vec<_> = waiting
-        .into_iter()
-        .map(|edge| tokio::spawn(has_zones(edge, number)))
-        .collect();
+    let waiting = stage.edges.iter().cloned();
+    let waiting = waiting.map(|edge| tokio::spawn(has_zones(edge, number)));
+    let waiting: Vec<_> = waiting.collect();
     let (outcome, _) = stage.client.act(&act, None, None).await;
     let begun = Instant::now();
     assert!(

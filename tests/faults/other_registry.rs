@@ -1,5 +1,11 @@
 //! An edge whose line leads to another registry for a while: one with another id, or the same one as it was before.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::daemon::{PATIENCE, Plan};
 use crate::edge::Edge;
 use crate::history::Act;

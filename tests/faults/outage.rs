@@ -1,5 +1,11 @@
 //! Failure reports while the registry does not answer: they are answered as ever, and say how old that is.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::edge::Edge;
 use crate::history::Recorder;
 use crate::proxy::Line;

@@ -1,5 +1,11 @@
 //! A line that can be bad: a proxy that swallows, resets, slows down, cuts and bends what goes through it.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "tests of faults tell how long things took"
+)]
+
 use crate::daemon::Address;
 use crate::rounds::Chance;
 use std::net::SocketAddr;

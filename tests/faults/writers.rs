@@ -72,7 +72,7 @@ impl Habit {
     pub(crate) const AT_EDGE: Self = Self {
         is_at_edge: true,
         most: 12,
-        rest: Duration::from_millis(5),
+        rest: Duration::from_millis(8),
     };
 }
 
