@@ -1,4 +1,4 @@
-//! Which processor works for whom, and for how long it did.
+//! Which processor works for whom, and for how long it did. The load test is compiled with this file, too.
 
 use crate::Result;
 use std::process::{Command, Stdio};

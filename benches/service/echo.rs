@@ -3,6 +3,8 @@
 //! It decodes the request into the type that the edge reads, and encodes one of the answers that the edge gave:
 //! bodies of the same shape and size, without anything in between. The loop around it is that of `axum::serve`,
 //! with answers sent at once. No gate, no limits, no deadlines, no metrics, no logs.
+//!
+//! The load test is compiled with this file, too, so that both mean the same echo.
 
 use crate::Result;
 use axum::extract::{Json, State};

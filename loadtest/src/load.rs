@@ -17,6 +17,8 @@ use tokio::time::{sleep, timeout_at};
 
 /// From the start of a run to the first request.
 const HEAD_START: Duration = Duration::from_millis(2);
+/// A pass over everything that is ready, in which nothing was, takes less than this; one that reads an answer takes longer.
+const IDLE_PASS: Duration = Duration::from_micros(4);
 /// What a timer may be late, which is left to looking at the clock.
 const TIMER_SLACK: Duration = Duration::from_millis(2);
 
@@ -98,20 +100,33 @@ struct Shared<S> {
     recorder: RefCell<Recorder>,
     in_flight: Cell<usize>,
     timeout: Duration,
+    spins: bool,
+    measured_from: Instant,
+    /// Passes in which there was nothing to do, together.
+    idle: Cell<Duration>,
+}
+
+/// What a run came to.
+pub(crate) struct Ran {
+    pub(crate) recorder: Recorder,
+    /// For how long was measured.
+    pub(crate) measured: Duration,
+    /// Which part of that the load itself worked, where it never sleeps: near 1 it is the load that is measured.
+    pub(crate) load_share: Option<f64>,
 }
 
 /// Ends a run before its time.
 pub(crate) type Stop = Rc<Cell<bool>>;
 
-/// Sends what is due until the end, waits for what is under way, and gives what was counted, with the time that was
-/// measured. Has to be called within a `LocalSet`.
+/// Sends what is due until the end, waits for what is under way, and gives what was counted. Has to be called within a
+/// `LocalSet`.
 pub(crate) async fn run<S: Source + 'static>(
     source: Rc<S>,
     connections: Rc<Connections>,
     pace: Pace,
     stop: Stop,
     watch: &mut Watch,
-) -> (Recorder, Duration) {
+) -> Ran {
     let begin = Instant::now() + HEAD_START;
     let measured_from = begin + pace.warm_up;
     let end = measured_from + pace.measured;
@@ -122,11 +137,14 @@ pub(crate) async fn run<S: Source + 'static>(
         recorder: RefCell::new(recorder()),
         in_flight: Cell::new(0),
         timeout: pace.timeout,
+        spins: pace.spins,
+        measured_from,
+        idle: Cell::new(Duration::ZERO),
     });
     let mut measured_until = end;
     let mut dues = Dues::new(pace.flow, begin);
     loop {
-        let due = dues.next(&shared, pace).await;
+        let due = dues.next(&shared, pace.in_flight).await;
         if stop.get() {
             measured_until = due.min(end);
             break;
@@ -134,22 +152,30 @@ pub(crate) async fn run<S: Source + 'static>(
         if due >= end {
             break;
         }
-        wait_until(due, pace.spins).await;
+        shared.wait_until(due).await;
         send(&shared, due, pace.in_flight);
         watch.look(due, &shared.recorder);
     }
-    wait_until(measured_until, pace.spins).await;
+    shared.wait_until(measured_until).await;
     watch.measured();
-    while shared.in_flight.get() > 0 {
-        rest(pace.spins).await;
-    }
     let measured = measured_until.saturating_duration_since(measured_from);
-    (shared.recorder.replace(recorder()), measured)
+    let idle_share = shared.idle.get().as_secs_f64() / measured.as_secs_f64().max(1e-9);
+    while shared.in_flight.get() > 0 {
+        shared.rest().await;
+    }
+    Ran {
+        recorder: shared.recorder.replace(recorder()),
+        measured,
+        load_share: pace.spins.then_some(1.0 - idle_share),
+    }
 }
 
 /// The moments at which requests are due.
 enum Dues {
-    Scheduled { schedule: Schedule, begin: Instant },
+    Scheduled {
+        schedule: Box<Schedule>,
+        begin: Instant,
+    },
     WhenThereIsRoom,
 }
 
@@ -162,18 +188,18 @@ impl Dues {
                 rate_per_s,
                 seed,
             } => Self::Scheduled {
-                schedule: Schedule::new(arrivals, rate_per_s, seed),
+                schedule: Box::new(Schedule::new(arrivals, rate_per_s, seed)),
                 begin,
             },
         }
     }
 
-    async fn next<S>(&mut self, shared: &Shared<S>, pace: Pace) -> Instant {
+    async fn next<S>(&mut self, shared: &Shared<S>, most: usize) -> Instant {
         match self {
             Self::Scheduled { schedule, begin } => *begin + schedule.next_offset(),
             Self::WhenThereIsRoom => {
-                while shared.in_flight.get() >= pace.in_flight {
-                    rest(pace.spins).await;
+                while shared.in_flight.get() >= most {
+                    shared.rest().await;
                 }
                 Instant::now()
             }
@@ -181,25 +207,36 @@ impl Dues {
     }
 }
 
-/// Lets others run until a moment has come; at once where it has passed.
-async fn wait_until(moment: Instant, spins: bool) {
-    // Answers are read also where the load is behind its schedule.
-    yield_now().await;
-    loop {
-        let Some(left) = moment.checked_duration_since(Instant::now()) else {
-            return;
-        };
-        match spins || left <= TIMER_SLACK {
-            true => yield_now().await,
-            false => sleep(left - TIMER_SLACK).await,
+impl<S> Shared<S> {
+    /// Lets others run until a moment has come. Answers are read also where the load is behind its schedule.
+    async fn wait_until(&self, moment: Instant) {
+        loop {
+            self.pass().await;
+            let Some(left) = moment.checked_duration_since(Instant::now()) else {
+                return;
+            };
+            if !self.spins && left > TIMER_SLACK {
+                sleep(left - TIMER_SLACK).await;
+            }
         }
     }
-}
 
-async fn rest(spins: bool) {
-    match spins {
-        true => yield_now().await,
-        false => sleep(TIMER_SLACK).await,
+    /// Waits a little for answers.
+    async fn rest(&self) {
+        match self.spins {
+            true => self.pass().await,
+            false => sleep(TIMER_SLACK).await,
+        }
+    }
+
+    /// Lets everything run that is ready.
+    async fn pass(&self) {
+        let begun = Instant::now();
+        yield_now().await;
+        let took = begun.elapsed();
+        if took < IDLE_PASS && begun >= self.measured_from {
+            self.idle.set(self.idle.get() + took);
+        }
     }
 }
 
@@ -208,6 +245,7 @@ fn send<S: Source + 'static>(shared: &Rc<Shared<S>>, intended: Instant, most: us
         let now = Instant::now();
         let moments = Moments {
             intended,
+            begun: now,
             sent: now,
             ended: now,
         };
@@ -226,14 +264,16 @@ fn send<S: Source + 'static>(shared: &Rc<Shared<S>>, intended: Instant, most: us
 }
 
 async fn exchange<S: Source>(shared: &Shared<S>, asked: Asked, intended: Instant) {
-    let sent = Instant::now();
+    let begun = Instant::now();
+    let sent = Cell::new(begun);
     let deadline = intended + shared.timeout;
-    let told = timeout_at(deadline.into(), shared.connections.ask(&asked.wanted)).await;
-    let ended = Instant::now();
+    let asking = shared.connections.ask_telling(&asked.wanted, &sent);
+    let told = timeout_at(deadline.into(), asking).await;
     let moments = Moments {
         intended,
-        sent,
-        ended,
+        begun,
+        sent: sent.get(),
+        ended: Instant::now(),
     };
     let (ending, problem) = match &told {
         Err(_) => (Ending::TimedOut, None),

@@ -45,7 +45,7 @@ pub(crate) struct Seen {
 }
 
 /// Times in microseconds.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Times(Histogram<u32>);
 
 impl Times {
@@ -85,7 +85,7 @@ impl Times {
 }
 
 /// What is known of one kind of request.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Tally {
     /// Answers that came while it was measured, whenever they were asked for.
     pub(crate) came: u64,
@@ -97,7 +97,7 @@ pub(crate) struct Tally {
     pub(crate) unsent: u64,
     /// From the intended send time to the answer.
     pub(crate) from_intended: Times,
-    /// From the actual send time, which hides what the load waited for: for comparison only.
+    /// From when it had a connection, as a closed loop would tell: for comparison only.
     pub(crate) from_sent: Times,
     /// Until a request was shed.
     pub(crate) until_shed: Times,
@@ -189,7 +189,7 @@ impl Tally {
 }
 
 /// A short part of the time, for plots.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Interval {
     pub(crate) answered: u64,
     pub(crate) shed: u64,
@@ -208,10 +208,14 @@ impl Default for Interval {
     }
 }
 
-/// When a request was meant to be sent, was sent, and ended.
+/// The moments of a request.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moments {
+    /// When it was due.
     pub(crate) intended: Instant,
+    /// When the load came to it.
+    pub(crate) begun: Instant,
+    /// When it had a connection.
     pub(crate) sent: Instant,
     pub(crate) ended: Instant,
 }
@@ -223,7 +227,7 @@ pub(crate) struct Recorder {
     pub(crate) interval: Duration,
     pub(crate) tallies: BTreeMap<&'static str, Tally>,
     pub(crate) intervals: Vec<Interval>,
-    /// How much later than meant the load began to send.
+    /// How much later than meant the load came to it.
     pub(crate) late: Times,
 }
 
@@ -285,7 +289,7 @@ impl Recorder {
             interval.times.add(took);
         }
         if ending != Ending::Unsent {
-            self.late.add(moments.sent - moments.intended);
+            self.late.add(moments.begun - moments.intended);
         }
         if let Some(problem) = problem {
             *tally.problems.entry(problem).or_default() += 1;

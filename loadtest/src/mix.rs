@@ -35,6 +35,8 @@ pub(crate) struct Mix {
     fleet: Fleet,
     chance: RefCell<Chance>,
     number: Cell<u64>,
+    /// Ids of this process: an edge that runs already may have those of an earlier one.
+    process: u32,
     /// What was made and is to be removed later, oldest first.
     plans: RefCell<VecDeque<Standing>>,
     zones: RefCell<VecDeque<Standing>>,
@@ -60,6 +62,7 @@ impl Mix {
             fleet,
             chance: RefCell::new(Chance::of(seed)),
             number: Cell::new(0),
+            process: std::process::id(),
             plans: RefCell::default(),
             zones: RefCell::default(),
             closures: RefCell::default(),
@@ -81,9 +84,9 @@ impl Mix {
         self.chance.borrow_mut().below(count)
     }
 
-    fn next_number(&self) -> u64 {
+    fn next_id(&self, what: &str) -> String {
         self.number.set(self.number.get() + 1);
-        self.number.get()
+        format!("{what}-{}-{}", self.process, self.number.get())
     }
 
     fn recompose(&self, kind: &Kind) -> Asked {
@@ -116,7 +119,7 @@ impl Mix {
         if let Some(removal) = self.removal(&self.plans, kind.share.live, "cancel_plan") {
             return removal;
         }
-        let plan = format!("composed-{}", self.next_number());
+        let plan = self.next_id("composed");
         // Between the ends of a plan that is flown there is a way.
         let nodes = &self.fleet.plans[self.below(self.fleet.plans.len())].nodes;
         let request = DeliveryRequest {
@@ -139,7 +142,7 @@ impl Mix {
         if let Some(removal) = self.removal(&self.zones, kind.share.live, "lift_zone") {
             return removal;
         }
-        let zone = format!("posted-{}", self.next_number());
+        let zone = self.next_id("posted");
         let [west, south, east, north] = self.fleet.bounds;
         let (x, y) = {
             let mut chance = self.chance.borrow_mut();

@@ -1,9 +1,9 @@
 //! What a run came to, as it is written to `report.json`.
 
-use crate::measures::{Recorder, Tally, Times};
+use crate::load::Ran;
+use crate::measures::{Tally, Times};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 /// A run of scenarios.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -65,6 +65,8 @@ pub(crate) struct PhaseReport {
     pub(crate) measured_s: f64,
     /// Which part of the time the server worked.
     pub(crate) server_share: Option<f64>,
+    /// Which part of the time the load worked, where it has a core of its own.
+    pub(crate) load_share: Option<f64>,
     /// How much later than meant the load sent, p99: where it is near the latencies, it is the load that is measured.
     pub(crate) late_p99_ms: f64,
     /// How long the edge took to take over what its registry had.
@@ -94,7 +96,7 @@ pub(crate) struct Figures {
     pub(crate) p99_ms: f64,
     pub(crate) p999_ms: f64,
     pub(crate) max_ms: f64,
-    /// From the actual send time: what a closed loop would have told.
+    /// From when a request had a connection: what a closed loop would have told.
     pub(crate) p99_from_sent_ms: f64,
     /// Until a request was shed.
     pub(crate) shed_p99_ms: f64,
@@ -206,13 +208,9 @@ impl Report {
 }
 
 impl PhaseReport {
-    pub(crate) fn new(
-        name: &str,
-        recorder: &Recorder,
-        measured: Duration,
-        server_share: Option<f64>,
-    ) -> Self {
-        let measured_s = measured.as_secs_f64();
+    pub(crate) fn new(name: &str, ran: &Ran, server_share: Option<f64>) -> Self {
+        let recorder = &ran.recorder;
+        let measured_s = ran.measured.as_secs_f64();
         let interval_s = recorder.interval.as_secs_f64();
         let figures = |tally: &Tally| Figures::of(tally, measured_s);
         let operations = recorder.tallies.iter();
@@ -222,6 +220,7 @@ impl PhaseReport {
             offered_per_s: all.scheduled() as f64 / measured_s.max(1e-9),
             measured_s,
             server_share,
+            load_share: ran.load_share,
             late_p99_ms: recorder.late.at_ms(0.99),
             followed_s: None,
             all: figures(&all),

@@ -317,10 +317,8 @@ impl Repetition<'_> {
             _ => None,
         };
         let connections = loaded.connections.clone();
-        let (recorder, took) =
-            load::run(self.mix.clone(), connections, pace, stop, &mut watch).await;
-        let share = watch.server_share;
-        let mut report = PhaseReport::new(&phase.name, &recorder, took, share);
+        let ran = load::run(self.mix.clone(), connections, pace, stop, &mut watch).await;
+        let mut report = PhaseReport::new(&phase.name, &ran, watch.server_share);
         if let Some(following) = following {
             report.followed_s = Some(following.await??.as_secs_f64());
         }

@@ -183,7 +183,7 @@ impl Default for Client {
         Self {
             dialects: vec![Dialect::Rest, Dialect::Grpc],
             arrivals: Arrivals::Poisson,
-            rest_connections: 64,
+            rest_connections: 128,
             grpc_connections: 4,
             in_flight: 2048,
             timeout_s: 5.0,

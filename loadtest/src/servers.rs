@@ -20,6 +20,13 @@ const ENVIRONMENT_PREFIX: &str = "SKYWAY_";
 /// The registry gives way to the edge, whose core it shares: where they are deployed it has a machine of its own.
 const REGISTRY_NICENESS: &str = "19";
 
+/// Who goes first where both want the core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Niceness {
+    Ordinary,
+    GivesWay,
+}
+
 /// A server in a process of its own, which ends with this value.
 pub(crate) struct Server {
     process: Child,
@@ -47,13 +54,13 @@ pub(crate) struct Installed {
 }
 
 impl Installed {
-    fn command(&self, role: &str, niceness: Option<&str>) -> Result<Command> {
+    fn command(&self, role: &str, niceness: Niceness) -> Result<Command> {
         let program = self.program.to_string_lossy();
         let mut command = match niceness {
-            None => cores::of_servers(&program),
-            Some(niceness) => {
+            Niceness::Ordinary => cores::of_servers(&program),
+            Niceness::GivesWay => {
                 let mut command = cores::of_servers("nice");
-                command.args(["-n", niceness, &program]);
+                command.args(["-n", REGISTRY_NICENESS, &program]);
                 command
             }
         };
@@ -86,7 +93,7 @@ impl Installed {
         servers: &Servers,
         registry: Option<SocketAddr>,
     ) -> Result<Server> {
-        let mut command = self.command("edge", None)?;
+        let mut command = self.command("edge", Niceness::Ordinary)?;
         command.args(["--listen", "127.0.0.1:0"]);
         match servers.store {
             true => command.arg("--store").arg(self.folder.join("edge.db")),
@@ -104,18 +111,21 @@ impl Installed {
         Ok(server)
     }
 
-    /// A registry; on the port that an edge knows, if it does.
-    pub(crate) async fn registry(&self, port: Option<u16>) -> Result<Server> {
-        let server = self.registry_soon(port)?;
+    /// A registry that is ready, on a free port.
+    pub(crate) async fn registry(&self, niceness: Niceness) -> Result<Server> {
+        let server = self.registry_soon(0, niceness)?;
         let server = whose_port(server, &self.ports_file("registry")).await?;
         ready(server.address).await?;
         Ok(server)
     }
 
-    /// The same, which may not serve yet.
-    pub(crate) fn registry_soon(&self, port: Option<u16>) -> Result<Server> {
-        let mut command = self.command("registry", Some(REGISTRY_NICENESS))?;
-        let port = port.unwrap_or_default();
+    /// A registry on the port that an edge knows, which may not serve yet.
+    pub(crate) fn registry_again(&self, port: u16) -> Result<Server> {
+        self.registry_soon(port, Niceness::GivesWay)
+    }
+
+    fn registry_soon(&self, port: u16, niceness: Niceness) -> Result<Server> {
+        let mut command = self.command("registry", niceness)?;
         command
             .args(["--listen", &format!("127.0.0.1:{port}"), "--store"])
             .arg(self.folder.join("registry.db"));

@@ -5,8 +5,8 @@ use crate::arrivals::Chance;
 use crate::fleet::asked;
 use crate::requests::{self, get};
 use crate::scenario::{Event, Servers};
-use crate::servers::{Installed, Server};
-use crate::transport::Connections;
+use crate::servers::{Installed, Niceness, Server};
+use crate::transport::{Connections, Status, Wanted};
 use http::Method;
 use skyway::wire::{NetworkSummaries, RegistryRevision, Stamp};
 use std::net::SocketAddr;
@@ -19,6 +19,9 @@ use tokio::time::sleep;
 const NETWORK: &str = "sydney";
 /// Writes of zones at once; the registry takes 64.
 const WRITERS: usize = 32;
+/// How often, and after how long, a zone is written again to a registry that is busy.
+const WRITE_ATTEMPTS: u32 = 60;
+const WRITE_AGAIN: Duration = Duration::from_millis(500);
 /// Zones of a storm lie over so many times the network's width and height.
 const STORM_SPREAD: f64 = 5.0;
 /// When those begin that are not in force yet.
@@ -69,7 +72,7 @@ impl Stage {
                 Ok(None)
             }
             Some(Event::RegistryBack) => {
-                self.registry = Some(self.installed.registry_soon(Some(self.registry_port))?);
+                self.registry = Some(self.installed.registry_again(self.registry_port)?);
                 Ok(None)
             }
             Some(Event::ZoneStorm {
@@ -78,12 +81,12 @@ impl Stage {
             }) => {
                 self.registry = None;
                 // Where the edge does not look for it.
-                let elsewhere = self.installed.registry(None).await?;
+                let elsewhere = self.installed.registry(Niceness::Ordinary).await?;
                 let address = elsewhere.address;
                 write_zones(address, zones, in_force_one_of, bounds, seed).await?;
                 let head = head(address).await?;
                 drop(elsewhere);
-                self.registry = Some(self.installed.registry_soon(Some(self.registry_port))?);
+                self.registry = Some(self.installed.registry_again(self.registry_port)?);
                 Ok(Some(head))
             }
         }
@@ -121,7 +124,7 @@ async fn registry_with_network(installed: &Installed, servers: &Servers) -> Resu
     let connections = Connections::new(edge.address, 1, 1);
     let network = asked(&connections, &get("/v1/network")).await?.body;
     drop(edge);
-    let registry = installed.registry(None).await?;
+    let registry = installed.registry(Niceness::GivesWay).await?;
     let connections = Connections::new(registry.address, 1, 1);
     let path = format!("/v1/networks/{NETWORK}");
     asked(&connections, &requests::send(Method::PUT, path, network)).await?;
@@ -159,7 +162,7 @@ async fn write_zones(
     let mut writing = JoinSet::new();
     for number in 0..zones {
         if writing.len() >= WRITERS {
-            written(writing.join_next().await)?;
+            joined(writing.join_next().await)?;
         }
         let is_in_force = number.is_multiple_of(in_force_one_of.max(1));
         let from = (!is_in_force).then_some(tomorrow.as_str());
@@ -170,20 +173,38 @@ async fn write_zones(
         let wanted = requests::send(Method::POST, path, body);
         let connections = connections.clone();
         writing.spawn_local(async move {
-            let told = asked(&connections, &wanted).await;
-            told.map(drop).map_err(|error| error.to_string())
+            let told = written_at_last(&connections, &wanted).await;
+            told.map_err(|error| error.to_string())
         });
     }
     while !writing.is_empty() {
-        written(writing.join_next().await)?;
+        joined(writing.join_next().await)?;
     }
     Ok(())
 }
 
+/// A registry that is busy says so, and is asked again.
+async fn written_at_last(connections: &Connections, wanted: &Wanted) -> Result<()> {
+    for attempt in 1..=WRITE_ATTEMPTS {
+        let told = connections.ask(wanted).await?;
+        // What came about and was not acknowledged is there when it is asked for again.
+        let is_there = attempt > 1 && told.status == Status::Rest(409);
+        if told.status.is_success() || is_there {
+            return Ok(());
+        }
+        if !told.status.is_shed() {
+            let body = String::from_utf8_lossy(&told.body);
+            return Err(format!("{wanted}: {}: {body}", told.status.text()).into());
+        }
+        sleep(WRITE_AGAIN).await;
+    }
+    Err(format!("{wanted}: the registry is too busy").into())
+}
+
 type Joined = std::result::Result<std::result::Result<(), String>, tokio::task::JoinError>;
 
-fn written(joined: Option<Joined>) -> Result<()> {
-    match joined {
+fn joined(writing: Option<Joined>) -> Result<()> {
+    match writing {
         None | Some(Ok(Ok(()))) => Ok(()),
         Some(Ok(Err(error))) => Err(error.into()),
         Some(Err(error)) => Err(error.into()),

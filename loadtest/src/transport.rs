@@ -12,6 +12,7 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::net::SocketAddr;
 use std::rc::Rc;
+use std::time::Instant;
 use thiserror::Error;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
@@ -152,6 +153,15 @@ impl Connections {
 
     /// Sends a request and waits for its whole answer.
     pub(crate) async fn ask(&self, wanted: &Wanted) -> Result<Told, Broken> {
+        self.ask_telling(wanted, &Cell::new(Instant::now())).await
+    }
+
+    /// The same; also tells when it was sent, once it was.
+    pub(crate) async fn ask_telling(
+        &self,
+        wanted: &Wanted,
+        sent: &Cell<Instant>,
+    ) -> Result<Told, Broken> {
         match wanted {
             Wanted::Rest {
                 method,
@@ -169,20 +179,26 @@ impl Connections {
                 if let Some(etag) = if_match {
                     request = request.header(header::IF_MATCH, etag);
                 }
-                self.ask_rest(request.body(Full::new(body.clone()))?).await
+                let request = request.body(Full::new(body.clone()))?;
+                self.ask_rest(request, sent).await
             }
             Wanted::Grpc { path, message } => {
                 let request = Request::post(format!("http://{}{path}", self.address))
                     .header(header::CONTENT_TYPE, "application/grpc")
                     .header(header::TE, "trailers")
                     .body(Full::new(message.clone()))?;
-                self.ask_grpc(request).await
+                self.ask_grpc(request, sent).await
             }
         }
     }
 
-    async fn ask_rest(&self, request: Request<Full<Bytes>>) -> Result<Told, Broken> {
+    async fn ask_rest(
+        &self,
+        request: Request<Full<Bytes>>,
+        sent: &Cell<Instant>,
+    ) -> Result<Told, Broken> {
         let mut open = RestConnections::take(&self.rest, self.address).await?;
+        sent.set(Instant::now());
         let response = open.sender.send_request(request).await?;
         let status = Status::Rest(response.status().as_u16());
         let etag = response.headers().get(header::ETAG);
@@ -195,8 +211,13 @@ impl Connections {
         Ok(Told { status, body, etag })
     }
 
-    async fn ask_grpc(&self, request: Request<Full<Bytes>>) -> Result<Told, Broken> {
+    async fn ask_grpc(
+        &self,
+        request: Request<Full<Bytes>>,
+        sent: &Cell<Instant>,
+    ) -> Result<Told, Broken> {
         let mut sender = self.stream().await?;
+        sent.set(Instant::now());
         let response = sender.send_request(request).await?;
         let early = grpc_status(response.headers());
         let collected = response.into_body().collect().await?;

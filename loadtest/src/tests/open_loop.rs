@@ -1,6 +1,6 @@
 //! That nothing is left out: a stall is in the times of all that was due meanwhile, and what cannot be sent is counted.
 
-use crate::load::{self, Asked, Flow, Pace, Reading, Source, Stop};
+use crate::load::{self, Asked, Flow, Pace, Ran, Reading, Source, Stop};
 use crate::measures::{Recorder, Seen, Tally};
 use crate::requests::get;
 use crate::scenario::Arrivals;
@@ -113,7 +113,7 @@ fn counted(conduct: Conduct, pace: Pace, connections: usize) -> Recorder {
         let stop = Stop::new(Cell::new(false));
         load::run(Rc::new(Same), connections, pace, stop, &mut watch)
             .await
-            .0
+            .recorder
     };
     let (told, address) = oneshot::channel();
     let server = std::thread::spawn(move || {
@@ -145,7 +145,7 @@ fn current_thread<T>(future: impl Future<Output = T>) -> T {
 
 #[track_caller]
 fn is_complete(tally: &Tally, scheduled: u64) {
-    assert_eq!(tally.scheduled(), scheduled, "{tally:?}");
+    assert_eq!(tally.scheduled(), scheduled, "requests are left out");
 }
 
 /// A fifth of all requests are due while the server stalls, so p99 is nearly as long as the stall. On its one connection
@@ -232,7 +232,9 @@ fn a_full_load_sends_when_there_is_room() {
 /// A run that is told to stop counts what was due up to then.
 #[test]
 fn a_run_that_is_stopped_ends_early() {
-    let (recorder, took) = current_thread(async {
+    let Ran {
+        recorder, measured, ..
+    } = current_thread(async {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let address = listener.local_addr().expect("an address");
         tokio::task::spawn_local(serve(listener, Conduct::Sheds));
@@ -247,6 +249,6 @@ fn a_run_that_is_stopped_ends_early() {
         let pace = pace(200.0, Duration::from_secs(600));
         load::run(Rc::new(Same), connections, pace, stop, &mut watch).await
     });
-    assert!(took < Duration::from_secs(600));
+    assert!(measured < Duration::from_secs(600));
     assert!(recorder.all().scheduled() >= 1);
 }
