@@ -123,12 +123,16 @@ impl State {
     fn follow_lift(&mut self, tombstone: &Tombstone) -> Option<(ObjectKind, Arc<str>)> {
         let Tombstone { kind, id, upstream } = tombstone;
         let waiting = self.waiting_for(*kind, id);
+        let known = self.last_known(*kind, id, &waiting);
+        if known.is_some_and(|known| known > *upstream) {
+            // It was put there again since, perhaps from here.
+            return None;
+        }
         if let Some(first) = waiting.first() {
             self.meet_removal(first);
             return None;
         }
-        let known = self.upstream_of(*kind, id)?;
-        (known <= *upstream).then(|| (*kind, id.clone()))
+        known.map(|_| (*kind, id.clone()))
     }
 
     /// Something of which changes wait here is gone at the registry.
@@ -162,7 +166,8 @@ impl State {
         let known = self.upstream_of(put.kind, &put.id);
         // What was held back from removal was theirs.
         let was_held = self.release_from_holds(&put.id) && waiting.is_empty();
-        if known.is_some_and(|known| is_old_news(known, put.upstream, extent, cursor)) {
+        let last = self.last_known(put.kind, &put.id, &waiting);
+        if last.is_some_and(|last| is_old_news(last, put.upstream, extent, cursor)) {
             return;
         }
         if let Some(first) = waiting.first()
@@ -394,6 +399,18 @@ impl State {
             ObjectKind::Closure => self.next.closures.get(id)?.upstream,
             ObjectKind::Network | ObjectKind::Weather => None,
         }
+    }
+
+    /// The last version at the registry that is known of something: of what stands here, or of what waits to be changed
+    /// there. What was told from here may be known before the log brings what came before it.
+    fn last_known(
+        &self,
+        kind: ObjectKind,
+        id: &str,
+        waiting: &[Arc<OutboxEntry>],
+    ) -> Option<Upstream> {
+        let expected = waiting.first().and_then(|first| first.expected);
+        self.upstream_of(kind, id).max(expected)
     }
 
     pub(super) fn has(&self, kind: ObjectKind, id: &str) -> bool {

@@ -55,14 +55,20 @@ impl Registry {
             let epoch = read.identity.epoch;
             self.heard(network, edge, epoch, follow.after, self.clock.now());
         }
+        if !read.changes.is_empty() || Instant::now() >= deadline {
+            return Ok(page(network, follow.after, read));
+        }
+        let mut news = self.heads.listen(network, read.state.head);
+        if *news.borrow_and_update() != read.state.head {
+            // Something may have been told between the question and listening. It is asked for once: what was told
+            // last may be behind what the store has, as long as a commit is under way or another process writes.
+            read = self.read_changes(&query, follow).await?;
+        }
         let mut ended = std::pin::pin!(ended);
         while read.changes.is_empty() && Instant::now() < deadline {
-            // Listened to from before the next question on, so that nothing falls between the two.
-            let mut news = self.heads.listen(network, read.state.head);
-            let known = read.state.head;
             let is_last = tokio::select! {
                 // An error would mean that the registry is gone, and so would be whoever asks.
-                _ = news.wait_for(|head| *head != known) => false,
+                _ = news.changed() => false,
                 () = tokio::time::sleep_until(deadline) => true,
                 () = &mut ended => true,
             };

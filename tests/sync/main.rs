@@ -6,6 +6,7 @@ mod changes;
 mod conflicts;
 mod damage;
 mod epochs;
+mod late_log;
 mod line;
 mod loopback;
 mod networks;
