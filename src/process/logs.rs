@@ -1,10 +1,9 @@
 //! What a process tells of itself: log lines on standard error, for people or one JSON object to a line, and
 //! traces of requests for a collector.
 
-use super::traces::{Traces, TracesConfig};
+use super::traces::{Traces, TracesConfig, TracesError};
 use crate::config::{LogFilter, LogFormat};
 use crate::edge::TRACES_TARGET;
-use opentelemetry_otlp::ExporterBuildError;
 use std::io;
 use thiserror::Error;
 use tracing_subscriber::Layer;
@@ -18,11 +17,11 @@ pub enum LogsError {
     /// Logs were started before in this process.
     #[error("cannot start the logs: {0}")]
     Started(#[from] TryInitError),
-    /// The collector cannot be reached under this name.
+    /// There are no traces.
     #[error(
         "cannot send traces: {0}; traces.endpoint is an address such as http://127.0.0.1:4318/v1/traces"
     )]
-    Traces(#[from] ExporterBuildError),
+    Traces(#[from] TracesError),
 }
 
 /// The logs and traces of this process, until they end.
