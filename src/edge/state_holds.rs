@@ -266,12 +266,12 @@ impl State {
         };
         match (&hold.contested, decision) {
             (None, Decision::Accept) => {
-                for id in &hold.lifts {
-                    self.lift_here(ObjectKind::Zone, id);
-                    self.lift_here(ObjectKind::Closure, id);
+                for id in self.left_of(&hold.lifts) {
+                    self.lift_here(ObjectKind::Zone, &id);
+                    self.lift_here(ObjectKind::Closure, &id);
                 }
             }
-            (None, Decision::Reject) => self.tell_again(&hold.lifts),
+            (None, Decision::Reject) => self.tell_again(&self.left_of(&hold.lifts)),
             (Some(contested), Decision::Accept) => self.write_ours(contested)?,
             (Some(contested), Decision::Reject) => self.lift_aside(contested),
         }
@@ -281,6 +281,19 @@ impl State {
         };
         self.end_hold(number, decision);
         Ok(Done::Hold(hold))
+    }
+
+    /// Of things whose removal is held, those that nobody has put here anew since.
+    fn left_of(&self, lifts: &[String]) -> Vec<String> {
+        let is_anew = |id: &str| {
+            [ObjectKind::Zone, ObjectKind::Closure]
+                .into_iter()
+                .any(|kind| {
+                    self.upstream_of(kind, id).is_some() || !self.waiting_for(kind, id).is_empty()
+                })
+        };
+        let left = lifts.iter().filter(|id| !is_anew(id));
+        left.cloned().collect()
     }
 
     fn end_hold(&mut self, number: u64, decision: &str) {
