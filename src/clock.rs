@@ -33,6 +33,7 @@ pub struct Clock(Source);
 enum Source {
     Real(Arc<Machine>),
     Simulated(Simulation),
+    Runtime(RuntimeTime),
     ByHand(watch::Receiver<Timestamp>),
     ByTwoHands(Arc<Judged<watch::Receiver<Times>>>),
 }
@@ -120,6 +121,22 @@ impl Simulation {
     }
 }
 
+/// Time that began at an instant of its own and passes as that of the runtime, which a simulation pauses.
+#[derive(Clone, Copy, Debug)]
+struct RuntimeTime {
+    start: Timestamp,
+    began: tokio::time::Instant,
+}
+
+impl RuntimeTime {
+    fn now(&self) -> Timestamp {
+        let elapsed = SignedDuration::try_from(self.began.elapsed()).ok();
+        elapsed
+            .and_then(|elapsed| self.start.checked_add(elapsed).ok())
+            .unwrap_or(Timestamp::MAX)
+    }
+}
+
 impl Clock {
     /// The machine's clock.
     pub fn real() -> Self {
@@ -134,6 +151,15 @@ impl Clock {
             start,
             rate: if is_rate { rate } else { 1.0 },
             began: monotonic_now(),
+        }))
+    }
+
+    /// A clock that shows `start` now and goes on with the time of the runtime: where that is paused, it moves only
+    /// when nothing else can happen.
+    pub fn of_runtime(start: Timestamp) -> Self {
+        Self(Source::Runtime(RuntimeTime {
+            start,
+            began: tokio::time::Instant::now(),
         }))
     }
 
@@ -166,6 +192,7 @@ impl Clock {
             Source::Simulated(simulation) => {
                 Reading::of(simulation.after(monotonic_since(simulation.began)))
             }
+            Source::Runtime(time) => Reading::of(time.now()),
             Source::ByHand(clock) => Reading::of(*clock.borrow()),
         }
     }
@@ -175,7 +202,7 @@ impl Clock {
         match &self.0 {
             Source::Real(machine) => machine.confirm(),
             Source::ByTwoHands(clocks) => clocks.confirm(),
-            Source::Simulated(_) | Source::ByHand(_) => None,
+            Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => None,
         }
     }
 
@@ -183,7 +210,7 @@ impl Clock {
     pub fn kind(&self) -> ClockKind {
         match &self.0 {
             Source::Real(_) | Source::ByTwoHands(_) => ClockKind::Real,
-            Source::Simulated(_) | Source::ByHand(_) => ClockKind::Simulated,
+            Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => ClockKind::Simulated,
         }
     }
 
@@ -194,6 +221,7 @@ impl Clock {
             Source::Real(_) | Source::Simulated(_) | Source::ByTwoHands(_) => {
                 Stopwatch(Began::Machine(monotonic_now()))
             }
+            Source::Runtime(_) => Stopwatch(Began::Runtime(tokio::time::Instant::now())),
             Source::ByHand(clock) => {
                 let start = *clock.borrow();
                 Stopwatch(Began::ByHand(clock.clone(), start))
@@ -215,6 +243,7 @@ impl Clock {
         match &self.0 {
             Source::Real(_) => Some(left.min(LONGEST_WAIT)),
             Source::Simulated(simulation) => Some(scaled(left, simulation.rate)),
+            Source::Runtime(_) => Some(left),
             Source::ByHand(_) | Source::ByTwoHands(_) => None,
         }
     }
@@ -302,6 +331,7 @@ pub struct Stopwatch(Began);
 #[derive(Clone, Debug)]
 enum Began {
     Machine(Monotonic),
+    Runtime(tokio::time::Instant),
     ByHand(watch::Receiver<Timestamp>, Timestamp),
 }
 
@@ -310,6 +340,7 @@ impl Stopwatch {
     pub fn elapsed(&self) -> Duration {
         match &self.0 {
             Began::Machine(began) => monotonic_since(*began),
+            Began::Runtime(began) => began.elapsed(),
             Began::ByHand(clock, start) => {
                 let elapsed = clock.borrow().duration_since(*start);
                 // A hand moved back measures nothing.

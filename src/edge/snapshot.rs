@@ -269,6 +269,11 @@ impl Snapshot {
         self.airspace.topology()
     }
 
+    /// What the registry has yet to be told, in its order.
+    pub fn outbox(&self) -> impl Iterator<Item = &OutboxEntry> {
+        self.outbox.values().map(|entry| &**entry)
+    }
+
     /// Whether there is a network to answer on.
     pub(super) fn has_network(&self) -> bool {
         self.topology().node_count() > 0

@@ -8,6 +8,7 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::{ChangeOperation, LoggedChange, NetworkPatch};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
+use tokio::runtime::{Handle, RuntimeFlavor};
 
 /// So many networks are kept put together; the one asked for least recently goes first.
 const KEPT: usize = 8;
@@ -141,10 +142,14 @@ impl Registry {
     }
 }
 
-/// Does what may take long where blocking is allowed.
+/// Does what may take long where blocking is allowed; at once where the runtime has one thread, so that all that
+/// happens there has one order.
 pub(super) async fn aside<T: Send + 'static>(
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Refusal> {
+    if Handle::current().runtime_flavor() == RuntimeFlavor::CurrentThread {
+        return Ok(work());
+    }
     let done = tokio::task::spawn_blocking(work).await;
     done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))
 }

@@ -3,7 +3,7 @@
 use super::store::{
     Append, Appended, Expectation, Identity, KeptReply, MakeReply, NewChange, ReplyKey, Version,
 };
-use super::topologies::Made;
+use super::topologies::{Made, aside};
 use super::{Registry, count};
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
@@ -273,11 +273,11 @@ impl Registry {
             return;
         };
         let network = network.to_owned();
-        let noted = tokio::task::spawn_blocking(move || file.note(&network, version)).await;
+        let noted = aside(move || file.note(&network, version)).await;
         let failure = match noted {
             Ok(Ok(())) => return,
             Ok(Err(error)) => error.to_string(),
-            Err(error) => error.to_string(),
+            Err(refusal) => refusal.to_string(),
         };
         count(&self.counts.high_water_failures);
         tracing::warn!(failure, "cannot remember how far the store is");

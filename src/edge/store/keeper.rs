@@ -435,6 +435,8 @@ async fn sleep(shared: &Shared, pause: Duration) {
             }
         };
         tokio::select! {
+            // In one order, so that a simulation is the same every time.
+            biased;
             () = shared.wake.notified() => {}
             () = tokio::time::sleep(longest) => return,
         }
