@@ -107,8 +107,11 @@ pub(crate) fn measure(
 
 type Pair = (Run, Run);
 
-/// The columns of the table: their titles, their figures, and how many digits these have after the point.
-const COLUMNS: [(&str, fn(&Pair) -> f64, usize); 8] = [
+/// A title, the figure, and how many digits this has after the point.
+type Column = (&'static str, fn(&Pair) -> f64, usize);
+
+/// The columns of the table.
+const COLUMNS: [Column; 8] = [
     ("edge, requests/s", |(edge, _)| edge.requests_per_s, 0),
     ("echo, requests/s", |(_, echo)| echo.requests_per_s, 0),
     ("ratio", ratio, 3),
