@@ -149,7 +149,7 @@ settings! {
     }
     /// The registry that the edge follows and tells its changes to. Without one it is its own authority.
     registry: RegistryLink {
-        /// Where it is reached, such as http://127.0.0.1:8180 or https://registry.example; empty for no registry. On
+        /// Where it is reached, such as `http://127.0.0.1:8180` or `https://registry.example`; empty for none. On
         /// another machine it is reached by https, for which there is a proxy in front of it.
         url: Option<String> = None;
         /// The id of the network at the registry.
