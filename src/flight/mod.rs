@@ -1,5 +1,30 @@
-//! What drones say: the failure report `<FT, DDS, LOC, TS>` (paper, Definition 3).
+//! What a drone can do and what it says: airframes, energy, wind, batteries, legs, plans, failure reports.
+//!
+//! Energy is told as a fraction of the battery, times in seconds on one clock that everything of a request
+//! shares. `docs/flight-model.md` has the formulas and where they are off.
 
+mod airframe;
+mod battery;
+mod legs;
+mod measured;
+mod plan;
 mod report;
+mod rules;
+mod situation;
+mod tariff;
+mod vertical;
+mod wind;
 
+pub use airframe::{Airframe, AirframeFault, LegCost, PowerModel, Unflyable};
+pub use battery::Charging;
+pub use legs::{FlightLeg, FlightLegs};
+pub use measured::{
+    M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,
+};
+pub use plan::{FlightPlan, FlownLeg, Stop, StopKind};
 pub use report::{FailureReport, FailureType, Location};
+pub use rules::FlightRules;
+pub use situation::{Reservation, Situation, TimedClosure, TrafficLeg};
+pub use tariff::Tariff;
+pub use vertical::{Climbs, Vertical};
+pub use wind::{Wind, WindField, WindPatch};

@@ -1,0 +1,372 @@
+//! Airframes as data, and the energy that a leg takes.
+//!
+//! The wind triangle at constant airspeed gives the ground speed, a power model the watts in cruise; climbing
+//! costs its potential energy over the efficiency, descending nothing.
+
+use super::wind::Wind;
+use crate::geo::Point;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Standard gravity as the published model takes it, in metres per second squared.
+const GRAVITY_MPS2: f64 = 9.81;
+/// A leg flown slower than this over ground, in metres per second, is unflyable.
+const MIN_GROUND_SPEED_MPS: f64 = 0.5;
+
+/// How many watts an airframe takes in cruise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "model", rename_all = "snake_case", deny_unknown_fields)]
+pub enum PowerModel {
+    /// `P[kW] = (m_v + m_p) v[km/h] / ((3600 / g) eta r) + p`, after D'Andrea (IEEE T-ASE 11(3), 2014) as Rizvi's
+    /// notebooks use it for the Phantom 3.
+    #[serde(rename = "dandrea2014")]
+    Dandrea2014 {
+        /// Lift over drag `r`.
+        lift_to_drag: f64,
+        /// Power transfer `eta`, 0 to 1.
+        efficiency: f64,
+        /// Avionics `p`, in watts.
+        avionics_w: f64,
+    },
+    /// `P[W] = b1 m^1.5 / sqrt(rho) + b0`, whatever the speed: the cruise regression of Rodrigues et al. (Patterns
+    /// 3(8), 2022) for the Matrice 100.
+    #[serde(rename = "rodrigues2022")]
+    Rodrigues2022 {
+        /// `b1`.
+        slope: f64,
+        /// `b0`, in watts.
+        intercept_w: f64,
+        /// `rho`, in kilograms per cubic metre.
+        air_density_kg_m3: f64,
+    },
+}
+
+/// A type of drone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Airframe {
+    /// A name for people.
+    pub name: String,
+    /// Watts in cruise.
+    pub power: PowerModel,
+    /// Mass without payload, battery included, in kilograms.
+    pub mass_kg: f64,
+    /// Heaviest payload, in kilograms.
+    pub max_payload_kg: f64,
+    /// Energy of a full battery, in watt hours.
+    pub battery_wh: f64,
+    /// The airspeed it cruises at, in metres per second.
+    pub airspeed_mps: f64,
+    /// Climbing and descending, in metres per second.
+    pub vertical_speed_mps: f64,
+    /// Share of the battery's energy that becomes height, 0 to 1.
+    pub climb_efficiency: f64,
+    /// The strongest gust it flies in, in metres per second.
+    pub max_wind_mps: f64,
+    /// Gusts over mean wind; for the limit alone, not for the energy.
+    pub gust_factor: f64,
+    /// Time constant of recharging, in seconds.
+    pub charge_tau_s: f64,
+    /// What counts as full when recharging, as a fraction.
+    pub full_charge: f64,
+}
+
+/// Why an airframe is refused.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum AirframeFault {
+    /// It is not JSON of this shape.
+    #[error("the airframe cannot be read: {reason}; see data/airframes for examples")]
+    Unreadable {
+        /// What the reader says.
+        reason: String,
+    },
+    /// A number is out of range.
+    #[error(
+        "{field} of airframe {airframe:?} is {value}; give a number above {above} and up to {limit}"
+    )]
+    OutOfRange {
+        /// The airframe's name.
+        airframe: String,
+        /// The field.
+        field: &'static str,
+        /// What it says.
+        value: f64,
+        /// Not allowed itself, except where it is below 0.
+        above: f64,
+        /// The largest value.
+        limit: f64,
+    },
+}
+
+/// Why a leg cannot be flown.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum Unflyable {
+    /// The payload is heavier than the airframe carries.
+    #[error("a payload of {payload_kg} kg is more than the {limit_kg} kg it carries")]
+    Payload {
+        /// The payload, in kilograms.
+        payload_kg: f64,
+        /// The limit, in kilograms.
+        limit_kg: f64,
+    },
+    /// Gusts are above the airframe's limit.
+    #[error("gusts of {gust_mps:.1} m/s are above the limit of {limit_mps} m/s")]
+    Gusts {
+        /// Mean wind times gust factor, in metres per second.
+        gust_mps: f64,
+        /// The limit, in metres per second.
+        limit_mps: f64,
+    },
+    /// The wind across is as fast as the drone.
+    #[error("a cross wind of {cross_mps:.1} m/s is not below the airspeed of {airspeed_mps} m/s")]
+    CrossWind {
+        /// Wind across the leg, in metres per second.
+        cross_mps: f64,
+        /// The airspeed, in metres per second.
+        airspeed_mps: f64,
+    },
+    /// The wind ahead leaves no speed over ground.
+    #[error(
+        "the wind leaves {ground_speed_mps:.2} m/s over ground, not above {MIN_GROUND_SPEED_MPS}"
+    )]
+    NoHeadway {
+        /// Ground speed, in metres per second.
+        ground_speed_mps: f64,
+    },
+}
+
+/// What a leg takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LegCost {
+    /// Seconds.
+    pub time_s: f64,
+    /// Fraction of the battery.
+    pub energy: f64,
+}
+
+impl LegCost {
+    /// Of a leg that cannot be flown.
+    pub const UNFLYABLE: Self = Self {
+        time_s: f64::INFINITY,
+        energy: f64::INFINITY,
+    };
+
+    /// True when the leg can be flown.
+    #[inline]
+    pub fn is_flyable(self) -> bool {
+        self.time_s.is_finite()
+    }
+}
+
+impl Airframe {
+    /// The default: a DJI Phantom 3 with the published constants.
+    pub fn phantom3() -> Self {
+        Self {
+            name: "DJI Phantom 3".to_owned(),
+            power: PowerModel::Dandrea2014 {
+                lift_to_drag: 3.0,
+                efficiency: 0.5,
+                avionics_w: 100.0,
+            },
+            mass_kg: 1.216,
+            max_payload_kg: 1.1,
+            battery_wh: 68.1,
+            airspeed_mps: 16.0,
+            vertical_speed_mps: 3.0,
+            climb_efficiency: 0.5,
+            max_wind_mps: 10.0,
+            gust_factor: 1.4,
+            charge_tau_s: 960.0,
+            full_charge: 0.98,
+        }
+    }
+
+    /// The heavier one: a DJI Matrice 100, by the regression on its measured flights.
+    pub fn m100() -> Self {
+        Self {
+            name: "DJI Matrice 100".to_owned(),
+            power: PowerModel::Rodrigues2022 {
+                slope: 68.9,
+                intercept_w: 16.8,
+                air_density_kg_m3: 1.204,
+            },
+            mass_kg: 3.68,
+            max_payload_kg: 0.75,
+            battery_wh: 129.96,
+            airspeed_mps: 12.0,
+            ..Self::phantom3()
+        }
+    }
+
+    /// Reads an airframe from JSON and checks it.
+    ///
+    /// # Errors
+    /// [`AirframeFault`] where it is not of this shape or a number makes no sense.
+    pub fn from_json(text: &str) -> Result<Self, AirframeFault> {
+        let airframe: Self =
+            serde_json::from_str(text).map_err(|error| AirframeFault::Unreadable {
+                reason: error.to_string(),
+            })?;
+        airframe.check()?;
+        Ok(airframe)
+    }
+
+    fn check(&self) -> Result<(), AirframeFault> {
+        const SMALL: f64 = -1e-300;
+        let model: &[(&'static str, f64, f64, f64)] = match &self.power {
+            PowerModel::Dandrea2014 {
+                lift_to_drag,
+                efficiency,
+                avionics_w,
+            } => &[
+                ("lift_to_drag", *lift_to_drag, 0.0, 100.0),
+                ("efficiency", *efficiency, 0.0, 1.0),
+                ("avionics_w", *avionics_w, SMALL, 1e5),
+            ],
+            PowerModel::Rodrigues2022 {
+                slope,
+                intercept_w,
+                air_density_kg_m3,
+            } => &[
+                ("slope", *slope, 0.0, 1e4),
+                ("intercept_w", *intercept_w, SMALL, 1e5),
+                ("air_density_kg_m3", *air_density_kg_m3, 0.0, 10.0),
+            ],
+        };
+        let frame = [
+            ("mass_kg", self.mass_kg, 0.0, 1e4),
+            ("max_payload_kg", self.max_payload_kg, SMALL, 1e4),
+            ("battery_wh", self.battery_wh, 0.0, 1e7),
+            (
+                "airspeed_mps",
+                self.airspeed_mps,
+                MIN_GROUND_SPEED_MPS,
+                300.0,
+            ),
+            ("vertical_speed_mps", self.vertical_speed_mps, 0.0, 100.0),
+            ("climb_efficiency", self.climb_efficiency, 0.0, 1.0),
+            ("max_wind_mps", self.max_wind_mps, SMALL, 120.0),
+            ("gust_factor", self.gust_factor, 0.0, 10.0),
+            ("charge_tau_s", self.charge_tau_s, 0.0, 1e6),
+            ("full_charge", self.full_charge, 0.0, 0.999),
+        ];
+        for &(field, value, above, limit) in model.iter().chain(&frame) {
+            if !(value > above && value <= limit) {
+                return Err(AirframeFault::OutOfRange {
+                    airframe: self.name.clone(),
+                    field,
+                    value,
+                    above: above.max(0.0),
+                    limit,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Power in cruise at an airspeed, in watts.
+    pub fn cruise_w(&self, payload_kg: f64, airspeed_mps: f64) -> f64 {
+        let mass_kg = self.mass_kg + payload_kg;
+        match self.power {
+            PowerModel::Dandrea2014 {
+                lift_to_drag,
+                efficiency,
+                avionics_w,
+            } => {
+                let airspeed_kmh = airspeed_mps * 3.6;
+                let lift_kw =
+                    mass_kg * airspeed_kmh / ((3600.0 / GRAVITY_MPS2) * efficiency * lift_to_drag);
+                1000.0 * lift_kw + avionics_w
+            }
+            PowerModel::Rodrigues2022 {
+                slope,
+                intercept_w,
+                air_density_kg_m3,
+            } => slope * mass_kg.powf(1.5) / air_density_kg_m3.sqrt() + intercept_w,
+        }
+    }
+
+    /// Energy of climbing, as a fraction of the battery; descending takes none.
+    pub fn climb_energy(&self, payload_kg: f64, climb_m: f64) -> f64 {
+        let mass_kg = self.mass_kg + payload_kg;
+        let climb_wh = mass_kg * GRAVITY_MPS2 * climb_m.max(0.0) / (3600.0 * self.climb_efficiency);
+        climb_wh / self.battery_wh
+    }
+
+    /// Speed over ground on a course, by the wind triangle, in metres per second.
+    ///
+    /// # Errors
+    /// [`Unflyable`] where the wind across is not below the airspeed, or too little speed is left. The limit on gusts
+    /// is not part of the triangle.
+    pub fn ground_speed_mps(&self, course: Point, wind: Wind) -> Result<f64, Unflyable> {
+        let along_mps = wind.east_mps * course.x + wind.north_mps * course.y;
+        let cross_mps = (wind.east_mps * course.y - wind.north_mps * course.x).abs();
+        let airspeed_mps = self.airspeed_mps;
+        if cross_mps >= airspeed_mps {
+            return Err(Unflyable::CrossWind {
+                cross_mps,
+                airspeed_mps,
+            });
+        }
+        let ground_speed_mps =
+            along_mps + (airspeed_mps * airspeed_mps - cross_mps * cross_mps).sqrt();
+        if ground_speed_mps <= MIN_GROUND_SPEED_MPS {
+            return Err(Unflyable::NoHeadway { ground_speed_mps });
+        }
+        Ok(ground_speed_mps)
+    }
+
+    /// Time and energy of a level leg by the formulas alone: neither gusts nor payload are held against a limit.
+    ///
+    /// `course` is the unit vector of the flight. Where a limit on the ground speed binds, the leg takes longer at the
+    /// power of the airspeed: a bound, as the drone would fly slower and draw no more.
+    ///
+    /// # Errors
+    /// [`Unflyable`] by the wind triangle.
+    pub fn level_leg(
+        &self,
+        payload_kg: f64,
+        length_m: f64,
+        course: Point,
+        wind: Wind,
+        speed_limit_mps: Option<f64>,
+    ) -> Result<LegCost, Unflyable> {
+        let by_wind_mps = self.ground_speed_mps(course, wind)?;
+        let ground_speed_mps = by_wind_mps.min(speed_limit_mps.unwrap_or(f64::INFINITY));
+        let time_s = length_m / ground_speed_mps;
+        let energy_wh = self.cruise_w(payload_kg, self.airspeed_mps) * time_s / 3600.0;
+        Ok(LegCost {
+            time_s,
+            energy: energy_wh / self.battery_wh,
+        })
+    }
+
+    /// Checks payload and wind against the airframe's limits.
+    ///
+    /// # Errors
+    /// [`Unflyable`] where one is exceeded.
+    pub fn within_limits(&self, payload_kg: f64, wind: Wind) -> Result<(), Unflyable> {
+        if payload_kg > self.max_payload_kg {
+            return Err(Unflyable::Payload {
+                payload_kg,
+                limit_kg: self.max_payload_kg,
+            });
+        }
+        let gust_mps = wind.speed_mps() * self.gust_factor;
+        if gust_mps > self.max_wind_mps {
+            return Err(Unflyable::Gusts {
+                gust_mps,
+                limit_mps: self.max_wind_mps,
+            });
+        }
+        Ok(())
+    }
+
+    /// How the battery of this airframe charges.
+    pub fn charging(&self) -> super::Charging {
+        super::Charging {
+            tau_s: self.charge_tau_s,
+            full: self.full_charge,
+        }
+    }
+}

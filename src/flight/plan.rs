@@ -1,0 +1,73 @@
+//! A plan with times and battery: what a search finds and a checker checks.
+
+use crate::network::{NodeIx, SegmentIx};
+
+/// A leg as it is to be flown. Times are those at the crossing altitudes of its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlownLeg {
+    /// The node it starts from.
+    pub from: NodeIx,
+    /// The node it ends at.
+    pub to: NodeIx,
+    /// Its segment.
+    pub segment: SegmentIx,
+    /// When it is entered.
+    pub enters_s: f64,
+    /// When it is left.
+    pub leaves_s: f64,
+    /// Battery when it is entered, as a fraction.
+    pub battery_before: f64,
+    /// Battery when it is left.
+    pub battery_after: f64,
+}
+
+/// What a drone does on a pad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopKind {
+    /// It stands there when the plan begins: it charges and waits without having landed.
+    Start,
+    /// It lands, charges and waits.
+    Charge,
+    /// It lands, gets another battery and waits.
+    Swap,
+}
+
+/// A stay on a pad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// What for.
+    pub kind: StopKind,
+    /// The leg that follows, counted from 0.
+    pub before_leg: usize,
+    /// The node.
+    pub node: NodeIx,
+    /// The pad, counted from 0.
+    pub pad: u16,
+    /// From when the pad is taken: landing, or the plan's beginning.
+    pub lands_s: f64,
+    /// Until when: take-off.
+    pub takes_off_s: f64,
+    /// Battery at landing, as a fraction.
+    pub battery_before: f64,
+    /// Battery at take-off.
+    pub battery_after: f64,
+}
+
+/// A plan from a start to a destination.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightPlan {
+    /// Which of the starts of the request it begins at, counted from 0.
+    pub start: usize,
+    /// The legs in their order; none where the drone is there already.
+    pub legs: Vec<FlownLeg>,
+    /// The stays on pads in their order.
+    pub stops: Vec<Stop>,
+    /// When it has landed at the destination.
+    pub arrives_s: f64,
+    /// Battery then, as a fraction.
+    pub battery_at_arrival: f64,
+    /// Metres flown, those before the start included.
+    pub distance_m: f64,
+    /// Energy drawn, as a multiple of a full battery, that before the start included.
+    pub energy: f64,
+}
