@@ -31,6 +31,7 @@ pub mod formats;
 pub mod geo;
 #[cfg(feature = "edge")]
 pub mod intake;
+pub mod itinerary;
 pub mod network;
 #[cfg(feature = "edge")]
 pub mod planted;

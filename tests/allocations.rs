@@ -4,7 +4,14 @@
 
 use allocation_counter::measure;
 use skyway::airspace::{Airspace, Closed, RequestClosures};
-use skyway::flight::{FailureReport, FailureType, Location};
+use skyway::flight::{
+    Airframe, FailureReport, FailureType, FlightLegs, FlightRules, FlightStart, Location,
+    Situation, WindField,
+};
+use skyway::itinerary::{
+    FlightRequest, FlightWorld, ItineraryScratch, Limits, Objective, Obstacles, PadTimes,
+    Potentials, find,
+};
 use skyway::network::{Components, Generated, NodeIx, Topology};
 use skyway::recompose::{Outcome, Request, Scope, Scratch, Strategy, World, recompose};
 use skyway::routing::{Baseline, Searcher, Start, TreeCache};
@@ -166,5 +173,55 @@ fn a_local_recomposition_allocates_its_answer_and_the_record_of_its_repair() {
                 counted.count_total
             );
         }
+    }
+}
+
+#[test]
+fn a_search_with_time_and_battery_allocates_its_plan_alone() {
+    let setting = setting();
+    let topology: &Topology = &setting.topology;
+    let (airframe, rules) = (Airframe::phantom3(), FlightRules::default());
+    let legs = FlightLegs::of(topology, &airframe, 0.5, &WindField::default(), &rules);
+    let situation = Situation::default();
+    let world = FlightWorld {
+        topology,
+        legs: &legs,
+        obstacles: &Obstacles::of(topology, &situation),
+        pads: &PadTimes::of(topology, &situation),
+        rules: &rules,
+        charging: airframe.charging(),
+    };
+    let (objective, destination) = (Objective::Distance, setting.destination);
+    let potentials = Potentials::of(&legs, topology.node_count(), destination, objective);
+    let mut scratch = ItineraryScratch::new(topology);
+    for battery in [0.98, 0.4] {
+        let mut counts = Vec::new();
+        for &(source, _) in setting.legs.iter().chain(&setting.legs) {
+            let start = FlightStart {
+                node: source,
+                at_s: 0.0,
+                battery,
+                on_ground: false,
+                flown_m: 0.0,
+                drawn: 0.0,
+            };
+            let request = FlightRequest {
+                starts: &[start],
+                destination,
+                objective,
+                began_s: 0.0,
+                deadline_s: 9_000.0,
+                reserve: 0.2,
+                closed_segments: &[],
+                limits: Limits::default(),
+            };
+            let counted = measure(|| {
+                black_box(find(&world, &request, &potentials, &mut scratch));
+            });
+            counts.push(counted.count_total);
+        }
+        // The second time lists that are kept between requests have found their size.
+        let again = &counts[setting.legs.len()..];
+        assert!(again.iter().all(|&count| count <= 4), "{again:?}");
     }
 }

@@ -21,7 +21,7 @@ pub use legs::{FlightLeg, FlightLegs};
 pub use measured::{
     M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,
 };
-pub use plan::{FlightPlan, FlownLeg, Stop, StopKind};
+pub use plan::{FlightPlan, FlightStart, FlownLeg, Stop, StopKind};
 pub use report::{FailureReport, FailureType, Location};
 pub use rules::FlightRules;
 pub use situation::{Reservation, Situation, TimedClosure, TrafficLeg};

@@ -2,6 +2,24 @@
 
 use crate::network::{NodeIx, SegmentIx};
 
+/// Where a plan may begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightStart {
+    /// The node.
+    pub node: NodeIx,
+    /// When the drone is there, in seconds.
+    pub at_s: f64,
+    /// Battery then, as a fraction.
+    pub battery: f64,
+    /// True for a drone that stands at the node: it takes off, and may wait and charge on a pad that is free.
+    /// False for one that comes flying.
+    pub on_ground: bool,
+    /// Metres flown before; they count.
+    pub flown_m: f64,
+    /// Energy drawn before; it counts.
+    pub drawn: f64,
+}
+
 /// A leg as it is to be flown. Times are those at the crossing altitudes of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlownLeg {

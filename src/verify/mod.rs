@@ -1,4 +1,5 @@
-//! Checks the proof of an exact answer without trusting the search that made it.
+//! Checks the proof of an exact answer without trusting the search that made it, and a plan with times and battery
+//! against its world ([`verify_flight`]).
 //!
 //! Nothing here comes from `routing` or `recompose`, so that a mistake there cannot hide here: the
 //! certificate is read as text, and the network is taken from its loader as ids, ends and lengths.
@@ -19,10 +20,14 @@ mod claim;
 mod document;
 mod facts;
 mod fault;
+mod flight;
+mod flight_fault;
 mod verdict;
 
 pub use facts::NetworkFacts;
 pub use fault::{CertificateFault, Step};
+pub use flight::{FlightPremises, verify_flight};
+pub use flight_fault::{FlightFault, LegAt, StayAt};
 pub use verdict::{Premises, Verdict};
 
 /// Checks a certificate, as the text that `skyway reroute --certificate` writes, against a network.

@@ -1,3 +1,15 @@
 //! The flight model, and the search over position, time and battery against brute force.
 
+#![expect(
+    clippy::disallowed_methods,
+    clippy::print_stderr,
+    reason = "tests read how many cases to draw, and say how many they were"
+)]
+
+mod checker;
+mod events;
+mod grid;
 mod model;
+mod optimality;
+mod stories;
+mod world;

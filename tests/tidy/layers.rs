@@ -16,6 +16,7 @@ const LAYERS: &[(&str, &str)] = &[
     ("airspace", "geo network"),
     ("flight", "geo network"),
     ("routing", "geo network airspace flight"),
+    ("itinerary", "geo network airspace flight"),
     ("recompose", "geo network airspace flight routing"),
     ("compose", "geo network airspace flight routing recompose"),
     ("verify", "geo network airspace flight"),

@@ -1,0 +1,39 @@
+//! The search over position, time and battery on a fixed workload, beside plain label-setting.
+//!
+//! Every answer is flown again by the checker before it counts. `SKYWAY_BENCH_NODES=5000` measures one size alone;
+//! `cargo test --benches` runs a small network to show that everything works.
+
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "a bench asks the clock and its environment"
+)]
+#![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
+
+#[path = "../engine/percentiles.rs"]
+mod percentiles;
+mod queries;
+mod workload;
+
+use workload::Workload;
+
+/// The size of the published figures, and ten times as many nodes.
+const SIZES: [usize; 2] = [5_000, 50_000];
+
+fn main() {
+    let only: Option<usize> = std::env::var("SKYWAY_BENCH_NODES")
+        .ok()
+        .and_then(|nodes| nodes.parse().ok());
+    let is_bench = std::env::args().any(|argument| argument == "--bench");
+    let (sizes, requests): (Vec<usize>, usize) = match is_bench {
+        true => (SIZES.to_vec(), 1_000),
+        false => (vec![600], 20),
+    };
+    for nodes in sizes {
+        if only.is_none_or(|only| only == nodes) {
+            let workload = Workload::new(nodes, requests);
+            workload.describe();
+            queries::measure(&workload);
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! What a search scribbles on: labels by node, the queue, the ways walked. Reused by the next search.
+
+use super::family::Family;
+use super::openings::Openings;
+use super::request::Value;
+use crate::airspace::Bits;
+use crate::network::{NodeIx, Topology};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// In place of a label.
+pub(super) const NO_LABEL: u32 = u32::MAX;
+
+/// How a label came about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum How {
+    /// It is a start of the request.
+    Start(u8),
+    /// By a leg that was entered in a period of the wind.
+    Leg { leg: u32, period: u16 },
+    /// By a stop; the arrival at the crossing altitude before it, in seconds.
+    Stop { arrived_s: f64 },
+}
+
+/// A family at a node, and where it came from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Label {
+    pub(super) family: Family,
+    pub(super) node: NodeIx,
+    pub(super) how: How,
+    pub(super) parent: u32,
+    /// Tells ways apart, whatever the stops on them.
+    pub(super) way: u64,
+    /// The next label at the node.
+    next: u32,
+    /// Dominated by a later one.
+    pub(super) is_dead: bool,
+}
+
+impl Label {
+    pub(super) fn new(family: Family, node: NodeIx, how: How, parent: u32, way: u64) -> Self {
+        Self {
+            family,
+            node,
+            how,
+            parent,
+            way,
+            next: NO_LABEL,
+            is_dead: false,
+        }
+    }
+}
+
+/// A label in the queue, the smallest key first; the earlier label on ties.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Queued {
+    pub(super) key: Value,
+    pub(super) label: u32,
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let by_weight = other.key.weight.total_cmp(&self.key.weight);
+        let by_arrival = || other.key.arrives_s.total_cmp(&self.key.arrives_s);
+        let by_age = || other.label.cmp(&self.label);
+        by_weight.then_with(by_arrival).then_with(by_age)
+    }
+}
+
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Queued {}
+
+/// A family under way on a walk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walked {
+    pub(super) family: Family,
+    pub(super) how: How,
+    pub(super) parent: u32,
+}
+
+/// The memory of searches on one topology. One thread uses it at a time.
+#[derive(Debug)]
+pub struct ItineraryScratch {
+    pub(super) labels: Vec<Label>,
+    pub(super) queue: BinaryHeap<Queued>,
+    heads: Vec<u32>,
+    marks: Vec<u32>,
+    generation: u32,
+    pub(super) walked: Vec<Walked>,
+    pub(super) offers: Vec<(Family, How)>,
+    pub(super) intervals: Vec<(f64, f64)>,
+    pub(super) openings: Openings,
+    pub(super) closed: Bits,
+    segments: usize,
+    pub(super) route: Vec<u32>,
+    /// How the best real plan goes, from its start to the destination.
+    pub(super) best: Vec<How>,
+    /// How the best plan of the relaxation goes.
+    pub(super) relaxed: Vec<How>,
+    /// The way of the plan that the last search found.
+    pub(super) way_found: u64,
+}
+
+impl ItineraryScratch {
+    /// Room for searches on a topology.
+    pub fn new(topology: &Topology) -> Self {
+        Self {
+            labels: Vec::new(),
+            queue: BinaryHeap::new(),
+            heads: vec![NO_LABEL; topology.node_count()],
+            marks: vec![0; topology.node_count()],
+            generation: 0,
+            walked: Vec::new(),
+            offers: Vec::new(),
+            intervals: Vec::new(),
+            openings: Openings::default(),
+            closed: Bits::empty(topology.segment_count()),
+            segments: topology.segment_count(),
+            route: Vec::new(),
+            best: Vec::new(),
+            relaxed: Vec::new(),
+            way_found: 0,
+        }
+    }
+
+    /// Makes room again where the topology is another one than before.
+    pub fn fit(&mut self, topology: &Topology) {
+        let counts = (topology.node_count(), topology.segment_count());
+        if (self.heads.len(), self.segments) != counts {
+            *self = Self::new(topology);
+        }
+    }
+
+    /// Forgets the labels of the search before.
+    pub(super) fn clear(&mut self) {
+        self.labels.clear();
+        self.queue.clear();
+        self.generation = self.generation.wrapping_add(1);
+        if self.generation == 0 {
+            self.marks.fill(0);
+            self.generation = 1;
+        }
+    }
+
+    /// The first label at a node.
+    #[inline]
+    pub(super) fn head(&self, node: NodeIx) -> u32 {
+        match self.marks[node.at()] == self.generation {
+            true => self.heads[node.at()],
+            false => NO_LABEL,
+        }
+    }
+
+    /// The label after another one at its node.
+    #[inline]
+    pub(super) fn after(&self, label: u32) -> u32 {
+        self.labels[label as usize].next
+    }
+
+    /// Takes a label out of its node's list; `before` is the one in front of it.
+    pub(super) fn unlink(&mut self, before: u32, label: u32) {
+        let after = self.after(label);
+        self.labels[label as usize].is_dead = true;
+        match self.labels.get_mut(before as usize) {
+            Some(before) => before.next = after,
+            None => {
+                let node = self.labels[label as usize].node;
+                self.heads[node.at()] = after;
+            }
+        }
+    }
+
+    /// Adds a label to its node's list and to the queue.
+    pub(super) fn push(&mut self, mut label: Label, key: Value) {
+        let place = self.labels.len() as u32;
+        label.next = self.head(label.node);
+        self.marks[label.node.at()] = self.generation;
+        self.heads[label.node.at()] = place;
+        self.labels.push(label);
+        self.queue.push(Queued { key, label: place });
+    }
+
+    /// Adds a label that is only the parent of others.
+    pub(super) fn keep_aside(&mut self, label: Label) {
+        self.labels.push(label);
+    }
+
+    /// How a label came about, step by step from its start, into `steps`.
+    pub(super) fn history(labels: &[Label], label: u32, steps: &mut Vec<How>) {
+        steps.clear();
+        let mut at = label;
+        while let Some(label) = labels.get(at as usize) {
+            steps.push(label.how);
+            at = label.parent;
+        }
+        steps.reverse();
+    }
+}

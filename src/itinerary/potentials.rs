@@ -1,0 +1,244 @@
+//! What is left at least: per destination the tables of least weight, time and energy on the intact network, and the
+//! tree of the objective.
+//!
+//! They depend on airframe, payload and wind, not on closures or pads, which only make plans worse.
+
+use super::request::Objective;
+use crate::airspace::Bits;
+use crate::flight::FlightLegs;
+use crate::network::NodeIx;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// In place of a leg: at the destination, and where there is no way.
+const NO_LEG: u32 = u32::MAX;
+/// Energy as a weight is rounded to this part of a battery, 2^-40, so that equal sums are equal.
+const ENERGY_STEPS: f64 = 1_099_511_627_776.0;
+
+/// Energy as a weight: rounded so that sums do not depend on their order.
+#[inline]
+pub(super) fn energy_weight(energy: f64) -> f64 {
+    (energy * ENERGY_STEPS).round() / ENERGY_STEPS
+}
+
+/// What is left from a node.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Remaining {
+    /// The objective's weight; 0 for time.
+    pub(super) weight: f64,
+    /// Seconds.
+    pub(super) time_s: f64,
+    /// Fraction of a battery.
+    pub(super) energy: f64,
+    /// The next leg down the tree of the objective.
+    next: u32,
+}
+
+/// The tables of one destination.
+#[derive(Clone, Debug)]
+pub struct Potentials {
+    destination: NodeIx,
+    objective: Objective,
+    remaining: Vec<Remaining>,
+    /// Nodes from which two ways have the least weight.
+    tied: Bits,
+}
+
+impl Potentials {
+    /// Works the tables out: three full searches, once per destination and table of legs.
+    pub fn of(legs: &FlightLegs, nodes: usize, destination: NodeIx, objective: Objective) -> Self {
+        let by_time = distances(legs, nodes, destination, |leg| legs.leg(leg).least.time_s);
+        let by_energy = distances(legs, nodes, destination, |leg| {
+            energy_weight(legs.leg(leg).least.energy)
+        });
+        let by_length = match objective {
+            Objective::Distance => Some(distances(legs, nodes, destination, |leg| {
+                let leg = legs.leg(leg);
+                match leg.least.is_flyable() {
+                    true => leg.length_m,
+                    false => f64::INFINITY,
+                }
+            })),
+            Objective::Time | Objective::Energy => None,
+        };
+        let tree = match objective {
+            Objective::Distance => by_length.as_ref().unwrap_or(&by_time),
+            Objective::Time => &by_time,
+            Objective::Energy => &by_energy,
+        };
+        let remaining = (0..nodes).map(|node| Remaining {
+            weight: match objective {
+                Objective::Time => 0.0,
+                Objective::Distance | Objective::Energy => tree.left[node],
+            },
+            time_s: by_time.left[node],
+            energy: by_energy.left[node],
+            next: tree.next[node],
+        });
+        let remaining: Vec<Remaining> = remaining.collect();
+        let tied = ties(legs, &remaining, objective, &tree.settled);
+        Self {
+            destination,
+            objective,
+            remaining,
+            tied,
+        }
+    }
+
+    /// The node they lead to.
+    pub fn destination(&self) -> NodeIx {
+        self.destination
+    }
+
+    /// The objective that weight and tree are of.
+    pub fn objective(&self) -> Objective {
+        self.objective
+    }
+
+    /// The same destination without any knowledge but which nodes lead there.
+    pub(super) fn blind(&self) -> Self {
+        let known = |value: f64| if value.is_finite() { 0.0 } else { value };
+        let remaining = self.remaining.iter().map(|remaining| Remaining {
+            weight: known(remaining.weight),
+            time_s: known(remaining.time_s),
+            energy: known(remaining.energy),
+            next: NO_LEG,
+        });
+        Self {
+            destination: self.destination,
+            objective: self.objective,
+            remaining: remaining.collect(),
+            tied: self.tied.clone(),
+        }
+    }
+
+    /// Bytes held in memory.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.remaining.len() * size_of::<Remaining>() + self.remaining.len() / 8
+    }
+
+    /// What is left from a node.
+    #[inline]
+    pub(super) fn from(&self, node: NodeIx) -> &Remaining {
+        &self.remaining[node.at()]
+    }
+
+    /// The next leg down the tree; `None` at the destination and without a way.
+    #[inline]
+    pub(super) fn next(&self, node: NodeIx) -> Option<u32> {
+        let next = self.remaining[node.at()].next;
+        (next != NO_LEG).then_some(next)
+    }
+
+    /// True where only the way down the tree has the least weight; never for time.
+    #[inline]
+    pub(super) fn is_only_way(&self, node: NodeIx) -> bool {
+        self.objective != Objective::Time && !self.tied.contains(node.0)
+    }
+}
+
+/// The weight of a leg, as far as it does not depend on when it is flown.
+fn least_weight(legs: &FlightLegs, leg: u32, objective: Objective) -> f64 {
+    let leg = legs.leg(leg);
+    match objective {
+        Objective::Distance => leg.length_m,
+        Objective::Energy => energy_weight(leg.least.energy),
+        Objective::Time => 0.0,
+    }
+}
+
+/// Marks nodes from which two ways are equally light, from the destination outwards.
+fn ties(
+    legs: &FlightLegs,
+    remaining: &[Remaining],
+    objective: Objective,
+    outwards: &[NodeIx],
+) -> Bits {
+    let mut tied = Bits::empty(remaining.len());
+    for &node in outwards {
+        let own = remaining[node.at()];
+        let is_tight = |&leg: &u32| {
+            let to = legs.leg(leg).to;
+            let through = least_weight(legs, leg, objective) + remaining[to.at()].weight;
+            legs.leg(leg).least.is_flyable() && through == own.weight
+        };
+        let tight = legs.from(node).filter(is_tight).count();
+        let goes_on_tied = own.next != NO_LEG && tied.contains(legs.leg(own.next).to.0);
+        if goes_on_tied || tight > usize::from(own.next != NO_LEG) {
+            tied.insert(node.0);
+        }
+    }
+    tied
+}
+
+/// A full search backwards.
+struct Table {
+    left: Vec<f64>,
+    next: Vec<u32>,
+    settled: Vec<NodeIx>,
+}
+
+/// The least sum of `weight` over the legs to a destination, infinite without a way.
+fn distances(
+    legs: &FlightLegs,
+    nodes: usize,
+    destination: NodeIx,
+    weight: impl Fn(u32) -> f64,
+) -> Table {
+    let mut table = Table {
+        left: vec![f64::INFINITY; nodes],
+        next: vec![NO_LEG; nodes],
+        settled: Vec::with_capacity(nodes),
+    };
+    let mut queue = BinaryHeap::with_capacity(nodes);
+    table.left[destination.at()] = 0.0;
+    queue.push(Queued {
+        left: 0.0,
+        node: destination,
+    });
+    while let Some(Queued { left, node }) = queue.pop() {
+        if left > table.left[node.at()] {
+            continue;
+        }
+        table.settled.push(node);
+        for away in legs.from(node) {
+            let leg = legs.leg(away);
+            let through = left + weight(leg.twin);
+            if through < table.left[leg.to.at()] {
+                table.left[leg.to.at()] = through;
+                table.next[leg.to.at()] = leg.twin;
+                queue.push(Queued {
+                    left: through,
+                    node: leg.to,
+                });
+            }
+        }
+    }
+    table
+}
+
+/// A node in the queue, nearest first.
+struct Queued {
+    left: f64,
+    node: NodeIx,
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.left.total_cmp(&self.left)
+    }
+}
+
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Queued {}

@@ -1,0 +1,203 @@
+//! What is asked of a search over position, time and battery, and what it answers.
+
+use crate::airspace::Bits;
+use crate::flight::{Charging, FlightLegs, FlightPlan, FlightRules, FlightStart};
+use crate::network::{NodeIx, SegmentIx, Topology};
+
+/// What a plan makes least. Ties go to the earliest arrival.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Objective {
+    /// Metres flown.
+    Distance,
+    /// The arrival itself.
+    Time,
+    /// Energy drawn.
+    Energy,
+}
+
+impl Objective {
+    /// All objectives.
+    pub const ALL: [Self; 3] = [Self::Distance, Self::Time, Self::Energy];
+
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distance => "distance",
+            Self::Time => "time",
+            Self::Energy => "energy",
+        }
+    }
+}
+
+/// A request: from one of some starts to a destination.
+#[derive(Clone, Debug)]
+pub struct FlightRequest<'a> {
+    /// Where the plan may begin; at most [`MAX_STARTS`](super::MAX_STARTS) are looked at.
+    pub starts: &'a [FlightStart],
+    /// Where it leads.
+    pub destination: NodeIx,
+    /// What is made least.
+    pub objective: Objective,
+    /// When the plan began, in seconds: windows widen with the time since then.
+    pub began_s: f64,
+    /// The latest landing at the destination, in seconds.
+    pub deadline_s: f64,
+    /// The battery at every node is at least this: the reserve, or the floor.
+    pub reserve: f64,
+    /// Segments closed for this request alone.
+    pub closed_segments: &'a [SegmentIx],
+    /// How much may be spent.
+    pub limits: Limits<'a>,
+}
+
+/// What bounds a search; past a bound the best plan so far is the answer.
+#[derive(Clone, Copy)]
+pub struct Limits<'a> {
+    /// Labels taken from the queue, in all steps together.
+    pub labels: usize,
+    /// Comparisons of two labels, and of labels with openings.
+    pub checks: usize,
+    /// Asked now and then; true ends the search. What knows the time stands above the pure half.
+    pub is_over: Option<&'a dyn Fn() -> bool>,
+}
+
+impl Default for Limits<'_> {
+    fn default() -> Self {
+        Self {
+            labels: 200_000,
+            checks: 20_000_000,
+            is_over: None,
+        }
+    }
+}
+
+impl std::fmt::Debug for Limits<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut fields = formatter.debug_struct("Limits");
+        let fields = fields.field("labels", &self.labels);
+        fields.field("checks", &self.checks).finish_non_exhaustive()
+    }
+}
+
+/// What plans are compared by: the weight of the objective, then the landing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Value {
+    /// Metres, or multiples of a full battery; 0 where time is the objective.
+    pub weight: f64,
+    /// Landing at the destination, in seconds.
+    pub arrives_s: f64,
+}
+
+/// Landings this much apart, in seconds, count as simultaneous.
+pub(super) const TIME_TOLERANCE_S: f64 = 1e-6;
+
+impl Value {
+    /// No plan at all.
+    pub const NONE: Self = Self {
+        weight: f64::INFINITY,
+        arrives_s: f64::INFINITY,
+    };
+
+    /// True where this is better by more than rounding.
+    #[inline]
+    pub fn beats(self, other: Self) -> bool {
+        self.weight < other.weight
+            || (self.weight == other.weight && self.arrives_s < other.arrives_s - TIME_TOLERANCE_S)
+    }
+}
+
+/// Why an answer is not proved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unproved {
+    /// The bound on labels was reached.
+    Labels,
+    /// The bound on comparisons was reached.
+    Checks,
+    /// [`Limits::is_over`] said so.
+    Time,
+}
+
+impl Unproved {
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Labels => "label_limit",
+            Self::Checks => "check_limit",
+            Self::Time => "time_limit",
+        }
+    }
+}
+
+/// The step that ended the search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// The destination's tree, walked down from a start.
+    Walk,
+    /// The relaxation in which hovering is free: its plan is a real one, or shows that there is none.
+    Hovering,
+    /// The search for which earlier is better: its plan meets the bound.
+    Earlier,
+    /// The search with exact dominance.
+    Exact,
+}
+
+/// What a search cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Effort {
+    /// Labels taken from the queue.
+    pub labels: usize,
+    /// Comparisons of labels.
+    pub checks: usize,
+    /// Ways walked down the destination's tree.
+    pub walks: usize,
+}
+
+/// The answer to a request.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightAnswer {
+    /// The best plan found; `None` where there is none, or none was found within the limits.
+    pub plan: Option<FlightPlan>,
+    /// Its value.
+    pub value: Value,
+    /// True where no plan is better, or where it is certain that there is none.
+    pub proved: bool,
+    /// No plan is better than this.
+    pub lower_bound: Value,
+    /// Why it is not proved.
+    pub reason: Option<Unproved>,
+    /// The step that gave the answer.
+    pub step: Step,
+    /// What it cost.
+    pub effort: Effort,
+}
+
+/// What a search flies in: costs, obstacles, pads. Indices are of one topology.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightWorld<'a> {
+    /// The network.
+    pub topology: &'a Topology,
+    /// What legs take.
+    pub legs: &'a FlightLegs,
+    /// What is closed when, and where other plans fly.
+    pub obstacles: &'a super::Obstacles,
+    /// Which pads are free when.
+    pub pads: &'a super::PadTimes,
+    /// Margins and overheads.
+    pub rules: &'a FlightRules,
+    /// How the battery charges.
+    pub charging: Charging,
+}
+
+/// Closes segments in a set, to be opened again by [`reopen`].
+pub(super) fn close(set: &mut Bits, segments: &[SegmentIx]) {
+    for segment in segments {
+        set.insert(segment.0);
+    }
+}
+
+/// Opens what [`close`] closed.
+pub(super) fn reopen(set: &mut Bits, segments: &[SegmentIx]) {
+    for segment in segments {
+        set.remove(segment.0);
+    }
+}

@@ -1,0 +1,363 @@
+//! One search: labels from the queue, nearest to the best possible value first, until nothing left can be better.
+//!
+//! The three steps differ in how families go on, real or relaxed, and in when a label makes another one needless;
+//! `docs/flight-search.md` argues why.
+
+use super::family::Family;
+use super::memory::{How, ItineraryScratch, Label, NO_LABEL, Queued};
+use super::request::{Effort, Unproved, Value};
+use super::terms::{Departure, Room, Terms};
+use super::walk::{Along, From, append_steps, walk};
+use crate::network::NodeIx;
+
+/// How often [`Limits::is_over`](super::Limits::is_over) is asked: once in so many labels.
+const LABELS_BETWEEN_QUESTIONS: usize = 256;
+
+/// What a search takes for granted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mode {
+    /// Hovering is free: what is found is a bound.
+    Hovering,
+    /// Earlier is better: what is found is a plan.
+    Earlier,
+    /// Neither.
+    Exact,
+}
+
+/// A search within a request.
+pub(super) struct Run<'a, 's> {
+    pub(super) terms: Terms<'a>,
+    pub(super) mode: Mode,
+    pub(super) scratch: &'s mut ItineraryScratch,
+    pub(super) effort: &'s mut Effort,
+    /// The value to beat; what beats it is in the scratch's `best`, or `relaxed`.
+    pub(super) best: Value,
+    /// True where this run found it.
+    pub(super) improved: bool,
+    /// The least key of a label that was dropped though it might have led to something better.
+    pub(super) doubt: Value,
+    /// True where another way may have the same weight as the one found.
+    pub(super) may_tie: bool,
+    /// No plan is better than this: one that meets it ends the search.
+    pub(super) target: Value,
+    /// Labels that may be taken, in all runs together.
+    pub(super) most_labels: usize,
+    /// Whether ways are walked down the tree.
+    pub(super) walks: bool,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RunEnd {
+    /// Nothing that the run has not seen is better than this.
+    pub(super) bound: Value,
+    /// The limit that was reached.
+    pub(super) stopped_by: Option<Unproved>,
+}
+
+impl Run<'_, '_> {
+    /// Searches from all starts of the request.
+    pub(super) fn search(&mut self) -> RunEnd {
+        self.scratch.clear();
+        self.push_starts();
+        while let Some(Queued { key, label }) = self.scratch.queue.pop() {
+            if !self.is_worth(key) || !self.target.beats(self.best) {
+                break;
+            }
+            let taken = self.scratch.labels[label as usize];
+            if taken.is_dead {
+                continue;
+            }
+            if let Some(limit) = self.limit_reached() {
+                return RunEnd {
+                    bound: key,
+                    stopped_by: Some(limit),
+                };
+            }
+            self.effort.labels += 1;
+            if taken.node == self.terms.request.destination {
+                self.arrive(label, &taken);
+                continue;
+            }
+            let is_settled = self.mode != Mode::Hovering
+                && self.walks
+                && self.leaves_tree(&taken)
+                && self.walk_on(label, &taken, key);
+            if !is_settled {
+                self.expand(label, &taken);
+            }
+        }
+        RunEnd {
+            bound: self.best,
+            stopped_by: None,
+        }
+    }
+
+    /// True where a plan with this key at the best could be an improvement.
+    #[inline]
+    fn is_worth(&self, key: Value) -> bool {
+        if key.arrives_s > self.terms.request.deadline_s + super::request::TIME_TOLERANCE_S {
+            return false;
+        }
+        match self.mode {
+            // All ways of the least weight are looked at, to know whether there is only one.
+            Mode::Hovering if key.weight == self.best.weight => {
+                self.terms.is_weighed() || key.beats(self.best)
+            }
+            Mode::Hovering | Mode::Earlier | Mode::Exact => key.beats(self.best),
+        }
+    }
+
+    fn limit_reached(&self) -> Option<Unproved> {
+        let limits = self.terms.request.limits;
+        if self.effort.labels >= self.most_labels {
+            return Some(Unproved::Labels);
+        }
+        if self.effort.checks >= limits.checks {
+            return Some(Unproved::Checks);
+        }
+        let is_time_to_ask = self.effort.labels.is_multiple_of(LABELS_BETWEEN_QUESTIONS);
+        let is_over = limits
+            .is_over
+            .is_some_and(|is_over| is_time_to_ask && is_over());
+        is_over.then_some(Unproved::Time)
+    }
+
+    fn push_starts(&mut self) {
+        let starts = self.terms.request.starts;
+        for (number, start) in starts.iter().take(super::MAX_STARTS).enumerate() {
+            let (family, swapped) = self.terms.start(start);
+            let how = How::Start(number as u8);
+            let label = Label::new(family, start.node, how, NO_LABEL, number as u64);
+            self.offer(label);
+            if let Some(family) = swapped {
+                let arrived_s = start.at_s - self.terms.world.legs.vertical_s(start.node);
+                let parent = self.scratch.labels.len() as u32;
+                let origin = Label::new(family, start.node, how, NO_LABEL, number as u64);
+                self.scratch.keep_aside(origin);
+                let how = How::Stop { arrived_s };
+                self.offer(Label::new(family, start.node, how, parent, number as u64));
+            }
+        }
+    }
+
+    /// A label at the destination.
+    fn arrive(&mut self, label: u32, taken: &Label) {
+        let value = self.terms.value(&taken.family);
+        if value.weight == self.best.weight && self.improved && self.mode == Mode::Hovering {
+            // The first one had the earliest arrival of this weight; this one came by another way, or stopped elsewhere.
+            self.may_tie |= self.scratch.labels[label as usize].way != self.way_found();
+        }
+        if !value.beats(self.best) {
+            return;
+        }
+        self.best = value;
+        self.improved = true;
+        let steps = match self.mode {
+            Mode::Hovering => &mut self.scratch.relaxed,
+            Mode::Earlier | Mode::Exact => &mut self.scratch.best,
+        };
+        ItineraryScratch::history(&self.scratch.labels, label, steps);
+        self.scratch.way_found = taken.way;
+    }
+
+    fn way_found(&self) -> u64 {
+        self.scratch.way_found
+    }
+
+    /// True where the walk down the tree from a label is not part of its parent's.
+    fn leaves_tree(&self, label: &Label) -> bool {
+        match label.how {
+            How::Start(_) => true,
+            How::Stop { .. } => false,
+            How::Leg { leg, .. } => {
+                let twin = self.terms.world.legs.leg(leg).twin;
+                let from = self.terms.world.legs.leg(twin).to;
+                self.terms.potentials.next(from) != Some(leg)
+            }
+        }
+    }
+
+    /// Walks down the tree; true where nothing else can come of the label.
+    fn walk_on(&mut self, label: u32, taken: &Label, key: Value) -> bool {
+        self.effort.walks += 1;
+        let from = From {
+            family: &taken.family,
+            node: taken.node,
+            how: taken.how,
+        };
+        let checks = &mut self.effort.checks;
+        let end = walk(
+            &self.terms,
+            from,
+            Along::Tree,
+            self.best,
+            self.scratch,
+            checks,
+        );
+        let Some(end) = end else {
+            return false;
+        };
+        if end.value.beats(self.best) {
+            self.best = end.value;
+            self.improved = true;
+            let ItineraryScratch {
+                labels,
+                walked,
+                best,
+                ..
+            } = &mut *self.scratch;
+            ItineraryScratch::history(labels, label, best);
+            append_steps(walked, end.last, best);
+        }
+        let is_lightest = end.value.weight == key.weight && end.is_complete;
+        is_lightest && self.terms.potentials.is_only_way(taken.node)
+    }
+
+    /// Offers all that can follow a label.
+    fn expand(&mut self, label: u32, taken: &Label) {
+        let mut offers = std::mem::take(&mut self.scratch.offers);
+        let node = taken.node;
+        let departure = Departure {
+            family: &taken.family,
+            from: node,
+            leaves_start: matches!(taken.how, How::Start(_)),
+        };
+        for leg in self.terms.world.legs.from(node) {
+            offers.clear();
+            let mut room = Room {
+                closed: &self.scratch.closed,
+                intervals: &mut self.scratch.intervals,
+                offers: &mut offers,
+            };
+            match self.mode {
+                Mode::Hovering => self.terms.fly_relaxed(departure, leg, &mut room),
+                Mode::Earlier | Mode::Exact => self.terms.fly(departure, leg, &mut room),
+            }
+            let to = self.terms.world.legs.leg(leg).to;
+            let way = next_way(taken.way, leg);
+            self.offer_all(&offers, to, label, way);
+        }
+        // Where hovering is free, who stands there may also land there: so nothing that comes back later can do more.
+        let may_stop = self.terms.may_stop(taken.how)
+            || (self.mode == Mode::Hovering && matches!(taken.how, How::Start(_)));
+        if self.terms.world.pads.is_station(node) && may_stop {
+            offers.clear();
+            let mut room = Room {
+                closed: &self.scratch.closed,
+                intervals: &mut self.scratch.intervals,
+                offers: &mut offers,
+            };
+            match self.mode {
+                Mode::Hovering => self.terms.stop_relaxed(&taken.family, node, &mut room),
+                Mode::Earlier | Mode::Exact => self.terms.stop(&taken.family, node, &mut room),
+            }
+            self.offer_all(&offers, node, label, taken.way);
+        }
+        self.scratch.offers = offers;
+    }
+
+    fn offer_all(&mut self, offers: &[(Family, How)], node: NodeIx, parent: u32, way: u64) {
+        for &(family, how) in offers {
+            self.offer(Label::new(family, node, how, parent, way));
+        }
+    }
+
+    /// Keeps a label unless it cannot be an improvement or another one at its node makes it needless.
+    fn offer(&mut self, label: Label) {
+        let key = self.terms.key(&label.family, label.node);
+        if !self.is_worth(key) {
+            return;
+        }
+        let (mut before, mut other) = (NO_LABEL, self.scratch.head(label.node));
+        while other != NO_LABEL {
+            let after = self.scratch.after(other);
+            let there = self.scratch.labels[other as usize];
+            if self.makes_needless(&there, &label) {
+                if self.mode == Mode::Hovering {
+                    let is_as_heavy = there.family.weight == label.family.weight;
+                    self.may_tie |= is_as_heavy && there.way != label.way;
+                }
+                return;
+            }
+            if self.makes_needless(&label, &there) {
+                if self.mode == Mode::Hovering {
+                    let is_as_heavy = there.family.weight == label.family.weight;
+                    self.may_tie |= is_as_heavy && there.way != label.way;
+                }
+                self.scratch.unlink(before, other);
+            } else {
+                before = other;
+            }
+            other = after;
+        }
+        self.scratch.push(label, key);
+    }
+
+    /// True where every plan that goes on from `other` has one from `one` that is as good.
+    fn makes_needless(&mut self, one: &Label, other: &Label) -> bool {
+        self.effort.checks += 1;
+        let is_start = |label: &Label| matches!(label.how, How::Start(_));
+        if is_start(other) && !is_start(one) {
+            // A closed node lets out who begins there, and nobody else.
+            return false;
+        }
+        let (earlier, later) = (&one.family, &other.family);
+        let may_be = earlier.weight <= later.weight && earlier.lo_s <= later.lo_s;
+        if !may_be || !earlier.has_battery_of(later, self.terms.tau_s) {
+            return false;
+        }
+        match self.mode {
+            Mode::Hovering => true,
+            Mode::Earlier => {
+                if !self.keeps_the_pad(one, other) || earlier.hi_s < later.hi_s {
+                    let key = self.terms.key(later, other.node);
+                    if key.beats(self.doubt) {
+                        self.doubt = key;
+                    }
+                }
+                true
+            }
+            Mode::Exact => {
+                self.keeps_the_pad(one, other)
+                    && (earlier.hi_s >= later.hi_s || !self.parted(one, other))
+            }
+        }
+    }
+
+    /// True unless `other` could still land here, on a pad that is free longer than the one that `one` has just left.
+    fn keeps_the_pad(&self, one: &Label, other: &Label) -> bool {
+        let node = one.node;
+        let pads = self.terms.world.pads;
+        if !pads.is_station(node) || self.terms.may_stop(one.how) || !self.terms.may_stop(other.how)
+        {
+            return true;
+        }
+        let How::Stop { arrived_s } = one.how else {
+            return false;
+        };
+        let descent_s = self.terms.world.legs.vertical_s(node);
+        let latest_s = other.family.hi_s + descent_s;
+        !pads.rises_within(node, arrived_s + descent_s, latest_s)
+    }
+
+    /// True where an opening lies between the two.
+    fn parted(&mut self, one: &Label, other: &Label) -> bool {
+        let place = self.terms.world.topology.position(one.node);
+        self.scratch.openings.part(
+            place,
+            &one.family,
+            &other.family,
+            self.terms.request.reserve,
+            self.best,
+            &mut self.effort.checks,
+        )
+    }
+}
+
+/// Tells ways apart: a hash of the legs flown.
+fn next_way(way: u64, leg: u32) -> u64 {
+    let mixed = (way ^ u64::from(leg)).wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    mixed ^ (mixed >> 27)
+}

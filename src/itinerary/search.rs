@@ -1,0 +1,318 @@
+//! The search over position, time and battery, in three steps from cheap to certain.
+
+use super::memory::{How, ItineraryScratch};
+use super::potentials::Potentials;
+use super::request::{
+    Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
+};
+use super::run::{Mode, Run, RunEnd};
+use super::terms::Terms;
+use super::trace::plan;
+use super::walk::{Along, From, append_steps, walk};
+
+/// Shares of the labels that the first two steps may take.
+const STEP_SHARE: usize = 4;
+/// Before everything.
+const NO_TARGET: Value = Value {
+    weight: f64::NEG_INFINITY,
+    arrives_s: f64::NEG_INFINITY,
+};
+
+/// Finds the best plan of a request.
+///
+/// The potentials are those of the request's destination and objective, on the same table of legs. Never fails: where there is no
+/// plan the answer has none, and says whether that is certain.
+pub fn find(
+    world: &FlightWorld<'_>,
+    request: &FlightRequest<'_>,
+    potentials: &Potentials,
+    scratch: &mut ItineraryScratch,
+) -> FlightAnswer {
+    debug_assert!(
+        potentials.destination() == request.destination
+            && potentials.objective() == request.objective
+    );
+    scratch.fit(world.topology);
+    close(&mut scratch.closed, request.closed_segments);
+    let mut search = Search {
+        terms: Terms::new(world, request, potentials),
+        scratch,
+        effort: Effort::default(),
+        best: Value::NONE,
+        bound: NO_TARGET,
+        step: Step::Walk,
+        reason: None,
+    };
+    search.scratch.best.clear();
+    search.stages();
+    let answer = search.answer();
+    reopen(&mut scratch.closed, request.closed_segments);
+    answer
+}
+
+/// Plain label-setting with exact dominance: no potentials but reachability, no walks, no steps before. The
+/// baseline to measure against.
+pub fn find_plainly(
+    world: &FlightWorld<'_>,
+    request: &FlightRequest<'_>,
+    potentials: &Potentials,
+    scratch: &mut ItineraryScratch,
+) -> FlightAnswer {
+    scratch.fit(world.topology);
+    close(&mut scratch.closed, request.closed_segments);
+    let blind = potentials.blind();
+    let mut search = Search {
+        terms: Terms::new(world, request, &blind),
+        scratch,
+        effort: Effort::default(),
+        best: Value::NONE,
+        bound: NO_TARGET,
+        step: Step::Exact,
+        reason: None,
+    };
+    search.scratch.best.clear();
+    if !search.is_there() {
+        search.exact(false);
+    }
+    let answer = search.answer();
+    reopen(&mut scratch.closed, request.closed_segments);
+    answer
+}
+
+struct Search<'a, 's> {
+    terms: Terms<'a>,
+    scratch: &'s mut ItineraryScratch,
+    effort: Effort,
+    /// The value of the plan in the scratch's `best`.
+    best: Value,
+    /// No plan is better.
+    bound: Value,
+    step: Step,
+    reason: Option<Unproved>,
+}
+
+impl Search<'_, '_> {
+    fn stages(&mut self) {
+        if self.is_there() || self.walk_from_starts() {
+            self.bound = self.best;
+            return;
+        }
+        self.step = Step::Hovering;
+        if self.hovering() {
+            self.bound = self.best;
+            return;
+        }
+        self.step = Step::Earlier;
+        if self.earlier() {
+            self.bound = self.best;
+            return;
+        }
+        self.step = Step::Exact;
+        self.exact(true);
+    }
+
+    fn is_met(&self) -> bool {
+        !self.bound.beats(self.best)
+    }
+
+    /// A drone that stands at its destination has arrived.
+    fn is_there(&mut self) -> bool {
+        let request = self.terms.request;
+        let starts = request.starts.iter().take(super::MAX_STARTS);
+        let mut there = starts
+            .enumerate()
+            .filter(|(_, start)| start.on_ground && start.node == request.destination);
+        let Some((number, start)) = there.next() else {
+            return false;
+        };
+        // Where it could also fly a while and come back, it would be later and no lighter.
+        if request.starts.len() > 1 || start.at_s > request.deadline_s {
+            return false;
+        }
+        self.best = Value {
+            weight: match request.objective {
+                super::Objective::Distance => start.flown_m,
+                super::Objective::Energy => start.drawn,
+                super::Objective::Time => 0.0,
+            },
+            arrives_s: start.at_s,
+        };
+        self.scratch.best.push(How::Start(number as u8));
+        true
+    }
+
+    /// Walks down the tree from every start; true where that is certainly the best.
+    fn walk_from_starts(&mut self) -> bool {
+        let mut left = NO_TARGET;
+        let mut is_certain = true;
+        let starts = self.terms.request.starts;
+        for (number, start) in starts.iter().take(super::MAX_STARTS).enumerate() {
+            let how = How::Start(number as u8);
+            let (family, swapped) = self.terms.start(start);
+            let key = self.terms.key(&family, start.node);
+            is_certain &= swapped.is_none();
+            if !key.weight.is_finite() {
+                continue;
+            }
+            self.effort.walks += 1;
+            let from = From {
+                family: &family,
+                node: start.node,
+                how,
+            };
+            let checks = &mut self.effort.checks;
+            let end = walk(
+                &self.terms,
+                from,
+                Along::Tree,
+                self.best,
+                self.scratch,
+                checks,
+            );
+            let is_only_way = self.terms.potentials.is_only_way(start.node);
+            let is_settled = end.is_some_and(|end| {
+                let is_lightest = is_only_way && end.is_complete && end.value.weight == key.weight;
+                is_lightest || !key.beats(end.value)
+            });
+            if let Some(end) = end.filter(|end| end.value.beats(self.best)) {
+                self.best = end.value;
+                self.scratch.best.clear();
+                self.scratch.best.push(how);
+                append_steps(&self.scratch.walked, end.last, &mut self.scratch.best);
+            }
+            // A start that the walk has not settled must not be able to do better.
+            if !is_settled && (left == NO_TARGET || key.beats(left)) {
+                left = key;
+            }
+        }
+        is_certain && self.best != Value::NONE && (left == NO_TARGET || !left.beats(self.best))
+    }
+
+    /// The relaxation, and its plan held against the windows; true where that settles it.
+    fn hovering(&mut self) -> bool {
+        let limit = self.terms.request.limits.labels / STEP_SHARE;
+        let mut run = self.run(Mode::Hovering, limit, true);
+        let end = run.search();
+        let (relaxed, improved, may_tie) = (run.best, run.improved, run.may_tie);
+        self.bound = match end.stopped_by {
+            None => relaxed,
+            Some(_) => end.bound,
+        };
+        if !improved {
+            return end.stopped_by.is_none();
+        }
+        let end_of_walk = self.walk_relaxed();
+        let is_only_way = end.stopped_by.is_none() && !may_tie && self.terms.is_weighed();
+        if is_only_way && end_of_walk == Some((relaxed.weight, true)) {
+            return true;
+        }
+        end.stopped_by.is_none() && self.is_met()
+    }
+
+    /// Walks the relaxation's way with all windows; the weight of the best plan on it, and whether none was left out.
+    fn walk_relaxed(&mut self) -> Option<(f64, bool)> {
+        let relaxed = std::mem::take(&mut self.scratch.relaxed);
+        let mut route = std::mem::take(&mut self.scratch.route);
+        route.clear();
+        route.extend(relaxed.iter().filter_map(|how| match how {
+            How::Leg { leg, .. } => Some(*leg),
+            How::Start(_) | How::Stop { .. } => None,
+        }));
+        let mut found = None;
+        if let Some(&How::Start(number)) = relaxed.first() {
+            let start = &self.terms.request.starts[usize::from(number)];
+            let (family, swapped) = self.terms.start(start);
+            let from = From {
+                family: &family,
+                node: start.node,
+                how: How::Start(number),
+            };
+            let checks = &mut self.effort.checks;
+            let along = Along::Legs(&route);
+            let end = walk(&self.terms, from, along, self.best, self.scratch, checks);
+            if let Some(end) = end {
+                if end.value.beats(self.best) {
+                    self.best = end.value;
+                    self.scratch.best.clear();
+                    self.scratch.best.push(How::Start(number));
+                    append_steps(&self.scratch.walked, end.last, &mut self.scratch.best);
+                }
+                found = Some((end.value.weight, end.is_complete && swapped.is_none()));
+            }
+        }
+        self.scratch.relaxed = relaxed;
+        self.scratch.route = route;
+        found
+    }
+
+    /// The search for which earlier is better; true where its plan is certainly the best.
+    fn earlier(&mut self) -> bool {
+        let limit = self.effort.labels + self.terms.request.limits.labels / STEP_SHARE;
+        let mut run = self.run(Mode::Earlier, limit, true);
+        let end = run.search();
+        let (best, doubt) = (run.best, run.doubt);
+        self.best = best;
+        let is_certain = end.stopped_by.is_none() && !doubt.beats(best);
+        is_certain || self.is_met()
+    }
+
+    fn exact(&mut self, walks: bool) {
+        let Terms {
+            world,
+            request,
+            potentials,
+            ..
+        } = self.terms;
+        let mut openings = std::mem::take(&mut self.scratch.openings);
+        openings.collect(world, request, potentials, self.best);
+        self.scratch.openings = openings;
+        let mut run = self.run(Mode::Exact, request.limits.labels, walks);
+        let RunEnd { bound, stopped_by } = run.search();
+        self.best = run.best;
+        self.reason = stopped_by;
+        self.bound = match stopped_by {
+            None => self.best,
+            Some(_) if self.bound.beats(bound) => bound,
+            Some(_) => self.bound,
+        };
+        if self.is_met() {
+            self.reason = None;
+        }
+    }
+
+    fn run(&mut self, mode: Mode, most_labels: usize, walks: bool) -> Run<'_, '_> {
+        Run {
+            terms: self.terms,
+            mode,
+            scratch: self.scratch,
+            effort: &mut self.effort,
+            best: self.best,
+            improved: false,
+            doubt: Value::NONE,
+            may_tie: false,
+            target: match mode {
+                Mode::Hovering => NO_TARGET,
+                Mode::Earlier | Mode::Exact => self.bound,
+            },
+            most_labels,
+            walks,
+        }
+    }
+
+    fn answer(&mut self) -> FlightAnswer {
+        let found = self.best != Value::NONE;
+        FlightAnswer {
+            plan: found.then(|| plan(&self.terms, &self.scratch.best, self.best)),
+            value: self.best,
+            proved: self.reason.is_none(),
+            lower_bound: if self.reason.is_none() {
+                self.best
+            } else {
+                self.bound
+            },
+            reason: self.reason,
+            step: self.step,
+            effort: self.effort,
+        }
+    }
+}

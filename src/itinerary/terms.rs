@@ -1,0 +1,392 @@
+//! What one request flies by: how a family goes on over a leg or a stop, and what is left for it at least.
+//!
+//! *Real* families keep to every window. Where hovering is free a drone waits in the air for a leg or a pad to become
+//! free, with the battery it has, and stays on a pad as long as it likes: a *relaxed* family, which is at least as good as
+//! every real one on the same way.
+
+use super::family::Family;
+use super::memory::How;
+use super::obstacles::Entry;
+use super::potentials::{Potentials, energy_weight};
+use super::request::{FlightRequest, FlightWorld, Objective, Value};
+use crate::airspace::Bits;
+use crate::flight::FlightStart;
+use crate::network::NodeIx;
+
+/// A request in its world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Terms<'a> {
+    pub(super) world: &'a FlightWorld<'a>,
+    pub(super) request: &'a FlightRequest<'a>,
+    pub(super) potentials: &'a Potentials,
+    pub(super) tau_s: f64,
+    /// Seconds from the crossing altitude to the destination's landing site.
+    landing_s: f64,
+    /// Charging by a whole battery takes at least so many seconds.
+    least_charge_s: f64,
+    /// The least that a stop takes on top, in seconds.
+    least_stop_s: f64,
+}
+
+/// Where a family is, and whether it leaves the node at which the plan begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure<'f> {
+    pub(super) family: &'f Family,
+    pub(super) from: NodeIx,
+    pub(super) leaves_start: bool,
+}
+
+/// Where new families and forbidden times are put.
+pub(super) struct Room<'r> {
+    pub(super) closed: &'r Bits,
+    pub(super) intervals: &'r mut Vec<(f64, f64)>,
+    pub(super) offers: &'r mut Vec<(Family, How)>,
+}
+
+impl<'a> Terms<'a> {
+    pub(super) fn new(
+        world: &'a FlightWorld<'a>,
+        request: &'a FlightRequest<'a>,
+        potentials: &'a Potentials,
+    ) -> Self {
+        let tau_s = world.charging.tau_s;
+        // Charging is fastest from the lowest level at which a drone can land.
+        let starts = request.starts.iter().map(|start| start.battery);
+        let lowest = starts.fold(request.reserve, f64::min);
+        let has_swaps = world.pads.has_swaps();
+        Self {
+            world,
+            request,
+            potentials,
+            tau_s,
+            landing_s: world.legs.vertical_s(request.destination),
+            least_charge_s: if has_swaps {
+                0.0
+            } else {
+                tau_s / (1.0 - lowest)
+            },
+            least_stop_s: match has_swaps {
+                true => world.rules.stop_s.min(world.rules.swap_s),
+                false => world.rules.stop_s,
+            },
+        }
+    }
+
+    /// True where plans have a weight beside their arrival.
+    #[inline]
+    pub(super) fn is_weighed(&self) -> bool {
+        self.request.objective != Objective::Time
+    }
+
+    /// The latest arrival at a node that can still keep the deadline.
+    #[inline]
+    fn latest_s(&self, node: NodeIx) -> f64 {
+        self.request.deadline_s - self.landing_s - self.potentials.from(node).time_s
+    }
+
+    /// The value of a family that has arrived at the destination.
+    pub(super) fn value(&self, family: &Family) -> Value {
+        Value {
+            weight: family.weight,
+            arrives_s: family.lo_s + self.landing_s,
+        }
+    }
+
+    /// A lower bound of every plan that goes on from a family.
+    ///
+    /// What is missing for the flight to the destination has to be charged: by a longer stay at the last stop, or at another one
+    /// from the lowest level on, where charging is fastest.
+    pub(super) fn key(&self, family: &Family, node: NodeIx) -> Value {
+        let remaining = self.potentials.from(node);
+        let direct_s = family.lo_s + remaining.time_s + self.landing_s;
+        let needed = self.request.reserve + remaining.energy;
+        let missing = needed - family.battery_lo();
+        let mut arrives_s = direct_s;
+        if missing > 1e-9 {
+            arrives_s += self.least_stop_s + missing * self.least_charge_s;
+            let by_longer_stay = family.sufficient_from_s(needed, self.tau_s);
+            if let Some(from_s) = by_longer_stay.filter(|&from_s| from_s <= family.hi_s) {
+                arrives_s = arrives_s.min(from_s + remaining.time_s + self.landing_s);
+            }
+        }
+        Value {
+            weight: family.weight + remaining.weight,
+            arrives_s,
+        }
+    }
+
+    /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
+    pub(super) fn start(&self, start: &FlightStart) -> (Family, Option<Family>) {
+        let legs = self.world.legs;
+        let weight = match self.request.objective {
+            Objective::Distance => start.flown_m,
+            Objective::Energy => energy_weight(start.drawn),
+            Objective::Time => 0.0,
+        };
+        if !start.on_ground {
+            return (Family::point(weight, start.at_s, start.battery), None);
+        }
+        let climb = legs.climb_energy(start.node);
+        let weight = weight + self.energy_weight(climb);
+        let climb_s = legs.vertical_s(start.node);
+        let pads = self.world.pads;
+        let stays_until_s = pads.stay_until_s(start.node, start.at_s);
+        let ready_s = start.at_s + climb_s;
+        let until_s = (stays_until_s + climb_s).min(self.latest_s(start.node).max(ready_s));
+        if stays_until_s < start.at_s {
+            return (Family::point(weight, ready_s, start.battery - climb), None);
+        }
+        if !pads.swaps(start.node) {
+            let charging = self.world.charging;
+            let level = start.battery;
+            let family = Family::charging(weight, level, ready_s, until_s, climb, charging);
+            return (family, None);
+        }
+        let swapped_s = ready_s + self.world.rules.swap_s;
+        let full = self.world.charging.full - climb;
+        let swapped =
+            (swapped_s <= until_s).then(|| Family::waiting(weight, full, swapped_s, until_s));
+        let as_it_is = Family::waiting(weight, start.battery - climb, ready_s, until_s);
+        (as_it_is, swapped)
+    }
+
+    #[inline]
+    fn energy_weight(&self, energy: f64) -> f64 {
+        match self.request.objective {
+            Objective::Energy => energy_weight(energy),
+            Objective::Distance | Objective::Time => 0.0,
+        }
+    }
+
+    #[inline]
+    fn leg_weight(&self, length_m: f64, energy: f64) -> f64 {
+        match self.request.objective {
+            Objective::Distance => length_m,
+            Objective::Energy => energy_weight(energy),
+            Objective::Time => 0.0,
+        }
+    }
+
+    /// The real families after a leg, added to the offers.
+    #[inline]
+    pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut Room<'_>) {
+        let legs = self.world.legs;
+        let flight = legs.leg(leg);
+        if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
+            return;
+        }
+        let obstacles = self.world.obstacles;
+        let is_clear = obstacles.is_clear(flight.segment.0, departure.from, flight.to);
+        if is_clear && legs.changes_s().is_empty() {
+            self.fly_piece(*departure.family, leg, 0, room);
+            return;
+        }
+        let changes_s = legs.changes_s();
+        for period in 0..=changes_s.len() {
+            let begins_s = match period {
+                0 => f64::NEG_INFINITY,
+                _ => changes_s[period - 1],
+            };
+            let ends_s = changes_s.get(period).copied().unwrap_or(f64::INFINITY);
+            let Departure { family, from, .. } = departure;
+            // At the instant of a change the new period counts.
+            let holds = begins_s <= family.hi_s && family.lo_s < ends_s;
+            if !holds || !legs.cost(leg, period).is_flyable() {
+                continue;
+            }
+            let last_s = family.hi_s.min(ends_s.next_down());
+            let piece = family.within(begins_s, last_s, self.tau_s);
+            if is_clear {
+                self.fly_piece(piece, leg, period, room);
+                continue;
+            }
+            let entry = Entry {
+                segment: flight.segment.0,
+                from,
+                to: flight.to,
+                time_s: legs.cost(leg, period).time_s,
+                leaves_start: departure.leaves_start,
+            };
+            room.intervals.clear();
+            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            self.fly_between(piece, leg, period, room);
+        }
+    }
+
+    /// The pieces of a family that the forbidden intervals leave; touching their ends is allowed.
+    fn fly_between(&self, family: Family, leg: u32, period: usize, room: &mut Room<'_>) {
+        room.intervals
+            .sort_by(|one, other| one.0.total_cmp(&other.0));
+        let mut open_from_s = family.lo_s;
+        for place in 0..room.intervals.len() {
+            let (from_s, until_s) = room.intervals[place];
+            if until_s <= open_from_s {
+                continue;
+            }
+            if from_s >= family.hi_s {
+                break;
+            }
+            if from_s >= open_from_s {
+                let piece = family.within(open_from_s, from_s, self.tau_s);
+                self.fly_piece(piece, leg, period, room);
+            }
+            open_from_s = until_s;
+        }
+        if open_from_s <= family.hi_s {
+            let piece = family.within(open_from_s, family.hi_s, self.tau_s);
+            self.fly_piece(piece, leg, period, room);
+        }
+    }
+
+    #[inline]
+    fn fly_piece(&self, family: Family, leg: u32, period: usize, room: &mut Room<'_>) {
+        let flight = self.world.legs.leg(leg);
+        let cost = self.world.legs.cost(leg, period);
+        let latest_s = self.latest_s(flight.to);
+        let reserve = self.request.reserve;
+        let flown = family.flown(cost.time_s, cost.energy, reserve, latest_s, self.tau_s);
+        if let Some(mut flown) = flown {
+            flown.weight += self.leg_weight(flight.length_m, cost.energy);
+            let period = period as u16;
+            room.offers.push((flown, How::Leg { leg, period }));
+        }
+    }
+
+    /// The real families after a stop, added to the offers: one for the earliest landing, and one for every later
+    /// instant at which a longer stay becomes possible.
+    pub(super) fn stop(&self, family: &Family, node: NodeIx, room: &mut Room<'_>) {
+        let pads = self.world.pads;
+        let descent_s = self.world.legs.vertical_s(node);
+        let lands_s = family.lo_s + descent_s;
+        let stays_until_s = pads.stay_until_s(node, lands_s);
+        self.stay(family, node, lands_s, stays_until_s, room);
+        for (rises_s, until_s) in pads.rises(node) {
+            if rises_s > lands_s && rises_s <= family.hi_s + descent_s {
+                self.stay(family, node, rises_s, until_s, room);
+            }
+        }
+    }
+
+    fn stay(
+        &self,
+        family: &Family,
+        node: NodeIx,
+        lands_s: f64,
+        stays_until_s: f64,
+        room: &mut Room<'_>,
+    ) {
+        let rules = self.world.rules;
+        let vertical_s = self.world.legs.vertical_s(node);
+        let arrived_s = lands_s - vertical_s;
+        let climb = self.world.legs.climb_energy(node);
+        let weight = family.weight + self.energy_weight(climb);
+        let until_s = (stays_until_s + vertical_s).min(self.latest_s(node));
+        let swaps = self.world.pads.swaps(node);
+        let handling_s = if swaps { rules.swap_s } else { rules.stop_s };
+        let ready_s = lands_s + handling_s + vertical_s;
+        if ready_s > until_s {
+            return;
+        }
+        let charging = self.world.charging;
+        let departing = match swaps {
+            true => Family::waiting(weight, charging.full - climb, ready_s, until_s),
+            false => {
+                let level = family.battery(arrived_s, self.tau_s);
+                Family::charging(weight, level, ready_s, until_s, climb, charging)
+            }
+        };
+        room.offers.push((departing, How::Stop { arrived_s }));
+    }
+
+    /// The relaxed family after a leg.
+    pub(super) fn fly_relaxed(&self, departure: Departure<'_>, leg: u32, room: &mut Room<'_>) {
+        let legs = self.world.legs;
+        let flight = legs.leg(leg);
+        if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
+            return;
+        }
+        let Departure { family, from, .. } = departure;
+        let obstacles = self.world.obstacles;
+        let cost = flight.least;
+        let mut entered_s = family.lo_s;
+        if !obstacles.is_clear(flight.segment.0, from, flight.to) {
+            let entry = Entry {
+                segment: flight.segment.0,
+                from,
+                to: flight.to,
+                time_s: cost.time_s,
+                leaves_start: departure.leaves_start,
+            };
+            room.intervals.clear();
+            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            room.intervals
+                .sort_by(|one, other| one.0.total_cmp(&other.0));
+            for &(from_s, until_s) in room.intervals.iter() {
+                if from_s < entered_s && entered_s < until_s {
+                    entered_s = until_s;
+                }
+            }
+        }
+        let latest_s = self.latest_s(flight.to);
+        if entered_s + cost.time_s > latest_s {
+            return;
+        }
+        let entering = match entered_s <= family.hi_s {
+            true => family.within(entered_s, family.hi_s, self.tau_s),
+            false => {
+                let battery = family.battery(family.hi_s, self.tau_s);
+                Family::waiting(family.weight, battery, entered_s, entered_s)
+            }
+        };
+        let flown = entering.flown(
+            cost.time_s,
+            cost.energy,
+            self.request.reserve,
+            f64::INFINITY,
+            self.tau_s,
+        );
+        if let Some(mut flown) = flown.filter(|flown| flown.lo_s <= latest_s) {
+            flown.weight += self.leg_weight(flight.length_m, cost.energy);
+            room.offers.push((flown, How::Leg { leg, period: 0 }));
+        }
+    }
+
+    /// The relaxed family after a stop: the earliest landing that leaves time for a stop, and no end of the stay.
+    pub(super) fn stop_relaxed(&self, family: &Family, node: NodeIx, room: &mut Room<'_>) {
+        let pads = self.world.pads;
+        let rules = self.world.rules;
+        let lands_s = family.lo_s + self.world.legs.vertical_s(node);
+        let handling_s = match pads.swaps(node) {
+            true => rules.swap_s,
+            false => rules.stop_s,
+        };
+        let suffices = |lands_s: f64, until_s: f64| until_s >= lands_s + handling_s;
+        let at_once = suffices(lands_s, pads.stay_until_s(node, lands_s)).then_some(lands_s);
+        let lands_s = at_once.or_else(|| {
+            let mut later = pads.rises(node).filter(|&(at_s, _)| at_s > lands_s);
+            later
+                .find(|&(at_s, until_s)| suffices(at_s, until_s))
+                .map(|(at_s, _)| at_s)
+        });
+        if let Some(lands_s) = lands_s {
+            self.stay(family, node, lands_s, f64::INFINITY, room);
+        }
+    }
+
+    /// Seconds of the leg that a step flies; 0 for a stop.
+    pub(super) fn time_s(&self, how: How) -> f64 {
+        match how {
+            How::Leg { leg, period } => self.world.legs.cost(leg, usize::from(period)).time_s,
+            How::Start(_) | How::Stop { .. } => 0.0,
+        }
+    }
+
+    /// True where a drone may land on a pad of the node it came to like this: not from where it stands already.
+    pub(super) fn may_stop(&self, how: How) -> bool {
+        match how {
+            How::Start(start) => !self.request.starts[usize::from(start)].on_ground,
+            How::Leg { .. } => true,
+            How::Stop { .. } => false,
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! A given way, walked with all stops and windows: the best plan on it, in a few microseconds.
+//!
+//! First without a stop; where the battery or a window forbids that, with every stop that no other on the same
+//! way makes needless.
+
+use super::family::Family;
+use super::memory::{How, ItineraryScratch, NO_LABEL, Walked};
+use super::request::Value;
+use super::terms::{Departure, Room, Terms};
+use crate::network::NodeIx;
+
+/// More families side by side than this are not followed.
+const MAX_ABREAST: usize = 64;
+
+/// Where a walk begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct From<'f> {
+    pub(super) family: &'f Family,
+    pub(super) node: NodeIx,
+    pub(super) how: How,
+}
+
+/// Which way is walked.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Along<'r> {
+    /// Down the destination's tree.
+    Tree,
+    /// These legs.
+    Legs(&'r [u32]),
+}
+
+impl Along<'_> {
+    #[inline]
+    fn leg(self, terms: &Terms<'_>, node: NodeIx, place: usize) -> Option<u32> {
+        match self {
+            Self::Tree => terms.potentials.next(node),
+            Self::Legs(legs) => legs.get(place).copied(),
+        }
+    }
+}
+
+/// The best plan on a way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WalkEnd {
+    pub(super) value: Value,
+    /// Its last step, in the walked ones.
+    pub(super) last: u32,
+    /// True when no family was left out.
+    pub(super) is_complete: bool,
+}
+
+/// Walks a way; `None` where it cannot be flown. Families that cannot beat `best` are left out.
+pub(super) fn walk(
+    terms: &Terms<'_>,
+    from: From<'_>,
+    along: Along<'_>,
+    best: Value,
+    scratch: &mut ItineraryScratch,
+    checks: &mut usize,
+) -> Option<WalkEnd> {
+    let ItineraryScratch {
+        walked,
+        offers,
+        intervals,
+        closed,
+        ..
+    } = scratch;
+    let mut room = Room {
+        closed,
+        intervals,
+        offers,
+    };
+    if let Some(end) = without_stops(terms, from, along, walked, &mut room) {
+        return Some(end);
+    }
+    with_stops(terms, from, along, best, walked, &mut room, checks)
+}
+
+/// Flies on as early as possible; `None` where that takes a stop, or anything is in the way.
+fn without_stops(
+    terms: &Terms<'_>,
+    from: From<'_>,
+    along: Along<'_>,
+    walked: &mut Vec<Walked>,
+    room: &mut Room<'_>,
+) -> Option<WalkEnd> {
+    let reserve = terms.request.reserve;
+    if let Along::Tree = along {
+        let needed = reserve + terms.potentials.from(from.node).energy;
+        if from.family.battery_lo() < needed - 1e-9 {
+            return None;
+        }
+    }
+    walked.clear();
+    walked.push(Walked {
+        family: *from.family,
+        how: from.how,
+        parent: NO_LABEL,
+    });
+    let (mut node, mut place) = (from.node, 0);
+    while let Some(leg) = along.leg(terms, node, place) {
+        let parent = walked.len() as u32 - 1;
+        let Walked { family, how, .. } = walked[parent as usize];
+        room.offers.clear();
+        let departure = Departure {
+            family: &family,
+            from: node,
+            leaves_start: matches!(how, How::Start(_)),
+        };
+        terms.fly(departure, leg, room);
+        let &[(flown, how)] = room.offers.as_slice() else {
+            return None;
+        };
+        let is_delayed = flown.lo_s > family.lo_s + terms.time_s(how) + 1e-9;
+        if is_delayed {
+            return None;
+        }
+        walked.push(Walked {
+            family: flown,
+            how,
+            parent,
+        });
+        node = terms.world.legs.leg(leg).to;
+        place += 1;
+    }
+    let last = walked.len() as u32 - 1;
+    (node == terms.request.destination).then(|| WalkEnd {
+        value: terms.value(&walked[last as usize].family),
+        last,
+        is_complete: true,
+    })
+}
+
+fn with_stops(
+    terms: &Terms<'_>,
+    from: From<'_>,
+    along: Along<'_>,
+    best: Value,
+    walked: &mut Vec<Walked>,
+    room: &mut Room<'_>,
+    checks: &mut usize,
+) -> Option<WalkEnd> {
+    walked.clear();
+    walked.push(Walked {
+        family: *from.family,
+        how: from.how,
+        parent: NO_LABEL,
+    });
+    let (mut node, mut place, mut first) = (from.node, 0, 0);
+    let mut is_complete = true;
+    while let Some(leg) = along.leg(terms, node, place) {
+        if terms.world.pads.is_station(node) && !leaves_start_on_pad(terms, from, place) {
+            add_stops(terms, node, first, walked, room, checks);
+        }
+        let end = walked.len();
+        let to = terms.world.legs.leg(leg).to;
+        for parent in first..end {
+            let Walked { family, how, .. } = walked[parent];
+            room.offers.clear();
+            let departure = Departure {
+                family: &family,
+                from: node,
+                leaves_start: matches!(how, How::Start(_)),
+            };
+            terms.fly(departure, leg, room);
+            for &(flown, how) in room.offers.iter() {
+                if walked.len() - end >= MAX_ABREAST {
+                    is_complete = false;
+                    break;
+                }
+                if terms.key(&flown, to).beats(best) {
+                    let candidate = Walked {
+                        family: flown,
+                        how,
+                        parent: parent as u32,
+                    };
+                    admit(terms, candidate, end, walked, checks);
+                }
+            }
+        }
+        if walked.len() == end {
+            return None;
+        }
+        first = end;
+        node = to;
+        place += 1;
+    }
+    if node != terms.request.destination {
+        return None;
+    }
+    best_from(terms, first, is_complete, walked)
+}
+
+/// The best of the families from `first` on, which are at the destination.
+fn best_from(
+    terms: &Terms<'_>,
+    first: usize,
+    is_complete: bool,
+    walked: &[Walked],
+) -> Option<WalkEnd> {
+    let mut found: Option<WalkEnd> = None;
+    for (last, step) in walked.iter().enumerate().skip(first) {
+        let value = terms.value(&step.family);
+        if found.is_none_or(|found| value.beats(found.value)) {
+            found = Some(WalkEnd {
+                value,
+                last: last as u32,
+                is_complete,
+            });
+        }
+    }
+    found
+}
+
+/// True at the first node of a walk from where the drone stands or has just stopped.
+fn leaves_start_on_pad(terms: &Terms<'_>, from: From<'_>, place: usize) -> bool {
+    place == 0 && !terms.may_stop(from.how)
+}
+
+/// Adds the stops at a node of all families that are there.
+fn add_stops(
+    terms: &Terms<'_>,
+    node: NodeIx,
+    first: usize,
+    walked: &mut Vec<Walked>,
+    room: &mut Room<'_>,
+    checks: &mut usize,
+) {
+    let end = walked.len();
+    for parent in first..end {
+        let family = walked[parent].family;
+        room.offers.clear();
+        terms.stop(&family, node, room);
+        for &(stopped, how) in room.offers.iter() {
+            let candidate = Walked {
+                family: stopped,
+                how,
+                parent: parent as u32,
+            };
+            admit(terms, candidate, end, walked, checks);
+        }
+    }
+}
+
+/// Adds a family unless one from `first` on can do all that it can. Both have flown the same way, and both have just
+/// stopped here, or neither.
+fn admit(
+    terms: &Terms<'_>,
+    candidate: Walked,
+    first: usize,
+    walked: &mut Vec<Walked>,
+    checks: &mut usize,
+) {
+    *checks += walked.len() - first;
+    let family = &candidate.family;
+    let is_needless = walked[first..].iter().any(|other| {
+        let other = &other.family;
+        other.weight <= family.weight
+            && other.lo_s <= family.lo_s
+            && other.hi_s >= family.hi_s
+            && other.has_battery_of(family, terms.tau_s)
+    });
+    if !is_needless {
+        walked.push(candidate);
+    }
+}
+
+/// The steps of a walk up to its last one, without the one it began with, added to `steps`.
+pub(super) fn append_steps(walked: &[Walked], last: u32, steps: &mut Vec<How>) {
+    let first_new = steps.len();
+    let mut at = last;
+    while let Some(step) = walked.get(at as usize) {
+        if step.parent != NO_LABEL {
+            steps.push(step.how);
+        }
+        at = step.parent;
+    }
+    steps[first_new..].reverse();
+}

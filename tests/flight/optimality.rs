@@ -1,0 +1,145 @@
+//! The search against brute force: the same value, a plan that can be flown, and proofs that hold.
+
+use crate::events::{Events, Outcome, beats};
+use crate::grid::Grid;
+use crate::world::{Kind, World, world};
+use skyway::itinerary::{FlightAnswer, Objective, Value};
+
+/// Worlds of each kind per run; `SKYWAY_CASES` multiplies them.
+const WORLDS: u64 = 100;
+/// Flights that the continuous brute force may try before a case is left out.
+const BUDGET: usize = 30_000;
+
+fn seeds() -> std::ops::Range<u64> {
+    let factor = std::env::var("SKYWAY_CASES").ok();
+    let factor = factor.and_then(|factor| factor.parse::<u64>().ok());
+    0..WORLDS * factor.unwrap_or(1)
+}
+
+fn outcome(value: Value) -> Option<Outcome> {
+    (value != Value::NONE).then_some((value.weight, value.arrives_s))
+}
+
+/// True where the first is better than the second, or the second is none.
+fn is_better(one: Option<Outcome>, other: Option<Outcome>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => beats(one, other),
+        (Some(_), None) => true,
+        (None, _) => false,
+    }
+}
+
+/// The plan is accepted, has the value that the answer says, and the answer is proved.
+#[track_caller]
+fn check(world: &World, objective: Objective, answer: &FlightAnswer, case: &str) {
+    assert!(answer.proved, "{case}: {answer:?}");
+    assert_eq!(answer.plan.is_some(), answer.value != Value::NONE, "{case}");
+    let Some(plan) = &answer.plan else {
+        return;
+    };
+    if let Err(fault) = world.check(plan) {
+        panic!("{case}: {fault}\n{plan:?}\n{world}");
+    }
+    let weight = match objective {
+        Objective::Distance => plan.distance_m,
+        Objective::Energy => plan.energy,
+        Objective::Time => 0.0,
+    };
+    let off = (weight - answer.value.weight).abs();
+    assert!(off < 1e-4, "{case}: {weight} {answer:?}");
+}
+
+#[test]
+fn nothing_in_continuous_time_is_better_and_nothing_worse_is_found() {
+    let (mut compared, mut left_out, mut found) = (0, 0, 0);
+    for seed in seeds() {
+        let world = world(seed, Kind::Continuous);
+        for objective in Objective::ALL {
+            let case = format!("seed {seed}, {}", objective.name());
+            let answer = world.answer(objective, false);
+            check(&world, objective, &answer, &case);
+            let mut events = Events::new(&world, objective, BUDGET);
+            events.search();
+            let (ours, theirs) = (outcome(answer.value), events.best);
+            assert!(
+                !is_better(theirs, ours),
+                "{case}: {theirs:?} is better than {ours:?}\n{answer:?}\n{world}"
+            );
+            if events.budget == 0 {
+                left_out += 1;
+                continue;
+            }
+            assert!(
+                !is_better(ours, theirs),
+                "{case}: {ours:?} is better than {theirs:?}\n{answer:?}\n{world}"
+            );
+            compared += 1;
+            found += usize::from(ours.is_some());
+        }
+    }
+    eprintln!("continuous: {compared} compared, {found} with a plan, {left_out} left out");
+    assert!(compared > 4 * left_out && found * 3 > compared);
+}
+
+#[test]
+fn nothing_on_the_grid_is_better() {
+    let (mut found, mut equal) = (0, 0);
+    for seed in seeds() {
+        let world = world(seed, Kind::Grid);
+        for objective in Objective::ALL {
+            let case = format!("seed {seed}, {}", objective.name());
+            let answer = world.answer(objective, false);
+            check(&world, objective, &answer, &case);
+            let (ours, theirs) = (outcome(answer.value), Grid::best(&world, objective));
+            assert!(
+                !is_better(theirs, ours),
+                "{case}: {theirs:?} is better than {ours:?}\n{answer:?}\n{world}"
+            );
+            found += usize::from(theirs.is_some());
+            equal += usize::from(theirs.is_some() && !is_better(ours, theirs));
+        }
+    }
+    eprintln!("grid: {found} with a plan on it, {equal} of them with the same value");
+    assert!(found > 0 && equal * 3 > found);
+}
+
+#[test]
+fn with_swaps_alone_the_grid_has_the_best_plan() {
+    let mut found = 0;
+    for seed in seeds() {
+        let world = world(seed, Kind::GridSwaps);
+        for objective in Objective::ALL {
+            let case = format!("seed {seed}, {}", objective.name());
+            let answer = world.answer(objective, false);
+            check(&world, objective, &answer, &case);
+            let (ours, theirs) = (outcome(answer.value), Grid::best(&world, objective));
+            assert!(
+                !is_better(theirs, ours) && !is_better(ours, theirs),
+                "{case}: {ours:?}, and {theirs:?} on the grid\n{answer:?}\n{world}"
+            );
+            found += usize::from(theirs.is_some());
+        }
+    }
+    eprintln!("swaps: {found} with a plan");
+    assert!(found > 0);
+}
+
+#[test]
+fn plain_label_setting_gives_the_same_values() {
+    for seed in seeds() {
+        for kind in [Kind::Continuous, Kind::Grid] {
+            let world = world(seed, kind);
+            for objective in Objective::ALL {
+                let case = format!("seed {seed}, {kind:?}, {}", objective.name());
+                let steps = world.answer(objective, false);
+                let plain = world.answer(objective, true);
+                check(&world, objective, &plain, &case);
+                let (steps, plain) = (outcome(steps.value), outcome(plain.value));
+                assert!(
+                    !is_better(steps, plain) && !is_better(plain, steps),
+                    "{case}: {steps:?} {plain:?}\n{world}"
+                );
+            }
+        }
+    }
+}
