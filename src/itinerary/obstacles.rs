@@ -16,6 +16,8 @@ const HEADWAY_STEP_S: f64 = 1e-3;
 /// From when until when something is closed.
 #[derive(Clone, Copy, Debug)]
 struct ClosedWindow {
+    /// Which closure of the situation, counted from 0.
+    closure: u32,
     from_s: f64,
     until_s: f64,
     widened: bool,
@@ -24,6 +26,8 @@ struct ClosedWindow {
 /// Another plan on a segment.
 #[derive(Clone, Copy, Debug)]
 struct Traffic {
+    /// Which leg of the situation's traffic, counted from 0.
+    number: u32,
     from: NodeIx,
     enters_s: f64,
     leaves_s: f64,
@@ -48,12 +52,64 @@ pub(super) struct Entry {
     pub(super) leaves_start: bool,
 }
 
+/// What forbids an entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Forbids {
+    /// A closure of the situation.
+    Closure(usize),
+    /// A leg of the situation's traffic.
+    Traffic(usize),
+}
+
+/// What a leg occupies around its entry.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    began_s: f64,
+    /// Before the entry.
+    takes_off_s: f64,
+    /// After it.
+    occupied_s: f64,
+}
+
+impl Span {
+    /// The entry times at which the leg would meet a window.
+    fn forbidden(&self, window: &ClosedWindow, rules: &FlightRules) -> (f64, f64) {
+        let (margin_s, growth) = match window.widened {
+            true => (rules.time_margin_s, rules.time_margin_growth),
+            false => (0.0, 0.0),
+        };
+        // At entry time t the window reaches from a - m - g (t - began) to b + m + g (t - began).
+        let before_s = window.from_s - margin_s + growth * self.began_s - self.occupied_s;
+        let after_s = window.until_s + margin_s - growth * self.began_s + self.takes_off_s;
+        // A margin that grows as fast as the time is never left behind.
+        let until_s = match growth < 1.0 {
+            true => after_s / (1.0 - growth),
+            false => f64::INFINITY,
+        };
+        (before_s / (1.0 + growth), until_s)
+    }
+}
+
+impl Traffic {
+    /// The entry times at which a leg would come too near.
+    fn forbidden(&self, entry: Entry, headway_s: f64) -> (f64, f64) {
+        match self.from == entry.from {
+            true => {
+                let apart_s = headway_s + HEADWAY_STEP_S;
+                (self.enters_s - apart_s, self.enters_s + apart_s)
+            }
+            false => (self.enters_s - entry.time_s, self.leaves_s),
+        }
+    }
+}
+
 impl Obstacles {
     /// Compiles the closures and the traffic of a situation.
     pub fn of(topology: &Topology, situation: &Situation) -> Self {
         let (mut segments, mut nodes) = (Vec::new(), Vec::new());
-        for closure in &situation.closures {
+        for (number, closure) in situation.closures.iter().enumerate() {
             let window = ClosedWindow {
+                closure: number as u32,
                 from_s: closure.from_s,
                 until_s: closure.until_s,
                 widened: closure.widened,
@@ -61,8 +117,9 @@ impl Obstacles {
             segments.extend(closure.segments.iter().map(|segment| (segment.0, window)));
             nodes.extend(closure.nodes.iter().map(|node| (node.0, window)));
         }
-        let traffic = situation.traffic.iter().map(|leg| {
+        let traffic = situation.traffic.iter().enumerate().map(|(number, leg)| {
             let traffic = Traffic {
+                number: number as u32,
                 from: leg.from,
                 enters_s: leg.enters_s,
                 leaves_s: leg.leaves_s,
@@ -93,21 +150,29 @@ impl Obstacles {
         entry: Entry,
         intervals: &mut Vec<(f64, f64)>,
     ) {
-        let takes_off_s = world.legs.vertical_s(entry.from);
-        let occupied_s = entry.time_s + world.legs.vertical_s(entry.to);
+        self.each_forbidden(world, began_s, entry, |_, from_s, until_s| {
+            intervals.push((from_s, until_s));
+        });
+    }
+
+    /// Tells `take` every interval of forbidden entry times of a leg, with what forbids it.
+    pub(super) fn each_forbidden(
+        &self,
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        entry: Entry,
+        mut take: impl FnMut(Forbids, f64, f64),
+    ) {
+        let span = Span {
+            began_s,
+            takes_off_s: world.legs.vertical_s(entry.from),
+            occupied_s: entry.time_s + world.legs.vertical_s(entry.to),
+        };
         let mut close = |windows: &[ClosedWindow]| {
             for window in windows {
-                let (margin_s, growth) = match window.widened {
-                    true => (world.rules.time_margin_s, world.rules.time_margin_growth),
-                    false => (0.0, 0.0),
-                };
-                // At entry time t the window reaches from a - m - g (t - began) to b + m + g (t - began).
-                let from_s =
-                    (window.from_s - margin_s + growth * began_s - occupied_s) / (1.0 + growth);
-                let until_s =
-                    (window.until_s + margin_s - growth * began_s + takes_off_s) / (1.0 - growth);
+                let (from_s, until_s) = span.forbidden(window, world.rules);
                 if from_s < until_s {
-                    intervals.push((from_s, until_s));
+                    take(Forbids::Closure(window.closure as usize), from_s, until_s);
                 }
             }
         };
@@ -116,27 +181,31 @@ impl Obstacles {
         if !entry.leaves_start {
             close(self.by_node.of_index(entry.from.0));
         }
-        self.traffic_intervals(world.rules, entry, intervals);
+        if world.rules.headway_s > 0.0 {
+            for other in self.traffic.of_index(entry.segment) {
+                let (from_s, until_s) = other.forbidden(entry, world.rules.headway_s);
+                take(Forbids::Traffic(other.number as usize), from_s, until_s);
+            }
+        }
     }
 
-    fn traffic_intervals(
+    /// True where a drone above a node would land in a closed one.
+    pub(super) fn forbids_landing(
         &self,
-        rules: &FlightRules,
-        entry: Entry,
-        intervals: &mut Vec<(f64, f64)>,
-    ) {
-        if rules.headway_s <= 0.0 {
-            return;
-        }
-        for other in self.traffic.of_index(entry.segment) {
-            intervals.push(match other.from == entry.from {
-                true => {
-                    let apart_s = rules.headway_s + HEADWAY_STEP_S;
-                    (other.enters_s - apart_s, other.enters_s + apart_s)
-                }
-                false => (other.enters_s - entry.time_s, other.leaves_s),
-            });
-        }
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        node: NodeIx,
+        at_s: f64,
+    ) -> bool {
+        let span = Span {
+            began_s,
+            takes_off_s: 0.0,
+            occupied_s: world.legs.vertical_s(node),
+        };
+        let windows = self.by_node.of_index(node.0).iter();
+        windows
+            .map(|window| span.forbidden(window, world.rules))
+            .any(|(from_s, until_s)| from_s < at_s && at_s < until_s)
     }
 
     /// The segments whose entry may be forbidden at some time.

@@ -20,6 +20,8 @@ struct Stretch {
 struct Taken {
     /// `None` for all pads of the node.
     pad: Option<u16>,
+    /// Which closure of the situation took them, counted from 0.
+    closure: Option<u32>,
     from_s: f64,
     until_s: f64,
 }
@@ -47,14 +49,16 @@ impl PadTimes {
         for reservation in &situation.reservations {
             let stay = Taken {
                 pad: Some(reservation.pad),
+                closure: None,
                 from_s: reservation.from_s,
                 until_s: reservation.until_s,
             };
             taken.push((reservation.node.0, stay));
         }
-        for closure in &situation.closures {
+        for (number, closure) in situation.closures.iter().enumerate() {
             let closed = Taken {
                 pad: None,
+                closure: Some(number as u32),
                 from_s: closure.from_s,
                 until_s: closure.until_s,
             };
@@ -129,6 +133,19 @@ impl PadTimes {
         self.stretches.indices().map(NodeIx)
     }
 
+    /// The closures that take all pads of a node some time between two instants.
+    pub(super) fn closures(
+        &self,
+        node: NodeIx,
+        from_s: f64,
+        until_s: f64,
+    ) -> impl Iterator<Item = usize> + '_ {
+        let taken = self.taken.of_index(node.0).iter();
+        taken
+            .filter(move |stay| stay.from_s < until_s && stay.until_s > from_s)
+            .filter_map(|stay| stay.closure.map(|closure| closure as usize))
+    }
+
     /// The first pad of a node that is free from one instant to another.
     pub(super) fn free_pad(&self, node: NodeIx, from_s: f64, until_s: f64) -> Option<u16> {
         // What a search takes from `T` may be off by rounding.
@@ -185,6 +202,7 @@ mod tests {
     fn stay(pad: u16, from_s: f64, until_s: f64) -> Taken {
         Taken {
             pad: Some(pad),
+            closure: None,
             from_s,
             until_s,
         }
@@ -208,6 +226,7 @@ mod tests {
         );
         let closed = Taken {
             pad: None,
+            closure: Some(0),
             from_s: 0.0,
             until_s: f64::INFINITY,
         };

@@ -95,6 +95,22 @@ impl Potentials {
         self.objective
     }
 
+    /// No destination, and nothing known of what is left: for searches that end elsewhere.
+    pub(super) fn nowhere(nodes: usize, objective: Objective) -> Self {
+        let nothing = Remaining {
+            weight: 0.0,
+            time_s: 0.0,
+            energy: 0.0,
+            next: NO_LEG,
+        };
+        Self {
+            destination: NodeIx(u32::MAX),
+            objective,
+            remaining: vec![nothing; nodes],
+            tied: Bits::empty(nodes),
+        }
+    }
+
     /// The same destination without any knowledge but which nodes lead there.
     pub(super) fn blind(&self) -> Self {
         let known = |value: f64| if value.is_finite() { 0.0 } else { value };

@@ -98,6 +98,12 @@ impl Value {
         arrives_s: f64::INFINITY,
     };
 
+    /// Better than every plan.
+    pub(super) const LEAST: Self = Self {
+        weight: f64::NEG_INFINITY,
+        arrives_s: f64::NEG_INFINITY,
+    };
+
     /// True where this is better by more than rounding.
     #[inline]
     pub fn beats(self, other: Self) -> bool {

@@ -24,10 +24,23 @@ pub(super) enum Mode {
     Exact,
 }
 
+/// Where a search ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Goal {
+    /// At the request's destination.
+    Destination,
+    /// At the first node that has a pad free for so many seconds from the landing on. There is no stop on the way: it would
+    /// be such a node.
+    Refuge { stay_s: f64 },
+    /// When all that can be reached has been.
+    Nowhere,
+}
+
 /// A search within a request.
 pub(super) struct Run<'a, 's> {
     pub(super) terms: Terms<'a>,
     pub(super) mode: Mode,
+    pub(super) goal: Goal,
     pub(super) scratch: &'s mut ItineraryScratch,
     pub(super) effort: &'s mut Effort,
     /// The value to beat; what beats it is in the scratch's `best`, or `relaxed`.
@@ -75,8 +88,8 @@ impl Run<'_, '_> {
                 };
             }
             self.effort.labels += 1;
-            if taken.node == self.terms.request.destination {
-                self.arrive(label, &taken);
+            if let Some(value) = self.goal_value(&taken) {
+                self.arrive(label, &taken, value);
                 continue;
             }
             let is_settled = self.mode != Mode::Hovering
@@ -141,9 +154,42 @@ impl Run<'_, '_> {
         }
     }
 
-    /// A label at the destination.
-    fn arrive(&mut self, label: u32, taken: &Label) {
-        let value = self.terms.value(&taken.family);
+    /// The value of a label that is where the search leads.
+    fn goal_value(&self, taken: &Label) -> Option<Value> {
+        let arrived = self.terms.value(&taken.family);
+        match self.goal {
+            Goal::Destination => (taken.node == self.terms.request.destination).then_some(arrived),
+            Goal::Refuge { stay_s } => {
+                let lands_s = self.lands_safely_s(taken, stay_s)?;
+                Some(Value {
+                    arrives_s: lands_s,
+                    ..arrived
+                })
+            }
+            Goal::Nowhere => None,
+        }
+    }
+
+    /// The earliest landing of a label on a pad that is free for so many seconds from then on.
+    fn lands_safely_s(&self, taken: &Label, stay_s: f64) -> Option<f64> {
+        let Terms { world, request, .. } = self.terms;
+        let (node, family) = (taken.node, &taken.family);
+        let is_start = matches!(taken.how, How::Start(_));
+        let (obstacles, began_s) = (world.obstacles, request.began_s);
+        if is_start && obstacles.forbids_landing(world, began_s, node, family.lo_s) {
+            return None;
+        }
+        let vertical_s = world.legs.vertical_s(node);
+        let lands_s = family.lo_s + vertical_s;
+        let suffices = |&lands_s: &f64| world.pads.stay_until_s(node, lands_s) >= lands_s + stay_s;
+        let later = world.pads.rises(node).map(|(rises_s, _)| rises_s);
+        let later =
+            later.filter(|&rises_s| lands_s < rises_s && rises_s <= family.hi_s + vertical_s);
+        std::iter::once(lands_s).chain(later).find(suffices)
+    }
+
+    /// A label at the goal.
+    fn arrive(&mut self, label: u32, taken: &Label, value: Value) {
         if value.weight == self.best.weight && self.improved && self.mode == Mode::Hovering {
             // The first one had the earliest arrival of this weight; this one came by another way, or stopped elsewhere.
             self.may_tie |= self.scratch.labels[label as usize].way != self.way_found();
@@ -241,7 +287,8 @@ impl Run<'_, '_> {
         // Where hovering is free, who stands there may also land there: so nothing that comes back later can do more.
         let may_stop = self.terms.may_stop(taken.how)
             || (self.mode == Mode::Hovering && matches!(taken.how, How::Start(_)));
-        if self.terms.world.pads.is_station(node) && may_stop {
+        let stops_here = may_stop && !matches!(self.goal, Goal::Refuge { .. });
+        if self.terms.world.pads.is_station(node) && stops_here {
             offers.clear();
             let mut room = Room {
                 closed: &self.scratch.closed,

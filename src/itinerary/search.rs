@@ -5,19 +5,13 @@ use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
 };
-use super::run::{Mode, Run, RunEnd};
+use super::run::{Goal, Mode, Run, RunEnd};
 use super::terms::Terms;
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
 
 /// Shares of the labels that the first two steps may take.
 const STEP_SHARE: usize = 4;
-/// Before everything.
-const NO_TARGET: Value = Value {
-    weight: f64::NEG_INFINITY,
-    arrives_s: f64::NEG_INFINITY,
-};
-
 /// Finds the best plan of a request.
 ///
 /// The potentials are those of the request's destination and objective, on the same table of legs. Never fails: where there is no
@@ -39,7 +33,7 @@ pub fn find(
         scratch,
         effort: Effort::default(),
         best: Value::NONE,
-        bound: NO_TARGET,
+        bound: Value::LEAST,
         step: Step::Walk,
         reason: None,
     };
@@ -66,7 +60,7 @@ pub fn find_plainly(
         scratch,
         effort: Effort::default(),
         best: Value::NONE,
-        bound: NO_TARGET,
+        bound: Value::LEAST,
         step: Step::Exact,
         reason: None,
     };
@@ -115,35 +109,31 @@ impl Search<'_, '_> {
         !self.bound.beats(self.best)
     }
 
-    /// A drone that stands at its destination has arrived.
+    /// A drone that stands at its destination has arrived; true where that is certainly the best.
     fn is_there(&mut self) -> bool {
         let request = self.terms.request;
-        let starts = request.starts.iter().take(super::MAX_STARTS);
-        let mut there = starts
-            .enumerate()
-            .filter(|(_, start)| start.on_ground && start.node == request.destination);
-        let Some((number, start)) = there.next() else {
-            return false;
-        };
-        // Where it could also fly a while and come back, it would be later and no lighter.
-        if request.starts.len() > 1 || start.at_s > request.deadline_s {
-            return false;
+        for (number, start) in request.starts.iter().take(super::MAX_STARTS).enumerate() {
+            let stands_there = start.on_ground && start.node == request.destination;
+            if !stands_there || start.at_s > request.deadline_s {
+                continue;
+            }
+            let value = Value {
+                weight: self.terms.start_weight(start),
+                arrives_s: start.at_s,
+            };
+            if value.beats(self.best) {
+                self.best = value;
+                self.scratch.best.clear();
+                self.scratch.best.push(How::Start(number as u8));
+            }
         }
-        self.best = Value {
-            weight: match request.objective {
-                super::Objective::Distance => start.flown_m,
-                super::Objective::Energy => start.drawn,
-                super::Objective::Time => 0.0,
-            },
-            arrives_s: start.at_s,
-        };
-        self.scratch.best.push(How::Start(number as u8));
-        true
+        // Where it could also fly a while and come back, it would be later and no lighter.
+        request.starts.len() == 1 && self.best != Value::NONE
     }
 
     /// Walks down the tree from every start; true where that is certainly the best.
     fn walk_from_starts(&mut self) -> bool {
-        let mut left = NO_TARGET;
+        let mut left = Value::LEAST;
         let mut is_certain = true;
         let starts = self.terms.request.starts;
         for (number, start) in starts.iter().take(super::MAX_STARTS).enumerate() {
@@ -181,11 +171,11 @@ impl Search<'_, '_> {
                 append_steps(&self.scratch.walked, end.last, &mut self.scratch.best);
             }
             // A start that the walk has not settled must not be able to do better.
-            if !is_settled && (left == NO_TARGET || key.beats(left)) {
+            if !is_settled && (left == Value::LEAST || key.beats(left)) {
                 left = key;
             }
         }
-        is_certain && self.best != Value::NONE && (left == NO_TARGET || !left.beats(self.best))
+        is_certain && self.best != Value::NONE && (left == Value::LEAST || !left.beats(self.best))
     }
 
     /// The relaxation, and its plan held against the windows; true where that settles it.
@@ -194,9 +184,10 @@ impl Search<'_, '_> {
         let mut run = self.run(Mode::Hovering, limit, true);
         let end = run.search();
         let (relaxed, improved, may_tie) = (run.best, run.improved, run.may_tie);
+        // Stopped early, the run may have been looking at later plans of the weight it has found.
         self.bound = match end.stopped_by {
-            None => relaxed,
-            Some(_) => end.bound,
+            Some(_) if end.bound.beats(relaxed) => end.bound,
+            _ => relaxed,
         };
         if !improved {
             return end.stopped_by.is_none();
@@ -284,6 +275,7 @@ impl Search<'_, '_> {
         Run {
             terms: self.terms,
             mode,
+            goal: Goal::Destination,
             scratch: self.scratch,
             effort: &mut self.effort,
             best: self.best,
@@ -291,7 +283,7 @@ impl Search<'_, '_> {
             doubt: Value::NONE,
             may_tie: false,
             target: match mode {
-                Mode::Hovering => NO_TARGET,
+                Mode::Hovering => Value::LEAST,
                 Mode::Earlier | Mode::Exact => self.bound,
             },
             most_labels,

@@ -115,14 +115,19 @@ impl<'a> Terms<'a> {
         }
     }
 
-    /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
-    pub(super) fn start(&self, start: &FlightStart) -> (Family, Option<Family>) {
-        let legs = self.world.legs;
-        let weight = match self.request.objective {
+    /// What a start weighs by itself.
+    pub(super) fn start_weight(&self, start: &FlightStart) -> f64 {
+        match self.request.objective {
             Objective::Distance => start.flown_m,
             Objective::Energy => energy_weight(start.drawn),
             Objective::Time => 0.0,
-        };
+        }
+    }
+
+    /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
+    pub(super) fn start(&self, start: &FlightStart) -> (Family, Option<Family>) {
+        let legs = self.world.legs;
+        let weight = self.start_weight(start);
         if !start.on_ground {
             return (Family::point(weight, start.at_s, start.battery), None);
         }

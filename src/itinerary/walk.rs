@@ -124,10 +124,16 @@ fn without_stops(
         place += 1;
     }
     let last = walked.len() as u32 - 1;
-    (node == terms.request.destination).then(|| WalkEnd {
-        value: terms.value(&walked[last as usize].family),
+    let value = terms.value(&walked[last as usize].family);
+    // Who waits for another wind may be faster.
+    let changes_s = terms.world.legs.changes_s().iter();
+    let is_one_wind = !changes_s
+        .into_iter()
+        .any(|&at_s| from.family.lo_s < at_s && at_s <= value.arrives_s);
+    (node == terms.request.destination).then_some(WalkEnd {
+        value,
         last,
-        is_complete: true,
+        is_complete: is_one_wind,
     })
 }
 

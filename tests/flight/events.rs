@@ -106,7 +106,11 @@ impl<'a> Events<'a> {
         }
     }
 
-    fn cost(&self, leg: (NodeIx, NodeIx, SegmentIx), enters_s: f64) -> Option<(f64, f64)> {
+    pub(crate) fn cost(
+        &self,
+        leg: (NodeIx, NodeIx, SegmentIx),
+        enters_s: f64,
+    ) -> Option<(f64, f64)> {
         let World {
             topology,
             airframe,
@@ -126,7 +130,7 @@ impl<'a> Events<'a> {
         }
     }
 
-    fn vertical_s(&self, node: NodeIx) -> f64 {
+    pub(crate) fn vertical_s(&self, node: NodeIx) -> f64 {
         self.vertical.crossing_m(node) / self.world.airframe.vertical_speed_mps
     }
 
@@ -201,7 +205,7 @@ impl<'a> Events<'a> {
     }
 
     /// The ends of the gaps that hold a landing, one for each pad that is free then.
-    fn gaps(&self, node: NodeIx, lands_s: f64) -> Vec<f64> {
+    pub(crate) fn gaps(&self, node: NodeIx, lands_s: f64) -> Vec<f64> {
         let situation = &self.world.situation;
         let pads = 0..self.world.topology.pads(node);
         let ends = pads.filter_map(|pad| {
@@ -402,7 +406,7 @@ impl<'a> Events<'a> {
     }
 
     /// Open intervals of entry times, straight from what is stated.
-    fn forbidden(
+    pub(crate) fn forbidden(
         &self,
         (from, to, segment): (NodeIx, NodeIx, SegmentIx),
         time_s: f64,

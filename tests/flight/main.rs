@@ -7,6 +7,7 @@
 )]
 
 mod checker;
+mod decisions;
 mod events;
 mod grid;
 mod model;

@@ -9,9 +9,10 @@ use skyway::itinerary::{Limits, Objective, Unproved, Value};
 use skyway::network::{
     CORRIDOR_SEED, NetworkDraft, NodeDraft, NodeIx, SegmentDraft, Topology, san_marcos_san_antonio,
 };
+use std::sync::Arc;
 
-/// From depot to depot, with 0.5 kg and a full battery.
-fn corridor(wind: Wind) -> World {
+/// From depot to depot with a full battery.
+pub(crate) fn corridor(wind: Wind, payload_kg: f64) -> World {
     let draft = san_marcos_san_antonio(CORRIDOR_SEED);
     let depot = |town: &str| {
         let name = format!("{town} depot");
@@ -26,18 +27,18 @@ fn corridor(wind: Wind) -> World {
     let [source, destination] =
         [source, destination].map(|id| topology.node(&id).expect("it is there"));
     World {
-        topology,
+        topology: Arc::new(topology),
         wind: WindField::uniform(wind),
         rules: FlightRules::default(),
         destination,
-        ..begin(source, 0.5)
+        ..begin(source, payload_kg)
     }
 }
 
 /// A drone on the ground at a node at second 0, with a day to arrive.
 fn begin(source: NodeIx, payload_kg: f64) -> World {
     World {
-        topology: line(&[500.0], &[0, 0]),
+        topology: Arc::new(line(&[500.0], &[0, 0])),
         airframe: Airframe::phantom3(),
         payload_kg,
         wind: WindField::default(),
@@ -89,12 +90,12 @@ fn line(lengths_m: &[f64], pads: &[u16]) -> Topology {
 }
 
 /// From the first node of a line to the last, without payload.
-fn along(lengths_m: &[f64], pads: &[u16]) -> World {
+pub(crate) fn along(lengths_m: &[f64], pads: &[u16]) -> World {
     let topology = line(lengths_m, pads);
     let node = |number: usize| topology.node(&number.to_string()).expect("on the line");
     let (source, destination) = (node(0), node(lengths_m.len()));
     World {
-        topology,
+        topology: Arc::new(topology),
         destination,
         ..begin(source, 0.0)
     }
@@ -119,9 +120,9 @@ fn charged(plan: &FlightPlan) -> f64 {
 #[test]
 fn the_corridor_takes_recharging_and_more_of_it_into_the_wind() {
     // The corridor leads to the south-west.
-    let calm = plan(&corridor(Wind::CALM), Objective::Distance);
+    let calm = plan(&corridor(Wind::CALM, 0.25), Objective::Distance);
     let headwind = plan(
-        &corridor(Wind::coming_from(225.0, 7.0)),
+        &corridor(Wind::coming_from(225.0, 7.0), 0.25),
         Objective::Distance,
     );
     let landings = |plan: &FlightPlan| {
@@ -235,7 +236,7 @@ fn another_plan_ahead_is_waited_for_on_the_ground() {
 
 #[test]
 fn past_a_bound_the_answer_says_that_it_is_not_proved() {
-    let world = corridor(Wind::coming_from(225.0, 5.0));
+    let world = corridor(Wind::coming_from(225.0, 5.0), 0.5);
     let limits = [
         (
             Limits {

@@ -12,6 +12,7 @@ use skyway::itinerary::{
 };
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use skyway::verify::{FlightFault, FlightPremises, verify_flight};
+use std::sync::Arc;
 
 /// Times of the grid worlds are multiples of this, in seconds.
 pub(crate) const GRID_S: f64 = 30.0;
@@ -55,7 +56,7 @@ pub(crate) enum Kind {
 /// A world and a request in it.
 #[derive(Debug)]
 pub(crate) struct World {
-    pub(crate) topology: Topology,
+    pub(crate) topology: Arc<Topology>,
     pub(crate) airframe: Airframe,
     pub(crate) payload_kg: f64,
     pub(crate) wind: WindField,
@@ -268,7 +269,7 @@ pub(crate) fn world(seed: u64, kind: Kind) -> World {
         payload_kg,
         reserve: [0.0, 0.2][draw.below(2)],
         deadline_s: (horizon_s / GRID_S).floor() * GRID_S,
-        topology,
+        topology: Arc::new(topology),
         airframe,
         wind,
         rules,

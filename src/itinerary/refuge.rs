@@ -1,0 +1,123 @@
+//! The best safe node for a drone that cannot reach its destination: most battery on arrival, and a pad that is free.
+
+use super::memory::{How, ItineraryScratch};
+use super::potentials::Potentials;
+use super::request::{Effort, FlightAnswer, FlightRequest, Objective, Step, Value, close, reopen};
+use super::run::{Goal, Mode, Run};
+use super::setting::FlightSetting;
+use super::terms::Terms;
+use super::trace::plan;
+use crate::network::NodeIx;
+
+/// A plan to a safe node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refuge {
+    /// The node.
+    pub node: NodeIx,
+    /// The plan that leads there, by least energy; its value's weight is the energy drawn.
+    pub answer: FlightAnswer,
+}
+
+/// Finds the safe node that is reached with most battery: one with a pad that is free for `stay_s` from the landing on.
+///
+/// The request's destination and objective do not matter, its deadline does not bind: a drone lands where it can. The energy that
+/// the starts have drawn already has to be counted from one place for all of them. `None` where no safe node can
+/// be reached with the request's reserve, or none was found within its limits.
+pub fn find_refuge(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    stay_s: f64,
+    scratch: &mut ItineraryScratch,
+) -> Option<Refuge> {
+    let world = setting.world();
+    let nodes = world.topology.node_count();
+    let first = request.starts.first()?;
+    let request = FlightRequest {
+        objective: Objective::Energy,
+        deadline_s: f64::INFINITY,
+        destination: first.node,
+        ..request.clone()
+    };
+    scratch.fit(world.topology);
+    let potentials = Potentials::nowhere(nodes, Objective::Energy);
+    let terms = Terms::new(&world, &request, &potentials);
+    let mut effort = Effort::default();
+    let standing = standing_safely(&terms, stay_s);
+    scratch.best.clear();
+    let (value, reason) = match standing {
+        Some((number, value)) => {
+            scratch.best.push(How::Start(number));
+            (value, None)
+        }
+        None => {
+            close(&mut scratch.closed, request.closed_segments);
+            let mut openings = std::mem::take(&mut scratch.openings);
+            openings.collect(&world, &request, &potentials, Value::NONE);
+            scratch.openings = openings;
+            let mut run = Run {
+                terms,
+                mode: Mode::Exact,
+                goal: Goal::Refuge { stay_s },
+                scratch,
+                effort: &mut effort,
+                best: Value::NONE,
+                improved: false,
+                doubt: Value::NONE,
+                may_tie: false,
+                target: Value::LEAST,
+                most_labels: request.limits.labels,
+                walks: false,
+            };
+            let end = run.search();
+            let best = run.best;
+            reopen(&mut scratch.closed, request.closed_segments);
+            (best, end.stopped_by)
+        }
+    };
+    if value == Value::NONE {
+        return None;
+    }
+    let node = last_node(&terms, &scratch.best);
+    let there = FlightRequest {
+        destination: node,
+        ..request.clone()
+    };
+    let terms = Terms::new(&world, &there, &potentials);
+    Some(Refuge {
+        node,
+        answer: FlightAnswer {
+            plan: Some(plan(&terms, &scratch.best, value)),
+            value,
+            proved: reason.is_none(),
+            lower_bound: value,
+            reason,
+            step: Step::Exact,
+            effort,
+        },
+    })
+}
+
+/// A drone that stands on a pad that stays free is safe where it is.
+fn standing_safely(terms: &Terms<'_>, stay_s: f64) -> Option<(u8, Value)> {
+    let starts = terms.request.starts.iter().take(super::MAX_STARTS);
+    let mut safe = starts.enumerate().filter(|(_, start)| {
+        let stays_until_s = terms.world.pads.stay_until_s(start.node, start.at_s);
+        start.on_ground && stays_until_s >= start.at_s + stay_s
+    });
+    let (number, start) = safe.next()?;
+    let value = Value {
+        weight: terms.start_weight(start),
+        arrives_s: start.at_s,
+    };
+    Some((number as u8, value))
+}
+
+/// Where some steps end.
+fn last_node(terms: &Terms<'_>, steps: &[How]) -> NodeIx {
+    let ends = steps.iter().rev().find_map(|how| match how {
+        How::Leg { leg, .. } => Some(terms.world.legs.leg(*leg).to),
+        How::Start(number) => Some(terms.request.starts[usize::from(*number)].node),
+        How::Stop { .. } => None,
+    });
+    ends.unwrap_or(terms.request.destination)
+}

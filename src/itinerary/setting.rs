@@ -1,0 +1,126 @@
+//! Everything that a request flies in, compiled once and shared: network, drone, wind, rules, what is in the way.
+
+use super::obstacles::Obstacles;
+use super::pads::PadTimes;
+use super::potentials::Potentials;
+use super::request::{FlightWorld, Objective};
+use crate::flight::{Airframe, FlightLegs, FlightRules, Situation, Vertical, WindField};
+use crate::network::{NodeIx, Topology};
+use std::sync::Arc;
+
+/// A network with a drone, its payload, the wind and what is in the way. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct FlightSetting {
+    topology: Arc<Topology>,
+    airframe: Airframe,
+    payload_kg: f64,
+    wind: WindField,
+    rules: FlightRules,
+    vertical: Arc<Vertical>,
+    legs: Arc<FlightLegs>,
+    situation: Arc<Situation>,
+    obstacles: Arc<Obstacles>,
+    pads: Arc<PadTimes>,
+}
+
+impl FlightSetting {
+    /// Compiles a setting: the table of legs (for each period of the wind), and what is in the way.
+    pub fn new(
+        topology: Arc<Topology>,
+        airframe: Airframe,
+        payload_kg: f64,
+        wind: WindField,
+        rules: FlightRules,
+        situation: Situation,
+    ) -> Self {
+        Self {
+            vertical: Arc::new(Vertical::of(&topology, rules.unknown_climb_m)),
+            legs: Arc::new(FlightLegs::of(
+                &topology, &airframe, payload_kg, &wind, &rules,
+            )),
+            obstacles: Arc::new(Obstacles::of(&topology, &situation)),
+            pads: Arc::new(PadTimes::of(&topology, &situation)),
+            situation: Arc::new(situation),
+            topology,
+            airframe,
+            payload_kg,
+            wind,
+            rules,
+        }
+    }
+
+    /// The same drone in the same wind among other things in the way: the table of legs is shared.
+    #[must_use]
+    pub fn with_situation(&self, situation: Situation) -> Self {
+        Self {
+            obstacles: Arc::new(Obstacles::of(&self.topology, &situation)),
+            pads: Arc::new(PadTimes::of(&self.topology, &situation)),
+            situation: Arc::new(situation),
+            ..self.clone()
+        }
+    }
+
+    /// What a search reads.
+    pub fn world(&self) -> FlightWorld<'_> {
+        FlightWorld {
+            topology: &self.topology,
+            legs: &self.legs,
+            obstacles: &self.obstacles,
+            pads: &self.pads,
+            rules: &self.rules,
+            charging: self.airframe.charging(),
+        }
+    }
+
+    /// The tables of a destination: three full searches. They depend on network, airframe, payload and wind alone, so they
+    /// outlive what is in the way.
+    pub fn potentials(&self, destination: NodeIx, objective: Objective) -> Potentials {
+        let nodes = self.topology.node_count();
+        Potentials::of(&self.legs, nodes, destination, objective)
+    }
+
+    /// The network.
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// The drone.
+    pub fn airframe(&self) -> &Airframe {
+        &self.airframe
+    }
+
+    /// Its payload, in kilograms.
+    pub fn payload_kg(&self) -> f64 {
+        self.payload_kg
+    }
+
+    /// The wind.
+    pub fn wind(&self) -> &WindField {
+        &self.wind
+    }
+
+    /// Margins and overheads.
+    pub fn rules(&self) -> &FlightRules {
+        &self.rules
+    }
+
+    /// Where drones change altitude.
+    pub fn vertical(&self) -> &Vertical {
+        &self.vertical
+    }
+
+    /// What legs take.
+    pub fn legs(&self) -> &FlightLegs {
+        &self.legs
+    }
+
+    /// What is in the way.
+    pub fn situation(&self) -> &Situation {
+        &self.situation
+    }
+
+    /// Which pads are free when.
+    pub fn pads(&self) -> &PadTimes {
+        &self.pads
+    }
+}

@@ -1,0 +1,410 @@
+//! What a drone is told: hold, a safe node, what cuts it off; and the safe node against brute force.
+
+use crate::events::Events;
+use crate::stories::{along, corridor};
+use crate::world::{Kind, World, world};
+use skyway::flight::{
+    FlightStart, Reservation, Tariff, TimedClosure, TrafficLeg, Unflyable, Wind, WindField,
+};
+use skyway::itinerary::{
+    FlightCause, FlightDecision, FlightOrder, FlightOutcome, FlightSetting, ItineraryScratch,
+    Limits, Objective, UnderWay, decide, find_refuge,
+};
+use skyway::network::{NodeIx, SegmentIx};
+use skyway::verify::verify_flight;
+use std::sync::Arc;
+
+/// How long the pad of a safe node has to be free, in seconds.
+const STAY_S: f64 = 600.0;
+
+fn setting(world: &World) -> FlightSetting {
+    FlightSetting::new(
+        Arc::clone(&world.topology),
+        world.airframe.clone(),
+        world.payload_kg,
+        world.wind.clone(),
+        world.rules,
+        world.situation.clone(),
+    )
+}
+
+fn decision(world: &World, objective: Objective, in_flight: bool) -> FlightDecision {
+    let setting = setting(world);
+    let potentials = setting.potentials(world.destination, objective);
+    let order = FlightOrder {
+        starts: &world.starts,
+        destination: world.destination,
+        objective,
+        began_s: world.began_s,
+        deadline_s: world.deadline_s,
+        closed_segments: &world.closed_segments,
+        in_flight,
+        refuge_stay_s: STAY_S,
+        limits: Limits::default(),
+    };
+    let mut scratch = ItineraryScratch::new(&world.topology);
+    let decision = decide(&setting, &order, &potentials, &mut scratch);
+    if let Some(plan) = &decision.answer.plan {
+        let mut premises = world.premises();
+        if let FlightOutcome::Diverted { node, reserve_used } = decision.outcome {
+            premises.destination = node;
+            premises.deadline_s = f64::INFINITY;
+            if reserve_used {
+                premises.reserve = world.rules.floor;
+            }
+        }
+        assert_eq!(verify_flight(plan, &premises), Ok(()), "{decision:?}");
+    }
+    decision
+}
+
+fn node(world: &World, id: &str) -> NodeIx {
+    world.topology.node(id).expect("on the line")
+}
+
+fn segment(world: &World, id: &str) -> SegmentIx {
+    world.topology.find_segment(id).expect("on the line")
+}
+
+fn closed(world: &World, id: &str, from_s: f64, until_s: f64) -> TimedClosure {
+    TimedClosure {
+        from_s,
+        until_s,
+        segments: vec![segment(world, id)],
+        nodes: Vec::new(),
+        pads: Vec::new(),
+        widened: false,
+    }
+}
+
+/// The drone of a world comes flying with this much battery.
+fn flying(world: &mut World, id: &str, battery: f64) {
+    world.starts = vec![FlightStart {
+        node: node(world, id),
+        battery,
+        on_ground: false,
+        ..world.starts[0]
+    }];
+}
+
+#[test]
+fn a_window_is_held_for_and_after_the_deadline_told() {
+    let mut world = along(&[4_000.0, 4_000.0], &[1, 0, 0]);
+    world
+        .situation
+        .closures
+        .push(closed(&world, "1-2", 0.0, 2_000.0));
+    let held = decision(&world, Objective::Distance, false);
+    let FlightOutcome::Hold { node, pad, until_s } = held.outcome else {
+        panic!("{held:?}");
+    };
+    assert_eq!((node, pad), (world.starts[0].node, 0));
+    assert!((until_s - 1_750.0).abs() < 1e-6, "{held:?}");
+    world.deadline_s = 1_900.0;
+    let late = decision(&world, Objective::Distance, false);
+    assert_eq!(late.outcome, FlightOutcome::NoRoute);
+    assert!(late.answer.proved, "{late:?}");
+    assert_eq!(late.causes, [FlightCause::Closure(0)]);
+    let opens = late.opens.expect("after the window");
+    assert!((opens.arrives_s - 2_250.0).abs() < 1e-6, "{late:?}");
+}
+
+#[test]
+fn whoever_cannot_go_on_is_sent_to_the_pad_with_most_battery_left() {
+    // 2 - 1 - 0 behind, 3 ahead; pads at 0 and at the nearer 1.
+    let mut world = along(&[2_000.0, 2_000.0, 4_000.0], &[1, 1, 0, 0]);
+    world
+        .situation
+        .closures
+        .push(closed(&world, "2-3", 0.0, f64::INFINITY));
+    flying(&mut world, "2", 0.5);
+    let diverted = decision(&world, Objective::Distance, true);
+    let refuge = FlightOutcome::Diverted {
+        node: node(&world, "1"),
+        reserve_used: false,
+    };
+    assert_eq!(diverted.outcome, refuge, "{diverted:?}");
+    assert_eq!(diverted.causes, [FlightCause::Closure(0)]);
+    assert_eq!(diverted.opens, None);
+    // Its pad is another's: on to the next one.
+    let reservation = Reservation {
+        node: node(&world, "1"),
+        pad: 0,
+        from_s: 300.0,
+        until_s: 5_000.0,
+    };
+    world.situation.reservations.push(reservation);
+    let farther = decision(&world, Objective::Distance, true);
+    let FlightOutcome::Diverted { node: refuge, .. } = farther.outcome else {
+        panic!("{farther:?}");
+    };
+    assert_eq!(refuge, node(&world, "0"));
+}
+
+#[test]
+fn the_floor_is_for_the_way_to_a_safe_node() {
+    let mut world = along(&[2_000.0, 14_000.0], &[1, 0, 0]);
+    let taken = 2.0 * 3.95 / 68.1;
+    for (battery, expected) in [
+        (0.22 + taken, Some(false)),
+        (0.19 + taken, Some(true)),
+        (0.07 + taken, None),
+    ] {
+        flying(&mut world, "1", battery);
+        let decision = decision(&world, Objective::Time, true);
+        let told = match decision.outcome {
+            FlightOutcome::Diverted { reserve_used, .. } => Some(reserve_used),
+            FlightOutcome::NoRoute => None,
+            FlightOutcome::Planned | FlightOutcome::Hold { .. } => panic!("{decision:?}"),
+        };
+        assert_eq!(told, expected, "{battery}: {decision:?}");
+        let by_battery = |cause: &FlightCause| {
+            matches!(
+                cause,
+                FlightCause::Energy { .. } | FlightCause::BelowReserve
+            )
+        };
+        assert!(decision.causes.iter().any(by_battery), "{decision:?}");
+    }
+}
+
+#[test]
+fn below_the_reserve_nobody_goes_on_to_the_destination() {
+    let mut world = along(&[500.0, 500.0], &[0, 1, 0]);
+    flying(&mut world, "1", 0.19);
+    let decision = decision(&world, Objective::Time, true);
+    let refuge = FlightOutcome::Diverted {
+        node: node(&world, "1"),
+        reserve_used: true,
+    };
+    assert_eq!(decision.outcome, refuge);
+    assert_eq!(decision.causes, [FlightCause::BelowReserve]);
+}
+
+#[test]
+fn every_kind_of_cause_is_named() {
+    let mut heavy = along(&[500.0], &[1, 0]);
+    heavy.payload_kg = 1.2;
+    let mut windy = along(&[500.0], &[1, 0]);
+    windy.wind = WindField::uniform(Wind::coming_from(90.0, 8.0));
+    let far = along(&[15_000.0], &[1, 0]);
+    let mut closed_here = along(&[500.0], &[1, 0]);
+    closed_here.closed_segments = vec![segment(&closed_here, "0-1")];
+    let mut taken = along(&[10_000.0, 10_000.0], &[1, 1, 0]);
+    taken.deadline_s = 4_000.0;
+    let reservation = Reservation {
+        node: node(&taken, "1"),
+        pad: 0,
+        from_s: 0.0,
+        until_s: 3_950.0,
+    };
+    taken.situation.reservations.push(reservation);
+    let mut late = along(&[500.0, 500.0], &[1, 0, 0]);
+    late.deadline_s = 40.0;
+    let mut met = along(&[500.0], &[0, 0]);
+    met.situation.traffic.push(TrafficLeg {
+        segment: segment(&met, "0-1"),
+        from: node(&met, "1"),
+        enters_s: 10.0,
+        leaves_s: 40.0,
+    });
+    let mut apart = along(&[500.0], &[1, 0]);
+    apart.destination = apart.starts[0].node;
+    let causes = |world: &World| {
+        let decision = decision(world, Objective::Distance, false);
+        assert_eq!(decision.outcome, FlightOutcome::NoRoute, "{decision:?}");
+        assert!(decision.answer.proved, "{decision:?}");
+        decision.causes
+    };
+    let why = |world: &World| match causes(world).as_slice() {
+        [FlightCause::Unflyable { why, legs: 1, .. }] => *why,
+        other => panic!("{other:?}"),
+    };
+    assert!(matches!(why(&heavy), Unflyable::Payload { .. }));
+    assert!(matches!(why(&windy), Unflyable::Gusts { .. }));
+    match causes(&far).as_slice() {
+        [
+            FlightCause::Energy {
+                missing, legs: 1, ..
+            },
+        ] => {
+            let lacks = 15.0 * 3.95 / 68.1 + 0.2 - 0.98;
+            assert!((missing - lacks).abs() < 0.01, "{missing}, not {lacks}");
+        }
+        other => panic!("{other:?}"),
+    }
+    let here = closed_here.closed_segments[0];
+    assert_eq!(causes(&closed_here), [FlightCause::Request(here)]);
+    let of_taken = causes(&taken);
+    assert!(
+        of_taken.contains(&FlightCause::Pads(node(&taken, "1"))),
+        "{of_taken:?}"
+    );
+    assert_eq!(causes(&late), [FlightCause::Deadline]);
+    assert_eq!(causes(&met), [FlightCause::Traffic(0)]);
+    let there = decision(&apart, Objective::Distance, false);
+    assert_eq!(there.outcome, FlightOutcome::Planned);
+}
+
+#[test]
+fn a_drone_in_the_middle_of_a_leg_begins_at_either_end() {
+    let mut world = along(&[1_000.0], &[1, 0]);
+    world.wind = WindField::uniform(Wind::coming_from(270.0, 5.0));
+    let setting = setting(&world);
+    let drone = UnderWay {
+        from: node(&world, "0"),
+        to: node(&world, "1"),
+        segment: segment(&world, "0-1"),
+        flown: 0.25,
+        battery: 0.6,
+        at_s: 100.0,
+    };
+    let ahead = setting.start_ahead(&drone).expect("with the wind behind");
+    assert!((ahead.at_s - (100.0 + 750.0 / 21.0)).abs() < 1e-9);
+    assert_eq!((ahead.node, ahead.flown_m), (drone.to, 750.0));
+    let behind = setting.start_behind(&drone).expect("into the wind");
+    assert!((behind.at_s - (100.0 + 250.0 / 11.0)).abs() < 1e-9);
+    assert!((behind.battery + behind.drawn - 0.6).abs() < 1e-12);
+    let place = setting
+        .topology()
+        .position(drone.from)
+        .towards(setting.topology().position(drone.to), 0.25);
+    let straight = setting.start_straight(place, drone.from, 0.6, 100.0);
+    let straight = straight.expect("the same way");
+    assert!((straight.at_s - behind.at_s).abs() < 1e-9);
+    assert!((straight.drawn - behind.drawn).abs() < 1e-12);
+}
+
+#[test]
+fn figures_tell_charging_from_waiting() {
+    let mut world = along(&[9_000.0, 6_000.0], &[0, 1, 0]);
+    let charging = decision(&world, Objective::Time, false);
+    let figures = |world: &World, decision: &FlightDecision| {
+        let plan = decision.answer.plan.clone().expect("there is a plan");
+        setting(world).figures(&plan, world.began_s, world.reserve, Tariff::default())
+    };
+    let told = figures(&world, &charging);
+    assert!(told.stops[0].waits_s < 1e-6, "{told:?}");
+    assert!((told.legs[0].ground_speed_mps - 16.0).abs() < 1e-9);
+    assert!((told.energy_wh - 15.0 * 3.95).abs() < 0.2, "{told:?}");
+    let opens_s = 3_000.0;
+    world
+        .situation
+        .closures
+        .push(closed(&world, "1-2", 0.0, opens_s));
+    let waiting = decision(&world, Objective::Time, false);
+    let told = figures(&world, &waiting);
+    let expected_s = opens_s - charging.answer.plan.expect("there is one").legs[1].enters_s;
+    assert!(
+        (told.stops[0].waits_s - expected_s).abs() < 1e-6,
+        "{told:?}"
+    );
+}
+
+#[test]
+fn the_corridor_says_why_it_cannot_be_flown() {
+    // Half a kilogram into 7 m/s: some stations are too far apart.
+    let told = decision(
+        &corridor(Wind::coming_from(225.0, 7.0), 0.5),
+        Objective::Distance,
+        false,
+    );
+    assert_eq!(told.outcome, FlightOutcome::NoRoute);
+    let by_energy = |cause: &FlightCause| matches!(cause, FlightCause::Energy { .. });
+    assert!(told.causes.iter().any(by_energy), "{told:?}");
+}
+
+/// All walks without a stop to a node with a pad that is free long enough: the least that is drawn.
+struct Refuges<'a> {
+    world: &'a World,
+    events: Events<'a>,
+    least: Option<f64>,
+}
+
+impl Refuges<'_> {
+    fn from(&mut self, at: NodeIx, at_s: f64, battery: f64, drawn: f64, is_start: bool) {
+        if self.least.is_some_and(|least| drawn >= least) {
+            return;
+        }
+        let lands_s = at_s + self.events.vertical_s(at);
+        let stays_long = self
+            .events
+            .gaps(at, lands_s)
+            .iter()
+            .any(|&until_s| until_s >= lands_s + STAY_S);
+        if stays_long && !(is_start && self.lands_in_a_closed_one(at, at_s, lands_s)) {
+            self.least = Some(drawn);
+            return;
+        }
+        for arc in self.world.topology.arcs(at).to_vec() {
+            let leg = (at, arc.to, arc.segment);
+            let Some((time_s, energy)) = self.events.cost(leg, at_s) else {
+                continue;
+            };
+            let forbidden = self.events.forbidden(leg, time_s, is_start);
+            let is_closed = self.world.closed_segments.contains(&arc.segment)
+                || forbidden.iter().any(|span| span.0 < at_s && at_s < span.1);
+            let battery = battery - energy;
+            if !is_closed && battery >= self.world.reserve {
+                self.from(arc.to, at_s + time_s, battery, drawn + energy, false);
+            }
+        }
+    }
+
+    fn lands_in_a_closed_one(&self, at: NodeIx, at_s: f64, lands_s: f64) -> bool {
+        let rules = &self.world.rules;
+        let closures = self.world.situation.closures.iter();
+        closures.filter(|one| one.nodes.contains(&at)).any(|one| {
+            let since_s = at_s - self.world.began_s;
+            let margin_s = match one.widened {
+                true => rules.time_margin_s + rules.time_margin_growth * since_s,
+                false => 0.0,
+            };
+            one.from_s - margin_s < lands_s && at_s < one.until_s + margin_s
+        })
+    }
+}
+
+#[test]
+fn no_safe_node_is_reached_with_more() {
+    let (mut found, mut none) = (0, 0);
+    for seed in 0..1_500 {
+        let world = world(seed, Kind::Continuous);
+        if world.starts.iter().any(|start| start.on_ground) {
+            continue;
+        }
+        let setting = setting(&world);
+        let mut scratch = ItineraryScratch::new(&world.topology);
+        let request = world.request(Objective::Time);
+        let ours = find_refuge(&setting, &request, STAY_S, &mut scratch);
+        let mut refuges = Refuges {
+            world: &world,
+            events: Events::new(&world, Objective::Energy, 0),
+            least: None,
+        };
+        for start in &world.starts {
+            refuges.from(start.node, start.at_s, start.battery, start.drawn, true);
+        }
+        let drawn = ours.as_ref().map(|refuge| refuge.answer.value.weight);
+        let is_same = match (drawn, refuges.least) {
+            (Some(ours), Some(theirs)) => (ours - theirs).abs() < 1e-9,
+            (ours, theirs) => ours.is_none() && theirs.is_none(),
+        };
+        assert!(
+            is_same,
+            "seed {seed}: {ours:?}, and {:?}\n{world}",
+            refuges.least
+        );
+        if let Some(refuge) = ours {
+            let plan = refuge.answer.plan.expect("it leads there");
+            let mut premises = world.premises();
+            premises.destination = refuge.node;
+            premises.deadline_s = f64::INFINITY;
+            assert_eq!(verify_flight(&plan, &premises), Ok(()), "seed {seed}");
+            found += 1;
+        } else {
+            none += 1;
+        }
+    }
+    assert!(found > 100 && none > 20, "{found} found, {none} not");
+}
