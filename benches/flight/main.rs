@@ -1,6 +1,7 @@
 //! The search over position, time and battery on a fixed workload, beside plain label-setting.
 //!
-//! Every answer is flown again by the checker before it counts. `SKYWAY_BENCH_NODES=5000` measures one size alone;
+//! Every answer is flown again by the checker before it counts. A run over both sizes also draws the flight model to
+//! `docs/pictures/flight-model.svg`. `SKYWAY_BENCH_NODES=5000` measures one size alone;
 //! `cargo test --benches` runs a small network to show that everything works.
 
 #![expect(
@@ -12,13 +13,21 @@
 
 #[path = "../engine/percentiles.rs"]
 mod percentiles;
+mod picture;
 mod queries;
 mod workload;
 
+use skyway::itinerary::Objective;
 use workload::Workload;
 
 /// The size of the published figures, and ten times as many nodes.
 const SIZES: [usize; 2] = [5_000, 50_000];
+/// On networks above this distance alone is measured.
+const ALL_OBJECTIVES_UP_TO: usize = 5_000;
+const PICTURE: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/docs/pictures/flight-model.svg"
+);
 
 fn main() {
     let only: Option<usize> = std::env::var("SKYWAY_BENCH_NODES")
@@ -31,9 +40,17 @@ fn main() {
     };
     for nodes in sizes {
         if only.is_none_or(|only| only == nodes) {
-            let workload = Workload::new(nodes, requests);
+            let objectives = match nodes <= ALL_OBJECTIVES_UP_TO {
+                true => &Objective::ALL[..],
+                false => &[Objective::Distance],
+            };
+            let workload = Workload::new(nodes, requests, objectives);
             workload.describe();
-            queries::measure(&workload);
+            queries::measure(&workload, objectives);
         }
+    }
+    let picture = picture::energy();
+    if is_bench && only.is_none() {
+        std::fs::write(PICTURE, picture).expect("the folder of pictures is there");
     }
 }

@@ -1,6 +1,6 @@
 //! The rows of the table: every list of requests by every objective, and the baseline.
 
-use crate::percentiles::{Percentiles, print_head};
+use crate::percentiles::Percentiles;
 use crate::workload::{Query, Workload};
 use skyway::flight::Situation;
 use skyway::itinerary::{
@@ -12,24 +12,38 @@ use skyway::verify::{FlightPremises, verify_flight};
 /// Requests that plain label-setting is measured on.
 const PLAIN_REQUESTS: usize = 20;
 
+/// The p50 and p99, in microseconds, that a row has to reach on a network of a size.
+const TARGETS: &[(usize, &str, f64, f64)] = &[
+    (5_000, "distance, two", 20.0, 400.0),
+    (5_000, "distance, easy", 5.0, 30.0),
+    (5_000, "distance, reroute", 20.0, 200.0),
+    (
+        5_000,
+        "distance, easy, nothing in the way",
+        5.0,
+        f64::INFINITY,
+    ),
+    (50_000, "distance, two", 30.0, 600.0),
+    (5_000, "time, two", 3_000.0, 30_000.0),
+    (5_000, "time, easy", 5.0, 2_000.0),
+    (5_000, "time, reroute", 1_500.0, 10_000.0),
+];
+
 /// Checks and measures everything.
-pub(crate) fn measure(workload: &Workload) {
-    print_head("search over position, time and battery");
-    for objective in Objective::ALL {
+pub(crate) fn measure(workload: &Workload, objectives: &[Objective]) {
+    println!(
+        "\n| request | p50 µs | p99 µs | mean µs | target p50 / p99 µs | proved | ended by walk / hovering / earlier / exact | most labels |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|");
+    for &objective in objectives {
         for (name, queries) in [
             ("two", &workload.two),
             ("easy", &workload.easy),
             ("reroute", &workload.reroute),
         ] {
             let title = format!("{}, {name}", objective.name());
-            row(
-                workload,
-                &workload.world(),
-                objective,
-                queries,
-                &title,
-                true,
-            );
+            let world = workload.world();
+            row(workload, &world, objective, queries, &title, true);
         }
     }
     let nothing = Situation::default();
@@ -40,13 +54,12 @@ pub(crate) fn measure(workload: &Workload) {
         pads: &pads,
         ..workload.world()
     };
-    let title = "distance, easy, nothing in the way";
     row(
         workload,
         &open,
         Objective::Distance,
         &workload.easy,
-        title,
+        "distance, easy, nothing in the way",
         false,
     );
     plain(workload);
@@ -76,20 +89,34 @@ fn row(
             check(workload, query, objective, answer);
         }
     }
-    Percentiles::of(queries.len(), answer).print(title);
+    let times = Percentiles::of(queries.len(), answer);
+    print_row(workload, title, &times, &answers);
+}
+
+fn print_row(workload: &Workload, title: &str, times: &Percentiles, answers: &[FlightAnswer]) {
     let count = |wanted: &dyn Fn(&&FlightAnswer) -> bool| answers.iter().filter(wanted).count();
     let by_step = |step: Step| count(&|answer| answer.step == step);
-    let effort = answers.iter().map(|answer| answer.effort.labels).max();
+    let labels = answers.iter().map(|answer| answer.effort.labels).max();
+    let nodes = workload.topology.node_count();
+    let target = TARGETS
+        .iter()
+        .find(|target| (target.0, target.1) == (nodes, title))
+        .map_or(String::new(), |target| match target.3.is_finite() {
+            true => format!("{} / {}", target.2, target.3),
+            false => format!("{} / -", target.2),
+        });
     println!(
-        "<!-- {title}: {} of {} with a plan, {} proved; walk {}, hovering {}, earlier {}, exact {}; at most {} labels -->",
-        count(&|answer| answer.plan.is_some()),
-        answers.len(),
+        "| {title} | {:.2} | {:.2} | {:.2} | {target} | {} of {} | {} / {} / {} / {} | {} |",
+        times.at_us(0.5),
+        times.at_us(0.99),
+        times.mean_us(),
         count(&|answer| answer.proved),
+        answers.len(),
         by_step(Step::Walk),
         by_step(Step::Hovering),
         by_step(Step::Earlier),
         by_step(Step::Exact),
-        effort.unwrap_or_default(),
+        labels.unwrap_or_default(),
     );
 }
 
@@ -125,10 +152,16 @@ fn plain(workload: &Workload) {
     let mut scratch = ItineraryScratch::new(&workload.topology);
     let tables = &workload.potentials[Objective::Distance as usize];
     let world = workload.world();
-    let plain = Percentiles::of(queries.len(), |index| {
+    let mut answer = |index: usize| {
         let query = &queries[index];
         let request = workload.request(query, Objective::Distance);
         find_plainly(&world, &request, &tables[query.destination], &mut scratch)
-    });
-    plain.print("plain label-setting, distance, two");
+    };
+    let answers: Vec<FlightAnswer> = (0..queries.len()).map(&mut answer).collect();
+    let times = Percentiles::of(queries.len(), answer);
+    let title = format!(
+        "plain label-setting, distance, the first {} of two",
+        queries.len()
+    );
+    print_row(workload, &title, &times, &answers);
 }

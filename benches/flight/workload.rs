@@ -48,7 +48,7 @@ pub(crate) struct Workload {
     pub(crate) obstacles: Obstacles,
     pub(crate) pads: PadTimes,
     pub(crate) destinations: Vec<NodeIx>,
-    /// By objective and destination.
+    /// By objective and destination; none for objectives that are not measured.
     pub(crate) potentials: Vec<Vec<Potentials>>,
     /// Shortest way of 1.6 to 2.4 batteries.
     pub(crate) two: Vec<Query>,
@@ -59,7 +59,8 @@ pub(crate) struct Workload {
 }
 
 impl Workload {
-    pub(crate) fn new(nodes: usize, requests: usize) -> Self {
+    /// With tables for some objectives; distance has to be among them.
+    pub(crate) fn new(nodes: usize, requests: usize, objectives: &[Objective]) -> Self {
         let mut random = Random(ChaCha8Rng::seed_from_u64(SEED));
         let topology = network(nodes, &mut random);
         let airframe = Airframe::phantom3();
@@ -72,6 +73,7 @@ impl Workload {
             (0..DESTINATIONS).map(|_| random.pick(&connected)).collect();
         let potentials = Objective::ALL.map(|objective| {
             let tables = destinations.iter();
+            let tables = tables.filter(|_| objectives.contains(&objective));
             let count = topology.node_count();
             tables
                 .map(|&destination| Potentials::of(&legs, count, destination, objective))

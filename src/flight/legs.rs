@@ -40,6 +40,7 @@ pub struct FlightLegs {
     climb_energy: Vec<f64>,
     fastest_mps: f64,
     least_draw_per_s: f64,
+    least_vertical_s: f64,
 }
 
 impl FlightLegs {
@@ -87,6 +88,7 @@ impl FlightLegs {
             periods.clear();
         }
         let crossing = |node| vertical.crossing_m(node);
+        let lowest_crossing_m = topology.nodes().map(crossing).fold(f64::INFINITY, f64::min);
         Self {
             first,
             legs,
@@ -102,6 +104,7 @@ impl FlightLegs {
                 .collect(),
             fastest_mps,
             least_draw_per_s,
+            least_vertical_s: lowest_crossing_m / airframe.vertical_speed_mps,
         }
     }
 
@@ -152,6 +155,11 @@ impl FlightLegs {
     #[inline]
     pub fn climb_energy(&self, node: NodeIx) -> f64 {
         self.climb_energy[node.at()]
+    }
+
+    /// Nowhere are the pads nearer to the crossing altitude than this, in seconds of climb; infinite without nodes.
+    pub fn least_vertical_s(&self) -> f64 {
+        self.least_vertical_s
     }
 
     /// No leg brings a drone nearer to anything faster than this, in metres of straight line per second.

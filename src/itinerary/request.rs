@@ -141,7 +141,7 @@ pub enum Step {
     Walk,
     /// The relaxation in which hovering is free: its plan is a real one, or shows that there is none.
     Hovering,
-    /// The search for which earlier is better: its plan meets the bound.
+    /// The search for which earlier is better: nothing that it dropped could be better, or its plan meets the bound.
     Earlier,
     /// The search with exact dominance.
     Exact,

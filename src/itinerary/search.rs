@@ -12,6 +12,10 @@ use super::walk::{Along, From, append_steps, walk};
 
 /// Shares of the labels that the first two steps may take.
 const STEP_SHARE: usize = 4;
+/// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
+/// that could be better.
+const PROBE_LABELS: usize = 64;
+
 /// Finds the best plan of a request.
 ///
 /// The potentials are those of the request's destination and objective, on the same table of legs. Never fails: where there is no
@@ -91,13 +95,18 @@ impl Search<'_, '_> {
             self.bound = self.best;
             return;
         }
+        self.step = Step::Earlier;
+        if self.earlier(PROBE_LABELS) {
+            self.bound = self.best;
+            return;
+        }
         self.step = Step::Hovering;
         if self.hovering() {
             self.bound = self.best;
             return;
         }
         self.step = Step::Earlier;
-        if self.earlier() {
+        if self.earlier(self.terms.request.limits.labels / STEP_SHARE) {
             self.bound = self.best;
             return;
         }
@@ -237,8 +246,8 @@ impl Search<'_, '_> {
     }
 
     /// The search for which earlier is better; true where its plan is certainly the best.
-    fn earlier(&mut self) -> bool {
-        let limit = self.effort.labels + self.terms.request.limits.labels / STEP_SHARE;
+    fn earlier(&mut self, labels: usize) -> bool {
+        let limit = self.effort.labels + labels.min(self.terms.request.limits.labels);
         let mut run = self.run(Mode::Earlier, limit, true);
         let end = run.search();
         let (best, doubt) = (run.best, run.doubt);

@@ -13,6 +13,9 @@ use crate::airspace::Bits;
 use crate::flight::FlightStart;
 use crate::network::NodeIx;
 
+/// The bound on charging looks at no more stops than this.
+const MOST_STOPS_BOUNDED: u32 = 32;
+
 /// A request in its world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Terms<'a> {
@@ -22,9 +25,10 @@ pub(super) struct Terms<'a> {
     pub(super) tau_s: f64,
     /// Seconds from the crossing altitude to the destination's landing site.
     landing_s: f64,
-    /// Charging by a whole battery takes at least so many seconds.
-    least_charge_s: f64,
-    /// The least that a stop takes on top, in seconds.
+    /// The lowest level at which a drone lands; charging is fastest there.
+    lowest: f64,
+    has_swaps: bool,
+    /// The least that a stop takes beside charging, in seconds: descent, handling, climb.
     least_stop_s: f64,
 }
 
@@ -50,7 +54,6 @@ impl<'a> Terms<'a> {
         potentials: &'a Potentials,
     ) -> Self {
         let tau_s = world.charging.tau_s;
-        // Charging is fastest from the lowest level at which a drone can land.
         let starts = request.starts.iter().map(|start| start.battery);
         let lowest = starts.fold(request.reserve, f64::min);
         let has_swaps = world.pads.has_swaps();
@@ -60,15 +63,12 @@ impl<'a> Terms<'a> {
             potentials,
             tau_s,
             landing_s: world.legs.vertical_s(request.destination),
-            least_charge_s: if has_swaps {
-                0.0
-            } else {
-                tau_s / (1.0 - lowest)
-            },
+            lowest,
+            has_swaps,
             least_stop_s: match has_swaps {
                 true => world.rules.stop_s.min(world.rules.swap_s),
                 false => world.rules.stop_s,
-            },
+            } + 2.0 * world.legs.least_vertical_s(),
         }
     }
 
@@ -103,7 +103,7 @@ impl<'a> Terms<'a> {
         let missing = needed - family.battery_lo();
         let mut arrives_s = direct_s;
         if missing > 1e-9 {
-            arrives_s += self.least_stop_s + missing * self.least_charge_s;
+            arrives_s += self.least_stops_s(missing, family.hi_s > family.lo_s);
             let by_longer_stay = family.sufficient_from_s(needed, self.tau_s);
             if let Some(from_s) = by_longer_stay.filter(|&from_s| from_s <= family.hi_s) {
                 arrives_s = arrives_s.min(from_s + remaining.time_s + self.landing_s);
@@ -122,6 +122,34 @@ impl<'a> Terms<'a> {
             Objective::Energy => energy_weight(start.drawn),
             Objective::Time => 0.0,
         }
+    }
+
+    /// The least that charging what is missing takes, at one more stop or at several; at the last one too, where its departure is
+    /// open.
+    ///
+    /// A charge of `x` from a level takes at least as long as from the lowest, `tau ln((1 - lowest) / (1 - lowest - x))`, which is
+    /// convex in `x`: so equal parts take least, and the sum over the number of stops has one minimum.
+    fn least_stops_s(&self, missing: f64, is_open: bool) -> f64 {
+        if self.has_swaps {
+            return self.least_stop_s;
+        }
+        let room = 1.0 - self.lowest;
+        let mut least_s = f64::INFINITY;
+        for stops in 1..=MOST_STOPS_BOUNDED {
+            let parts = f64::from(stops + u32::from(is_open));
+            let each = missing / parts;
+            if each >= room {
+                continue;
+            }
+            let charging_s = parts * self.tau_s * (room / (room - each)).ln();
+            let takes_s = f64::from(stops) * self.least_stop_s + charging_s;
+            if takes_s >= least_s {
+                return least_s;
+            }
+            least_s = takes_s;
+        }
+        // Charging at the highest rate all the time.
+        least_s.min(self.least_stop_s + missing * self.tau_s / room)
     }
 
     /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.

@@ -11,6 +11,8 @@ use crate::network::NodeIx;
 
 /// More families side by side than this are not followed.
 const MAX_ABREAST: usize = 64;
+/// And on a first, quick pass.
+const FEW_ABREAST: usize = 4;
 
 /// Where a walk begins.
 #[derive(Clone, Copy, Debug)]
@@ -137,6 +139,7 @@ fn without_stops(
     })
 }
 
+/// With stops: quickly with a few families abreast, whose value then lets the thorough pass leave most of them out.
 fn with_stops(
     terms: &Terms<'_>,
     from: From<'_>,
@@ -147,17 +150,91 @@ fn with_stops(
     checks: &mut usize,
 ) -> Option<WalkEnd> {
     walked.clear();
-    walked.push(Walked {
-        family: *from.family,
-        how: from.how,
-        parent: NO_LABEL,
-    });
-    let (mut node, mut place, mut first) = (from.node, 0, 0);
-    let mut is_complete = true;
-    while let Some(leg) = along.leg(terms, node, place) {
-        if terms.world.pads.is_station(node) && !leaves_start_on_pad(terms, from, place) {
-            add_stops(terms, node, first, walked, room, checks);
+    let mut pass = Pass {
+        terms,
+        from,
+        along,
+        best,
+        most: FEW_ABREAST,
+        is_complete: true,
+        checks,
+    };
+    let quick = pass.fly_on(walked, room);
+    if pass.is_complete {
+        return quick.map(|end| pass.end(end));
+    }
+    if let Some((value, _)) = quick {
+        pass.best = value;
+    }
+    pass.most = MAX_ABREAST;
+    pass.is_complete = true;
+    let thorough = pass.fly_on(walked, room);
+    thorough.or(quick).map(|end| pass.end(end))
+}
+
+/// One pass over a way.
+struct Pass<'a, 't, 'c> {
+    terms: &'a Terms<'t>,
+    from: From<'a>,
+    along: Along<'a>,
+    /// Families that cannot beat this are left out.
+    best: Value,
+    /// So many families are followed side by side.
+    most: usize,
+    /// False once others have been left out.
+    is_complete: bool,
+    checks: &'c mut usize,
+}
+
+impl Pass<'_, '_, '_> {
+    fn end(&self, (value, last): (Value, u32)) -> WalkEnd {
+        WalkEnd {
+            value,
+            last,
+            is_complete: self.is_complete,
         }
+    }
+
+    /// The best value on the way and its last step, added to the steps walked.
+    fn fly_on(&mut self, walked: &mut Vec<Walked>, room: &mut Room<'_>) -> Option<(Value, u32)> {
+        let Self {
+            terms, from, along, ..
+        } = *self;
+        let (mut node, mut place, mut first) = (from.node, 0, walked.len());
+        walked.push(Walked {
+            family: *from.family,
+            how: from.how,
+            parent: NO_LABEL,
+        });
+        while let Some(leg) = along.leg(terms, node, place) {
+            if terms.world.pads.is_station(node) && !leaves_start_on_pad(terms, from, place) {
+                self.add_stops(node, first, walked, room);
+            }
+            let end = walked.len();
+            self.fly_all(node, leg, first, walked, room);
+            if walked.len() == end {
+                return None;
+            }
+            first = end;
+            node = terms.world.legs.leg(leg).to;
+            place += 1;
+        }
+        match node == terms.request.destination {
+            true => best_from(terms, first, walked),
+            false => None,
+        }
+    }
+
+    /// Flies a leg with every family from `first` on.
+    fn fly_all(
+        &mut self,
+        from: NodeIx,
+        leg: u32,
+        first: usize,
+        walked: &mut Vec<Walked>,
+        room: &mut Room<'_>,
+    ) {
+        let terms = self.terms;
         let end = walked.len();
         let to = terms.world.legs.leg(leg).to;
         for parent in first..end {
@@ -165,54 +242,90 @@ fn with_stops(
             room.offers.clear();
             let departure = Departure {
                 family: &family,
-                from: node,
+                from,
                 leaves_start: matches!(how, How::Start(_)),
             };
             terms.fly(departure, leg, room);
             for &(flown, how) in room.offers.iter() {
-                if walked.len() - end >= MAX_ABREAST {
-                    is_complete = false;
-                    break;
-                }
-                if terms.key(&flown, to).beats(best) {
+                if terms.key(&flown, to).beats(self.best) {
+                    let parent = parent as u32;
                     let candidate = Walked {
                         family: flown,
                         how,
-                        parent: parent as u32,
+                        parent,
                     };
-                    admit(terms, candidate, end, walked, checks);
+                    self.admit(candidate, end, walked);
                 }
             }
         }
-        if walked.len() == end {
-            return None;
+        if walked.len() - end > self.most {
+            self.is_complete = false;
+            let bound_s = |step: &Walked| terms.key(&step.family, to).arrives_s;
+            walked[end..].sort_unstable_by(|one, other| bound_s(one).total_cmp(&bound_s(other)));
+            walked.truncate(end + self.most);
         }
-        first = end;
-        node = to;
-        place += 1;
     }
-    if node != terms.request.destination {
-        return None;
+
+    /// Adds the stops at a node of all families that are there.
+    fn add_stops(
+        &mut self,
+        node: NodeIx,
+        first: usize,
+        walked: &mut Vec<Walked>,
+        room: &mut Room<'_>,
+    ) {
+        let end = walked.len();
+        for parent in first..end {
+            let family = walked[parent].family;
+            room.offers.clear();
+            self.terms.stop(&family, node, room);
+            for &(stopped, how) in room.offers.iter() {
+                if self.terms.key(&stopped, node).beats(self.best) {
+                    let parent = parent as u32;
+                    let candidate = Walked {
+                        family: stopped,
+                        how,
+                        parent,
+                    };
+                    self.admit(candidate, end, walked);
+                }
+            }
+        }
     }
-    best_from(terms, first, is_complete, walked)
+
+    /// Adds a family unless one from `first` on can do all that it can, in place of those that it can stand for. All have
+    /// flown the same way, and all have just stopped here, or none.
+    fn admit(&mut self, candidate: Walked, first: usize, walked: &mut Vec<Walked>) {
+        let tau_s = self.terms.tau_s;
+        let stands_for = |one: &Family, other: &Family| {
+            one.weight <= other.weight
+                && one.lo_s <= other.lo_s
+                && one.hi_s >= other.hi_s
+                && one.has_battery_of(other, tau_s)
+        };
+        let mut place = first;
+        while let Some(there) = walked.get(place) {
+            *self.checks += 1;
+            if stands_for(&there.family, &candidate.family) {
+                return;
+            }
+            if stands_for(&candidate.family, &there.family) {
+                walked.swap_remove(place);
+            } else {
+                place += 1;
+            }
+        }
+        walked.push(candidate);
+    }
 }
 
-/// The best of the families from `first` on, which are at the destination.
-fn best_from(
-    terms: &Terms<'_>,
-    first: usize,
-    is_complete: bool,
-    walked: &[Walked],
-) -> Option<WalkEnd> {
-    let mut found: Option<WalkEnd> = None;
+/// The best of the families from `first` on, which are at the destination, and its place.
+fn best_from(terms: &Terms<'_>, first: usize, walked: &[Walked]) -> Option<(Value, u32)> {
+    let mut found: Option<(Value, u32)> = None;
     for (last, step) in walked.iter().enumerate().skip(first) {
         let value = terms.value(&step.family);
-        if found.is_none_or(|found| value.beats(found.value)) {
-            found = Some(WalkEnd {
-                value,
-                last: last as u32,
-                is_complete,
-            });
+        if found.is_none_or(|(best, _)| value.beats(best)) {
+            found = Some((value, last as u32));
         }
     }
     found
@@ -221,54 +334,6 @@ fn best_from(
 /// True at the first node of a walk from where the drone stands or has just stopped.
 fn leaves_start_on_pad(terms: &Terms<'_>, from: From<'_>, place: usize) -> bool {
     place == 0 && !terms.may_stop(from.how)
-}
-
-/// Adds the stops at a node of all families that are there.
-fn add_stops(
-    terms: &Terms<'_>,
-    node: NodeIx,
-    first: usize,
-    walked: &mut Vec<Walked>,
-    room: &mut Room<'_>,
-    checks: &mut usize,
-) {
-    let end = walked.len();
-    for parent in first..end {
-        let family = walked[parent].family;
-        room.offers.clear();
-        terms.stop(&family, node, room);
-        for &(stopped, how) in room.offers.iter() {
-            let candidate = Walked {
-                family: stopped,
-                how,
-                parent: parent as u32,
-            };
-            admit(terms, candidate, end, walked, checks);
-        }
-    }
-}
-
-/// Adds a family unless one from `first` on can do all that it can. Both have flown the same way, and both have just
-/// stopped here, or neither.
-fn admit(
-    terms: &Terms<'_>,
-    candidate: Walked,
-    first: usize,
-    walked: &mut Vec<Walked>,
-    checks: &mut usize,
-) {
-    *checks += walked.len() - first;
-    let family = &candidate.family;
-    let is_needless = walked[first..].iter().any(|other| {
-        let other = &other.family;
-        other.weight <= family.weight
-            && other.lo_s <= family.lo_s
-            && other.hi_s >= family.hi_s
-            && other.has_battery_of(family, terms.tau_s)
-    });
-    if !is_needless {
-        walked.push(candidate);
-    }
 }
 
 /// The steps of a walk up to its last one, without the one it began with, added to `steps`.

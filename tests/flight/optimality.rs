@@ -2,8 +2,8 @@
 
 use crate::events::{Events, Outcome, beats};
 use crate::grid::Grid;
-use crate::world::{Kind, World, world};
-use skyway::itinerary::{FlightAnswer, Objective, Value};
+use crate::world::{Kind, World, large_world, world};
+use skyway::itinerary::{FlightAnswer, Limits, Objective, Value};
 
 /// Worlds of each kind per run; `SKYWAY_CASES` multiplies them.
 const WORLDS: u64 = 100;
@@ -142,4 +142,35 @@ fn plain_label_setting_gives_the_same_values() {
             }
         }
     }
+}
+
+#[test]
+fn on_larger_networks_the_steps_lose_nothing_to_plain_label_setting() {
+    let (mut compared, mut left_out) = (0, 0);
+    for seed in seeds() {
+        let kind = [Kind::Continuous, Kind::Grid][seed as usize % 2];
+        let world = large_world(seed, kind, 12 + seed as usize % 20);
+        for objective in Objective::ALL {
+            let case = format!("seed {seed}, {kind:?}, {}", objective.name());
+            let limits = Limits {
+                labels: 20_000,
+                ..Limits::default()
+            };
+            let steps = world.answer_within(objective, false, limits);
+            let plain = world.answer_within(objective, true, limits);
+            if !steps.proved || !plain.proved {
+                left_out += 1;
+                continue;
+            }
+            check(&world, objective, &steps, &case);
+            let (steps, plain) = (outcome(steps.value), outcome(plain.value));
+            assert!(
+                !is_better(steps, plain) && !is_better(plain, steps),
+                "{case}: {steps:?} {plain:?}\n{world}"
+            );
+            compared += 1;
+        }
+    }
+    eprintln!("larger: {compared} compared, {left_out} not proved by either within the limits");
+    assert!(compared > 2 * left_out);
 }

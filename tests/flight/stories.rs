@@ -3,7 +3,7 @@
 use crate::world::World;
 use skyway::flight::{
     Airframe, FlightPlan, FlightRules, FlightStart, Reservation, Situation, StopKind, TimedClosure,
-    TrafficLeg, Wind, WindField,
+    TrafficLeg, Wind, WindField, WindPatch,
 };
 use skyway::itinerary::{Limits, Objective, Unproved, Value};
 use skyway::network::{
@@ -191,12 +191,16 @@ fn a_pad_that_is_taken_is_waited_for_elsewhere() {
         world.situation.reservations.push(reservation);
     }
     let plan = plan(&world, Objective::Time);
+    // It lands as soon as the farther pad is free, handles, and charges for the rest.
+    let stop = plan.stops.last().expect("it cannot do without");
+    assert_eq!(stop.node, node("2"), "{plan:?}");
+    let drawn = plan.legs[0].battery_before - plan.legs[0].battery_after;
+    let (before, after) = (0.98 - 2.0 * drawn, 0.2 + drawn);
+    let charging_s = 960.0 * ((1.0 - before) / (1.0 - after)).ln();
+    let expected_s = 2_000.0 + 60.0 + charging_s + 375.0;
     assert!(
-        plan.stops
-            .iter()
-            .skip(1)
-            .all(|stop| stop.lands_s >= 2_000.0 - 1e-6),
-        "{plan:?}"
+        (plan.arrives_s - expected_s).abs() < 1e-6,
+        "{expected_s}, not {plan:?}"
     );
 }
 
@@ -276,4 +280,170 @@ fn past_a_bound_the_answer_says_that_it_is_not_proved() {
         assert!(!answer.value.beats(best.value) || !best.proved);
     }
     assert_ne!(best.value, Value::NONE);
+}
+
+/// The drone of a world comes flying to where it stood.
+fn comes_flying(world: &mut World) {
+    world.starts[0].on_ground = false;
+}
+
+#[test]
+fn whoever_waits_for_another_wind_may_be_faster() {
+    // Into 7 m/s until second 300, calm then; the only way has a pad between its legs.
+    let mut world = along(&[2_000.0, 4_000.0], &[0, 1, 0]);
+    comes_flying(&mut world);
+    world.wind = WindField {
+        base: Wind::CALM,
+        patches: vec![WindPatch {
+            area: None,
+            from_s: 0.0,
+            until_s: 300.0,
+            wind: Wind::coming_from(90.0, 7.0),
+        }],
+    };
+    let plan = plan(&world, Objective::Distance);
+    assert!((plan.arrives_s - 550.0).abs() < 1e-6, "{plan:?}");
+    assert_eq!(plan.stops.len(), 1);
+}
+
+/// Nodes `0`, `1`, ... with their pads, and segments between them; from node 0 to another one, without payload.
+fn drawn(places: &[([f64; 2], u16)], segments: &[(&str, f64)], destination: &str) -> World {
+    let mut draft = NetworkDraft {
+        name: "drawn".to_owned(),
+        ..NetworkDraft::default()
+    };
+    for (number, &(position, pads)) in places.iter().enumerate() {
+        draft.nodes.push(NodeDraft {
+            id: number.to_string(),
+            position,
+            pads,
+            ..NodeDraft::default()
+        });
+    }
+    for &(id, length_m) in segments {
+        let (from, to) = id.split_once('-').expect("two nodes");
+        draft.segments.push(SegmentDraft {
+            from: from.to_owned(),
+            to: to.to_owned(),
+            length_m: Some(length_m),
+            ..SegmentDraft::default()
+        });
+    }
+    let topology = Topology::build(draft, [0; 32]).expect("it is valid");
+    let node = |id: &str| topology.node(id).expect("it is there");
+    let (source, destination) = (node("0"), node(destination));
+    World {
+        topology: Arc::new(topology),
+        destination,
+        ..begin(source, 0.0)
+    }
+}
+
+fn close(world: &mut World, id: &str, from_s: f64, until_s: f64) {
+    world.situation.closures.push(TimedClosure {
+        from_s,
+        until_s,
+        segments: vec![world.topology.find_segment(id).expect("it is there")],
+        nodes: Vec::new(),
+        pads: Vec::new(),
+        widened: false,
+    });
+}
+
+#[test]
+fn whoever_has_landed_does_not_stand_for_who_lands_later_on_a_better_pad() {
+    // On from node 1 the short way is closed, the other one until 1000. Pad 0 has to be left at 500, pad 1 is free from 450
+    // on: who comes straight lands at 375 and may not stay, who comes by node 3 lands at 470 and may.
+    let places = [
+        ([0.0, 0.0], 0),
+        ([6_000.0, 0.0], 2),
+        ([10_000.0, 0.0], 0),
+        ([3_000.0, 2_000.0], 0),
+        ([8_000.0, 1_000.0], 0),
+    ];
+    let segments = [
+        ("0-1", 6_000.0),
+        ("1-2", 4_000.0),
+        ("0-3", 3_760.0),
+        ("3-1", 3_760.0),
+        ("1-4", 2_500.0),
+        ("4-2", 2_500.0),
+    ];
+    let mut world = drawn(&places, &segments, "2");
+    comes_flying(&mut world);
+    let node = world.topology.node("1").expect("it is there");
+    let on = |pad: u16, from_s: f64, until_s: f64| Reservation {
+        node,
+        pad,
+        from_s,
+        until_s,
+    };
+    world.situation.reservations = vec![on(0, 500.0, 9_000.0), on(1, 0.0, 450.0)];
+    close(&mut world, "1-2", 0.0, f64::INFINITY);
+    close(&mut world, "1-4", 0.0, 1_000.0);
+    let plan = plan(&world, Objective::Distance);
+    assert!((plan.distance_m - 12_520.0).abs() < 1e-3, "{plan:?}");
+    assert!((plan.stops[0].lands_s - 470.0).abs() < 1e-6, "{plan:?}");
+    assert!((plan.arrives_s - 1_312.5).abs() < 1e-6, "{plan:?}");
+}
+
+#[test]
+fn whoever_begins_at_a_closed_node_may_leave_it_and_nobody_else() {
+    // From 35 s on node 1 is closed. Who begins at 0 gets there at 31 s and cannot go on; who begins there at 40 s with
+    // less battery is let out. The short way on is closed.
+    let places = [
+        ([0.0, 0.0], 0),
+        ([500.0, 0.0], 0),
+        ([1_000.0, 0.0], 0),
+        ([750.0, 300.0], 0),
+    ];
+    let segments = [
+        ("0-1", 500.0),
+        ("1-2", 500.0),
+        ("1-3", 400.0),
+        ("3-2", 400.0),
+    ];
+    let mut world = drawn(&places, &segments, "2");
+    let node = |id: &str| world.topology.node(id).expect("it is there");
+    let (first, second) = (node("0"), node("1"));
+    let flying = |node: NodeIx, at_s: f64, battery: f64| FlightStart {
+        node,
+        at_s,
+        battery,
+        on_ground: false,
+        ..world.starts[0]
+    };
+    world.starts = vec![flying(first, 0.0, 0.98), flying(second, 40.0, 0.5)];
+    close(&mut world, "1-2", 0.0, f64::INFINITY);
+    world.situation.closures.push(TimedClosure {
+        from_s: 35.0,
+        until_s: f64::INFINITY,
+        segments: Vec::new(),
+        nodes: vec![second],
+        pads: Vec::new(),
+        widened: false,
+    });
+    let plan = plan(&world, Objective::Time);
+    assert_eq!((plan.start, plan.legs.len()), (1, 2), "{plan:?}");
+}
+
+#[test]
+fn of_two_equally_long_ways_the_earlier_one_is_taken() {
+    // One has to be begun at once, and its second leg opens at 300: with a stop of 60 s on the way it is
+    // entered at 310. The other can be begun later, and its second leg is entered when it opens, at 305.
+    let places = [
+        ([0.0, 0.0], 1),
+        ([3_000.0, 2_000.0], 1),
+        ([3_000.0, -2_000.0], 1),
+        ([6_000.0, 0.0], 1),
+    ];
+    let segments = ["0-1", "0-2", "1-3", "2-3"].map(|id| (id, 4_000.0));
+    for (hasty, other) in [("1", "2"), ("2", "1")] {
+        let mut world = drawn(&places, &segments, "3");
+        close(&mut world, &format!("0-{hasty}"), 250.0, 9_000.0);
+        close(&mut world, &format!("{hasty}-3"), 0.0, 300.0);
+        close(&mut world, &format!("{other}-3"), 0.0, 305.0);
+        let plan = plan(&world, Objective::Distance);
+        assert!((plan.arrives_s - 555.0).abs() < 1e-6, "{hasty}: {plan:?}");
+    }
 }

@@ -6,6 +6,7 @@ use skyway::flight::{
     Airframe, FlightLegs, FlightPlan, FlightRules, FlightStart, Reservation, Situation,
     TimedClosure, TrafficLeg, Wind, WindField, WindPatch,
 };
+use skyway::geo::{Altitude, AltitudeBand};
 use skyway::itinerary::{
     FlightAnswer, FlightRequest, FlightWorld, ItineraryScratch, Limits, Objective, Obstacles,
     PadTimes, Potentials, find, find_plainly,
@@ -179,12 +180,26 @@ impl World {
     }
 }
 
-/// The world of a seed.
+/// The small world of a seed, of four to six nodes.
 pub(crate) fn world(seed: u64, kind: Kind) -> World {
     let mut draw = Draw::new(seed);
-    let on_grid = kind != Kind::Continuous;
     let nodes = 4 + draw.below(3);
-    let (topology, size_m) = network(&mut draw, nodes, on_grid);
+    world_of(seed, kind, nodes, draw)
+}
+
+/// The world of a seed with a number of nodes.
+pub(crate) fn large_world(seed: u64, kind: Kind, nodes: usize) -> World {
+    world_of(seed, kind, nodes, Draw::new(seed))
+}
+
+fn world_of(seed: u64, kind: Kind, nodes: usize, mut draw: Draw) -> World {
+    let on_grid = kind != Kind::Continuous;
+    let (draft, size_m) = network(&mut draw, nodes, on_grid);
+    let draft = match on_grid {
+        true => draft,
+        false => with_altitudes(seed, draft),
+    };
+    let topology = Topology::build(draft, [0; 32]).expect("a valid network");
     let payload_kg = [0.0, 0.5][draw.below(2)];
     let mut airframe = Airframe {
         // Some batteries last two legs, some ten.
@@ -280,7 +295,7 @@ pub(crate) fn world(seed: u64, kind: Kind) -> World {
     }
 }
 
-fn network(draw: &mut Draw, nodes: usize, on_grid: bool) -> (Topology, f64) {
+fn network(draw: &mut Draw, nodes: usize, on_grid: bool) -> (NetworkDraft, f64) {
     let size_m = draw.between(3_000.0, 9_000.0);
     let mut draft = NetworkDraft {
         name: "random".to_owned(),
@@ -329,8 +344,26 @@ fn network(draw: &mut Draw, nodes: usize, on_grid: bool) -> (Topology, f64) {
             join(draw, one, other);
         }
     }
-    let topology = Topology::build(draft, [0; 32]).expect("a valid network");
-    (topology, size_m)
+    (draft, size_m)
+}
+
+/// In every other world the roofs have heights and the segments bands, so that nodes differ in their climbs.
+fn with_altitudes(seed: u64, mut draft: NetworkDraft) -> NetworkDraft {
+    let mut draw = Draw::new(!seed);
+    if draw.chance(0.5) {
+        return draft;
+    }
+    for node in &mut draft.nodes {
+        node.altitude = Some(Altitude::agl(draw.between(0.0, 60.0)));
+    }
+    for segment in &mut draft.segments {
+        let lower_m = draw.between(50.0, 90.0);
+        segment.band = AltitudeBand {
+            lower: Some(Altitude::agl(lower_m)),
+            upper: Some(Altitude::agl(lower_m + 30.0)),
+        };
+    }
+    draft
 }
 
 fn closure(draw: &mut Draw, topology: &Topology, from_s: f64, until_s: f64) -> TimedClosure {
