@@ -2,7 +2,9 @@
 
 use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
-use super::request::{Effort, FlightAnswer, FlightRequest, Objective, Step, Value, close, reopen};
+use super::request::{
+    Effort, FlightAnswer, FlightRequest, Objective, Step, Unproved, Value, close, reopen,
+};
 use super::run::{Goal, Mode, Run};
 use super::setting::FlightSetting;
 use super::terms::Terms;
@@ -49,30 +51,7 @@ pub fn find_refuge(
             scratch.best.push(How::Start(number));
             (value, None)
         }
-        None => {
-            close(&mut scratch.closed, request.closed_segments);
-            let mut openings = std::mem::take(&mut scratch.openings);
-            openings.collect(&world, &request, &potentials, Value::NONE);
-            scratch.openings = openings;
-            let mut run = Run {
-                terms,
-                mode: Mode::Exact,
-                goal: Goal::Refuge { stay_s },
-                scratch,
-                effort: &mut effort,
-                best: Value::NONE,
-                improved: false,
-                doubt: Value::NONE,
-                may_tie: false,
-                target: Value::LEAST,
-                most_labels: request.limits.labels,
-                walks: false,
-            };
-            let end = run.search();
-            let best = run.best;
-            reopen(&mut scratch.closed, request.closed_segments);
-            (best, end.stopped_by)
-        }
+        None => fly_on(&terms, stay_s, scratch, &mut effort),
     };
     if value == Value::NONE {
         return None;
@@ -95,6 +74,43 @@ pub fn find_refuge(
             effort,
         },
     })
+}
+
+/// The search for a safe node; its best steps are in the scratch.
+fn fly_on(
+    terms: &Terms<'_>,
+    stay_s: f64,
+    scratch: &mut ItineraryScratch,
+    effort: &mut Effort,
+) -> (Value, Option<Unproved>) {
+    let Terms {
+        world,
+        request,
+        potentials,
+        ..
+    } = *terms;
+    close(&mut scratch.closed, request.closed_segments);
+    let mut openings = std::mem::take(&mut scratch.openings);
+    openings.collect(world, request, potentials, Value::NONE);
+    scratch.openings = openings;
+    let mut run = Run {
+        terms: *terms,
+        mode: Mode::Exact,
+        goal: Goal::Refuge { stay_s },
+        scratch,
+        effort,
+        best: Value::NONE,
+        improved: false,
+        doubt: Value::NONE,
+        may_tie: false,
+        target: Value::LEAST,
+        most_labels: request.limits.labels,
+        walks: false,
+    };
+    let end = run.search();
+    let best = run.best;
+    reopen(&mut scratch.closed, request.closed_segments);
+    (best, end.stopped_by)
 }
 
 /// A drone that stands on a pad that stays free is safe where it is.

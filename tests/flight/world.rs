@@ -195,10 +195,7 @@ pub(crate) fn large_world(seed: u64, kind: Kind, nodes: usize) -> World {
 fn world_of(seed: u64, kind: Kind, nodes: usize, mut draw: Draw) -> World {
     let on_grid = kind != Kind::Continuous;
     let (draft, size_m) = network(&mut draw, nodes, on_grid);
-    let draft = match on_grid {
-        true => draft,
-        false => with_altitudes(seed, draft),
-    };
+    let draft = with_altitudes(seed, draft, on_grid);
     let topology = Topology::build(draft, [0; 32]).expect("a valid network");
     let payload_kg = [0.0, 0.5][draw.below(2)];
     let mut airframe = Airframe {
@@ -347,10 +344,10 @@ fn network(draw: &mut Draw, nodes: usize, on_grid: bool) -> (NetworkDraft, f64) 
     (draft, size_m)
 }
 
-/// In every other world the roofs have heights and the segments bands, so that nodes differ in their climbs.
-fn with_altitudes(seed: u64, mut draft: NetworkDraft) -> NetworkDraft {
+/// In every other world off the grid the roofs have heights and the segments bands, so that nodes differ in their climbs.
+fn with_altitudes(seed: u64, mut draft: NetworkDraft, on_grid: bool) -> NetworkDraft {
     let mut draw = Draw::new(!seed);
-    if draw.chance(0.5) {
+    if on_grid || draw.chance(0.5) {
         return draft;
     }
     for node in &mut draft.nodes {
