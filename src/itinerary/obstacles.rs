@@ -39,6 +39,8 @@ pub struct Obstacles {
     by_segment: Grouped<ClosedWindow>,
     by_node: Grouped<ClosedWindow>,
     traffic: Grouped<Traffic>,
+    /// Segments whose entry may be forbidden at some time, rising.
+    segments: Vec<u32>,
 }
 
 /// A leg that a drone may want to enter.
@@ -126,11 +128,14 @@ impl Obstacles {
             };
             (leg.segment.0, traffic)
         });
-        Self {
+        let mut obstacles = Self {
             by_segment: Grouped::of(topology.segment_count(), segments),
             by_node: Grouped::of(topology.node_count(), nodes),
             traffic: Grouped::of(topology.segment_count(), traffic.collect()),
-        }
+            segments: Vec::new(),
+        };
+        obstacles.segments = obstacles.all_segments(topology);
+        obstacles
     }
 
     /// True when nothing is ever in the way of a leg.
@@ -209,7 +214,11 @@ impl Obstacles {
     }
 
     /// The segments whose entry may be forbidden at some time.
-    pub(super) fn segments(&self, topology: &Topology) -> Vec<u32> {
+    pub(super) fn segments(&self) -> &[u32] {
+        &self.segments
+    }
+
+    fn all_segments(&self, topology: &Topology) -> Vec<u32> {
         let mut segments: Vec<u32> = self.by_segment.indices().collect();
         segments.extend(self.traffic.indices());
         for node in self.by_node.indices() {

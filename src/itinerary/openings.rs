@@ -79,10 +79,13 @@ impl Openings {
         best: Value,
     ) {
         let mut intervals = std::mem::take(&mut self.intervals);
-        for segment in world.obstacles.segments(world.topology) {
+        for &segment in world.obstacles.segments() {
             let ends = world.topology.segment(crate::network::SegmentIx(segment));
             for (from, to) in [(ends.from, ends.to), (ends.to, ends.from)] {
                 intervals.clear();
+                if !self.may_lead_on(world, request, potentials, best, from) {
+                    continue;
+                }
                 for period in 0..=world.legs.changes_s().len() {
                     let Some(time_s) = time_of(world.legs, from, segment, period) else {
                         continue;
@@ -106,6 +109,23 @@ impl Openings {
         self.intervals = intervals;
     }
 
+    /// True where something better could come by a node: by the straight line from a start and the tables.
+    fn may_lead_on(
+        &self,
+        world: &FlightWorld<'_>,
+        request: &FlightRequest<'_>,
+        potentials: &Potentials,
+        best: Value,
+        node: NodeIx,
+    ) -> bool {
+        let remaining = potentials.from(node);
+        let place = world.topology.position(node);
+        request.starts.iter().any(|start| {
+            let straight_m = world.topology.position(start.node).distance_m(place) - ROUNDING_M;
+            straight_m * self.weight_per_m + remaining.weight <= best.weight
+        })
+    }
+
     /// Keeps an opening at a node that can be reached before the deadline and could lead to something better.
     fn add(
         &mut self,
@@ -125,12 +145,12 @@ impl Openings {
         if !at_s.is_finite() || at_s + remaining.time_s > latest_s {
             return;
         }
+        // Nobody is there earlier than by the straight line.
         let is_reached = request.starts.iter().any(|start| {
-            let straight_m = world.topology.position(start.node).distance_m(place);
-            let weight = (straight_m - ROUNDING_M) * self.weight_per_m + remaining.weight;
-            start.at_s <= at_s && weight <= best.weight
+            let straight_m = world.topology.position(start.node).distance_m(place) - ROUNDING_M;
+            start.at_s + straight_m.max(0.0) / self.fastest_mps <= at_s
         });
-        if is_reached {
+        if is_reached && self.may_lead_on(world, request, potentials, best, node) {
             self.by_time.push(Opening {
                 at_s,
                 place: Some(place),
