@@ -1,5 +1,5 @@
 //! How long requests take. Where requests are traced, each bucket also names the trace of the last one that fell into it
-//! (an *exemplar* of OpenMetrics), so that who sees slow requests finds one to look at.
+//! (an *exemplar* of `OpenMetrics`), so that who sees slow requests finds one to look at.
 
 use opentelemetry::trace::TraceId;
 use prometheus_client::encoding::{EncodeLabelSet, EncodeMetric, MetricEncoder};

@@ -168,7 +168,7 @@ fn an_endpoint_that_is_no_address_keeps_the_edge_from_starting() {
     assert!(run.stderr.contains("traces.endpoint"), "{}", run.stderr);
 }
 
-/// An exemplar, as OpenMetrics writes it behind the sample of a bucket.
+/// An exemplar, as `OpenMetrics` writes it behind the sample of a bucket.
 const EXEMPLAR: &str = "# {trace_id=\"4bf92f3577b34da6a3ce929d0e0e4736\"} ";
 
 #[test]

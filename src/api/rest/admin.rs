@@ -39,7 +39,7 @@ async fn metrics(State(registry): State<Arc<Registry>>, headers: HeaderMap) -> A
     })
 }
 
-/// Whether who asks reads OpenMetrics: everyone but those who ask for the older format alone.
+/// Whether who asks reads `OpenMetrics`: everyone but those who ask for the older format alone.
 fn reads_openmetrics(headers: &HeaderMap) -> bool {
     let accepted = headers.get_all(header::ACCEPT).iter();
     let accepted = accepted.filter_map(|value| value.to_str().ok());
