@@ -3,12 +3,11 @@
 //! Everything is bound before anything is served, so that a port that is taken stops the start. The main
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
-use super::listening::{Addresses, ServiceError, authentication, bind};
+use super::listening::{Addresses, ServiceError, authentication, bind, request_metrics};
 use super::planted::plant_bug;
 use super::store_lock::StoreLock;
 use super::store_thread::StoreThread;
 use crate::api::grpc::{self, Health};
-use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
@@ -83,7 +82,7 @@ impl Service {
         let opening = opening.fresh_id(random_id()?);
         let (edge, store_thread) = open(opening, config.store.as_deref()).await?;
         let mut registry = Registry::with_prefix("skyway");
-        let metrics = Arc::new(RequestMetrics::new(&mut registry));
+        let metrics = request_metrics(&mut registry, config.traces.endpoint.as_ref());
         edge.register_metrics(&mut registry);
         let following = follow(&edge, &config)?;
         let drain = Drain::new();

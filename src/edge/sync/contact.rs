@@ -1,5 +1,6 @@
 //! How current the edge is: when it last had all that the registry has, and what went wrong since.
 
+use super::client::ClientError;
 use crate::clock::{Clock, Stopwatch};
 use crate::wire::{self, Nack};
 use arc_swap::ArcSwapOption;
@@ -56,6 +57,8 @@ pub(in crate::edge) struct Contact {
 struct Told {
     last_nack: Option<Nack>,
     failures: BTreeMap<&'static str, u64>,
+    /// The code or reason of the last failure, since something was taken over.
+    last_failure: Option<String>,
 }
 
 impl Contact {
@@ -106,7 +109,10 @@ impl Contact {
     /// Something of the registry was taken over, or there was nothing new.
     pub(super) fn moved(&self) {
         self.is_ours.store(true, Ordering::Relaxed);
-        self.lock().last_nack = None;
+        let mut told = self.lock();
+        told.last_nack = None;
+        told.last_failure = None;
+        drop(told);
         self.turn();
     }
 
@@ -149,6 +155,18 @@ impl Contact {
 
     pub(super) fn failed(&self, reason: &'static str) {
         *self.lock().failures.entry(reason).or_default() += 1;
+    }
+
+    /// Notes why a question has no answer; true where the one before had another reason, or had an answer.
+    pub(super) fn failed_anew(&self, error: &ClientError) -> bool {
+        let what = match error {
+            ClientError::Refused { code, .. } => code.as_str(),
+            error => error.reason(),
+        };
+        let mut told = self.lock();
+        let is_new = told.last_failure.as_deref() != Some(what);
+        told.last_failure = Some(what.to_owned());
+        is_new
     }
 
     pub(super) fn forwarded(&self, was_taken: bool) {
