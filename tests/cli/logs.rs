@@ -1,5 +1,7 @@
 //! What the log of a daemon and `skyway replay` tell its operator.
 
+#![expect(clippy::disallowed_types, reason = "a port at which nobody listens")]
+
 use crate::binary::{Desk, Server, skyway};
 use std::net::TcpListener;
 
