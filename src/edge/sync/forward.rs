@@ -82,20 +82,25 @@ impl<C: RegistryClient> Sync<C> {
         let mut pace = self.pace(1);
         let mut news = self.edge.events.news();
         let mut turns = self.contact().turns.subscribe();
+        let mut stored = self.edge.store.health().first_changes();
         let mut meetings = Meetings::default();
         loop {
             // Seen from here on, so that what happens meanwhile wakes.
             news.mark_unchanged();
             turns.mark_unchanged();
+            stored.mark_unchanged();
             let snapshot = self.edge.snapshot();
             let first = snapshot.outbox.get_min().map(|(_, entry)| entry.clone());
+            // A crash must forget neither what others know, nor that the one before it is through.
+            let first = first.filter(|entry| self.edge.store.begins_with(entry.number));
             let followed = snapshot.registry.as_ref().map(|cursor| cursor.epoch);
             let followed = followed.filter(|_| self.contact().is_ours());
             let (Some(entry), Some(epoch)) = (first, followed) else {
-                // Both live as long as the edge.
+                // All three live as long as the edge.
                 tokio::select! {
                     _ = news.changed() => {}
                     _ = turns.changed() => {}
+                    _ = stored.changed() => {}
                 }
                 continue;
             };
