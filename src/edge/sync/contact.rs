@@ -44,6 +44,8 @@ pub(in crate::edge) struct Contact {
     /// Whether what answers is the registry that is followed, as far as is known.
     is_ours: AtomicBool,
     is_lost: AtomicBool,
+    /// How often the log was read to its end.
+    times_read: AtomicU64,
     nacks: AtomicU64,
     forwarded: AtomicU64,
     forwards_refused: AtomicU64,
@@ -68,6 +70,7 @@ impl Contact {
             current: ArcSwapOption::empty(),
             is_ours: AtomicBool::new(false),
             is_lost: AtomicBool::new(false),
+            times_read: AtomicU64::new(0),
             nacks: AtomicU64::new(0),
             forwarded: AtomicU64::new(0),
             forwards_refused: AtomicU64::new(0),
@@ -103,7 +106,13 @@ impl Contact {
     /// All that the registry has is in service; true where it had been lost.
     pub(super) fn is_current(&self, clock: &Clock) -> bool {
         self.current.store(Some(Arc::new(clock.stopwatch())));
+        self.times_read.fetch_add(1, Ordering::Relaxed);
         self.is_lost.swap(false, Ordering::Relaxed)
+    }
+
+    /// How often all that the registry had was in service when it was read.
+    pub(super) fn times_read(&self) -> u64 {
+        self.times_read.load(Ordering::Relaxed)
     }
 
     /// Something of the registry was taken over, or there was nothing new.
