@@ -135,6 +135,7 @@ async fn an_answer_from_before_a_backup_was_restored_does_not_count() {
     let north = Outpost::set(&central, "north");
     north.settle(&central).await;
     let backup = central.back_up();
+    north.line.bend(|_| Err(cut()));
     north.line.delay_answers(true);
     north.put_zone("y", 350.0, 0.0, 20.0).await;
     north
@@ -142,6 +143,7 @@ async fn an_answer_from_before_a_backup_was_restored_does_not_count() {
         .await;
     central.restore_backup(backup).await;
     north.line.lead_to(Some(&central.registry));
+    north.line.straighten();
     north.has_read(&central).await;
     assert_eq!(central.zones().await.len(), 1, "it was lost");
     north.line.delay_answers(false);
