@@ -1,13 +1,14 @@
 //! What is counted about requests and connections. Labels are operations, classes and codes: never an id or a place.
 
+use super::durations::Durations;
 use super::operations::{Class, Operation, TABLE};
 use super::problem;
 use crate::edge::Code;
+use opentelemetry::trace::TraceId;
 use prometheus_client::encoding::EncodeLabelSet;
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::family::Family;
 use prometheus_client::metrics::gauge::Gauge;
-use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::registry::Registry;
 use std::sync::OnceLock;
 use std::time::Duration;
@@ -113,18 +114,18 @@ struct ReasonLabels {
     reason: &'static str,
 }
 
-type Durations = Family<DurationLabels, Histogram, fn() -> Histogram>;
+type DurationsOfAll = Family<DurationLabels, Durations, fn() -> Durations>;
 
 /// The metrics of one operation in one dialect, looked up once: no hashing on the way of a request.
 struct Hot {
     ok: Counter,
-    duration: Histogram,
+    durations: Durations,
 }
 
 /// Request metrics. One per process, shared by its listeners.
 pub struct RequestMetrics {
     requests: Family<RequestLabels, Counter>,
-    durations: Durations,
+    durations: DurationsOfAll,
     hot: Vec<[OnceLock<Hot>; 2]>,
     in_flight: [Gauge; Class::ALL.len()],
     shed: Family<ShedLabels, Counter>,
@@ -139,10 +140,17 @@ pub struct RequestMetrics {
 impl RequestMetrics {
     /// Registers the metrics.
     pub fn new(registry: &mut Registry) -> Self {
+        Self::with(Durations::plain, registry)
+    }
+
+    /// Registers them with exemplars, for daemons that trace requests.
+    pub fn traced(registry: &mut Registry) -> Self {
+        Self::with(Durations::traced, registry)
+    }
+
+    fn with(durations: fn() -> Durations, registry: &mut Registry) -> Self {
         let requests = Family::<RequestLabels, Counter>::default();
-        // From 16 us, which one recomposition takes, to 16 s, beyond every deadline.
-        let durations: Durations =
-            Family::new_with_constructor(|| Histogram::new(exponential_buckets(16e-6, 4.0, 11)));
+        let durations: DurationsOfAll = Family::new_with_constructor(durations);
         let in_flight = Family::<ClassLabels, Gauge>::default();
         let metrics = Self {
             hot: TABLE.iter().map(|_| Default::default()).collect(),
@@ -210,17 +218,18 @@ impl RequestMetrics {
         );
     }
 
-    /// An answer's head is out; its status is that of its dialect.
+    /// An answer's head is out; its status is that of its dialect. The trace is that of the request, where it is sent.
     pub(crate) fn answered(
         &self,
         operation: Operation,
         dialect: Dialect,
         status: u16,
         took: Duration,
+        trace: Option<TraceId>,
     ) {
         let place = &self.hot[operation as usize][dialect as usize];
         let hot = place.get_or_init(|| self.hot(operation, dialect));
-        hot.duration.observe(took.as_secs_f64());
+        hot.durations.observe(took, trace);
         if status == dialect.ok() {
             hot.ok.inc();
             return;
@@ -244,7 +253,7 @@ impl RequestMetrics {
         };
         Hot {
             ok: self.requests.get_or_create_owned(&labels),
-            duration: self
+            durations: self
                 .durations
                 .get_or_create_owned(&DurationLabels { operation, dialect }),
         }

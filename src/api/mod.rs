@@ -1,5 +1,6 @@
 //! The daemons over the network: which operations there are, how problems are told, and the server under both dialects.
 
+mod durations;
 pub mod grpc;
 pub mod metrics;
 mod openapi;

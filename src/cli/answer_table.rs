@@ -9,9 +9,7 @@ use super::stop::Stop;
 use crate::airspace::Airspace;
 use crate::formats::{self, ReadWarning, warning_text};
 use crate::network::{NodeIx, Topology};
-use crate::recompose::{
-    Outcome, Recomposition, Request, Scratch, Severance, Stage, World, recompose,
-};
+use crate::recompose::{Outcome, Recomposition, Request, Scratch, Severance, World, recompose};
 use serde_json::{Map, Value, json};
 
 /// An answer and how long it took.
@@ -127,7 +125,7 @@ fn facts(topology: &Topology, answered: &Answered) -> Vec<(&'static str, String)
             "overhead",
             format!("{overhead} of {}", metres_or_dash(best_m)),
         ),
-        ("stage", stage_name(answer.stage).to_owned()),
+        ("stage", answer.stage.name().to_owned()),
         ("searches", answer.searches.to_string()),
         ("area", area),
         ("settled", format!("{} nodes", answer.settled_nodes)),
@@ -147,7 +145,7 @@ fn outcome_text(topology: &Topology, answer: &Recomposition) -> String {
     }
 }
 
-fn causes_text(answer: &Recomposition) -> String {
+pub(super) fn causes_text(answer: &Recomposition) -> String {
     let causes: Vec<String> = answer
         .severed_by
         .iter()
@@ -166,30 +164,6 @@ pub(super) fn strategy_text(answer: &Recomposition) -> String {
     match &answer.fallback {
         Some(reason) => format!("{used} instead of {asked}: {reason}"),
         None => used.to_owned(),
-    }
-}
-
-/// The name of a stage, as on the wire.
-pub(super) fn stage_name(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Circle => "circle",
-        Stage::Cells => "cells",
-        Stage::Triangle => "triangle",
-        Stage::Rhombus => "rhombus",
-        Stage::Rectangle => "rectangle",
-        Stage::Grown => "grown",
-        Stage::Local => "local",
-        Stage::Global => "global",
-    }
-}
-
-/// The name of an outcome, as on the wire.
-pub(super) fn outcome_name(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Rerouted => "rerouted",
-        Outcome::Unaffected => "unaffected",
-        Outcome::Diverted => "diverted",
-        Outcome::NoRoute => "no_route",
     }
 }
 
@@ -242,7 +216,7 @@ fn print_repairs(topology: &Topology, answer: &Recomposition, output: &Output) -
         table.add_row([
             format!("{from} to {to}"),
             metres_or_dash(repair.length_m),
-            stage_name(repair.stage).to_owned(),
+            repair.stage.name().to_owned(),
             repair.searches.to_string(),
             repair.area_nodes.to_string(),
             repair.settled_nodes.to_string(),
@@ -266,7 +240,7 @@ fn print_stages(answer: &Recomposition, output: &Output) -> Result<(), Stop> {
             (_, false, false) => "not searched",
         };
         table.add_row([
-            stage_name(stage.stage).to_owned(),
+            stage.stage.name().to_owned(),
             stage.nodes.len().to_string(),
             what_happened.to_owned(),
         ]);

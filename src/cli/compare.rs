@@ -1,7 +1,7 @@
 //! `skyway compare`: every strategy on the same failure, in one table.
 
 use super::airspace_source::AirspaceArguments;
-use super::answer_table::{answer_fields, outcome_name, stage_name};
+use super::answer_table::answer_fields;
 use super::clock;
 use super::failure::FailureArguments;
 use super::method::{ParameterArguments, scope_name};
@@ -240,8 +240,8 @@ fn print(
             answer.area_nodes.to_string(),
             answer.settled_nodes.to_string(),
             answer.searches.to_string(),
-            stage_name(answer.stage).to_owned(),
-            outcome_name(answer.outcome).to_owned(),
+            answer.stage.name().to_owned(),
+            answer.outcome.name().to_owned(),
             time(row.median_us),
         ]);
         let fallback = answer.fallback.as_ref().map(|reason| {

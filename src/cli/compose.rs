@@ -4,7 +4,7 @@
 //! knows what to do: the detour to take if that leg closes, and the nearest safe node.
 
 use super::airspace_source::AirspaceArguments;
-use super::answer_table::{node_text, outcome_name};
+use super::answer_table::node_text;
 use super::names;
 use super::network_source::NetworkArguments;
 use super::output::{Align, Output, metres, titled_table};
@@ -134,7 +134,7 @@ fn detour_text(topology: &Topology, leg: &Leg) -> String {
     }
     match (detour.outcome, detour.nodes.last()) {
         (Outcome::Diverted, Some(&node)) => format!("divert to {}", node_text(topology, node)),
-        (outcome, _) => outcome_name(outcome).to_owned(),
+        (outcome, _) => outcome.name().to_owned(),
     }
 }
 

@@ -100,13 +100,33 @@ impl Sample {
 impl Check {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         if self.whose.registry {
-            let effective = self.flags.effective_of::<RegistryConfig>(&[])?;
+            let effective = self.flags.effective_of::<RegistryConfig>(&[]);
+            let effective = effective.map_err(|stop| match self.flags.effective() {
+                Ok(_) => advised(stop, "this configures an edge: check it without --registry"),
+                Err(_) => stop,
+            })?;
             let of_store = store_faults(&effective);
             return told(effective.admit(), of_store, output);
         }
-        let effective = self.flags.effective()?;
+        let effective = self.flags.effective().map_err(|stop| {
+            match self.flags.effective_of::<RegistryConfig>(&[]) {
+                Ok(_) => advised(stop, "this configures a registry: check it with --registry"),
+                Err(_) => stop,
+            }
+        })?;
         let of_network = network_faults(&effective, output)?;
         told(effective.admit(), of_network, output)
+    }
+}
+
+/// Faults of a configuration that is without any for the other daemon, and what to do about it.
+fn advised(stop: Stop, advice: &str) -> Stop {
+    match stop {
+        Stop::Misconfigured(mut faults) => {
+            faults.push(advice.to_owned());
+            Stop::Misconfigured(faults)
+        }
+        stop => stop,
     }
 }
 

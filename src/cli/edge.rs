@@ -6,7 +6,7 @@ use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::{EdgeConfig, EffectiveConfig, Origin};
+use crate::config::{Admission, Configuration, EdgeConfig, EffectiveConfig, Origin};
 use crate::network::Topology;
 use crate::process::listening::Addresses;
 use crate::process::service::{Service, Start};
@@ -44,13 +44,10 @@ pub(super) struct Edge {
 impl Edge {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let effective = self.flags.effective()?;
-        let start = prepare(&effective, output)?;
+        let admission = admit(&effective, output)?;
+        let start = prepare(&effective, admission, output)?;
         let EdgeConfig { log, traces, .. } = &effective.config;
-        let traces = traces.endpoint.as_ref().map(|endpoint| TracesConfig {
-            endpoint: endpoint.as_str().to_owned(),
-            share: traces.share,
-            service: "skyway-edge",
-        });
+        let traces = TracesConfig::of("skyway-edge", traces.endpoint.as_ref(), traces.share);
         let logs = logs::start(&log.filter, log.format, traces.as_ref()).map_err(Stop::failed)?;
         let served = runtime()?.block_on(serve(start, output));
         logs.end();
@@ -65,12 +62,24 @@ pub(super) fn runtime() -> Result<tokio::runtime::Runtime, Stop> {
     runtime.map_err(|error| Stop::failed(format!("cannot start the runtime: {error}")))
 }
 
-/// Checks that an edge may start, and loads its network.
-pub(super) fn prepare(effective: &EffectiveConfig, output: &Output) -> Result<Start, Stop> {
+/// Checks that a daemon may start, and tells what people should know of it.
+pub(super) fn admit<C: Configuration>(
+    effective: &EffectiveConfig<C>,
+    output: &Output,
+) -> Result<Admission, Stop> {
     let admission = effective.admit().map_err(|faults| misconfigured(&faults))?;
     for warning in &admission.warnings {
         output.warn(&warning.to_string());
     }
+    Ok(admission)
+}
+
+/// Loads the network of an edge that may start.
+pub(super) fn prepare(
+    effective: &EffectiveConfig,
+    admission: Admission,
+    output: &Output,
+) -> Result<Start, Stop> {
     let name = &effective.config.network;
     // Whoever follows a registry has the network from there, and is not ready without it.
     let is_awaited =

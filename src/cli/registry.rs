@@ -1,7 +1,7 @@
 //! `skyway registry`: the daemon that edges follow.
 
-use super::config_sources::{self, misconfigured};
-use super::edge::{runtime, write_ports};
+use super::config_sources;
+use super::edge::{admit, runtime, write_ports};
 use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::config::{EffectiveConfig, RegistryConfig};
@@ -64,16 +64,9 @@ pub(super) struct Registry {
 impl Registry {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let effective = self.effective()?;
-        let admission = effective.admit().map_err(|faults| misconfigured(&faults))?;
-        for warning in &admission.warnings {
-            output.warn(&warning.to_string());
-        }
+        let admission = admit(&effective, output)?;
         let RegistryConfig { log, traces, .. } = &effective.config;
-        let traces = traces.endpoint.as_ref().map(|endpoint| TracesConfig {
-            endpoint: endpoint.as_str().to_owned(),
-            share: traces.share,
-            service: "skyway-registry",
-        });
+        let traces = TracesConfig::of("skyway-registry", traces.endpoint.as_ref(), traces.share);
         let logs = logs::start(&log.filter, log.format, traces.as_ref()).map_err(Stop::failed)?;
         let start = RegistryStart {
             config: effective.config,

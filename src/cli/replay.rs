@@ -1,9 +1,9 @@
-//! `skyway replay`: computes an answer again from what its edge kept of it.
+//! `skyway replay`: tells what was asked and why it was answered so, by computing the answer again from what its edge kept.
 //!
 //! The recorded world and the settled report are all that goes in: no tables, no plans, no telemetry. The same
 //! outcome and the same length, to 1e-9 of it, have to come out; the path may differ only where lengths tie.
 
-use super::answer_table::outcome_name;
+use super::answer_table::{causes_text, strategy_text};
 use super::edge::runtime;
 use super::files;
 use super::output::Output;
@@ -89,7 +89,20 @@ impl Replay {
         let topology = Arc::new(loaded.topology);
         let again = compute(&record, &topology)?;
         let comparison = compare(&record, &again, &topology);
-        self.tell(&comparison, output)?;
+        match self.json {
+            true => output.json(&json!({
+                "same": comparison.is_same(),
+                "same_path": comparison.same_path,
+                "same_network": comparison.same_network,
+                "recorded": {"outcome": comparison.recorded_outcome, "remaining_length_m": comparison.recorded_length_m},
+                "computed": {"outcome": comparison.outcome, "remaining_length_m": comparison.length_m},
+                "record": record,
+            }))?,
+            false => {
+                tell_asked(&record, output)?;
+                tell_answers(&record, &again, &comparison, output)?;
+            }
+        }
         Ok(match comparison.is_same() {
             true => Verdict::Done,
             false => Verdict::Negative,
@@ -148,39 +161,57 @@ impl Replay {
         let network = get(&client, &format!("{base}/v1/network"), token).await?;
         Ok((record, network))
     }
+}
 
-    fn tell(&self, comparison: &Comparison, output: &Output) -> Result<(), Stop> {
-        if self.json {
-            return output.json(&json!({
-                "same": comparison.is_same(),
-                "same_path": comparison.same_path,
-                "same_network": comparison.same_network,
-                "recorded": {"outcome": comparison.recorded_outcome, "remaining_length_m": comparison.recorded_length_m},
-                "computed": {"outcome": comparison.outcome, "remaining_length_m": comparison.length_m},
-            }));
-        }
-        if !comparison.same_network {
-            output.line("not the same: the edge's network is another one than recorded")?;
-        }
-        let length = |length_m: Option<f64>| {
-            length_m.map_or("no path".to_owned(), |length_m| format!("{length_m:.3} m"))
-        };
-        output.line(&format!(
-            "recorded: {}, {}",
-            comparison.recorded_outcome,
-            length(comparison.recorded_length_m)
-        ))?;
-        output.line(&format!(
-            "computed: {}, {}",
-            comparison.outcome,
-            length(comparison.length_m)
-        ))?;
-        output.line(match (comparison.is_same(), comparison.same_path) {
-            (true, true) => "the same answer",
-            (true, false) => "the same answer, by another path of the same length",
-            (false, _) => "not the same answer",
-        })
+/// When it was asked, on what world, and what, with all that was looked up or assumed.
+fn tell_asked(record: &Record<'_>, output: &Output) -> Result<(), Stop> {
+    let closures = record.world.closures.len();
+    output.line(&format!(
+        "answered: {}, at revision {}, with {closures} {} in force",
+        record.answered_at,
+        record.world.revision,
+        if closures == 1 { "closure" } else { "closures" },
+    ))?;
+    let asked = serde_json::to_string(&record.settled_report).map_err(Stop::failed)?;
+    output.line(&format!("asked: {asked}"))
+}
+
+/// What was answered and what comes out now, and why.
+fn tell_answers(
+    record: &Record<'_>,
+    again: &Recomposition,
+    comparison: &Comparison,
+    output: &Output,
+) -> Result<(), Stop> {
+    for warning in &record.answer.answer.warnings {
+        output.line(&format!("noted: {}: {}", warning.code, warning.message))?;
     }
+    if !comparison.same_network {
+        output.line("not the same: the edge's network is another one than recorded")?;
+    }
+    let length = |length_m: Option<f64>| {
+        length_m.map_or("no path".to_owned(), |length_m| format!("{length_m:.3} m"))
+    };
+    output.line(&format!(
+        "recorded: {}, {}",
+        comparison.recorded_outcome,
+        length(comparison.recorded_length_m)
+    ))?;
+    output.line(&format!(
+        "computed: {}, {}; by {}, searched: {}",
+        comparison.outcome,
+        length(comparison.length_m),
+        strategy_text(again),
+        again.stage.name(),
+    ))?;
+    if !again.severed_by.is_empty() {
+        output.line(&format!("cut off by: {}", causes_text(again)))?;
+    }
+    output.line(match (comparison.is_same(), comparison.same_path) {
+        (true, true) => "the same answer",
+        (true, false) => "the same answer, by another path of the same length",
+        (false, _) => "not the same answer",
+    })
 }
 
 async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result<Vec<u8>, Stop> {
@@ -234,7 +265,7 @@ fn compare(record: &Record<'_>, again: &Recomposition, topology: &Topology) -> C
     let recorded_outcome = serde_json::to_value(recorded.outcome).unwrap_or_default();
     Comparison {
         recorded_outcome: recorded_outcome.as_str().unwrap_or_default().to_owned(),
-        outcome: outcome_name(again.outcome).to_owned(),
+        outcome: again.outcome.name().to_owned(),
         recorded_length_m: recorded.remaining_length_m,
         length_m: again.remaining_length_m,
         same_path: recorded.path.nodes.iter().map(|id| id.text()).eq(nodes),

@@ -26,6 +26,7 @@ use std::io;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use thiserror::Error;
+use tokio::runtime::Handle;
 
 /// Why an edge does not begin.
 #[derive(Debug, Error)]
@@ -48,6 +49,7 @@ pub struct Opening {
     clock: Clock,
     fresh_id: String,
     is_in_place: bool,
+    storekeepers_place: Option<Handle>,
 }
 
 impl Opening {
@@ -70,6 +72,7 @@ impl Opening {
             clock,
             fresh_id: format!("edge-{epoch}"),
             is_in_place: false,
+            storekeepers_place: None,
         }
     }
 
@@ -85,6 +88,13 @@ impl Opening {
     #[must_use]
     pub fn in_place(mut self) -> Self {
         self.is_in_place = true;
+        self
+    }
+
+    /// With its file kept on another runtime than the one it is opened on.
+    #[must_use]
+    pub fn storing_on(mut self, runtime: Handle) -> Self {
+        self.storekeepers_place = Some(runtime);
         self
     }
 
@@ -127,7 +137,8 @@ impl Opening {
         file.commit(&first).await?;
         let (keeper, store) = Keeper::new(file, number, stored, self.clock.clone(), &self.settings);
         state.store = store.health().clone();
-        let keeper = tokio::spawn(keeper.run());
+        let place = self.storekeepers_place.take();
+        let keeper = place.unwrap_or_else(Handle::current).spawn(keeper.run());
         let edge = self.begin(state, store, identity)?;
         for (at, reply) in replies {
             match reply {

@@ -65,6 +65,8 @@ pub(super) enum Order {
     Forwarded {
         number: u64,
         upstream: Option<Upstream>,
+        /// The epoch that was followed when it was told.
+        epoch: u64,
     },
     /// The registry will never take a change from the outbox.
     NotForwarded {

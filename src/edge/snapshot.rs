@@ -72,6 +72,8 @@ pub(super) struct Contested {
     pub(super) aside: Option<Arc<str>>,
     /// Whether the registry will not take it, rather than having a newer version.
     pub(super) is_refused: bool,
+    /// The version there that a removal that was refused would lift.
+    pub(super) removes: Option<Upstream>,
 }
 
 /// What waits for an operator: removals, or a change that is contested.

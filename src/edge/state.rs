@@ -11,6 +11,7 @@ use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::state_clock::HeardClock;
+use super::state_outbox::Told;
 use super::state_topology::Succession;
 use super::store::Health;
 use super::timers::{Due, Timers};
@@ -61,6 +62,8 @@ pub(super) struct State {
     pub(super) succession: Option<Succession>,
     /// What was last heard of the clock.
     pub(super) clock: HeardClock,
+    /// The last versions at the registry that changes from here have made after the cursor.
+    pub(super) told: Told,
 }
 
 impl State {
@@ -88,6 +91,7 @@ impl State {
             relaid: Vec::new(),
             succession: None,
             clock: HeardClock::default(),
+            told: Told::default(),
         }
     }
 
@@ -144,8 +148,12 @@ impl State {
             Order::Propose(proposal) => Ok(self.propose(*proposal)),
             Order::DecideProposal { number, decision } => self.decide_proposal(number, decision),
             Order::Follow(followed) => self.follow(*followed),
-            Order::Forwarded { number, upstream } => {
-                self.note_forwarded(number, upstream);
+            Order::Forwarded {
+                number,
+                upstream,
+                epoch,
+            } => {
+                self.note_answered(number, upstream, epoch);
                 Ok(Done::Nothing)
             }
             Order::NotForwarded {

@@ -237,6 +237,7 @@ impl State {
                 body,
                 aside,
                 is_refused: false,
+                removes: None,
             })),
         });
     }
@@ -255,6 +256,9 @@ impl State {
                 body: entry.body.clone(),
                 aside: None,
                 is_refused: true,
+                removes: entry
+                    .expected
+                    .filter(|_| entry.operation == ChangeOperation::Delete),
             })),
         });
     }
@@ -328,7 +332,7 @@ impl State {
         let Some(body) = body else {
             self.lift_aside(contested);
             self.lift_here(*kind, id);
-            self.forward_removal(*kind, id, upstream);
+            self.forward_removal(*kind, id, upstream.or(contested.removes));
             return Ok(());
         };
         let other = namesake(*kind);

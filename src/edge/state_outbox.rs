@@ -8,9 +8,11 @@ use super::events::Happening;
 use super::published::{closure_body, zone_body};
 use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
-use super::upstream::{OutboxEntry, Upstream};
+use super::state_sync::is_after;
+use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::wire::{ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A change that is to be told to the registry.
@@ -23,6 +25,37 @@ pub(super) struct Forward {
     pub(super) upstream: Option<Upstream>,
     /// Who changed it.
     pub(super) subject: Arc<str>,
+}
+
+/// So many things are remembered in [`Told`].
+const TOLD_MAX: usize = 10_000;
+
+/// The last versions at the registry that changes from here have made after the cursor, also of what was lifted since:
+/// the log brings them late, and what comes up to them is nothing that anyone else has made meanwhile.
+///
+/// A restart forgets them. At worst a change then meets an earlier one from here, and waits for an operator.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Told(BTreeMap<Arc<str>, BTreeMap<ObjectKind, Upstream>>);
+
+impl Told {
+    pub(super) fn of(&self, kind: ObjectKind, id: &str) -> Option<Upstream> {
+        self.0.get(id)?.get(&kind).copied()
+    }
+
+    fn note(&mut self, kind: ObjectKind, id: &Arc<str>, version: Upstream) {
+        if self.0.len() < TOLD_MAX {
+            let versions = self.0.entry(id.clone()).or_default();
+            versions.insert(kind, version);
+        }
+    }
+
+    /// Forgets what the log has brought.
+    pub(super) fn passed(&mut self, cursor: &RegistryCursor) {
+        self.0.retain(|_, versions| {
+            versions.retain(|_, version| is_after(*version, cursor));
+            !versions.is_empty()
+        });
+    }
 }
 
 impl State {
@@ -109,6 +142,49 @@ impl State {
             .collect()
     }
 
+    /// The registry has answered a change that was told while an epoch of it was followed: it has it.
+    ///
+    /// The log may have said so before; then this changes nothing.
+    pub(super) fn note_answered(&mut self, number: u64, upstream: Option<Upstream>, epoch: u64) {
+        let Some(cursor) = self.next.registry.clone() else {
+            return;
+        };
+        if cursor.epoch != epoch {
+            // Perhaps it was lost with the epoch that has ended since: it is told again.
+            return;
+        }
+        match upstream {
+            Some(version) if !is_after(version, &cursor) => {
+                return self.note_overtaken(number);
+            }
+            Some(version) => {
+                if let Some(entry) = self.next.outbox.get(&number) {
+                    self.told.note(entry.kind, &entry.id, version);
+                }
+            }
+            None => {}
+        }
+        self.note_forwarded(number, upstream);
+    }
+
+    /// The registry has taken a change at a revision that the cursor has passed, as it says when it is told again.
+    ///
+    /// Had what was read up to the cursor shown the version, the change would wait no longer. So another one has
+    /// taken its place, and what was read has shown that one, or that there is nothing: this counts, and the version
+    /// that was answered does not.
+    fn note_overtaken(&mut self, number: u64) {
+        let Some(entry) = self.next.outbox.remove(&number) else {
+            return;
+        };
+        let (kind, id, there) = (entry.kind, &*entry.id, entry.expected);
+        self.set_upstream(kind, id, there);
+        self.expect_next(kind, id, there);
+        if there.is_none() && self.waiting_for(kind, id).is_empty() {
+            // Ours was in force there, and was lifted.
+            self.lift_here(kind, id);
+        }
+    }
+
     /// The registry has a change: it is that version there now, or gone.
     ///
     /// The answer may come twice, by the log and by itself; the second time changes nothing.
@@ -156,6 +232,8 @@ impl State {
         self.events
             .push(Happening::new(EventKind::ForwardRefused, data));
         self.hold_refused(&entry);
+        // What it was to replace is there as before.
+        self.expect_next(entry.kind, &entry.id, entry.expected);
     }
 
     /// Notes which version a thing has at the registry, which changes nothing here.

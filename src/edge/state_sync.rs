@@ -54,6 +54,10 @@ impl State {
             Extent::Everything => followed.puts.iter().map(|put| put.id.clone()).collect(),
             Extent::Changes | Extent::Restrictions => BTreeSet::new(),
         };
+        if extent == Extent::Everything {
+            // What it shows counts, also of a version that was lifted from here and that a backup has brought back.
+            self.told.passed(&followed.cursor);
+        }
         let mut gone = Vec::new();
         for tombstone in &followed.lifts {
             gone.extend(self.follow_lift(tombstone));
@@ -90,6 +94,7 @@ impl State {
     }
 
     fn move_cursor(&mut self, cursor: RegistryCursor, tally: &Tally) {
+        self.told.passed(&cursor);
         let before = self.next.registry.replace(Arc::new(cursor.clone()));
         let Some(before) = before.filter(|before| before.epoch != cursor.epoch) else {
             return;
@@ -111,6 +116,11 @@ impl State {
     /// Finds a change of ours that has come back and was superseded since.
     fn recognise(&mut self, superseded: &Superseded) {
         let waiting = self.waiting_for(superseded.kind, &superseded.id);
+        let known = self.last_known(superseded.kind, &superseded.id, &waiting);
+        if known >= Some(superseded.upstream) {
+            // An earlier one: all removals look the same.
+            return;
+        }
         let body = superseded.body.as_ref();
         if let Some(first) = waiting.first()
             && is_echo(first, superseded.operation, body)
@@ -132,7 +142,7 @@ impl State {
             self.meet_removal(first);
             return None;
         }
-        known.map(|_| (*kind, id.clone()))
+        self.upstream_of(*kind, id).map(|_| (*kind, id.clone()))
     }
 
     /// Something of which changes wait here is gone at the registry.
@@ -218,7 +228,7 @@ impl State {
             return false;
         }
         let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
-        let known = self.upstream_of(put.kind, &put.id);
+        let known = self.last_known(put.kind, &put.id, &[]);
         if is_over || known.is_some_and(|known| known >= put.upstream) {
             return false;
         }
@@ -337,6 +347,7 @@ impl State {
         listed: &BTreeSet<Arc<str>>,
         cursor: &RegistryCursor,
     ) -> Vec<(ObjectKind, Arc<str>)> {
+        self.meet_absence(listed, cursor);
         let zones = self.next.zones.iter();
         let zones = zones.map(|(id, entry)| (ObjectKind::Zone, id.clone(), entry.upstream));
         let closures = self.next.closures.iter();
@@ -360,20 +371,23 @@ impl State {
                 (None, None) => {}
             }
         }
+        gone
+    }
+
+    /// What waits to replace something that is not in the list any more meets its removal.
+    ///
+    /// What stands here does not tell: it may have been lifted here and put anew.
+    fn meet_absence(&mut self, listed: &BTreeSet<Arc<str>>, cursor: &RegistryCursor) {
         // What the registry has made after this list is not gone for not being in it.
         let was_there = |expected: Upstream| !is_after(expected, cursor);
-        let removals: Vec<Arc<OutboxEntry>> = self
-            .next
-            .outbox
-            .values()
-            .filter(|entry| entry.operation == ChangeOperation::Delete)
+        let waiting = self.next.outbox.values();
+        let waiting: Vec<Arc<OutboxEntry>> = waiting
             .filter(|entry| entry.expected.is_some_and(was_there) && !listed.contains(&entry.id))
             .cloned()
             .collect();
-        for entry in removals {
-            self.note_forwarded(entry.number, None);
+        for entry in waiting {
+            self.meet_removal(&entry);
         }
-        gone
     }
 
     fn introduce(&mut self, kind: ObjectKind, id: &str) {
@@ -401,8 +415,8 @@ impl State {
         }
     }
 
-    /// The last version at the registry that is known of something: of what stands here, or of what waits to be changed
-    /// there. What was told from here may be known before the log brings what came before it.
+    /// The last version at the registry that is known of something: of what stands here, of what waits to be changed
+    /// there, or of what was told. What was told from here may be known before the log brings what came before it.
     fn last_known(
         &self,
         kind: ObjectKind,
@@ -410,7 +424,8 @@ impl State {
         waiting: &[Arc<OutboxEntry>],
     ) -> Option<Upstream> {
         let expected = waiting.first().and_then(|first| first.expected);
-        self.upstream_of(kind, id).max(expected)
+        let known = self.upstream_of(kind, id).max(expected);
+        known.max(self.told.of(kind, id))
     }
 
     pub(super) fn has(&self, kind: ObjectKind, id: &str) -> bool {
@@ -449,7 +464,7 @@ fn is_echo(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&Arc<st
 }
 
 /// Whether a version was made after all that a cursor stands for.
-fn is_after(upstream: Upstream, cursor: &RegistryCursor) -> bool {
+pub(super) fn is_after(upstream: Upstream, cursor: &RegistryCursor) -> bool {
     (upstream.epoch, upstream.revision) > (cursor.epoch, cursor.revision)
 }
 

@@ -1,8 +1,9 @@
-//! The spans of a recomposition, for those who trace: nothing, and at no cost, where nobody does.
+//! What a recomposition tells of itself: its spans for those who trace, one log line for those who debug; nothing, and at
+//! no cost, where nobody does either.
 
 use super::records::AnswerRecord;
 use tracing::Span;
-use tracing::field::{Empty, debug, display};
+use tracing::field::{Empty, display};
 
 /// The target of all spans; log lines have those of their modules.
 pub const TRACES_TARGET: &str = "skyway::traces";
@@ -41,21 +42,29 @@ pub(super) fn of_publication() -> Span {
     tracing::trace_span!(target: TRACES_TARGET, "publish")
 }
 
-/// Writes into its span what an answer came to.
+/// Writes into its span, and into the log, what an answer came to.
 pub(super) fn tell(span: &Span, record: &AnswerRecord) {
+    let answer = &record.answer;
+    tracing::debug!(
+        recomposition_id = record.id(),
+        outcome = answer.outcome.name(),
+        stage = answer.stage.name(),
+        revision = &*record.revision,
+        dry_run = record.dry_run,
+        "answered"
+    );
     if span.is_disabled() {
         return;
     }
-    let answer = &record.answer;
     span.record("recomposition_id", record.id());
     span.record("revision", display(&record.revision));
-    span.record("outcome", debug(answer.outcome));
+    span.record("outcome", answer.outcome.name());
     span.record("strategy", answer.strategy.name());
     span.record("strategy_used", answer.strategy_used.name());
-    span.record("stage", debug(answer.stage));
+    span.record("stage", answer.stage.name());
     span.record("searches", answer.searches);
     span.record("settled_nodes", answer.settled_nodes);
     span.record("area_nodes", answer.area_nodes);
     span.record("dry_run", record.dry_run);
-    span.record("publication", debug(&record.published));
+    span.record("publication", record.published.state.name());
 }

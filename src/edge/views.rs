@@ -69,13 +69,7 @@ pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
 }
 
 fn outcome_name(outcome: Option<Outcome>) -> &'static str {
-    match outcome {
-        None => "composed",
-        Some(Outcome::Rerouted) => "rerouted",
-        Some(Outcome::Unaffected) => "unaffected",
-        Some(Outcome::Diverted) => "diverted",
-        Some(Outcome::NoRoute) => "no_route",
-    }
+    outcome.map_or("composed", Outcome::name)
 }
 
 pub(super) fn warning(code: impl Into<Cow<'static, str>>, message: &str) -> wire::Warning<'static> {

@@ -1,9 +1,11 @@
 //! What the daemons have in common where they meet the network: addresses, tokens, and why one does not start.
 
+use crate::api::metrics::RequestMetrics;
 use crate::api::server::{Authentication, FindCaller};
-use crate::config::Tokens;
+use crate::config::{HttpUrl, Tokens};
 use crate::edge;
 use crate::registry::OpenError;
+use prometheus_client::registry::Registry;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -47,6 +49,17 @@ pub struct Addresses {
     pub listen: SocketAddr,
     /// For metrics and status.
     pub admin: SocketAddr,
+}
+
+/// The metrics of requests, with exemplars where requests are traced.
+pub(super) fn request_metrics(
+    registry: &mut Registry,
+    collector: Option<&HttpUrl>,
+) -> Arc<RequestMetrics> {
+    Arc::new(match collector {
+        Some(_) => RequestMetrics::traced(registry),
+        None => RequestMetrics::new(registry),
+    })
 }
 
 /// Binds an address; `flag` is the flag that sets it.

@@ -7,5 +7,6 @@ pub mod registry;
 pub mod service;
 pub mod signals;
 mod store_lock;
+mod store_thread;
 pub mod supervisor;
 pub mod traces;

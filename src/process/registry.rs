@@ -1,8 +1,7 @@
 //! A running registry: its store, its two listeners, and how it ends.
 
-use super::listening::{Addresses, ServiceError, authentication, bind};
+use super::listening::{Addresses, ServiceError, authentication, bind, request_metrics};
 use super::planted::plant_bug;
-use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::registry as rest;
 use crate::api::server::{Authentication, Drain, Drained, GateConfig, ServerConfig, Slots, serve};
@@ -67,7 +66,7 @@ impl RegistryService {
         });
         let registry = registry.await?;
         let mut metrics = Metrics::with_prefix("skyway_registry");
-        let request_metrics = Arc::new(RequestMetrics::new(&mut metrics));
+        let request_metrics = request_metrics(&mut metrics, config.traces.endpoint.as_ref());
         registry.register_metrics(&mut metrics);
         let drain = Drain::new();
         let (router, _) = rest::router(registry.clone(), drain.clone());

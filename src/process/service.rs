@@ -3,11 +3,11 @@
 //! Everything is bound before anything is served, so that a port that is taken stops the start. The main
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
-use super::listening::{Addresses, ServiceError, authentication, bind};
+use super::listening::{Addresses, ServiceError, authentication, bind, request_metrics};
 use super::planted::plant_bug;
 use super::store_lock::StoreLock;
+use super::store_thread::StoreThread;
 use crate::api::grpc::{self, Health};
-use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
@@ -48,6 +48,7 @@ pub struct Service {
     drain: Drain,
     following: Option<Following>,
     _lock: Option<StoreLock>,
+    _store_thread: Option<StoreThread>,
     main: JoinHandle<io::Result<Drained>>,
     admin: JoinHandle<io::Result<Drained>>,
 }
@@ -78,9 +79,10 @@ impl Service {
         let opening = Opening::new(topology, geojson, epoch, settings(&config), clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
-        let edge = open(opening.fresh_id(random_id()?), config.store.as_deref()).await?;
+        let opening = opening.fresh_id(random_id()?);
+        let (edge, store_thread) = open(opening, config.store.as_deref()).await?;
         let mut registry = Registry::with_prefix("skyway");
-        let metrics = Arc::new(RequestMetrics::new(&mut registry));
+        let metrics = request_metrics(&mut registry, config.traces.endpoint.as_ref());
         edge.register_metrics(&mut registry);
         let following = follow(&edge, &config)?;
         let drain = Drain::new();
@@ -121,6 +123,7 @@ impl Service {
             drain,
             following,
             _lock: lock,
+            _store_thread: store_thread,
             main,
             admin: tokio::spawn(admin),
         })
@@ -183,13 +186,21 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
     Ok(Some(edge.follow_registry(client, settings)))
 }
 
-/// Opens an edge over its file; without one it forgets everything when it ends.
-async fn open(opening: Opening, store: Option<&Path>) -> Result<Arc<Edge>, ServiceError> {
-    let Some(path) = store else {
-        return Ok(opening.without_store()?);
+/// Opens an edge over its file, which has a thread of its own; without one it forgets everything when it ends.
+async fn open(
+    opening: Opening,
+    store: Option<&Path>,
+) -> Result<(Arc<Edge>, Option<StoreThread>), ServiceError> {
+    let Some(path) = store.map(Path::to_owned) else {
+        return Ok((opening.without_store()?, None));
     };
-    let file = SqliteFile::open(path).await.map_err(OpenError::from)?;
-    Ok(Edge::open(opening, Box::new(file)).await?)
+    let thread = StoreThread::start()?;
+    let opened = thread
+        .handle()
+        .spawn(async move { SqliteFile::open(&path).await });
+    let file = opened.await?.map_err(OpenError::from)?;
+    let opening = opening.storing_on(thread.handle().clone());
+    Ok((Edge::open(opening, Box::new(file)).await?, Some(thread)))
 }
 
 /// 128 random bits in hexadecimal.

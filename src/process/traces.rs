@@ -3,6 +3,7 @@
 //! Spans wait in a bounded queue for a thread of their own: no request waits for the collector, and what does not
 //! fit while it is slow or away is dropped.
 
+use crate::config::HttpUrl;
 use opentelemetry::KeyValue;
 use opentelemetry::trace::TracerProvider as _;
 use opentelemetry_otlp::{
@@ -35,6 +36,17 @@ pub struct TracesConfig {
     pub share: f64,
     /// The name of the daemon.
     pub service: &'static str,
+}
+
+impl TracesConfig {
+    /// The traces of a daemon; none where no collector is named.
+    pub fn of(service: &'static str, endpoint: Option<&HttpUrl>, share: f64) -> Option<Self> {
+        endpoint.map(|endpoint| Self {
+            endpoint: endpoint.as_str().to_owned(),
+            share,
+            service,
+        })
+    }
 }
 
 /// Why there are no traces.

@@ -20,6 +20,18 @@ pub enum Outcome {
     NoRoute,
 }
 
+impl Outcome {
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rerouted => "rerouted",
+            Self::Unaffected => "unaffected",
+            Self::Diverted => "diverted",
+            Self::NoRoute => "no_route",
+        }
+    }
+}
+
 /// Why another strategy answered than the one asked for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "code")]

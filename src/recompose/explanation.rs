@@ -26,6 +26,22 @@ pub enum Stage {
     Global,
 }
 
+impl Stage {
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Circle => "circle",
+            Self::Cells => "cells",
+            Self::Triangle => "triangle",
+            Self::Rhombus => "rhombus",
+            Self::Rectangle => "rectangle",
+            Self::Grown => "grown",
+            Self::Local => "local",
+            Self::Global => "global",
+        }
+    }
+}
+
 /// The shape of a search area, in metres of the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AreaShape {

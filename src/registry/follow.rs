@@ -1,7 +1,7 @@
 //! The log as followers read it: pages of whole revisions, at once or as soon as there is something new.
 
 use super::Registry;
-use super::store::{ChangesQuery, ChangesRead};
+use super::store::{ChangesQuery, ChangesRead, Version};
 use crate::intake::Faults;
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
@@ -102,7 +102,15 @@ impl Registry {
                     "revision {head} is the last, {after} is of another life; take the snapshot"
                 )
             }
-            _ => return Ok(read),
+            _ => {
+                // It may be of another process, or of a commit that is not remembered yet.
+                let version = Version {
+                    epoch: read.identity.epoch,
+                    revision: head,
+                };
+                self.remember(&query.network, version).await;
+                return Ok(read);
+            }
         };
         Err(Refusal::new(Code::ChangesGone, detail).with_oldest_revision(oldest))
     }

@@ -2,8 +2,10 @@
 //!
 //! Followers trust that a revision of an epoch never changes its meaning. A restored store would give the
 //! revisions that it lost to other changes; so it begins a new epoch, which sends every follower to the snapshot.
-//! The file is written after every commit and before its acknowledgement, without waiting for the disk: what ends
-//! the process does not lose it, and a backup is not restored while the power is off.
+//! The file is written after every commit and before anyone is told of it, neither who wrote nor who follows, and
+//! without waiting for the disk: what ends the process does not lose it, and a backup is not restored while the power
+//! is off. Written before the commit it would call every commit that a kill prevents a loss, and send all followers to
+//! the snapshot.
 
 use super::store::{Identity, NetworkState, Version};
 use serde::{Deserialize, Serialize};
@@ -81,6 +83,13 @@ impl HighWater {
         let mut mark = self.mark.lock().unwrap_or_else(PoisonError::into_inner);
         *mark = Mark::of(identity, networks);
         self.write(&mark)
+    }
+
+    /// Whether a revision is remembered.
+    pub(super) fn has(&self, network: &str, version: Version) -> bool {
+        let mark = self.mark.lock().unwrap_or_else(PoisonError::into_inner);
+        let head = mark.heads.get(network);
+        mark.epoch == version.epoch && head.is_some_and(|head| *head >= version.revision)
     }
 
     /// Remembers a commit.

@@ -90,6 +90,11 @@ impl Registry {
             let gone = Refusal::new(Code::ChangesGone, detail);
             return Err(gone.with_oldest_revision(read.state.oldest));
         }
+        let shown = Version {
+            epoch,
+            revision: read.at,
+        };
+        self.remember(network, shown).await;
         let mut objects = Vec::with_capacity(read.objects.len() + 1);
         if cursor.is_none() {
             let composed = self.composed_at(network, read.at).await?;

@@ -267,11 +267,15 @@ impl Registry {
         Ok(Appended::Done { version, reply })
     }
 
-    /// Remembers a commit beside the store. What is committed stays so, also where this fails.
-    async fn remember(&self, network: &str, version: Version) {
+    /// Remembers a commit beside the store, before anyone is told of it. What is committed stays so, also where this
+    /// fails.
+    pub(super) async fn remember(&self, network: &str, version: Version) {
         let Some(file) = self.high_water.clone() else {
             return;
         };
+        if file.has(network, version) {
+            return;
+        }
         let network = network.to_owned();
         let noted = aside(move || file.note(&network, version)).await;
         let failure = match noted {

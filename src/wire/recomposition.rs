@@ -188,6 +188,17 @@ pub enum PublicationState {
     None,
 }
 
+impl PublicationState {
+    /// The name on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::Proposed => "proposed",
+            Self::None => "none",
+        }
+    }
+}
+
 /// What becomes of what a report closes, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]

@@ -106,17 +106,19 @@ pub(crate) fn skyway_unread(arguments: &[&str]) -> Run {
 pub(crate) struct Server {
     child: std::process::Child,
     pub(crate) address: std::net::SocketAddr,
+    pub(crate) admin: std::net::SocketAddr,
 }
 
 #[cfg(all(unix, feature = "edge"))]
 impl Server {
-    /// Starts it on free ports and waits until it serves.
+    /// Starts it on free ports and waits until it serves. Its log is the file `log`.
     pub(crate) fn start(desk: &Desk, arguments: &[&str]) -> Self {
+        let log = std::fs::File::create(desk.path("log")).expect("a file");
         let ports_file = desk.path("ports.json");
         let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
         let mut command = command(arguments);
         command.args(anywhere).args(["--ports-file", &ports_file]);
-        command.stdin(Stdio::null()).stderr(Stdio::null());
+        command.stdin(Stdio::null()).stderr(log);
         let mut child = command.spawn().expect("a binary that starts");
         // It writes its ports once it serves; a daemon that has ended never will.
         let ports: Value = loop {
@@ -127,11 +129,36 @@ impl Server {
             }
             std::thread::sleep(std::time::Duration::from_millis(2));
         };
-        let port = u16::try_from(ports["listen"].as_u64().expect("a port")).expect("a port");
+        let address = |name: &str| {
+            let port = u16::try_from(ports[name].as_u64().expect("a port")).expect("a port");
+            (std::net::Ipv4Addr::LOCALHOST, port).into()
+        };
         Self {
             child,
-            address: (std::net::Ipv4Addr::LOCALHOST, port).into(),
+            address: address("listen"),
+            admin: address("admin_listen"),
         }
+    }
+
+    /// Asks over a connection of its own, which has to succeed; gives head and body. Each header ends with a line break.
+    #[track_caller]
+    pub(crate) fn ask(
+        address: std::net::SocketAddr,
+        line: &str,
+        headers: &str,
+        body: &str,
+    ) -> String {
+        use std::io::Read;
+        let mut stream = std::net::TcpStream::connect(address).expect("the daemon");
+        let request = format!(
+            "{line} HTTP/1.1\r\nhost: {address}\r\ncontent-length: {}\r\nconnection: close\r\n{headers}\r\n{body}",
+            body.len()
+        );
+        stream.write_all(request.as_bytes()).expect("a reader");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("an answer");
+        assert!(answer.starts_with("HTTP/1.1 2"), "{line}: {answer}");
+        answer
     }
 
     /// Tells it to end; gives its exit code.

@@ -136,6 +136,26 @@ fn tokens_are_for_their_owner_only() {
 }
 
 #[test]
+fn who_checks_the_file_of_the_other_daemon_is_told_so() {
+    let desk = Desk::new();
+    let of_registry = desk.write("registry.toml", "[changes]\nkeep = 500\n");
+    let run = skyway(&["config", "check", "--config", &of_registry]).exits(78);
+    let last = run.stderr.lines().last();
+    let advice = "error: this configures a registry: check it with --registry";
+    assert_eq!(last, Some(advice), "{}", run.stderr);
+    let of_edge = desk.write("edge.toml", "[plans]\nheadway = \"20s\"\n");
+    let check = ["config", "check", "--registry", "--config", &of_edge];
+    let run = skyway(&check).exits(78);
+    let last = run.stderr.lines().last();
+    let advice = "error: this configures an edge: check it without --registry";
+    assert_eq!(last, Some(advice), "{}", run.stderr);
+    // What is wrong for both is told as it is.
+    let of_nobody = desk.write("nobody.toml", "[changes]\nkept = 500\n");
+    let run = skyway(&["config", "check", "--config", &of_nobody]).exits(78);
+    assert!(!run.stderr.contains("--registry"), "{}", run.stderr);
+}
+
+#[test]
 #[expect(
     clippy::disallowed_methods,
     reason = "a test looks whether a file was made"

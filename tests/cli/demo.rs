@@ -16,6 +16,12 @@ fn a_demo_says_where_to_look_and_ends_when_its_time_is_over() {
     let ports_file = desk.path("ports.json");
     let run = skyway(&demo(&["--for", "0", "--ports-file", &ports_file])).exits(0);
     assert_eq!(run.stdout, "");
+    // The clock of both edges is one.
+    let warnings = run
+        .stderr
+        .lines()
+        .filter(|line| line.starts_with("warning:"));
+    assert_eq!(warnings.count(), 1, "{}", run.stderr);
     let ports: Value = serde_json::from_str(&desk.read("ports.json")).expect("JSON");
     let url = format!("http://127.0.0.1:{}", ports["listen"]);
     let commands: Vec<&str> = run

@@ -9,6 +9,8 @@ mod demo;
 mod evaluate;
 mod help;
 mod input;
+#[cfg(feature = "edge")]
+mod logs;
 mod networks;
 mod requests;
 #[cfg(feature = "edge")]

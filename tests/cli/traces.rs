@@ -80,17 +80,20 @@ fn has(bytes: &[u8], part: &[u8]) -> bool {
 /// Reports a failure as a drone that traces, and gives the answer.
 fn report(address: SocketAddr) -> String {
     let body = r#"{"service":{"from":379,"to":406},"destination":450,"dry_run":true}"#;
-    let mut stream = TcpStream::connect(address).expect("the edge");
-    let request = format!(
-        "POST /v1/failures HTTP/1.1\r\nhost: {address}\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\
-         x-request-id: drone-7-report-1\r\ntraceparent: {TRACEPARENT}\r\nconnection: close\r\n\r\n{body}",
-        body.len()
+    let headers = format!(
+        "content-type: application/json\r\nx-request-id: drone-7-report-1\r\ntraceparent: {TRACEPARENT}\r\n"
     );
-    stream.write_all(request.as_bytes()).expect("a reader");
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).expect("an answer");
-    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
-    answer
+    Server::ask(address, "POST /v1/failures", &headers, body)
+}
+
+/// The metrics for who accepts these types, head and body.
+fn metrics(edge: &Server, accept: &str) -> String {
+    Server::ask(
+        edge.admin,
+        "GET /metrics",
+        &format!("accept: {accept}\r\n"),
+        "",
+    )
 }
 
 #[test]
@@ -109,6 +112,10 @@ fn a_collector_gets_the_drones_request_down_to_the_search() {
         "settle",
         "search",
         "drone-7-report-1",
+        // Outcome, stage and publication, as the wire calls them.
+        "rerouted",
+        "global",
+        "none",
     ] {
         assert!(has(&taken, name.as_bytes()), "no '{name}' was sent");
     }
@@ -159,4 +166,64 @@ fn an_endpoint_that_is_no_address_keeps_the_edge_from_starting() {
     ])
     .exits(78);
     assert!(run.stderr.contains("traces.endpoint"), "{}", run.stderr);
+}
+
+/// An exemplar, as `OpenMetrics` writes it behind the sample of a bucket.
+const EXEMPLAR: &str = "# {trace_id=\"4bf92f3577b34da6a3ce929d0e0e4736\"} ";
+
+#[test]
+fn a_bucket_names_the_trace_of_a_request_that_is_sent() {
+    let desk = Desk::new();
+    let collector = Collector::open();
+    let setting = format!("traces.endpoint={}", collector.endpoint);
+    let edge = Server::start(&desk, &["edge", "--no-store", "--set", &setting]);
+    report(edge.address);
+    let prometheus = "application/openmetrics-text;version=1.0.0,text/plain;version=0.0.4;q=0.5";
+    for accept in [prometheus, "*/*"] {
+        let page = metrics(&edge, accept);
+        assert!(page.contains("content-type: application/openmetrics-text; version=1.0.0"));
+        let named: Vec<&str> = page
+            .lines()
+            .filter(|line| line.contains(EXEMPLAR))
+            .collect();
+        let [bucket] = *named else {
+            panic!("one request fell into one bucket, and these name it: {named:?}");
+        };
+        assert!(bucket.starts_with("skyway_request_duration_seconds_bucket{"));
+        assert!(bucket.contains("operation=\"report_failure\""), "{bucket}");
+    }
+    // Who reads the older format alone would take an exemplar for a fault of the page.
+    let page = metrics(&edge, "text/plain;version=0.0.4,*/*;q=0.1");
+    assert!(page.contains("content-type: text/plain; version=0.0.4"));
+    assert!(page.contains("skyway_request_duration_seconds_bucket{"));
+    assert!(!page.contains("trace_id"), "{page}");
+    assert_eq!(edge.end(), 0);
+    collector.close();
+}
+
+#[test]
+fn what_is_not_sent_is_not_named() {
+    let collector = Collector::open();
+    let endpoint = format!("traces.endpoint={}", collector.endpoint);
+    let none_by_chance = [
+        "edge",
+        "--no-store",
+        "--set",
+        &endpoint,
+        "--set",
+        "traces.share=0",
+    ];
+    for arguments in [&["edge", "--no-store"][..], &none_by_chance] {
+        let desk = Desk::new();
+        let edge = Server::start(&desk, arguments);
+        // Without a trace of the drone's own chance decides.
+        let body = r#"{"service":{"from":379,"to":406},"destination":450,"dry_run":true}"#;
+        let headers = "content-type: application/json\r\n";
+        Server::ask(edge.address, "POST /v1/failures", headers, body);
+        let page = metrics(&edge, "application/openmetrics-text");
+        assert!(page.contains("skyway_request_duration_seconds_bucket{"));
+        assert!(!page.contains("trace_id"), "{arguments:?}: {page}");
+        assert_eq!(edge.end(), 0);
+    }
+    collector.close();
 }

@@ -136,13 +136,18 @@ class Installation:
         configuration.mkdir()
         for name in ("prometheus.yml", "alerts.yml"):
             shutil.copy(DEPLOY / "prometheus" / name, configuration)
-        command = [
-            self._tools / "prometheus",
-            f"--config.file={configuration / 'prometheus.yml'}",
-            f"--storage.tsdb.path={self.folder / 'tsdb'}",
-            "--web.listen-address=127.0.0.1:9090",
-        ]
+        command = prometheus_command(self._tools, configuration / "prometheus.yml", self.folder / "tsdb")
         self.processes["prometheus"] = Process("prometheus", command, self.folder / "prometheus.log")
+
+
+def prometheus_command(tools: pathlib.Path, configuration: pathlib.Path, data: pathlib.Path) -> list:
+    """Prometheus with the flags of the file, on the port of its image; files and data are elsewhere."""
+    flags = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]["prometheus"]["command"]
+    moved = {"--config.file": configuration, "--storage.tsdb.path": data}
+    for flag in moved:
+        expect(any(given.startswith(f"{flag}=") for given in flags), f"compose.yaml: Prometheus has no {flag}")
+    others = [flag for flag in flags if flag.partition("=")[0] not in moved]
+    return [tools / "prometheus", *(f"{flag}={path}" for flag, path in moved.items()), *others, "--web.listen-address=127.0.0.1:9090"]
 
 
 @contextlib.contextmanager

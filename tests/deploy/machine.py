@@ -58,11 +58,16 @@ def run(*command, **options) -> subprocess.CompletedProcess:
     return done
 
 
-def commands(name: str, environment: dict[str, str]) -> None:
-    """Runs the block of commands that the page marks with a name."""
+def block(name: str) -> str:
+    """The commands that the page marks with a name."""
     found = re.search(rf"<!-- tested: {re.escape(name)} -->\n+```sh\n(.*?)```", PAGE.read_text(), re.DOTALL)
     expect(found is not None, f"docs/operations.md has no commands marked '{name}'")
-    done = subprocess.run(["bash", "-euo", "pipefail", "-c", found[1]], env=environment, capture_output=True, text=True, check=False)
+    return found[1]
+
+
+def commands(name: str, environment: dict[str, str]) -> None:
+    """Runs the block of commands that the page marks with a name."""
+    done = subprocess.run(["bash", "-euo", "pipefail", "-c", block(name)], env=environment, capture_output=True, text=True, check=False)
     expect(done.returncode == 0, f"'{name}' of docs/operations.md ended with {done.returncode}:\n{done.stdout}{done.stderr}")
 
 

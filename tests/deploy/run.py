@@ -15,6 +15,7 @@ import tempfile
 import time
 
 import backups
+import exemplars
 import files
 import installation
 import metrics
@@ -83,6 +84,7 @@ def stories(folder: pathlib.Path, given: argparse.Namespace) -> dict:
         "context": files.image_context,
         "image": lambda: one_image.run_all(folder / "image", program),
         "metrics": lambda: metrics.run_all(program, folder / "metrics"),
+        "exemplars": lambda: exemplars.run_all(program, given.tools, folder / "exemplars"),
         "upgrade": lambda: upgrade.run_all(folder / "upgrade", old, program),
         "edge-backup": lambda: backups.of_edge(program, folder / "edge-backup"),
         "registry-backup": lambda: backups.of_registry_file(program, folder / "registry-backup"),

@@ -1,20 +1,43 @@
-"""What an edge takes of memory and disk, for docs/operations.md: at its start, after reports to everywhere, with zones."""
+"""What an edge takes of memory and disk, for docs/operations.md: for each segment, after reports to everywhere, with zones."""
 
 import itertools
 import pathlib
 import re
 
 from backups import Daemon
-from machine import expect
+from machine import expect, run
 
 REPORTS, BATCH, ZONES = 10_000, 500, 500
 # Far above what is measured: what leaks or grows without a bound is found, not what is a little more than yesterday.
-MEMORY_MIB_MAX, BYTES_PER_REPORT_MAX = 300, 8_192
+MEMORY_MIB_MAX, BYTES_PER_REPORT_MAX, BYTES_PER_SEGMENT_MAX = 300, 8_192, 2_048
+# Two generated networks, from whose difference it follows what a segment takes.
+SMALL_NODES, LARGE_NODES = 2_000, 20_000
 
 
 def run_all(program: pathlib.Path, folder: pathlib.Path) -> str:
-    """Measures one edge over Sydney."""
+    """Measures edges over generated networks, and one over Sydney."""
     folder.mkdir()
+    return f"{by_segments(program, folder)}; {over_sydney(program, folder)}"
+
+
+def by_segments(program: pathlib.Path, folder: pathlib.Path) -> str:
+    """What an edge takes at its start, without a store, by the size of its network."""
+    segments, memory = [], []
+    for nodes in (SMALL_NODES, LARGE_NODES):
+        network = folder / f"{nodes}.geojson"
+        run(program, "network", "generate", "--nodes", nodes, "--output", network)
+        edge = Daemon(program, "edge", folder, 18080, "--no-store", "--network", str(network))
+        segments.append(edge.status()["segments"])
+        memory.append(memory_mib(edge))
+        edge.process.end()
+    for_each = (memory[1] - memory[0]) * 2**20 / (segments[1] - segments[0])
+    expect(for_each < BYTES_PER_SEGMENT_MAX, f"an edge takes {for_each:.0f} bytes for a segment")
+    without_any = memory[0] - for_each * segments[0] / 2**20
+    return f"an edge: {without_any:.0f} MiB, and {for_each:.0f} bytes for each segment (from {segments[0]} and {segments[1]})"
+
+
+def over_sydney(program: pathlib.Path, folder: pathlib.Path) -> str:
+    """What it takes after reports to everywhere, and with zones."""
     edge = Daemon(program, "edge", folder, 18080)
     client = edge.caller()
     at_start = memory_mib(edge)
@@ -40,7 +63,7 @@ def run_all(program: pathlib.Path, folder: pathlib.Path) -> str:
     expect(max(after_reports, with_zones) < MEMORY_MIB_MAX, f"an edge takes {after_reports:.0f} and {with_zones:.0f} MiB")
     expect(stored / REPORTS < BYTES_PER_REPORT_MAX, f"the file has {stored / REPORTS:.0f} bytes for a report")
     return (
-        f"an edge over Sydney: {at_start:.0f} MiB at its start, {after_reports:.0f} MiB after {REPORTS} reports, {with_zones:.0f} MiB with {ZONES} zones; "
+        f"over Sydney {at_start:.0f} MiB at its start, {after_reports:.0f} MiB after {REPORTS} reports, {with_zones:.0f} MiB with {ZONES} zones; "
         f"its file {stored / 2**20:.0f} MiB, {stored / REPORTS / 1024:.1f} KiB for a report"
     )
 

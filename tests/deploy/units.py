@@ -4,10 +4,12 @@ import os
 import pathlib
 import subprocess
 
-from machine import Caller, Process, expect, run, until
+from machine import Caller, Process, block, expect, run, until
 
 BOOT = pathlib.Path(__file__).with_name("boot")
 DAEMONS = {"edge": 8080, "registry": 8180}
+# Everything within is done by root already.
+SUDO = '#!/bin/sh\nif [ "$1" = -u ]; then user=$2; shift 2; exec runuser -u "$user" -- "$@"; fi\nexec "$@"\n'
 
 
 class Machine:
@@ -62,10 +64,11 @@ def run_all(folder: pathlib.Path, package: pathlib.Path) -> str:
             starts_and_ends(machine, daemon, port)
         is_watched(machine)
         is_not_started_in_vain(machine)
+        is_set_up_by_the_page(machine)
         is_upgraded_and_removed(machine)
     finally:
         machine.close()
-    return "package and units under systemd: ready when it serves, watched, ended in order, not started in vain, upgraded, removed"
+    return "package and units under systemd: ready when it serves, watched, ended in order, not started in vain, set up by docs/operations.md, upgraded, removed"
 
 
 def start(machine: Machine, daemon: str) -> None:
@@ -113,6 +116,26 @@ def is_not_started_in_vain(machine: Machine) -> None:
     expect(machine.shown("edge", "NRestarts") == "0", "it was started again in vain")
     expect("lisen" in machine.journal("edge"), "the journal does not say what is wrong")
     machine.do("mv", "/etc/skyway/edge.toml.kept", "/etc/skyway/edge.toml")
+
+
+def is_set_up_by_the_page(machine: Machine) -> None:
+    """Tokens, a registry with its network, and an edge that follows it, by the very commands of the page."""
+    machine.add("/usr/local/bin/sudo", SUDO)
+    machine.do("chmod", "0755", "/usr/local/bin/sudo")
+    folder = "/root/operator"
+    machine.do("mkdir", folder)
+    for name in ("tokens", "a machine, registry", "a machine, edge"):
+        machine.do("bash", "-euo", "pipefail", "-c", f"cd {folder}\n{block(name)}")
+    operator = machine.do("cat", f"{folder}/operator.token")
+    expect(Caller("127.0.0.1", 8080).ask("GET", "/v1/zones")[0] == 401, "the edge serves whoever asks")
+
+    def follows() -> bool:
+        edges = Caller("127.0.0.1", 8180, operator).done("GET", "/v1/edges")["edges"]
+        return [(edge["id"], edge["behind"]) for edge in edges] == [("edge-1", 0)]
+
+    until("the edge follows", follows)
+    for daemon in DAEMONS:
+        machine.do("systemctl", "disable", "--now", f"skyway-{daemon}.service")
 
 
 def is_upgraded_and_removed(machine: Machine) -> None:

@@ -8,7 +8,7 @@ use crate::drafts::NETWORK;
 use crate::harness::{Place, Served};
 use serde_json::Value;
 use skyway::clock::Clock;
-use skyway::registry::{HighWater, OpenError, Opening, Registry, Settings, open_store};
+use skyway::registry::{HighWater, Manner, OpenError, Opening, Registry, Settings, open_store};
 
 async fn summary(served: &Served) -> Value {
     served.ask("GET /v1/networks", &[], "").await.is(200).json()
@@ -63,6 +63,40 @@ async fn a_restored_store_begins_a_new_epoch_by_itself() {
         3,
         "or because someone says so"
     );
+    served.end().await;
+}
+
+/// A commit of which nothing is remembered yet: a kill came first, or another process made it.
+#[tokio::test]
+async fn what_a_follower_was_told_is_missed_when_it_is_lost() {
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
+    served.post_zone("kept").await;
+    served.end().await;
+    let restored = Place::new();
+    std::fs::copy(place.store(), restored.store()).expect("copied");
+    let served = place.open(Settings::default(), false).await;
+    let beside = Registry::open(Opening {
+        store: open_store(&place.store().display().to_string())
+            .await
+            .expect("a store"),
+        settings: Settings::default(),
+        clock: Clock::real(),
+        high_water: None,
+        new_epoch: false,
+    });
+    let beside = beside.await.expect("a registry");
+    let feature = crate::harness::circle("seen", 10.0);
+    let manner = Manner::default();
+    let put = beside.put_zone(NETWORK, Some("seen"), feature, &manner);
+    put.await.expect("a zone");
+    let told = served.get("/changes?after=2&epoch=1").await.is(200).json();
+    assert_eq!(told["revision"], 3);
+    served.end().await;
+    let mark = |place: &Place| place.path().join("high-water");
+    std::fs::copy(mark(&place), mark(&restored)).expect("copied");
+    let served = restored.open(Settings::default(), false).await;
+    assert_eq!(summary(&served).await["epoch"], 2);
     served.end().await;
 }
 

@@ -120,12 +120,18 @@ fn note(outpost: &Outpost, edge: &Arc<Edge>, revision: &Value, nodes: &Value) {
             ));
         }
     }
-    world.notes().routes.push(Route {
-        edge: sight.edge.clone(),
-        moment: sight.moment,
-        at,
-        line_m,
-        lifted: sight.waiting.keys().cloned().collect(),
-    });
+    // What waited when an answer was worked out is known only as long as the edge has read nothing since: an answer
+    // that was stored first may come later.
+    if at == sight.at {
+        world.notes().routes.push(Route {
+            edge: sight.edge.clone(),
+            moment: sight.moment,
+            at,
+            line_m,
+            lifted: sight.waiting.keys().cloned().collect(),
+        });
+    } else {
+        world.count("routes of earlier revisions");
+    }
     world.notes().sights.push(sight);
 }

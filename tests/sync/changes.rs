@@ -364,15 +364,7 @@ async fn a_cursor_that_is_gone_leads_to_the_list() {
     north.put_zone("mine", 350.0, 0.0, 5.0).await;
     central.lift_zone("old").await;
     central.put_zone("new", 150.0, 0.0, 5.0).await;
-    let head = central.head().await;
-    let (body, _) = central.registry.network(NETWORK).await.expect("a network");
-    let compaction = skyway::registry::store::Compaction {
-        network: NETWORK.to_owned(),
-        oldest: head,
-        base_revision: 1,
-        base: body.to_string(),
-    };
-    central.store.compact(&compaction).await.expect("compacted");
+    central.compact().await;
     north.line.lead_to(Some(&central.registry));
     north.settle(&central).await;
     assert_eq!(north.line.lists(), 2);

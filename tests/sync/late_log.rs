@@ -23,13 +23,30 @@ impl Outpost {
     /// Waits until the log was read to its end, page by page.
     async fn read(&self, central: &Central) {
         self.line.bend(one_revision);
-        self.until("the log is read", async || {
-            let cursor = self.edge.stamp().registry_revision;
-            let head = central.head().await;
-            cursor.is_some_and(|cursor| cursor.revision == head)
-        })
-        .await;
+        self.has_read(central).await;
     }
+}
+
+/// What was lifted from here leaves nothing behind that would know its versions.
+#[tokio::test]
+async fn an_earlier_version_of_its_own_is_no_conflict() {
+    let central = Central::open().await;
+    let north = Outpost::set(&central, "north");
+    north.settle(&central).await;
+    north.line.bend(|_| Err(cut()));
+    north.put_zone("a", 50.0, 0.0, 10.0).await;
+    north.told().await;
+    north.lift_zone("a").await;
+    north.told().await;
+    north.line.take_no_writes(true);
+    north.put_zone("a", 50.0, 0.0, 5.0).await;
+    north.read(&central).await;
+    assert_eq!(north.zones(), [("a".to_owned(), 5.0)]);
+    assert_eq!((north.holds().len(), north.sync().outbox), (0, 1));
+    north.line.take_no_writes(false);
+    north.settle(&central).await;
+    assert_eq!(central.zones().await, [("a".to_owned(), 5.0)]);
+    north.end().await;
 }
 
 /// A zone that is put, lifted and put again, all of which the registry has heard before the edge reads any of it.
@@ -66,6 +83,21 @@ async fn a_removal_that_waits_outlives_earlier_versions_of_its_own() {
     let (central, north) = told_thrice().await;
     north.lift_zone("a").await;
     north.read(&central).await;
+    assert_eq!(north.zones(), []);
+    assert_eq!((north.holds().len(), north.sync().outbox), (0, 1));
+    north.line.take_no_writes(false);
+    north.settle(&central).await;
+    assert_eq!(central.zones().await, []);
+    north.end().await;
+}
+
+/// All removals look the same: the one that waits is not the one that comes back.
+#[tokio::test]
+async fn a_removal_that_waits_is_not_taken_for_an_earlier_one() {
+    let (central, north) = told_thrice().await;
+    north.lift_zone("a").await;
+    north.line.straighten();
+    north.has_read(&central).await;
     assert_eq!(north.zones(), []);
     assert_eq!((north.holds().len(), north.sync().outbox), (0, 1));
     north.line.take_no_writes(false);

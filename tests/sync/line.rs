@@ -29,9 +29,12 @@ struct Doing {
     bend_list: Option<BendList>,
     bend_written: Option<BendWritten>,
     takes_no_writes: bool,
+    refuses_next: bool,
     loses_answers: bool,
+    delays_answers: bool,
     lists: u64,
     writes: Vec<RegistryWrite>,
+    writes_under_way: u64,
     reports: Vec<EdgeReport>,
 }
 
@@ -91,6 +94,12 @@ impl Line {
         self.lock().loses_answers = loses;
     }
 
+    /// Whether answers to writes stay on their way back.
+    pub(crate) fn delay_answers(&self, delays: bool) {
+        self.lock().delays_answers = delays;
+        self.moved.send_modify(|moves| *moves += 1);
+    }
+
     pub(crate) fn bend(
         &self,
         bend: impl FnMut(ChangesPage) -> Result<ChangesPage, ClientError> + Send + 'static,
@@ -109,6 +118,11 @@ impl Line {
     /// Whether writes get nowhere, while reading goes on.
     pub(crate) fn take_no_writes(&self, takes_none: bool) {
         self.lock().takes_no_writes = takes_none;
+    }
+
+    /// The next write is refused for ever, as one that is not valid.
+    pub(crate) fn refuse_next_write(&self) {
+        self.lock().refuses_next = true;
     }
 
     pub(crate) fn bend_written(&self, bend: impl FnMut(Written) -> Written + Send + 'static) {
@@ -132,8 +146,63 @@ impl Line {
         self.lock().writes.clone()
     }
 
+    /// Whether a write has been heard and not been answered, or its answer not been lost, yet.
+    pub(crate) fn is_writing(&self) -> bool {
+        self.lock().writes_under_way > 0
+    }
+
     pub(crate) fn reports(&self) -> Vec<EdgeReport> {
         self.lock().reports.clone()
+    }
+
+    /// Carries a write to the registry, and its answer back.
+    async fn carry(
+        &self,
+        registry: &Arc<Registry>,
+        write: &RegistryWrite,
+    ) -> Result<Written, ClientError> {
+        if std::mem::take(&mut self.lock().refuses_next) {
+            return Err(ClientError::Refused {
+                status: 422,
+                code: "zone_invalid".to_owned(),
+                detail: "the registry takes no such zone".to_owned(),
+                retry_after_s: None,
+            });
+        }
+        let manner = Manner {
+            subject: self.edge_id.to_string(),
+            key: Some(write.idempotency_key.clone()),
+            fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),
+            if_match: write.if_match.clone(),
+            validate_only: false,
+        };
+        let (network, id) = (&*self.network, Some(&*write.id));
+        let reply = match (write.kind, &write.body) {
+            (kind, None) => registry.delete(network, kind, &write.id, &manner).await,
+            (ObjectKind::Closure, Some(body)) => {
+                let closure: PublishedClosure = serde_json::from_str(body).expect("a closure");
+                registry.put_closure(network, id, closure, &manner).await
+            }
+            (_, Some(body)) => {
+                let feature: Value = serde_json::from_str(body).expect("a feature");
+                registry.put_zone(network, id, feature, &manner).await
+            }
+        };
+        let reply = reply.map_err(|refusal| told(&refusal))?;
+        let mut moved = self.moved.subscribe();
+        while self.lock().delays_answers {
+            // Whoever ends it says so.
+            let _ = moved.changed().await;
+        }
+        let mut doing = self.lock();
+        if doing.loses_answers {
+            return Err(cut());
+        }
+        let written = serde_json::from_str(&reply.body).expect("an answer");
+        Ok(match &mut doing.bend_written {
+            Some(bend) => bend(written),
+            None => written,
+        })
     }
 
     fn registry(&self) -> Result<Arc<Registry>, ClientError> {
@@ -208,39 +277,17 @@ impl RegistryClient for Line {
 
     async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
         let registry = self.registry()?;
-        if self.lock().takes_no_writes {
-            return Err(cut());
-        }
-        self.lock().writes.push(write.clone());
-        let manner = Manner {
-            subject: self.edge_id.to_string(),
-            key: Some(write.idempotency_key.clone()),
-            fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),
-            if_match: write.if_match.clone(),
-            validate_only: false,
-        };
-        let (network, id) = (&*self.network, Some(&*write.id));
-        let reply = match (write.kind, &write.body) {
-            (kind, None) => registry.delete(network, kind, &write.id, &manner).await,
-            (ObjectKind::Closure, Some(body)) => {
-                let closure: PublishedClosure = serde_json::from_str(body).expect("a closure");
-                registry.put_closure(network, id, closure, &manner).await
+        {
+            let mut doing = self.lock();
+            if doing.takes_no_writes {
+                return Err(cut());
             }
-            (_, Some(body)) => {
-                let feature: Value = serde_json::from_str(body).expect("a feature");
-                registry.put_zone(network, id, feature, &manner).await
-            }
-        };
-        let reply = reply.map_err(|refusal| told(&refusal))?;
-        let mut doing = self.lock();
-        if doing.loses_answers {
-            return Err(cut());
+            doing.writes.push(write.clone());
+            doing.writes_under_way += 1;
         }
-        let written = serde_json::from_str(&reply.body).expect("an answer");
-        Ok(match &mut doing.bend_written {
-            Some(bend) => bend(written),
-            None => written,
-        })
+        let written = self.carry(&registry, write).await;
+        self.lock().writes_under_way -= 1;
+        written
     }
 
     async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {

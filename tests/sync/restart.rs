@@ -1,9 +1,11 @@
 //! An edge that follows, dies, and starts again from its disk while the registry is away.
 
-use crate::stage::{Central, NETWORK, Outpost, manner};
+use crate::stage::{Central, NETWORK, Outpost, circle, manner};
 use serde_json::json;
-use skyway::edge::{Decision, MemoryDisk, Table};
+use skyway::edge::{Breakage, Decision, MemoryDisk, Settings, Table, ZoneWrite};
 use skyway::wire::Freshness;
+use std::cell::Cell;
+use std::time::Duration;
 
 /// An edge on a disk that has the zone `x` around a1-a2, of 20 m, from the registry.
 async fn followed(disk: &MemoryDisk) -> (Central, Outpost) {
@@ -101,5 +103,60 @@ async fn weather_and_the_place_in_the_log_are_on_the_disk() {
         })
         .await;
     assert_eq!(north.line.lists(), 0);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn nothing_is_told_that_a_crash_would_forget() {
+    let disk = MemoryDisk::default();
+    let central = Central::open().await;
+    let settings = Settings {
+        commit_within: Duration::from_secs(3_600),
+        ..Settings::default()
+    };
+    let north = Outpost::over_with(&central.registry, "north", &disk, settings).await;
+    north.settle(&central).await;
+    north.stored().await;
+    disk.set(Breakage::Hanging);
+    let hangs = async {
+        north
+            .until("it is in force", async || north.blocked() == 1)
+            .await;
+        // As much time passes as it would take to tell it.
+        let turns = Cell::new(0);
+        north
+            .until("time has passed", async || {
+                turns.set(turns.get() + 1);
+                turns.get() > 100
+            })
+            .await;
+        assert!(north.line.writes().is_empty());
+        disk.set(Breakage::None);
+    };
+    tokio::join!(north.put_zone("y", 350.0, 0.0, 20.0), hangs);
+    north.settle(&central).await;
+    assert_eq!(central.zones().await, [("y".to_owned(), 20.0)]);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn a_disk_that_fails_keeps_nobody_from_learning() {
+    let disk = MemoryDisk::default();
+    let central = Central::open().await;
+    let north = Outpost::over(&central.registry, "north", &disk).await;
+    north.settle(&central).await;
+    north.stored().await;
+    disk.set(Breakage::Full);
+    let write = ZoneWrite {
+        id: Some("y".to_owned()),
+        ..ZoneWrite::default()
+    };
+    let feature = circle("y", 350.0, 0.0, 20.0);
+    let put = north.edge.put_zone(&north.caller, feature, write).await;
+    let refusal = put.expect_err("it is not stored");
+    assert!(refusal.enforced, "{refusal}");
+    north
+        .until("it is told", async || central.zones().await.len() == 1)
+        .await;
     north.end().await;
 }

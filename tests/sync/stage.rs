@@ -11,7 +11,7 @@ use skyway::edge::{
 };
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
-use skyway::registry::store::Store;
+use skyway::registry::store::{Compaction, Store};
 use skyway::registry::{self, Manner, Opening, Registry, open_store};
 use skyway::wire::{self, EventKind, Freshness, ObjectKind};
 use std::sync::Arc;
@@ -50,6 +50,38 @@ impl Central {
         let put = central.registry.put_network(NETWORK, &text, &manner);
         put.await.expect("a network");
         central
+    }
+
+    /// Drops the log of all that was changed.
+    pub(crate) async fn compact(&self) {
+        let (body, _) = self.registry.network(NETWORK).await.expect("a network");
+        let compaction = Compaction {
+            network: NETWORK.to_owned(),
+            oldest: self.head().await,
+            base_revision: 1,
+            base: body.to_string(),
+        };
+        self.store.compact(&compaction).await.expect("compacted");
+    }
+
+    /// A copy of the store, while nobody writes.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a test copies the file of a store, as a backup does"
+    )]
+    pub(crate) fn back_up(&self) -> TempDir {
+        let copy = tempfile::tempdir().expect("a folder");
+        for file in self.folder.path().read_dir().expect("files") {
+            let file = file.expect("a file");
+            std::fs::copy(file.path(), copy.path().join(file.file_name())).expect("a copy");
+        }
+        copy
+    }
+
+    /// Opens a copy in place of the store.
+    pub(crate) async fn restore_backup(&mut self, backup: TempDir) {
+        self.folder = backup;
+        self.restore().await;
     }
 
     /// Opens the same store again, as one restored from a backup.
@@ -154,8 +186,17 @@ impl Outpost {
 
     /// One that keeps what it knows on a disk, and goes on with what is there.
     pub(crate) async fn over(registry: &Arc<Registry>, name: &str, disk: &MemoryDisk) -> Self {
+        Self::over_with(registry, name, disk, Settings::default()).await
+    }
+
+    pub(crate) async fn over_with(
+        registry: &Arc<Registry>,
+        name: &str,
+        disk: &MemoryDisk,
+        settings: Settings,
+    ) -> Self {
         let line = Line::to(registry, name, NETWORK);
-        Self::on_disk(disk, line, name).await
+        Self::on_disk(disk, line, name, settings).await
     }
 
     /// The machine dies and starts again, cut off from the registry.
@@ -165,11 +206,11 @@ impl Outpost {
             following.stop().await;
         }
         let line = Line::to_nothing(name, NETWORK);
-        Self::on_disk(disk, line, name).await
+        Self::on_disk(disk, line, name, Settings::default()).await
     }
 
-    async fn on_disk(disk: &MemoryDisk, line: Line, name: &str) -> Self {
-        let (opening, hand) = opening(Settings::default());
+    async fn on_disk(disk: &MemoryDisk, line: Line, name: &str, settings: Settings) -> Self {
+        let (opening, hand) = opening(settings);
         let edge = Edge::open(opening, disk.open()).await;
         let raised = (edge.expect("an edge"), hand);
         Self::raised(raised, line.clone(), line, name)
@@ -232,6 +273,17 @@ impl Outpost {
     /// Waits until what the edge knows now is on its disk.
     pub(crate) async fn stored(&self) {
         self.edge.tick().await.expect("the writer works");
+    }
+
+    /// Waits until the edge has all that the registry has.
+    pub(crate) async fn has_read(&self, central: &Central) {
+        self.until("all is read", async || {
+            let identity = central.registry.identity().await.expect("an id");
+            let (epoch, head) = (identity.epoch, central.head().await);
+            let cursor = self.edge.stamp().registry_revision;
+            cursor.is_some_and(|cursor| (cursor.epoch, cursor.revision) == (epoch, head))
+        })
+        .await;
     }
 
     /// Waits until the edge has all that the registry has, and the registry all of the edge.

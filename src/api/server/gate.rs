@@ -347,9 +347,11 @@ impl Gate {
         };
         let took = known.arrived.elapsed();
         match known.operation {
-            Some(operation) => self
-                .metrics
-                .answered(operation, known.dialect, status, took),
+            Some(operation) => {
+                let trace = spans::sampled_trace(&known.span);
+                self.metrics
+                    .answered(operation, known.dialect, status, took, trace);
+            }
             None => self.metrics.answered_nothing(known.dialect, status),
         }
         if let Some(code) = code {

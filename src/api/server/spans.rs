@@ -6,6 +6,7 @@ use crate::api::operations::Operation;
 use crate::edge::TRACES_TARGET;
 use http::HeaderMap;
 use opentelemetry::propagation::{Extractor, TextMapPropagator as _};
+use opentelemetry::trace::{TraceContextExt as _, TraceId};
 use opentelemetry_sdk::propagation::TraceContextPropagator;
 use tracing::Span;
 use tracing::field::Empty;
@@ -36,6 +37,17 @@ pub(super) fn of_request(
         let _is_set = span.set_parent(context);
     }
     span
+}
+
+/// The trace that a request is a part of, where that is one that is sent.
+pub(super) fn sampled_trace(span: &Span) -> Option<TraceId> {
+    if span.is_disabled() {
+        return None;
+    }
+    let context = span.context();
+    let span = context.span();
+    let known = span.span_context();
+    known.is_sampled().then(|| known.trace_id())
 }
 
 struct Headers<'a>(&'a HeaderMap);

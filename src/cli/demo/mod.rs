@@ -5,7 +5,7 @@ mod keys;
 
 use super::clock;
 use super::config_sources::misconfigured;
-use super::edge::{prepare, runtime, write_ports};
+use super::edge::{admit, prepare, runtime, write_ports};
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
@@ -89,11 +89,10 @@ impl Demo {
         let folder = tempfile::tempdir().map_err(Stop::failed)?;
         let started = clock::now().to_string();
         let registry = self.registry(&started, folder.path())?;
-        // What is wrong with the edges is found before anything is started.
+        // What is wrong with the edges is found before anything is started, and what is to be told of them told once.
         let address = registry.config.listen;
-        self.edge(Which::First, &started, folder.path(), address)?
-            .admit()
-            .map_err(|faults| misconfigured(&faults))?;
+        let edge = self.edge(Which::First, &started, folder.path(), address)?;
+        admit(&edge, output)?;
         let log = &registry.config.log;
         let logs = logs::start(&log.filter, log.format, None).map_err(Stop::failed)?;
         let served =
@@ -201,7 +200,8 @@ impl Demo {
         let central = Central::start(registry, &geojson).await?;
         let start = async |which| {
             let effective = self.edge(which, started, folder, central.address())?;
-            let start = prepare(&effective, output)?;
+            let admission = effective.admit().map_err(|faults| misconfigured(&faults))?;
+            let start = prepare(&effective, admission, output)?;
             Service::start(start).await.map_err(Stop::failed)
         };
         let first = start(Which::First).await?;

@@ -254,6 +254,8 @@ struct StoredContested {
     body: Option<String>,
     aside: Option<String>,
     is_refused: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    removes: Option<StoredUpstream>,
 }
 
 pub(super) fn write_hold(entry: &HoldEntry) -> String {
@@ -267,6 +269,7 @@ pub(super) fn write_hold(entry: &HoldEntry) -> String {
             body: contested.body.as_deref().map(str::to_owned),
             aside: contested.aside.as_deref().map(str::to_owned),
             is_refused: contested.is_refused,
+            removes: stored(contested.removes),
         }),
     })
 }
@@ -285,6 +288,7 @@ pub(super) fn read_hold(number: u64, body: &str) -> Result<HoldEntry, StoreFault
                 body: stored.body.map(Arc::from),
                 aside: stored.aside.map(Arc::from),
                 is_refused: stored.is_refused,
+                removes: upstream(stored.removes),
             })
         }),
     })

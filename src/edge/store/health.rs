@@ -4,6 +4,7 @@ use crate::clock::{Clock, Stopwatch};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
 
 /// How the store of an edge stands.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -38,6 +39,8 @@ struct Figures {
 #[derive(Debug, Default)]
 pub(in crate::edge) struct Health {
     failing: AtomicBool,
+    /// The first change for the registry that is stored; told also when the store begins to fail.
+    first_change: watch::Sender<Option<u64>>,
     figures: Mutex<Figures>,
 }
 
@@ -54,6 +57,22 @@ impl Health {
         let unstored = figures.unstored.as_ref();
         status.unstored_age_s = unstored.map_or(0.0, |since| since.elapsed().as_secs_f64());
         status
+    }
+
+    /// Whether a restart would begin with this change for the registry, as far as this store can see to that.
+    pub(in crate::edge) fn begins_with(&self, number: u64) -> bool {
+        self.is_failing() || *self.first_change.borrow() == Some(number)
+    }
+
+    /// Tells when another change for the registry is the first that is stored, or none can be.
+    pub(in crate::edge) fn first_changes(&self) -> watch::Receiver<Option<u64>> {
+        self.first_change.subscribe()
+    }
+
+    /// This change for the registry is the first that is stored.
+    pub(super) fn stored(&self, first: Option<u64>) {
+        self.first_change
+            .send_if_modified(|known| std::mem::replace(known, first) != first);
     }
 
     pub(super) fn begin(&self) {
@@ -86,6 +105,7 @@ impl Health {
         figures.status.failures += 1;
         figures.status.failing = Some(why);
         self.failing.store(true, Ordering::Relaxed);
+        self.first_change.send_modify(|_| {});
     }
 
     pub(super) fn lost(&self, entries: u64) {

@@ -128,6 +128,11 @@ impl Store {
         &self.health
     }
 
+    /// Whether a change for the registry may be told: a restart would begin with it, or the store fails.
+    pub(in crate::edge) fn begins_with(&self, number: u64) -> bool {
+        self.keeper.is_none() || self.health.begins_with(number)
+    }
+
     pub(in crate::edge) fn status(&self) -> StoreStatus {
         self.health.status()
     }
@@ -245,6 +250,7 @@ impl Keeper {
     ) -> (Self, Store) {
         let health = Arc::new(Health::default());
         health.begin();
+        health.stored(first_change(&stored));
         let shared = Arc::new(Shared {
             clock,
             health: health.clone(),
@@ -337,6 +343,7 @@ impl Keeper {
             let found = patiently(&self.shared, waiting, self.file.reopen()).await?;
             if found == (self.number + 1, self.stored.epoch) {
                 self.number += 1;
+                self.shared.health.stored(first_change(&attempted));
                 self.stored = attempted;
             } else if found != (self.number, self.stored.epoch) {
                 return Err(StoreFault::Taken);
@@ -371,6 +378,7 @@ impl Keeper {
         self.doubtful = None;
         self.number = transaction.number;
         self.stored = self.newest.clone();
+        self.shared.health.stored(first_change(&self.stored));
         Ok(true)
     }
 
@@ -394,6 +402,11 @@ impl Keeper {
             let _ = asker.send(found);
         }
     }
+}
+
+/// The change that a snapshot has to tell the registry first.
+fn first_change(snapshot: &Snapshot) -> Option<u64> {
+    snapshot.outbox.get_min().map(|(number, _)| *number)
 }
 
 /// Tells those who wait that nobody stores anything any more, whatever has ended the storekeeper.

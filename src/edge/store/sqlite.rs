@@ -9,13 +9,15 @@ use super::file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
 use crate::planted::{self, Bug};
 use sha2::{Digest, Sha256};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
-use sqlx::{Connection, Row as _, SqliteConnection};
+use sqlx::{Connection, QueryBuilder, Row as _, Sqlite, SqliteConnection};
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::time::Duration;
 
 /// How long a transaction waits for another process that has the file.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// So many rows go in one statement.
+const ROWS_IN_STATEMENT: usize = 64;
 /// The schema that this version knows.
 const SCHEMA: i64 = 1;
 /// The first version of SQLite whose write-ahead log never loses a commit.
@@ -197,23 +199,49 @@ fn checked(table: Table, key: &str, row: &sqlx::sqlite::SqliteRow) -> Result<Str
     }
 }
 
-async fn write(connection: &mut SqliteConnection, row: &Row) -> Result<(), StoreFault> {
-    let kind = row.table.number();
-    let done = match &row.body {
-        Some(body) => {
-            let statement = "INSERT INTO entries (kind, key, body, sum) VALUES (?, ?, ?, ?) \
-                 ON CONFLICT (kind, key) DO UPDATE SET body = excluded.body, sum = excluded.sum";
-            let statement = sqlx::query(statement).bind(kind).bind(&row.key);
-            let statement = statement.bind(body).bind(sum(kind, &row.key, body));
-            statement.execute(&mut *connection).await
-        }
-        None => {
-            let statement = sqlx::query("DELETE FROM entries WHERE kind = ? AND key = ?");
-            let statement = statement.bind(kind).bind(&row.key);
-            statement.execute(&mut *connection).await
-        }
+/// Writes rows in their order. Each statement is a way to the thread of the file and back, which costs more than the row
+/// that it brings: neighbours that are alike go together.
+async fn write(connection: &mut SqliteConnection, rows: &[Row]) -> Result<(), StoreFault> {
+    let alike = |one: &Row, next: &Row| {
+        one.table == next.table && one.body.is_some() == next.body.is_some()
     };
-    done.map(drop).map_err(fault)
+    for run in rows.chunk_by(alike) {
+        for some in run.chunks(ROWS_IN_STATEMENT) {
+            let mut statement = statement_of(some);
+            let done = statement.build().execute(&mut *connection).await;
+            done.map_err(fault)?;
+        }
+    }
+    Ok(())
+}
+
+/// The statement that puts or removes rows of one table. There are few different ones, so that they stay prepared.
+fn statement_of(rows: &[Row]) -> QueryBuilder<Sqlite> {
+    let puts = rows
+        .iter()
+        .filter_map(|row| Some((row, row.body.as_ref()?)));
+    let mut puts = puts.peekable();
+    if puts.peek().is_some() {
+        let mut statement = QueryBuilder::new("INSERT INTO entries (kind, key, body, sum) ");
+        statement.push_values(puts, |mut fields, (row, body)| {
+            let kind = row.table.number();
+            fields.push_bind(kind).push_bind(&row.key).push_bind(body);
+            fields.push_bind(sum(kind, &row.key, body));
+        });
+        statement.push(
+            " ON CONFLICT (kind, key) DO UPDATE SET body = excluded.body, sum = excluded.sum",
+        );
+        return statement;
+    }
+    let mut statement = QueryBuilder::new("DELETE FROM entries WHERE kind = ");
+    let kind = rows.first().map(|row| row.table.number());
+    statement.push_bind(kind).push(" AND key IN (");
+    let mut keys = statement.separated(", ");
+    for row in rows {
+        keys.push_bind(&row.key);
+    }
+    statement.push(")");
+    statement
 }
 
 async fn commit(
@@ -235,15 +263,16 @@ async fn commit(
     let statement = "UPDATE meta SET number = ? WHERE name = 'writer'";
     let written = sqlx::query(statement).bind(writer);
     written.execute(&mut *work).await.map_err(fault)?;
-    let half = transaction.rows.len() / 2;
-    for (place, row) in transaction.rows.iter().enumerate() {
-        if planted::is(Bug::HalfBatch) && place == half {
-            work.commit().await.map_err(fault)?;
-            let more = connection.begin_with("BEGIN IMMEDIATE").await;
-            work = more.map_err(fault)?;
-        }
-        write(&mut work, row).await?;
+    let mut rows = transaction.rows.as_slice();
+    if planted::is(Bug::HalfBatch) {
+        let (first, rest) = rows.split_at(rows.len() / 2);
+        write(&mut work, first).await?;
+        work.commit().await.map_err(fault)?;
+        let more = connection.begin_with("BEGIN IMMEDIATE").await;
+        work = more.map_err(fault)?;
+        rows = rest;
     }
+    write(&mut work, rows).await?;
     work.commit().await.map_err(fault)
 }
 

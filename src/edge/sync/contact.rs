@@ -1,5 +1,6 @@
 //! How current the edge is: when it last had all that the registry has, and what went wrong since.
 
+use super::client::ClientError;
 use crate::clock::{Clock, Stopwatch};
 use crate::wire::{self, Nack};
 use arc_swap::ArcSwapOption;
@@ -43,6 +44,8 @@ pub(in crate::edge) struct Contact {
     /// Whether what answers is the registry that is followed, as far as is known.
     is_ours: AtomicBool,
     is_lost: AtomicBool,
+    /// How often the log was read to its end.
+    times_read: AtomicU64,
     nacks: AtomicU64,
     forwarded: AtomicU64,
     forwards_refused: AtomicU64,
@@ -56,6 +59,8 @@ pub(in crate::edge) struct Contact {
 struct Told {
     last_nack: Option<Nack>,
     failures: BTreeMap<&'static str, u64>,
+    /// The code or reason of the last failure, since something was taken over.
+    last_failure: Option<String>,
 }
 
 impl Contact {
@@ -65,6 +70,7 @@ impl Contact {
             current: ArcSwapOption::empty(),
             is_ours: AtomicBool::new(false),
             is_lost: AtomicBool::new(false),
+            times_read: AtomicU64::new(0),
             nacks: AtomicU64::new(0),
             forwarded: AtomicU64::new(0),
             forwards_refused: AtomicU64::new(0),
@@ -100,13 +106,22 @@ impl Contact {
     /// All that the registry has is in service; true where it had been lost.
     pub(super) fn is_current(&self, clock: &Clock) -> bool {
         self.current.store(Some(Arc::new(clock.stopwatch())));
+        self.times_read.fetch_add(1, Ordering::Relaxed);
         self.is_lost.swap(false, Ordering::Relaxed)
+    }
+
+    /// How often all that the registry had was in service when it was read.
+    pub(super) fn times_read(&self) -> u64 {
+        self.times_read.load(Ordering::Relaxed)
     }
 
     /// Something of the registry was taken over, or there was nothing new.
     pub(super) fn moved(&self) {
         self.is_ours.store(true, Ordering::Relaxed);
-        self.lock().last_nack = None;
+        let mut told = self.lock();
+        told.last_nack = None;
+        told.last_failure = None;
+        drop(told);
         self.turn();
     }
 
@@ -149,6 +164,18 @@ impl Contact {
 
     pub(super) fn failed(&self, reason: &'static str) {
         *self.lock().failures.entry(reason).or_default() += 1;
+    }
+
+    /// Notes why a question has no answer; true where the one before had another reason, or had an answer.
+    pub(super) fn failed_anew(&self, error: &ClientError) -> bool {
+        let what = match error {
+            ClientError::Refused { code, .. } => code.as_str(),
+            error => error.reason(),
+        };
+        let mut told = self.lock();
+        let is_new = told.last_failure.as_deref() != Some(what);
+        told.last_failure = Some(what.to_owned());
+        is_new
     }
 
     pub(super) fn forwarded(&self, was_taken: bool) {

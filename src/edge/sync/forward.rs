@@ -1,7 +1,8 @@
 //! Emptying the outbox: what was changed here is told to the registry, one change after the other.
 //!
 //! A change that met a newer version there waits until the log brings that version: the writer then decides what
-//! becomes of both. What the registry will never take leaves the outbox, and an operator is told.
+//! becomes of both. A removal that finds nothing there, and the log read to its end, is done. What the registry will
+//! never take leaves the outbox, and an operator is told.
 
 use super::super::orders::Order;
 use super::super::upstream::{OutboxEntry, Upstream};
@@ -11,8 +12,14 @@ use crate::wire::{ChangeOperation, RegistryRevision, Written};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often a change may meet a version that the log does not bring before it is given up.
-const MEETINGS_MAX: u32 = 8;
+/// So often the log is read to its end after a change has met another version than it expects, until it is sure not to
+/// bring that version. The first page may have been under way already.
+const READINGS: u64 = 2;
+/// How often a change may meet another version where the log is not read to its end.
+const MEETINGS_MAX: u32 = 60;
+
+/// The code of what a removal that finds nothing is answered with.
+const NOT_FOUND: &str = "not_found";
 
 /// What became of a change that was sent.
 enum Sent {
@@ -26,47 +33,100 @@ enum Sent {
     Unknown(Option<u32>),
 }
 
+/// A change that has met another version than it expects.
+#[derive(Debug, Default)]
+struct Meetings {
+    /// The change, and the version that it expects.
+    of: (u64, Option<Upstream>),
+    /// How often the log had been read to its end when they first met.
+    read_before: u64,
+    count: u32,
+}
+
+/// What follows from a meeting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Patience {
+    /// The log may bring the other version yet.
+    Wait,
+    /// The log was read to its end, and does not bring it.
+    Read,
+    /// It takes too long, and all that waits behind it is held up.
+    Over,
+}
+
+impl Meetings {
+    /// Notes that a change has met another version, the log having been read to its end so often.
+    fn note(&mut self, entry: &OutboxEntry, times_read: u64) -> Patience {
+        let of = (entry.number, entry.expected);
+        if self.of != of {
+            *self = Self {
+                of,
+                read_before: times_read,
+                count: 0,
+            };
+        }
+        self.count += 1;
+        if times_read >= self.read_before + READINGS {
+            return Patience::Read;
+        }
+        match self.count >= MEETINGS_MAX {
+            true => Patience::Over,
+            false => Patience::Wait,
+        }
+    }
+}
+
 impl<C: RegistryClient> Sync<C> {
     /// Sends what waits, for ever.
     pub(super) async fn forward_all(&self) {
         let mut pace = self.pace(1);
         let mut news = self.edge.events.news();
         let mut turns = self.contact().turns.subscribe();
-        let mut meetings = (0, 0);
+        let mut stored = self.edge.store.health().first_changes();
+        let mut meetings = Meetings::default();
         loop {
             // Seen from here on, so that what happens meanwhile wakes.
             news.mark_unchanged();
             turns.mark_unchanged();
+            stored.mark_unchanged();
             let snapshot = self.edge.snapshot();
             let first = snapshot.outbox.get_min().map(|(_, entry)| entry.clone());
-            let Some(entry) =
-                first.filter(|_| snapshot.registry.is_some() && self.contact().is_ours())
-            else {
-                self.wait_for_any(&mut news, &mut turns).await;
+            // A crash must forget neither what others know, nor that the one before it is through.
+            let first = first.filter(|entry| self.edge.store.begins_with(entry.number));
+            let followed = snapshot.registry.as_ref().map(|cursor| cursor.epoch);
+            let followed = followed.filter(|_| self.contact().is_ours());
+            let (Some(entry), Some(epoch)) = (first, followed) else {
+                // All three live as long as the edge.
+                tokio::select! {
+                    _ = news.changed() => {}
+                    _ = turns.changed() => {}
+                    _ = stored.changed() => {}
+                }
                 continue;
             };
             match self.send(&entry).await {
                 Sent::Taken(upstream) => {
                     self.contact().forwarded(true);
-                    self.settle(entry.number, upstream).await;
+                    self.settle(entry.number, upstream, epoch).await;
                     pace.succeeded();
                 }
                 Sent::Refused { code, detail } => self.give_up(&entry, code, detail).await,
                 Sent::Met { code, detail } => {
-                    let count = match meetings {
-                        (number, count) if number == entry.number => count + 1,
-                        _ => 1,
-                    };
-                    meetings = (entry.number, count);
-                    match count > MEETINGS_MAX {
-                        true => self.give_up(&entry, code, detail).await,
+                    let finds_nothing = code == NOT_FOUND;
+                    match meetings.note(&entry, self.contact().times_read()) {
                         // The log brings the other version, and the writer decides.
-                        false => {
+                        Patience::Wait => {
                             let soon = pace.spread(Duration::from_secs(1));
                             tokio::select! {
                                 _ = turns.changed() => {}
                                 () = self.pause(soon) => {}
                             }
+                        }
+                        Patience::Read if finds_nothing => {
+                            self.settle(entry.number, None, epoch).await;
+                        }
+                        Patience::Read | Patience::Over => {
+                            self.give_up(&entry, code, detail).await;
                         }
                     }
                 }
@@ -75,18 +135,6 @@ impl<C: RegistryClient> Sync<C> {
                     self.pause(pace.failed().max(least)).await;
                 }
             }
-        }
-    }
-
-    async fn wait_for_any(
-        &self,
-        news: &mut tokio::sync::watch::Receiver<u64>,
-        turns: &mut tokio::sync::watch::Receiver<u64>,
-    ) {
-        // Both live as long as the edge.
-        tokio::select! {
-            _ = news.changed() => {}
-            _ = turns.changed() => {}
         }
     }
 
@@ -139,8 +187,12 @@ impl<C: RegistryClient> Sync<C> {
         }))
     }
 
-    async fn settle(&self, number: u64, upstream: Option<Upstream>) {
-        let order = Order::Forwarded { number, upstream };
+    async fn settle(&self, number: u64, upstream: Option<Upstream>, epoch: u64) {
+        let order = Order::Forwarded {
+            number,
+            upstream,
+            epoch,
+        };
         if let Err(refusal) = self.edge.order(order).await {
             // It stays in the outbox, and is answered the same when it is sent again.
             tracing::warn!(%refusal, "what was forwarded could not be noted");
@@ -181,9 +233,11 @@ fn judged(entry: &OutboxEntry, error: ClientError) -> Sent {
     };
     let is_removal = entry.operation == ChangeOperation::Delete;
     match (status, code.as_str()) {
+        // As expected: what it was to lift was never there, or is gone by a change before it.
+        (404, NOT_FOUND) if is_removal && entry.expected.is_none() => Sent::Taken(None),
         (412 | 428, _) | (409, "already_exists") => Sent::Met { code, detail },
         // Gone already, or no such network; the log tells.
-        (404, "not_found") if is_removal => Sent::Met { code, detail },
+        (404, NOT_FOUND) if is_removal => Sent::Met { code, detail },
         (400 | 413 | 415 | 422, _) => Sent::Refused { code, detail },
         _ => Sent::Unknown(retry_after_s),
     }

@@ -483,6 +483,10 @@ impl<C: RegistryClient> Sync<C> {
                     self.tell(EventKind::RegistryRefused, data);
                 }
             }
+            // Once for each reason: it is asked again and again.
+            error if self.contact().failed_anew(&error) => {
+                tracing::warn!(%error, "the registry is not followed; it is asked again and again");
+            }
             error => tracing::debug!(%error, "the registry was not followed"),
         }
         Step::Later

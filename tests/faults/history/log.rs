@@ -100,7 +100,10 @@ impl Run {
                     Act::Read { .. } => false,
                 };
                 let may_have = match operation.outcome {
-                    Outcome::Done(version) => version.is_none_or(|it| it == change.version),
+                    // Asked again after a backup was restored, it was done once more; a later backup may have brought
+                    // back what was done the first time.
+                    Outcome::Done(version) => version
+                        .is_none_or(|it| it == change.version || it.epoch > change.version.epoch),
                     Outcome::Unknown => true,
                     Outcome::Seen(_) | Outcome::Refused(_) => false,
                 };
