@@ -97,7 +97,7 @@ fn panels() -> [Panel; 3] {
             ],
         },
         Panel {
-            title: "wind, Phantom 3, 0.5 kg",
+            title: "wind, 0.5 kg",
             unit: "m/s",
             from: 0.0,
             until: 10.0,
@@ -177,7 +177,7 @@ fn draw_panel(svg: &mut String, panel: &Panel, offset: f64) {
              <text x=\"{name_x:.1}\" y=\"38\" fill=\"{0}\">{1}</text>",
             line.colour, line.name
         );
-        name_x += 8.0 + 6.5 * line.name.len() as f64;
+        name_x += 10.0 + 7.2 * line.name.len() as f64;
     }
 }
 
