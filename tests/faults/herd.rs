@@ -52,7 +52,7 @@ async fn posted(stage: &Stage, number: usize) -> [Duration; 3] {
     let waiting = stage.edges.iter().cloned();
     let waiting = waiting.map(|edge| tokio::spawn(has_zones(edge, number)));
     let waiting: Vec<_> = waiting.collect();
-    let (outcome, _) = stage.client.act(&act, None, None).await;
+    let (outcome, ..) = stage.client.act(&act, None, None).await;
     let begun = Instant::now();
     assert!(
         matches!(outcome, crate::history::Outcome::Done(_)),

@@ -46,6 +46,15 @@ fn is_there(process: &str) -> bool {
     std::fs::exists(format!("/proc/{process}/cmdline")).unwrap_or(false)
 }
 
+fn is_stopped(process: &str) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat"));
+    stat.is_ok_and(|stat| {
+        stat.rsplit(')')
+            .next()
+            .is_some_and(|rest| rest.starts_with(" T"))
+    })
+}
+
 /// Kills one that serves the registry; the others then start anew from the log of the database.
 fn kill_backend(cluster: &Cluster, chance: &mut Chance) {
     let Some(postmaster) = postmaster(cluster) else {
@@ -65,6 +74,19 @@ async fn kill_whole(cluster: &Cluster) {
     let Some(postmaster) = postmaster(cluster) else {
         return;
     };
+    // What it starts meanwhile would outlive it and keep its memory, with which no other begins.
+    run(
+        "sh",
+        &[
+            "-c",
+            "kill -STOP \"$1\" 2>/dev/null; true",
+            "sh",
+            &postmaster,
+        ],
+    );
+    while is_there(&postmaster) && !is_stopped(&postmaster) {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
     let mut all = children(&postmaster);
     all.insert(0, postmaster);
     let words: Vec<&str> = ["-c", "kill -KILL \"$@\" 2>/dev/null; true", "sh"]

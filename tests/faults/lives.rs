@@ -88,21 +88,27 @@ impl Run {
             .filter(move |it| it.who.starts_with(edge))
     }
 
-    /// With an acknowledgement is stored what was in force before its write began: no later life is behind that.
+    /// With an acknowledgement is stored what was in force in the same life before its write began: no later life is behind
+    /// that. What an earlier one has told last may have been lost with it.
     fn check_stored(&self, edge: &str, statements: &[&Statement], violations: &mut Vec<String>) {
-        let done = self.of(edge).filter(|it| it.is_done());
-        let mut writes: Vec<(u64, u64)> =
-            done.filter_map(|it| Some((it.ended?, it.began))).collect();
-        writes.sort_unstable();
-        let mut writes = writes.into_iter().peekable();
-        let mut stored = statements.iter().peekable();
-        let (mut began_last, mut floor) = (0, None);
+        let mut lives: BTreeMap<u64, Vec<&Statement>> = BTreeMap::new();
         for statement in statements {
-            while let Some((_, began)) = writes.next_if(|(ended, _)| *ended < statement.began) {
-                began_last = began.max(began_last);
-            }
-            while let Some(earlier) = stored.next_if(|it| it.ended < began_last) {
-                floor = floor.max(Some(earlier.at));
+            let life = lives.entry(statement.own.epoch).or_default();
+            life.push(statement);
+        }
+        let floor_of = |operation: &Operation| {
+            let told = lives.get(&operation.life?)?.iter();
+            let before = told.filter(|it| it.ended < operation.began);
+            Some((operation.ended?, before.map(|it| it.at).max()?))
+        };
+        let done = self.of(edge).filter(|it| it.is_done());
+        let mut floors: Vec<(u64, Version)> = done.filter_map(floor_of).collect();
+        floors.sort_unstable();
+        let mut floors = floors.into_iter().peekable();
+        let mut floor = None;
+        for statement in statements {
+            while let Some((_, known)) = floors.next_if(|(ended, _)| *ended < statement.began) {
+                floor = floor.max(Some(known));
             }
             if let Some(floor) = floor.filter(|floor| *floor > statement.at) {
                 let Statement { began, at, .. } = statement;
@@ -210,6 +216,7 @@ mod tests {
             began,
             ended: Some(began + 2),
             outcome: Outcome::Done(None),
+            life: Some(7),
         }
     }
 
@@ -244,6 +251,11 @@ mod tests {
     #[test]
     fn what_was_not_stored_may_be_read_again() {
         assert_eq!(right().violations(), Vec::<String>::new());
+        let mut run = right();
+        let mut later = put(24, "zone-b", "u");
+        later.life = Some(8);
+        run.operations.push(later);
+        assert_eq!(run.violations(), Vec::<String>::new());
     }
 
     #[test]

@@ -27,7 +27,7 @@ fn zone(id: &str) -> Act {
 }
 
 async fn put(client: &Client, id: &str) {
-    let (outcome, _) = client.act(&zone(id), None, None).await;
+    let (outcome, ..) = client.act(&zone(id), None, None).await;
     assert!(
         matches!(outcome, crate::history::Outcome::Done(_)),
         "{id}: {outcome:?}"

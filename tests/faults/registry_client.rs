@@ -138,13 +138,14 @@ impl Client {
             .await;
     }
 
-    /// Does what is to be done with a thing, and tells how it ended and which version it has now.
+    /// Does what is to be done with a thing, and tells how it ended, which version it has now, and in which life the edge
+    /// has answered.
     pub(crate) async fn act(
         &self,
         act: &Act,
         etag: Option<&str>,
         key: Option<&str>,
-    ) -> (Outcome, Option<String>) {
+    ) -> (Outcome, Option<String>, Option<u64>) {
         let mut headers = Vec::new();
         headers.extend(etag.map(|etag| ("if-match", etag)));
         headers.extend(key.map(|key| ("idempotency-key", key)));
@@ -157,10 +158,12 @@ impl Client {
             Act::Delete { id } => (format!("DELETE {all}/{id}"), Value::Null),
             Act::Read { id } => (format!("GET {all}/{id}"), Value::Null),
         };
-        let (outcome, etag) = outcome(act, self.ask(&line, &headers, &body).await);
+        let came = self.ask(&line, &headers, &body).await;
+        let life = life_of(&came);
+        let (outcome, etag) = outcome(act, came);
         match self.is_of_edge {
-            true => (without_version(outcome), etag),
-            false => (outcome, etag),
+            true => (without_version(outcome), etag, life),
+            false => (outcome, etag, None),
         }
     }
 
@@ -370,6 +373,15 @@ fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
         _ => Outcome::Unknown,
     };
     (outcome, etag)
+}
+
+/// The epoch of the edge that an answer states.
+fn life_of(came: &Answer) -> Option<u64> {
+    let Answer::Came { body, .. } = came else {
+        return None;
+    };
+    let answer: Value = serde_json::from_str(body).ok()?;
+    Version::read(answer["revision"].as_str()?).map(|own| own.epoch)
 }
 
 /// A plan that was cancelled can still be read.

@@ -199,8 +199,8 @@ impl Writer {
 
     async fn done(&self, act: &Act, etag: Option<&str>, key: Option<&str>) -> Ended {
         let begun = self.recorder.begin(&self.name, act.clone());
-        let (outcome, etag) = self.client.act(act, etag, key).await;
-        self.recorder.end(&begun, outcome.clone());
+        let (outcome, etag, life) = self.client.act(act, etag, key).await;
+        self.recorder.end(&begun, outcome.clone(), life);
         let is_plan = act.id().starts_with(PLAN);
         let etag = etag.or_else(|| is_plan.then(String::new));
         Ended { outcome, etag }

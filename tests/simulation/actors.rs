@@ -132,7 +132,7 @@ impl Operator {
             Outcome::Done(_) => "acknowledged at edges",
             _ => "not acknowledged at edges",
         });
-        world.recorder.end(&begun, outcome);
+        world.recorder.end(&begun, outcome, None);
     }
 
     async fn close(&mut self, edge: &Arc<Edge>) {
@@ -232,7 +232,7 @@ impl Clerk {
                 break;
             }
         }
-        self.world.recorder.end(&begun, outcome);
+        self.world.recorder.end(&begun, outcome, None);
     }
 
     async fn write(&self, act: &Act, manner: &Manner) -> Outcome {
@@ -270,12 +270,12 @@ impl Clerk {
             }),
             Err(ClientError::Refused { status: 404, .. }) => None,
             Err(error) => {
-                self.world.recorder.end(&begun, failed(&error));
+                self.world.recorder.end(&begun, failed(&error), None);
                 return None;
             }
         };
         let version = seen.as_ref().map(|seen| seen.version.expect("a version"));
-        self.world.recorder.end(&begun, Outcome::Seen(seen));
+        self.world.recorder.end(&begun, Outcome::Seen(seen), None);
         Some(version)
     }
 }

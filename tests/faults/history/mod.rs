@@ -92,6 +92,8 @@ pub(crate) struct Operation {
     pub(crate) began: u64,
     pub(crate) ended: Option<u64>,
     pub(crate) outcome: Outcome,
+    /// The epoch of the edge that answered, of which each of its lives has another; none where the answer tells none.
+    pub(crate) life: Option<u64>,
 }
 
 impl Operation {
@@ -142,18 +144,20 @@ impl Recorder {
             began,
             ended: None,
             outcome: Outcome::Unknown,
+            life: None,
         });
         Begun(operations.len() - 1)
     }
 
-    /// Notes how it ended; what never ends is unknown.
-    pub(crate) fn end(&self, begun: &Begun, outcome: Outcome) {
+    /// Notes how it ended, and in which life of an edge; what never ends is unknown.
+    pub(crate) fn end(&self, begun: &Begun, outcome: Outcome, life: Option<u64>) {
         let mut operations = self.lock();
         let ended = self.moment();
         let operation = &mut operations[begun.0];
         // What is unknown may still happen.
         operation.ended = (outcome != Outcome::Unknown).then_some(ended);
         operation.outcome = outcome;
+        operation.life = life;
     }
 
     /// Waits until more is acknowledged than so much, so that the next fault meets work on a slow machine too; gives

@@ -24,6 +24,7 @@ fn operation(act: Act, began: u64, outcome: Outcome) -> Operation {
         began,
         ended: (outcome != Outcome::Unknown).then_some(began + 1),
         outcome,
+        life: None,
     }
 }
 
