@@ -177,6 +177,7 @@ fn stretches_of(pads: u16, taken: &[Taken]) -> Vec<Stretch> {
     }
     let mut instants_s: Vec<f64> = vec![f64::NEG_INFINITY];
     instants_s.extend(gaps.iter().flat_map(|&(from_s, until_s)| [from_s, until_s]));
+    instants_s.retain(|instant_s| *instant_s < f64::INFINITY);
     instants_s.sort_by(f64::total_cmp);
     instants_s.dedup();
     let mut stretches: Vec<Stretch> = Vec::new();
