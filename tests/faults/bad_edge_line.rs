@@ -23,7 +23,7 @@ const LIES_OF_A_HUNDRED: u64 = 80;
 const LIED_TO: [&str; 8] = [
     "east", "inner", "lower", "north", "outer", "south", "upper", "west",
 ];
-/// Asked often, so that the story is short.
+/// Asked often, so that stories are short: after many failures an edge waits up to a minute otherwise.
 const HURRIED: [&str; 1] = ["registry.retry_within=100ms"];
 /// How long a line is in one state: at least, at most.
 const WHILE: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(150)];
@@ -86,7 +86,7 @@ async fn its_bugs_are_found() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn edges_follow_over_lines_that_break() {
-    let mut stage = Stage::set(&["north", "south"], None, &[]).await;
+    let mut stage = Stage::set(&["north", "south"], None, &HURRIED).await;
     let party = Party::gather(&stage, 1);
     let mut chance = Chance::of(seed(), 7_000);
     let states = rounds(20);
