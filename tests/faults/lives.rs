@@ -255,6 +255,8 @@ mod tests {
         let mut later = put(24, "zone-b", "u");
         later.life = Some(8);
         run.operations.push(later);
+        let zones = &mut run.shown[0].zones;
+        zones.insert("zone-b".to_owned(), "u".to_owned());
         assert_eq!(run.violations(), Vec::<String>::new());
     }
 
