@@ -304,8 +304,7 @@ async fn answered_beside_a_change(stage: &Stage) -> Option<Value> {
     let (change, answered) = tokio::join!(change, stage.edge.report_failure(&stage.caller, parsed));
     change.expect("put into service");
     stage.settle().await;
-    let answered = answered.expect("an outcome");
-    let told = serde_json::to_value(answered.to_wire()).expect("JSON");
+    let told = serde_json::to_value(answered.expect("an outcome").to_wire()).expect("JSON");
     Some(told).filter(|told| told["topology_revision"] == before)
 }
 
@@ -314,19 +313,16 @@ async fn a_report_under_way_on_the_old_network_spoils_nothing_on_the_new() {
     // The writer may have put the new network into service before the report is looked at; that is another story.
     for _ in 0..100 {
         let stage = Stage::set();
-        let Some(told) = answered_beside_a_change(&stage).await else {
-            continue;
-        };
-        // Its orders have waited behind the change.
-        let closure = stage.edge.closure(&stage.caller, "report:a1-a2");
-        let closure = closure.expect("published");
-        assert_eq!(closure.segments, ["a1-a2"], "{told}");
-        // Source gone: the plan is ended; the drone's answer is still explained on the network that it was given on.
-        let id = told["id"].as_str().expect("an id");
-        let record = stage.edge.recomposition(&stage.caller, id, true).await;
-        let record = serde_json::to_value(record.expect("kept").to_wire()).expect("JSON");
-        assert_eq!(record["answer"]["path"], told["path"]);
-        return;
+        if let Some(told) = answered_beside_a_change(&stage).await {
+            // Its orders have waited behind the change.
+            let closure = stage.edge.closure(&stage.caller, "report:a1-a2");
+            assert_eq!(closure.expect("published").segments, ["a1-a2"], "{told}");
+            // Source gone: the plan is ended; the answer is still explained on the network that it was given on.
+            let id = told["id"].as_str().expect("an id");
+            let record = stage.edge.recomposition(&stage.caller, id, true).await;
+            let record = serde_json::to_value(record.expect("kept").to_wire()).expect("JSON");
+            return assert_eq!(record["answer"]["path"], told["path"]);
+        }
     }
     panic!("no report was answered before the change");
 }
