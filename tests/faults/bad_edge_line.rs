@@ -23,7 +23,7 @@ const LIES_OF_A_HUNDRED: u64 = 80;
 const LIED_TO: [&str; 8] = [
     "east", "inner", "lower", "north", "outer", "south", "upper", "west",
 ];
-/// Asked often, so that stories are short: after many failures an edge waits up to a minute otherwise.
+/// Asked often, so that stories are short.
 const HURRIED: [&str; 1] = ["registry.retry_within=100ms"];
 /// How long a line is in one state: at least, at most.
 const WHILE: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(150)];

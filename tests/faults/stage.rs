@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// How long nothing may come closer once all faults are over, until all are the same. On a machine that is busy with
-/// other things everything takes its time; and a question that the line has swallowed is given up after 22 s.
+/// other things everything takes its time, and a question that the line has swallowed is given up after ten seconds or more.
 const NO_PROGRESS: Duration = Duration::from_secs(40);
 /// How often that is looked at.
 const LOOK: Duration = Duration::from_millis(20);
