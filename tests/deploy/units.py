@@ -122,7 +122,7 @@ def is_set_up_by_the_page(machine: Machine) -> None:
     """Tokens, a registry with its network, and an edge that follows it, by the very commands of the page."""
     machine.add("/usr/local/bin/sudo", SUDO)
     machine.do("chmod", "0755", "/usr/local/bin/sudo")
-    folder = "/root/operator"
+    folder = "/srv/operator"
     machine.do("mkdir", folder)
     for name in ("tokens", "a machine, registry", "a machine, edge"):
         machine.do("bash", "-euo", "pipefail", "-c", f"cd {folder}\n{block(name)}")
