@@ -12,5 +12,7 @@ mod loopback;
 mod networks;
 mod repeated;
 mod restart;
+#[cfg(feature = "planted")]
+mod silence;
 mod stage;
 mod standing;

@@ -9,10 +9,11 @@ use std::time::Duration;
 
 /// The longest wait for a connection.
 const CONNECT_WITHIN: Duration = Duration::from_secs(1);
-/// The longest wait for an answer, beyond what it may wait for news.
-const ANSWER_WITHIN: Duration = Duration::from_secs(10);
-/// The longest wait for a page of everything, of which one may bring a network.
-const PAGE_WITHIN: Duration = Duration::from_secs(60);
+/// The longest wait for an answer to begin, beyond what it may wait for news, and for each further part of it: one that
+/// stops in the middle, or promised more than was ever sent, keeps nobody longer.
+const SILENCE_MAX: Duration = Duration::from_secs(10);
+/// The longest wait for all of an answer, beyond what it may wait for news: one may bring a network.
+const ANSWER_WITHIN: Duration = Duration::from_secs(60);
 /// The largest answer: a network, twice escaped, and room.
 const ANSWER_BYTES_MAX: usize = 192 << 20;
 /// The largest refusal.
@@ -120,12 +121,14 @@ impl HttpClient {
         url
     }
 
+    /// Asks for something that may come at once, or after waiting for news.
     async fn ask<T: DeserializeOwned>(
         &self,
         request: RequestBuilder,
-        within: Duration,
+        wait: Duration,
     ) -> Result<T, ClientError> {
-        let answer = request.timeout(within).send().await.map_err(transport)?;
+        let request = request.timeout(wait + ANSWER_WITHIN);
+        let answer = heard_within(wait + SILENCE_MAX, request.send()).await?;
         if !answer.status().is_success() {
             return Err(refused(answer).await);
         }
@@ -134,10 +137,25 @@ impl HttpClient {
     }
 }
 
-/// The body of an answer, as long as it is not too large.
+/// What is said, unless there is silence for too long.
+async fn heard_within<T>(
+    silence: Duration,
+    said: impl Future<Output = reqwest::Result<T>>,
+) -> Result<T, ClientError> {
+    match tokio::time::timeout(silence, said).await {
+        Ok(said) => said.map_err(transport),
+        Err(_) => {
+            let silence_s = silence.as_secs_f64();
+            let text = format!("nothing has come for {silence_s} s");
+            Err(ClientError::Transport(text))
+        }
+    }
+}
+
+/// The body of an answer, as long as it is not too large and goes on coming.
 async fn bounded(mut answer: Response, limit_bytes: usize) -> Result<Vec<u8>, ClientError> {
     let mut body = Vec::new();
-    while let Some(chunk) = answer.chunk().await.map_err(transport)? {
+    while let Some(chunk) = heard_within(SILENCE_MAX, answer.chunk()).await? {
         if body.len() + chunk.len() > limit_bytes {
             return Err(ClientError::TooLarge { limit_bytes });
         }
@@ -176,7 +194,7 @@ impl RegistryClient for HttpClient {
             .append_pair("wait", &format!("{}ms", wait.as_millis()))
             .append_pair("edge", &self.edge_id);
         let request = self.http.request(Method::GET, url);
-        self.ask(request, wait + ANSWER_WITHIN).await
+        self.ask(request, wait).await
     }
 
     async fn snapshot(&self, page_token: Option<&str>) -> Result<RegistrySnapshot, ClientError> {
@@ -185,7 +203,7 @@ impl RegistryClient for HttpClient {
             url.query_pairs_mut().append_pair("page_token", token);
         }
         let request = self.http.request(Method::GET, url);
-        self.ask(request, PAGE_WITHIN).await
+        self.ask(request, Duration::ZERO).await
     }
 
     async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
@@ -206,13 +224,13 @@ impl RegistryClient for HttpClient {
         if let Some(tag) = &write.if_match {
             request = request.header(IF_MATCH, tag);
         }
-        self.ask(request, ANSWER_WITHIN).await
+        self.ask(request, Duration::ZERO).await
     }
 
     async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
         let url = self.below(&["edges", &self.edge_id]);
         let request = self.http.request(Method::PUT, url).json(report);
-        let _noted: EdgeReport = self.ask(request, ANSWER_WITHIN).await?;
+        let _noted: EdgeReport = self.ask(request, Duration::ZERO).await?;
         Ok(())
     }
 }
