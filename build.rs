@@ -48,9 +48,10 @@ mod proto {
     use std::path::PathBuf;
 
     const FOLDER: &str = "proto";
-    const FILES: [&str; 6] = [
+    const FILES: [&str; 7] = [
         "skyway/v1/airspace.proto",
         "skyway/v1/drones.proto",
+        "skyway/v1/flight.proto",
         "skyway/v1/network.proto",
         "skyway/v1/plans.proto",
         "skyway/v1/recomposition.proto",

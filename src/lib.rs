@@ -19,6 +19,7 @@ pub mod clock;
 pub mod compose;
 #[cfg(feature = "edge")]
 pub mod config;
+pub mod delivery;
 #[cfg(feature = "edge")]
 pub mod demo;
 pub mod draw;

@@ -23,6 +23,8 @@ pub enum Code {
     NetworkInvalid,
     /// Weather is not valid.
     WeatherInvalid,
+    /// The weather is put at the registry.
+    WeatherElsewhere,
     /// Nothing has this id, or the path leads nowhere.
     NotFound,
     /// The resource does not know this method.

@@ -101,6 +101,15 @@ impl Airspace {
         next
     }
 
+    /// The same airspace, one revision later: something else has changed that answers depend on.
+    #[must_use]
+    pub fn at_next_revision(&self) -> Self {
+        Self {
+            revision: self.revision + 1,
+            ..self.clone()
+        }
+    }
+
     /// The same airspace over another network, with what its closures close there.
     ///
     /// The closures have to be those of this airspace, worked out on the other network. They count as before:

@@ -39,7 +39,16 @@ pub(super) struct AirspaceArguments {
 impl AirspaceArguments {
     /// The airspace with all of this applied.
     pub(super) fn open(&self, topology: &Arc<Topology>) -> Result<Airspace, Stop> {
-        let as_of = self.at.unwrap_or_else(clock::now);
+        self.open_at(topology, None)
+    }
+
+    /// The same at another time where it names none itself.
+    pub(super) fn open_at(
+        &self,
+        topology: &Arc<Topology>,
+        otherwise: Option<Timestamp>,
+    ) -> Result<Airspace, Stop> {
+        let as_of = self.at.or(otherwise).unwrap_or_else(clock::now);
         let mut changes = Vec::new();
         for zone in zones_in(&self.zones, topology.frame())? {
             let closure = Closure::of_zone(topology, zone);

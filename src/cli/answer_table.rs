@@ -105,7 +105,7 @@ fn facts(topology: &Topology, answered: &Answered) -> Vec<(&'static str, String)
     let best_m = answer.remaining_optimum_m;
     let percent = overhead(answer.remaining_length_m, best_m);
     let overhead = match answer.outcome {
-        Outcome::Rerouted | Outcome::Unaffected => percent_or_dash(percent),
+        Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold => percent_or_dash(percent),
         Outcome::Diverted | Outcome::NoRoute => "-".to_owned(),
     };
     let area = format!(
@@ -140,6 +140,7 @@ fn outcome_text(topology: &Topology, answer: &Recomposition) -> String {
     match answer.outcome {
         Outcome::Rerouted => "rerouted".to_owned(),
         Outcome::Unaffected => "unaffected: the plan stands".to_owned(),
+        Outcome::Hold => "hold, then rerouted".to_owned(),
         Outcome::Diverted => format!("diverted to {last}"),
         Outcome::NoRoute => "no route".to_owned(),
     }

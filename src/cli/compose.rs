@@ -5,6 +5,7 @@
 
 use super::airspace_source::AirspaceArguments;
 use super::answer_table::node_text;
+use super::flight::{self, FlightArguments, Wanted};
 use super::names;
 use super::network_source::NetworkArguments;
 use super::output::{Align, Output, metres, titled_table};
@@ -16,15 +17,18 @@ use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Scratch, World};
 use clap::Args;
 use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
   skyway compose --source 1 --destination 450
   skyway compose --source 1 --destination 450 --airspeed 12 --json
   skyway compose --source 1 --destination 450 --close 353
+  skyway compose --network corridor --source 1 --destination 280 --payload-kg 0.25 --wind 225/7 --deadline 14h
 
-Times are nominal: the airspeed, or a segment's limit where that is slower, without wind, climb or \
-stops. Energy is not checked.";
+Without a drone times are nominal: the airspeed, or a segment's limit where that is slower, without wind, \
+climb or stops, and energy is not checked. Any option of a flight computes times, battery and recharging stops.";
 
 /// Airspeed where none is given, in metres per second.
 const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
@@ -46,6 +50,14 @@ pub(super) struct Compose {
     airspeed: f64,
     #[command(flatten)]
     airspace: AirspaceArguments,
+    #[command(flatten)]
+    flight: FlightArguments,
+    /// Write the plan with all that it was made for, for skyway verify
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    certificate: Option<PathBuf>,
+    /// Draw the plan with its battery, its stops and the wind
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
+    svg: Option<PathBuf>,
     /// Write JSON
     #[arg(help_heading = "Output", long)]
     json: bool,
@@ -63,6 +75,13 @@ impl Compose {
         let topology = &network.topology;
         let source = names::node(topology, &self.source)?;
         let destination = names::node(topology, &self.destination)?;
+        if self.flight.is_given() {
+            return self.fly(topology, (source, destination), output);
+        }
+        if self.certificate.is_some() || self.svg.is_some() {
+            let problem = "--certificate and --svg take a plan that is flown; name a drone, such as --airframe phantom3";
+            return Err(Stop::Usage(problem.to_owned()));
+        }
         let airspace = self.airspace.open(topology)?;
         let tables = plan::tables();
         let world = World {
@@ -82,6 +101,24 @@ impl Compose {
                 ))?;
             }
         }
+        Ok(Verdict::Done)
+    }
+
+    /// The same with a drone.
+    fn fly(
+        &self,
+        topology: &Arc<Topology>,
+        ends: (NodeIx, NodeIx),
+        output: &Output,
+    ) -> Result<Verdict, Stop> {
+        let airspace = self.flight.airspace(&self.airspace, topology)?;
+        let flight = self.flight.flight(&airspace, output)?;
+        let wanted = Wanted {
+            json: self.json,
+            certificate: self.certificate.as_deref(),
+            svg: self.svg.as_deref(),
+        };
+        flight::compose(&flight, ends, &wanted, output)?;
         Ok(Verdict::Done)
     }
 }

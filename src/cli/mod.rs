@@ -23,6 +23,7 @@ mod edge_flags;
 mod evaluate;
 mod failure;
 mod files;
+mod flight;
 mod man;
 mod method;
 mod names;

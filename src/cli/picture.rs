@@ -4,7 +4,9 @@ use super::files;
 use super::plan::planned_nodes;
 use super::stop::Stop;
 use crate::airspace::{Airspace, Hits, Zone};
-use crate::draw::{Crop, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg};
+use crate::draw::{
+    Crop, DrawnFlight, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg,
+};
 use crate::flight::{FailureReport, Location};
 use crate::formats::read_buildings;
 use crate::geo::{Frame, Point};
@@ -112,6 +114,7 @@ pub(super) struct Scene<'a> {
     zones: Vec<Arc<Zone>>,
     closed: Hits,
     answer: Option<DrawnAnswer<'a>>,
+    flight: Option<DrawnFlight<'a>>,
     options: PictureOptions,
 }
 
@@ -135,6 +138,7 @@ impl<'a> Scene<'a> {
                 .collect(),
             closed: Hits::new(segments.collect(), nodes.collect()),
             answer: None,
+            flight: None,
             options: PictureOptions::default(),
         }
     }
@@ -148,6 +152,14 @@ impl<'a> Scene<'a> {
                 report,
                 answer,
             }),
+            ..self
+        }
+    }
+
+    /// The same with a plan that is flown.
+    pub(super) fn with_flight(self, flight: DrawnFlight<'a>) -> Self {
+        Self {
+            flight: Some(flight),
             ..self
         }
     }
@@ -176,6 +188,7 @@ impl<'a> Scene<'a> {
                 drone: self.drone(drawn.report),
                 answer: drawn.answer,
             }),
+            flight: self.flight.clone(),
             options: self.options.clone(),
         })
     }

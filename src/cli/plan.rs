@@ -1,7 +1,7 @@
 //! What the commands ask of plans: the one that a failure breaks, and room for the tables of destinations.
 
 use crate::airspace::Airspace;
-use crate::compose::shortest_way;
+use crate::compose;
 use crate::flight::FailureReport;
 use crate::network::NodeIx;
 use crate::recompose::World;
@@ -17,16 +17,10 @@ pub(super) fn tables() -> TreeCache {
 
 /// The plan that a failure breaks: its leg, then the shortest way on over what was open before.
 pub(super) fn planned_nodes(airspace: &Airspace, report: &FailureReport) -> Vec<NodeIx> {
-    if let Some(stated) = &report.remaining_path {
-        return stated.clone();
-    }
-    let (from, to) = report.leg;
     let world = World {
         airspace,
         trees: None,
     };
     let mut searcher = Searcher::new(airspace.topology());
-    let rest = shortest_way(&world, to, report.destination, &mut searcher);
-    let rest = rest.map_or_else(|| vec![to], |way| way.nodes);
-    std::iter::once(from).chain(rest).collect()
+    compose::planned_nodes(&world, report, &mut searcher)
 }

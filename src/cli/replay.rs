@@ -9,9 +9,9 @@ use super::files;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
 use crate::edge::{SqliteFile, StoreFile, read_decision, read_network};
-use crate::formats::{load_network, recorded_question};
-use crate::network::Topology;
-use crate::recompose::{Recomposition, Scratch, World, recompose};
+use crate::formats::{flight_cause_text, load_network, read_flight_question, recorded_question};
+use crate::network::{NodeIx, Topology};
+use crate::recompose::{Outcome, Scratch, Stage, World, recompose};
 use crate::wire::Record;
 use clap::Args;
 use serde_json::{Value, json};
@@ -53,6 +53,17 @@ pub(super) struct Replay {
     /// Write JSON
     #[arg(long)]
     json: bool,
+}
+
+/// The answer computed again.
+struct Again {
+    outcome: Outcome,
+    length_m: Option<f64>,
+    nodes: Vec<NodeIx>,
+    strategy: String,
+    stage: Stage,
+    /// What cuts the drone off; empty where nothing does.
+    causes: String,
 }
 
 /// How the answer computed again compares with the recorded one.
@@ -179,7 +190,7 @@ fn tell_asked(record: &Record<'_>, output: &Output) -> Result<(), Stop> {
 /// What was answered and what comes out now, and why.
 fn tell_answers(
     record: &Record<'_>,
-    again: &Recomposition,
+    again: &Again,
     comparison: &Comparison,
     output: &Output,
 ) -> Result<(), Stop> {
@@ -201,11 +212,11 @@ fn tell_answers(
         "computed: {}, {}; by {}, searched: {}",
         comparison.outcome,
         length(comparison.length_m),
-        strategy_text(again),
+        again.strategy,
         again.stage.name(),
     ))?;
-    if !again.severed_by.is_empty() {
-        output.line(&format!("cut off by: {}", causes_text(again)))?;
+    if !again.causes.is_empty() {
+        output.line(&format!("cut off by: {}", again.causes))?;
     }
     output.line(match (comparison.is_same(), comparison.same_path) {
         (true, true) => "the same answer",
@@ -241,22 +252,44 @@ async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result
 }
 
 /// Computes the answer to the settled report on the recorded world.
-fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Recomposition, Stop> {
+fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Again, Stop> {
     let (airspace, read) = recorded_question(record, topology).map_err(Stop::failed)?;
+    if let Some(question) = &record.world.flight {
+        let question = read_flight_question(question, &airspace).map_err(Stop::failed)?;
+        let answer = question.answer(&read.request);
+        let causes = answer.causes.iter();
+        let causes = causes.map(|cause| flight_cause_text(question.skies(), cause).1);
+        let plan = answer.composition.as_ref();
+        return Ok(Again {
+            outcome: answer.outcome,
+            length_m: plan.map(|plan| plan.plan.distance_m),
+            nodes: plan.map_or_else(Vec::new, |plan| plan.nodes()),
+            strategy: format!("{}, in flight", answer.strategy_used.name()),
+            stage: answer.stage,
+            causes: causes.collect::<Vec<String>>().join(", "),
+        });
+    }
     let world = World {
         airspace: &airspace,
         trees: None,
     };
-    Ok(recompose(
-        &world,
-        &read.request,
-        &mut Scratch::new(topology),
-    ))
+    let answer = recompose(&world, &read.request, &mut Scratch::new(topology));
+    Ok(Again {
+        outcome: answer.outcome,
+        length_m: answer.remaining_length_m,
+        strategy: strategy_text(&answer),
+        stage: answer.stage,
+        causes: match answer.severed_by.is_empty() {
+            true => String::new(),
+            false => causes_text(&answer),
+        },
+        nodes: answer.path.nodes,
+    })
 }
 
-fn compare(record: &Record<'_>, again: &Recomposition, topology: &Topology) -> Comparison {
+fn compare(record: &Record<'_>, again: &Again, topology: &Topology) -> Comparison {
     let recorded = &record.answer.answer;
-    let nodes = again.path.nodes.iter().map(|&node| topology.node_id(node));
+    let nodes = again.nodes.iter().map(|&node| topology.node_id(node));
     let fingerprint: String = topology
         .fingerprint()
         .iter()
@@ -267,7 +300,7 @@ fn compare(record: &Record<'_>, again: &Recomposition, topology: &Topology) -> C
         recorded_outcome: recorded_outcome.as_str().unwrap_or_default().to_owned(),
         outcome: again.outcome.name().to_owned(),
         recorded_length_m: recorded.remaining_length_m,
-        length_m: again.remaining_length_m,
+        length_m: again.length_m,
         same_path: recorded.path.nodes.iter().map(|id| id.text()).eq(nodes),
         same_network: record.world.network_sha256 == fingerprint,
     }

@@ -4,6 +4,7 @@ use super::airspace_source::AirspaceArguments;
 use super::answer_table::{self, answer};
 use super::failure::FailureArguments;
 use super::files;
+use super::flight::{self, FlightArguments, Wanted};
 use super::method::{ParameterArguments, StrategyArguments};
 use super::network_source::NetworkArguments;
 use super::output::Output;
@@ -25,6 +26,7 @@ Examples:
   skyway reroute --service 379,406 --destination 450 --close 408 --close 353,404 --json
   skyway reroute --service 379,406 --destination 450 --zones zones.geojson
   skyway reroute --service 379,406 --destination 450 --certificate proof.json
+  skyway reroute --service 379,406 --destination 450 --battery 0.4 --payload-kg 0.5 --wind 270/5
   skyway reroute --requests reports.ndjson > answers.ndjson
 
 Any outcome exits with 0, no_route too. With --requests each line is the body of POST /v1/failures, \
@@ -46,6 +48,8 @@ pub(super) struct Reroute {
     parameters: ParameterArguments,
     #[command(flatten)]
     airspace: AirspaceArguments,
+    #[command(flatten)]
+    flight: FlightArguments,
     /// Answer many reports: NDJSON, a file or - for standard input
     #[arg(
         help_heading = "Failure",
@@ -54,6 +58,8 @@ pub(super) struct Reroute {
         conflicts_with_all = [
             "destination", "failure", "location", "cause_location", "strategy", "scope", "cell_size",
             "val_ratio", "no_stage_skipping", "full_tree", "explain", "optimum", "certificate", "svg",
+            "airframe", "payload_kg", "battery", "wind", "objective", "start_time", "deadline", "reserve",
+            "swap_station",
         ]
     )]
     requests: Option<PathBuf>,
@@ -77,7 +83,7 @@ pub(super) struct Reroute {
 impl Reroute {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let network = self.network.load(output)?;
-        let airspace = self.airspace.open(&network.topology)?;
+        let airspace = self.flight.airspace(&self.airspace, &network.topology)?;
         if let Some(file) = &self.requests {
             return requests::answer_all(file, &airspace, output);
         }
@@ -87,6 +93,9 @@ impl Reroute {
             explain: self.explain || self.svg.is_some(),
             ..self.strategy.request(report, &self.parameters)?
         };
+        if self.flight.is_given() {
+            return self.fly(&airspace, &request, output);
+        }
         if self.certificate.is_some() {
             check_that_a_proof_exists(&request)?;
         }
@@ -114,6 +123,25 @@ impl Reroute {
         if let Some(file) = &self.svg {
             draw(file, &airspace, &request, &answered.recomposition, output)?;
         }
+        Ok(Verdict::Done)
+    }
+}
+
+impl Reroute {
+    /// The answer for a drone with the battery that it has.
+    fn fly(
+        &self,
+        airspace: &Airspace,
+        request: &Request,
+        output: &Output,
+    ) -> Result<Verdict, Stop> {
+        let flight = self.flight.flight(airspace, output)?;
+        let wanted = Wanted {
+            json: self.json,
+            certificate: self.certificate.as_deref(),
+            svg: self.svg.as_deref(),
+        };
+        flight::answer(&flight, request, &wanted, output)?;
         Ok(Verdict::Done)
     }
 }

@@ -1,10 +1,13 @@
-//! `skyway verify`: checks the certificate of an exact answer, in code that shares nothing with the search.
+//! `skyway verify`: checks the certificate of an exact answer, or a plan with times and battery, in code that shares nothing with
+//! the search.
 
 use super::files;
 use super::network_source::NetworkArguments;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::verify::{self, NetworkFacts};
+use crate::formats::{FlightDocument, is_flight_document, read_flight_document};
+use crate::network::Topology;
+use crate::verify::{self, FlightFault, FlightPremises, NetworkFacts, verify_flight};
 use clap::Args;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -14,14 +17,17 @@ Examples:
   skyway reroute --service 379,406 --destination 450 --certificate proof.json
   skyway verify proof.json
   skyway verify proof.json --network city.geojson --json
+  skyway compose --network corridor --source 1 --destination 280 --deadline 10h --certificate plan.json
+  skyway verify plan.json --network corridor
 
+What is checked of a plan is that it can be flown as it says: battery, pads, closures, other plans, times.
 The network is to be the very file that the answer was computed on: the certificate names its SHA-256.";
 
 /// Arguments of `skyway verify`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Verify {
-    /// The certificate, as reroute --certificate writes it, or - for standard input
+    /// The certificate or plan, as --certificate of reroute or compose writes it, or - for standard input
     #[arg(value_name = "FILE")]
     certificate: PathBuf,
     #[command(flatten)]
@@ -35,6 +41,9 @@ impl Verify {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let text = files::read_text(&self.certificate)?;
         let network = self.network.load(output)?;
+        if is_flight_document(&text) {
+            return self.check_flight(&text, &network.topology, output);
+        }
         let facts = NetworkFacts::of(&network.topology);
         let checked = verify::verify(&text, &facts);
         if self.json {
@@ -50,6 +59,98 @@ impl Verify {
             Err(_) => Ok(Verdict::Negative),
         }
     }
+}
+
+impl Verify {
+    /// Flies a plan again and says whether it holds.
+    fn check_flight(
+        &self,
+        text: &str,
+        topology: &Topology,
+        output: &Output,
+    ) -> Result<Verdict, Stop> {
+        let document = read_flight_document(text, topology)
+            .map_err(|fault| Stop::failed(format!("{}: {fault}", self.certificate.display())))?;
+        let starts = [document.start];
+        let checked = verify_flight(
+            &document.plan,
+            &FlightPremises {
+                topology,
+                airframe: &document.airframe,
+                payload_kg: document.payload_kg,
+                wind: &document.wind,
+                rules: &document.rules,
+                situation: &document.situation,
+                starts: &starts,
+                destination: document.destination,
+                began_s: document.began_s,
+                deadline_s: document.deadline_s,
+                reserve: document.reserve,
+                closed_segments: &document.closed_segments,
+            },
+        );
+        match self.json {
+            true => output.json(&flight_json(&document, topology, &checked))?,
+            false => output.line(&flight_text(&document, topology, &checked))?,
+        }
+        Ok(match checked {
+            Ok(()) => Verdict::Done,
+            Err(_) => Verdict::Negative,
+        })
+    }
+}
+
+/// The verdict with the premises that it rests on.
+fn flight_text(
+    document: &FlightDocument,
+    topology: &Topology,
+    checked: &Result<(), FlightFault>,
+) -> String {
+    if let Err(fault) = checked {
+        return format!("cannot be flown as it says: {fault}");
+    }
+    let plan = &document.plan;
+    let [from, to] = [document.start.node, document.destination].map(|node| topology.node_id(node));
+    let closed = match document.closure_ids.is_empty() {
+        true => "nothing closed".to_owned(),
+        false => format!("closures {}", document.closure_ids.join(", ")),
+    };
+    format!(
+        "can be flown: {} legs and {} stays from node '{from}' to node '{to}', {:.1} m, {:.0} % of the battery left\n\
+         if: {} with {} kg and {:.0} % of its battery, wind {:.1} m/s, {closed}, {} reserved pads, {} legs of other \
+         plans, and never less than {:.0} %",
+        plan.legs.len(),
+        plan.stops.len(),
+        plan.distance_m,
+        100.0 * plan.battery_at_arrival,
+        document.airframe.name,
+        document.payload_kg,
+        100.0 * document.start.battery,
+        document.wind.base.speed_mps(),
+        document.situation.reservations.len(),
+        document.situation.traffic.len(),
+        100.0 * document.reserve,
+    )
+}
+
+fn flight_json(
+    document: &FlightDocument,
+    topology: &Topology,
+    checked: &Result<(), FlightFault>,
+) -> Value {
+    let fault = checked.as_ref().err().map(ToString::to_string);
+    json!({
+        "flyable": checked.is_ok(),
+        "fault": fault,
+        "airframe": document.airframe.name,
+        "payload_kg": document.payload_kg,
+        "battery_fraction": document.start.battery,
+        "reserve_fraction": document.reserve,
+        "source": topology.node_id(document.start.node),
+        "destination": topology.node_id(document.destination),
+        "closures": document.closure_ids,
+        "length_m": document.plan.distance_m,
+    })
 }
 
 fn json(checked: &Result<verify::Verdict, verify::CertificateFault>) -> Value {

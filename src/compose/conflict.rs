@@ -7,6 +7,9 @@
 use crate::network::{NodeIx, SegmentIx};
 use rustc_hash::FxHashMap;
 
+/// Stays on a segment that overlap by less, in seconds, are one behind the other: instants are rounded.
+const OVERLAP_S: f64 = 1e-3;
+
 /// When a plan is on one of its segments. Times are seconds on one clock that all plans share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Occupation {
@@ -89,7 +92,8 @@ fn conflict(own: &Occupation, other: &Occupation, headway_s: f64) -> Option<Conf
             (between_entries_s <= headway_s, between_entries_s)
         }
         Direction::Opposite => {
-            let overlap = own.enters_s < other.leaves_s && other.enters_s < own.leaves_s;
+            let overlap = own.enters_s + OVERLAP_S < other.leaves_s
+                && other.enters_s + OVERLAP_S < own.leaves_s;
             (overlap, 0.0)
         }
     };

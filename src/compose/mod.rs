@@ -12,4 +12,4 @@ mod open_way;
 pub use carry_over::{CarriedOver, Change};
 pub use composition::{Composition, Contingency, Leg, SafeNode, compose, equip, flight_time_s};
 pub use conflict::{Conflict, Direction, Occupation, conflicts};
-pub use open_way::{prepare_table, shortest_way};
+pub use open_way::{planned_nodes, prepare_table, shortest_way};

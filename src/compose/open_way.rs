@@ -1,6 +1,7 @@
 //! Ways over what is open before anything fails, and the tables of distances that guide them.
 
 use crate::airspace::{Closed, RequestClosures};
+use crate::flight::FailureReport;
 use crate::network::NodeIx;
 use crate::recompose::World;
 use crate::routing::{Baseline, Searcher, Start, TreeCache, Way};
@@ -34,6 +35,21 @@ pub fn shortest_way(
     let mut way = Way::default();
     searcher.append_way(arrival, table.as_deref(), &mut way);
     Some(way)
+}
+
+/// The plan that a failure breaks: as its report states it, or its leg and then the shortest way on over what was open before.
+pub fn planned_nodes(
+    world: &World<'_>,
+    report: &FailureReport,
+    searcher: &mut Searcher,
+) -> Vec<NodeIx> {
+    if let Some(stated) = &report.remaining_path {
+        return stated.clone();
+    }
+    let (from, to) = report.leg;
+    let rest = shortest_way(world, to, report.destination, searcher);
+    let rest = rest.map_or_else(|| vec![to], |way| way.nodes);
+    std::iter::once(from).chain(rest).collect()
 }
 
 /// Puts the table of a destination into the world's cache, with the standing closures worked in where there

@@ -42,9 +42,10 @@ impl<'a> Sheet<'a> {
     pub(super) fn new(picture: &'a Picture<'a>, view: &'a View, legend: &Legend) -> Self {
         let topology = picture.topology;
         let title = picture.options.title.as_deref().unwrap_or(topology.name());
-        let summary = match &picture.recomposition {
-            Some(drawn) => wrapped(&summary(drawn.answer), LETTER_PX, view.width_px),
-            None => Vec::new(),
+        let summary = match (&picture.flight, &picture.recomposition) {
+            (Some(flown), _) => wrapped(&flown.summary, LETTER_PX, view.width_px),
+            (None, Some(drawn)) => wrapped(&summary(drawn.answer), LETTER_PX, view.width_px),
+            (None, None) => Vec::new(),
         };
         let title_px = if title.is_empty() { 0.0 } else { TITLE_LINE_PX };
         let top_px = ABOVE_TITLE_PX + title_px + summary.len() as f64 * SUMMARY_LINE_PX;

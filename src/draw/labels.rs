@@ -106,6 +106,11 @@ impl<'a> Labeller<'a> {
         }
     }
 
+    /// Says what a drone does where it stops.
+    pub(super) fn name_stop(&mut self, place: Spot, words: &str) {
+        self.name(place, 9.0, words, Importance::Zone);
+    }
+
     /// Names a place; `clear_px` is how far the words stay from its middle.
     fn name(&mut self, place: Spot, clear_px: f64, words: &str, importance: Importance) {
         if self.labels.len() >= MAX_LABELS || !self.view.holds(place, 0.0) {
@@ -240,6 +245,12 @@ pub(super) fn name_nodes_and_zones(
             name(labeller, end, 10.0, Importance::Key);
         }
         name(labeller, to, 6.0, Importance::Key);
+    }
+    if let Some(drawn) = &picture.flight {
+        let ends = drawn.nodes.first().into_iter().chain(drawn.nodes.last());
+        for &end in ends {
+            name(labeller, end, 10.0, Importance::Key);
+        }
     }
     for zone in picture.zones {
         let bounds = zone.shape().bounds();

@@ -15,6 +15,7 @@ pub(super) enum Mark {
     Drone,
     AreaNode,
     ClosedNode,
+    Stop,
 }
 
 /// Draws rings about places: round dots in two colours, one path each.
@@ -110,6 +111,10 @@ pub(super) fn draw_mark_towards(mark: Mark, at: Spot, ahead: Spot, document: &mu
         Mark::AreaNode => {
             shape.circle(at, 2.8);
             (ORANGE, "#7a5200", 0.8)
+        }
+        Mark::Stop => {
+            shape.add(corners(&[(0.0, -6.5), (6.0, 4.5), (-6.0, 4.5)]), true);
+            (GREEN, "#ffffff", 1.4)
         }
         Mark::ClosedNode => {
             shape.circle(at, 3.2);

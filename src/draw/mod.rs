@@ -5,6 +5,7 @@
 //! told apart by pattern or shape as well as by colour. The text refers to nothing outside itself, runs no
 //! script, and is the same to the byte for the same picture.
 
+mod flight;
 mod furniture;
 mod labels;
 mod legend;
@@ -22,6 +23,7 @@ use crate::airspace::{Hits, Zone};
 use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Recomposition;
+pub use flight::DrawnFlight;
 use furniture::Sheet;
 use labels::Labeller;
 use legend::Legend;
@@ -41,6 +43,8 @@ pub struct Picture<'a> {
     pub closed: &'a Hits,
     /// A recomposition on the network.
     pub recomposition: Option<DrawnRecomposition<'a>>,
+    /// A plan with times and battery.
+    pub flight: Option<DrawnFlight<'a>>,
     /// How it is drawn.
     pub options: PictureOptions,
 }
@@ -58,6 +62,7 @@ impl<'a> Picture<'a> {
             zones: &[],
             closed: &NOTHING_CLOSED,
             recomposition: None,
+            flight: None,
             options: PictureOptions::default(),
         }
     }
@@ -165,6 +170,14 @@ pub fn svg(picture: &Picture<'_>) -> String {
         scene.draw_area_nodes(grain, &mut map, &mut legend);
         scene.draw_marks(&mut map, &mut legend);
         scene.occupy(&mut labeller);
+    }
+    if let Some(flight) = &picture.flight {
+        let course = flight::Course::new(picture.topology, flight, &view);
+        course.draw_legs(&mut map, &mut legend);
+        course.draw_marks(&mut map, &mut legend);
+        course.draw_wind(&mut map);
+        course.occupy(&mut labeller);
+        course.name_stops(&mut labeller);
     }
     labels::occupy_nodes(picture.topology, &view, &mut labeller);
     labels::name_nodes_and_zones(picture, &view, &mut labeller);

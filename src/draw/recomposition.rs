@@ -127,7 +127,7 @@ impl<'a> Scene<'a> {
         let role = match answer.outcome {
             Outcome::Unaffected => "path flown on",
             Outcome::Diverted => "path to the safe node",
-            Outcome::Rerouted | Outcome::NoRoute => "new path",
+            Outcome::Rerouted | Outcome::Hold | Outcome::NoRoute => "new path",
         };
         let length = with_length(role, answer.remaining_length_m);
         legend.add(Sample::Lines(vec![NEW_PATH.to_owned()]), length);

@@ -119,6 +119,7 @@ pub(super) fn summary(answer: &Recomposition) -> String {
     let outcome = match answer.outcome {
         Outcome::Rerouted => "rerouted",
         Outcome::Unaffected => "nothing ahead is touched",
+        Outcome::Hold => "waits, then rerouted",
         Outcome::Diverted => "diverted to a safe node",
         Outcome::NoRoute => "no route",
     };

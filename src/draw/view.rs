@@ -1,7 +1,7 @@
 //! Which part of the plane is shown, and where its points fall in the picture.
 
 use super::svg::Spot;
-use super::{Crop, DrawnRecomposition, Picture};
+use super::{Crop, DrawnFlight, DrawnRecomposition, Picture};
 use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::AreaShape;
@@ -92,7 +92,15 @@ fn part_shown(picture: &Picture<'_>) -> Bounds {
     };
     match (picture.options.crop, drawn) {
         (Crop::Box(bounds), _) if has_extent(bounds) => bounds,
-        (Crop::Network, _) | (_, None) => whole(),
+        (Crop::Network, _) => whole(),
+        (_, None) => match picture
+            .flight
+            .as_ref()
+            .and_then(|flown| around_flight(topology, flown))
+        {
+            Some(bounds) => with_extent(bounds).grown(bounds.longer_side_m() * margin),
+            None => whole(),
+        },
         (crop, Some(drawn)) => match around_recomposition(topology, drawn, crop == Crop::Detour) {
             Some(bounds) => {
                 let grown = bounds.grown(bounds.longer_side_m() * margin);
@@ -115,6 +123,17 @@ fn with_extent(bounds: Bounds) -> Bounds {
         true => bounds,
         false => bounds.grown(VIEW_OF_A_POINT_M / 2.0),
     }
+}
+
+/// Around the way of a plan, its failed leg and the drone.
+fn around_flight(topology: &Topology, flown: &DrawnFlight<'_>) -> Option<Bounds> {
+    let leg = flown
+        .failed_leg
+        .into_iter()
+        .flat_map(|(from, to)| [from, to]);
+    let nodes = flown.nodes.iter().copied().chain(leg);
+    let drone = flown.drone.filter(|drone| drone.is_finite());
+    Bounds::around(nodes.map(|node| topology.position(node)).chain(drone))
 }
 
 /// Around both paths (only where they differ, if so asked), the drone and the search areas as far as they hold anything of the network.

@@ -44,6 +44,11 @@ pub struct FlightLegs {
 }
 
 impl FlightLegs {
+    /// A length as the table has it, rounded to 2^-20 m.
+    pub fn rounded_m(length_m: f64) -> f64 {
+        (length_m * LENGTH_STEPS_PER_M).round() / LENGTH_STEPS_PER_M
+    }
+
     /// Works out all legs. What the airframe's limits forbid is in the table as [`LegCost::UNFLYABLE`].
     pub fn of(
         topology: &Topology,
@@ -190,7 +195,7 @@ fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>) {
                 to: arc.to,
                 segment: arc.segment,
                 twin,
-                length_m: (arc.length_m * LENGTH_STEPS_PER_M).round() / LENGTH_STEPS_PER_M,
+                length_m: FlightLegs::rounded_m(arc.length_m),
                 least: LegCost::UNFLYABLE,
             });
         }

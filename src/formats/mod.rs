@@ -6,6 +6,9 @@ mod buildings;
 mod certificate;
 mod csv_network;
 mod error;
+mod flight;
+mod flight_document;
+mod flight_question;
 mod identifier;
 mod load;
 mod network_geojson;
@@ -23,6 +26,7 @@ mod report_problem;
 mod report_settle;
 mod report_settled;
 mod suggestion;
+mod weather;
 mod wire_terms;
 mod zones;
 
@@ -32,6 +36,14 @@ pub use buildings::read_buildings;
 pub use certificate::write_certificate;
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
+pub use flight::{FlightWriter, flight_cause_text, stop_kind_name};
+pub use flight_document::{
+    FlightDocument, FlightDocumentFault, is_flight_document, read_flight_document,
+    write_flight_document,
+};
+pub use flight_question::{
+    FlightQuestion, ReadQuestion, Stand, read_flight_question, write_flight_question,
+};
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
 pub use network_geojson::{patch_network, read_network, write_network};
@@ -43,6 +55,7 @@ pub use report_problem::{ReadWarning, ReportProblem};
 pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, settle_report};
 pub use report_settled::settled_report;
 pub use suggestion::nearest;
+pub use weather::wind_field;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,
     zone_to_feature,

@@ -47,7 +47,14 @@ pub fn recorded_question(
     record: &Record<'_>,
     topology: &Arc<Topology>,
 ) -> Result<(Airspace, ReadReport), RecordError> {
-    let airspace = recorded_airspace(&record.world, topology)?;
+    let mut airspace = recorded_airspace(&record.world, topology)?;
+    if record.world.flight.is_some() {
+        // An answer in flight looks at what has begun when it is given.
+        let answered_at = record.answered_at.parse::<Timestamp>();
+        let answered_at =
+            answered_at.map_err(|error| RecordError::unreadable("the time", &error))?;
+        airspace = airspace.apply(&[], answered_at);
+    }
     let report = serde_json::to_value(&record.settled_report)
         .map_err(|error| RecordError::unreadable("the report", &error))?;
     let read = read_report(&report, &airspace)

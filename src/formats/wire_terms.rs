@@ -31,7 +31,7 @@ same_words!(Strategy => wire::Strategy {
 });
 same_words!(wire::Scope => Scope { Local, Global });
 same_words!(Scope => wire::Scope { Local, Global });
-same_words!(Outcome => wire::Outcome { Rerouted, Unaffected, Diverted, NoRoute });
+same_words!(Outcome => wire::Outcome { Rerouted, Unaffected, Hold, Diverted, NoRoute });
 same_words!(Stage => wire::Stage {
     Global, Circle, Cells, Triangle, Rhombus, Rectangle, Grown, Local,
 });

@@ -81,6 +81,19 @@ impl Faults {
         None
     }
 
+    /// A fraction, 0 to 1; what looks like percent gets a hint.
+    pub(crate) fn fraction(&mut self, pointer: &str, value: Option<f64>) -> Option<f64> {
+        let value = value?;
+        if (0.0..=1.0).contains(&value) {
+            return Some(value);
+        }
+        let message = format!("{value} is not between 0 and 1");
+        let is_percent = (1.0..=100.0).contains(&value);
+        let hint = is_percent.then(|| format!("did you mean {}?", value / 100.0));
+        self.add("out_of_range", pointer, message, hint);
+        None
+    }
+
     /// An id that a thing is to have: printable, and neither empty nor too long.
     pub(crate) fn id(&mut self, pointer: &str, id: Option<&str>) {
         let Some(id) = id else {

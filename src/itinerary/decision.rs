@@ -33,6 +33,8 @@ pub struct FlightOrder<'a> {
     /// True for a drone in flight: where the destination cannot be reached a safe node is looked for, with the floor if the reserve
     /// does not suffice.
     pub in_flight: bool,
+    /// Whether an answer without a plan to the destination says why: two searches more.
+    pub explain: bool,
     /// A safe node's pad has to be free for so many seconds from the landing on.
     pub refuge_stay_s: f64,
     /// How much each search may spend.
@@ -80,7 +82,7 @@ pub struct FlightDecision {
     pub outcome: FlightOutcome,
     /// The answer with the plan. Where there is no route it has none, and says whether that is proved.
     pub answer: FlightAnswer,
-    /// What cuts the drone off; empty with a plan to the destination.
+    /// What cuts the drone off; empty with a plan to the destination, or where nobody asked.
     pub causes: Vec<FlightCause>,
     /// The earliest plan to the destination without the deadline, where only that forbids it.
     pub opens: Option<FlightOpening>,
@@ -119,8 +121,13 @@ pub fn decide(
             opens: None,
         };
     }
-    let opens = opening(setting, &request, potentials, scratch);
-    let causes = causes(setting, &request, scratch);
+    let (opens, causes) = match order.explain {
+        true => (
+            opening(setting, &request, potentials, scratch),
+            causes(setting, &request, scratch),
+        ),
+        false => (None, Vec::new()),
+    };
     let refuge = order
         .in_flight
         .then(|| diverted(setting, order, &request, scratch));

@@ -51,7 +51,7 @@ impl Label {
     }
 }
 
-/// A label in the queue, the smallest key first; the earlier label on ties.
+/// A label (or a node) in the queue, the smallest key first; the earlier label on ties.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Queued {
     pub(super) key: Value,
@@ -189,6 +189,15 @@ impl ItineraryScratch {
         self.heads[label.node.at()] = place;
         self.labels.push(label);
         self.queue.push(Queued { key, label: place });
+    }
+
+    /// Marks a node without a label; true the first time.
+    pub(super) fn visit(&mut self, node: NodeIx) -> bool {
+        let mark = &mut self.marks[node.at()];
+        let is_first = *mark != self.generation;
+        *mark = self.generation;
+        self.heads[node.at()] = NO_LABEL;
+        is_first
     }
 
     /// Adds a label that is only the parent of others.

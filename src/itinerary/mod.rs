@@ -10,6 +10,7 @@ mod decision;
 mod family;
 mod figures;
 mod grouped;
+mod in_the_way;
 mod memory;
 mod obstacles;
 mod openings;

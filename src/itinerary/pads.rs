@@ -147,7 +147,7 @@ impl PadTimes {
     }
 
     /// The first pad of a node that is free from one instant to another.
-    pub(super) fn free_pad(&self, node: NodeIx, from_s: f64, until_s: f64) -> Option<u16> {
+    pub fn free_pad(&self, node: NodeIx, from_s: f64, until_s: f64) -> Option<u16> {
         // What a search takes from `T` may be off by rounding.
         let slack_s = super::request::TIME_TOLERANCE_S;
         let taken = self.taken.of_index(node.0);

@@ -176,14 +176,30 @@ impl Rim<'_> {
         }
         // Pads matter where the battery or a window asks for a stop.
         if is_on_rim && world.pads.is_station(node) && !there.has_stopped {
-            let lands_s = there.earliest_s + world.legs.vertical_s(node);
-            let deadline_s = self.terms.request.deadline_s;
-            let closures = world.pads.closures(node, lands_s, deadline_s);
-            let before = self.found.closures.len();
-            self.found.closures.extend(closures);
-            if self.found.closures.len() == before {
-                self.found.pads.insert(node);
-            }
+            self.could_not_stop(node, there.earliest_s);
+        }
+    }
+
+    fn could_not_stop(&mut self, node: NodeIx, earliest_s: f64) {
+        let world = self.terms.world;
+        let vertical_s = world.legs.vertical_s(node);
+        let lands_s = earliest_s + vertical_s;
+        let handling_s = match world.pads.swaps(node) {
+            true => world.rules.swap_s,
+            false => world.rules.stop_s,
+        };
+        let takes_off_s = lands_s + handling_s;
+        let deadline_s = self.terms.request.deadline_s;
+        if world.pads.stay_until_s(node, lands_s) >= takes_off_s {
+            // A pad is free; time may not be.
+            self.found.deadline |= takes_off_s + vertical_s > deadline_s;
+            return;
+        }
+        let closures = world.pads.closures(node, lands_s, deadline_s);
+        let before = self.found.closures.len();
+        self.found.closures.extend(closures);
+        if self.found.closures.len() == before {
+            self.found.pads.insert(node);
         }
     }
 

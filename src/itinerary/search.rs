@@ -1,6 +1,6 @@
 //! The search over position, time and battery, in three steps from cheap to certain.
 
-use super::memory::{How, ItineraryScratch};
+use super::memory::{How, ItineraryScratch, Queued};
 use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
@@ -9,6 +9,7 @@ use super::run::{Goal, Mode, Run, RunEnd};
 use super::terms::Terms;
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
+use crate::network::NodeIx;
 
 /// Shares of the labels that the first two steps may take.
 const STEP_SHARE: usize = 4;
@@ -101,7 +102,7 @@ impl Search<'_, '_> {
             return;
         }
         self.step = Step::Hovering;
-        if self.hovering() {
+        if !self.is_joined() || self.hovering() {
             self.bound = self.best;
             return;
         }
@@ -185,6 +186,50 @@ impl Search<'_, '_> {
             }
         }
         is_certain && self.best != Value::NONE && (left == Value::LEAST || !left.beats(self.best))
+    }
+
+    /// False where the request's own closed segments part its starts from the destination: no search need find that out. What is
+    /// nearest to the destination is looked at first.
+    fn is_joined(&mut self) -> bool {
+        let Terms {
+            world,
+            request,
+            potentials,
+            ..
+        } = self.terms;
+        if self.best != Value::NONE || request.closed_segments.is_empty() {
+            return true;
+        }
+        self.scratch.clear();
+        let look_at = |scratch: &mut ItineraryScratch, node: NodeIx| {
+            let left = Value {
+                weight: potentials.from(node).time_s,
+                arrives_s: 0.0,
+            };
+            if left.weight.is_finite() && scratch.visit(node) {
+                scratch.queue.push(Queued {
+                    key: left,
+                    label: node.0,
+                });
+            }
+        };
+        for start in request.starts.iter().take(super::MAX_STARTS) {
+            look_at(self.scratch, start.node);
+        }
+        while let Some(Queued { label, .. }) = self.scratch.queue.pop() {
+            let node = NodeIx(label);
+            if node == request.destination {
+                return true;
+            }
+            for leg in world.legs.from(node) {
+                let flight = world.legs.leg(leg);
+                let is_closed = self.scratch.closed.contains(flight.segment.0);
+                if flight.least.is_flyable() && !is_closed {
+                    look_at(self.scratch, flight.to);
+                }
+            }
+        }
+        false
     }
 
     /// The relaxation, and its plan held against the windows; true where that settles it.

@@ -31,8 +31,9 @@ impl FlightSetting {
         payload_kg: f64,
         wind: WindField,
         rules: FlightRules,
-        situation: Situation,
+        situation: impl Into<Arc<Situation>>,
     ) -> Self {
+        let situation = situation.into();
         Self {
             vertical: Arc::new(Vertical::of(&topology, rules.unknown_climb_m)),
             legs: Arc::new(FlightLegs::of(
@@ -40,7 +41,7 @@ impl FlightSetting {
             )),
             obstacles: Arc::new(Obstacles::of(&topology, &situation)),
             pads: Arc::new(PadTimes::of(&topology, &situation)),
-            situation: Arc::new(situation),
+            situation,
             topology,
             airframe,
             payload_kg,
@@ -51,11 +52,23 @@ impl FlightSetting {
 
     /// The same drone in the same wind among other things in the way: the table of legs is shared.
     #[must_use]
-    pub fn with_situation(&self, situation: Situation) -> Self {
+    pub fn with_situation(&self, situation: impl Into<Arc<Situation>>) -> Self {
+        let situation = situation.into();
         Self {
             obstacles: Arc::new(Obstacles::of(&self.topology, &situation)),
             pads: Arc::new(PadTimes::of(&self.topology, &situation)),
-            situation: Arc::new(situation),
+            situation,
+            ..self.clone()
+        }
+    }
+
+    /// The same drone in the same wind among what is in the way of another one on this network: nothing is compiled.
+    #[must_use]
+    pub fn beside(&self, other: &Self) -> Self {
+        Self {
+            obstacles: other.obstacles.clone(),
+            pads: other.pads.clone(),
+            situation: other.situation.clone(),
             ..self.clone()
         }
     }

@@ -10,11 +10,11 @@ use super::obstacles::Entry;
 use super::potentials::{Potentials, energy_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;
-use crate::flight::FlightStart;
+use crate::flight::{FlightLegs, FlightStart};
 use crate::network::NodeIx;
 
-/// The bound on charging looks at no more stops than this.
-const MOST_STOPS_BOUNDED: u32 = 32;
+/// Steps of Newton's method towards the best charge, enough for all digits.
+const NEWTON_STEPS: u32 = 5;
 
 /// A request in its world.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +30,8 @@ pub(super) struct Terms<'a> {
     has_swaps: bool,
     /// The least that a stop takes beside charging, in seconds: descent, handling, climb.
     least_stop_s: f64,
+    /// Of what is missing from full at the lowest level, the share that is best charged at each of many stops.
+    best_share: f64,
 }
 
 /// Where a family is, and whether it leaves the node at which the plan begins.
@@ -57,6 +59,10 @@ impl<'a> Terms<'a> {
         let starts = request.starts.iter().map(|start| start.battery);
         let lowest = starts.fold(request.reserve, f64::min);
         let has_swaps = world.pads.has_swaps();
+        let least_stop_s = match has_swaps {
+            true => world.rules.stop_s.min(world.rules.swap_s),
+            false => world.rules.stop_s,
+        } + 2.0 * world.legs.least_vertical_s();
         Self {
             world,
             request,
@@ -65,10 +71,8 @@ impl<'a> Terms<'a> {
             landing_s: world.legs.vertical_s(request.destination),
             lowest,
             has_swaps,
-            least_stop_s: match has_swaps {
-                true => world.rules.stop_s.min(world.rules.swap_s),
-                false => world.rules.stop_s,
-            } + 2.0 * world.legs.least_vertical_s(),
+            least_stop_s,
+            best_share: best_share(least_stop_s / tau_s),
         }
     }
 
@@ -118,7 +122,8 @@ impl<'a> Terms<'a> {
     /// What a start weighs by itself.
     pub(super) fn start_weight(&self, start: &FlightStart) -> f64 {
         match self.request.objective {
-            Objective::Distance => start.flown_m,
+            // As the legs are, so that ways through either end of a leg are equally long where they are one.
+            Objective::Distance => FlightLegs::rounded_m(start.flown_m),
             Objective::Energy => energy_weight(start.drawn),
             Objective::Time => 0.0,
         }
@@ -128,28 +133,27 @@ impl<'a> Terms<'a> {
     /// open.
     ///
     /// A charge of `x` from a level takes at least as long as from the lowest, `tau ln((1 - lowest) / (1 - lowest - x))`, which is
-    /// convex in `x`: so equal parts take least, and the sum over the number of stops has one minimum.
+    /// convex in `x`: so equal parts take least, and the sum is convex in their number. The best whole number is beside the best one.
     fn least_stops_s(&self, missing: f64, is_open: bool) -> f64 {
         if self.has_swaps {
             return self.least_stop_s;
         }
         let room = 1.0 - self.lowest;
-        let mut least_s = f64::INFINITY;
-        for stops in 1..=MOST_STOPS_BOUNDED {
-            let parts = f64::from(stops + u32::from(is_open));
+        if self.best_share <= 0.0 {
+            // Stops that take no time: charging at the highest rate all the time.
+            return missing * self.tau_s / room;
+        }
+        let open = f64::from(is_open);
+        let takes_s = |parts: f64| {
             let each = missing / parts;
             if each >= room {
-                continue;
+                return f64::INFINITY;
             }
             let charging_s = parts * self.tau_s * (room / (room - each)).ln();
-            let takes_s = f64::from(stops) * self.least_stop_s + charging_s;
-            if takes_s >= least_s {
-                return least_s;
-            }
-            least_s = takes_s;
-        }
-        // Charging at the highest rate all the time.
-        least_s.min(self.least_stop_s + missing * self.tau_s / room)
+            (parts - open) * self.least_stop_s + charging_s
+        };
+        let best = (missing / (room * self.best_share)).max(1.0 + open);
+        takes_s(best.floor()).min(takes_s(best.ceil()))
     }
 
     /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
@@ -421,5 +425,35 @@ impl<'a> Terms<'a> {
             How::Leg { .. } => true,
             How::Stop { .. } => false,
         }
+    }
+}
+
+/// The share `x` of the room above the lowest level that makes `(c + tau ln(1 / (1 - x))) / x` least, by `c / tau`: with `u = x / (1 - x)`
+/// where `u - ln(1 + u) = c / tau`. 0 where stops take no time.
+fn best_share(stop_by_tau: f64) -> f64 {
+    let mut u = (2.0 * stop_by_tau).sqrt() + 2.0 * stop_by_tau / 3.0;
+    if u <= 0.0 {
+        return 0.0;
+    }
+    for _ in 0..NEWTON_STEPS {
+        u -= (u - u.ln_1p() - stop_by_tau) * (1.0 + u) / u;
+    }
+    u / (1.0 + u)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::best_share;
+
+    #[test]
+    fn the_best_charge_is_better_than_its_neighbours() {
+        for stop_by_tau in [1e-6, 0.01, 0.1, 1.0, 30.0] {
+            let rate = |share: f64| (stop_by_tau - (1.0 - share).ln()) / share;
+            let best = best_share(stop_by_tau);
+            for other in [0.999 * best, 1.001 * best.min(0.998)] {
+                assert!(rate(best) <= rate(other), "{stop_by_tau}: {best} {other}");
+            }
+        }
+        assert_eq!(best_share(0.0), 0.0);
     }
 }

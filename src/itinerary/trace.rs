@@ -1,7 +1,7 @@
 //! From the steps of a search to a plan with times: every departure as early as the next thing needs it.
 
 use super::memory::How;
-use super::request::Value;
+use super::request::{TIME_TOLERANCE_S, Value};
 use super::terms::Terms;
 use crate::flight::{FlightPlan, FlownLeg, LegCost, Stop, StopKind};
 use crate::network::NodeIx;
@@ -140,7 +140,7 @@ fn stay(
     plan.battery_at_arrival = battery_after - climb;
     plan.energy += climb;
     // Who takes off at once has needed no pad.
-    let is_stay = kind != StopKind::Start || stay_s > 0.0;
+    let is_stay = kind != StopKind::Start || stay_s > TIME_TOLERANCE_S;
     if let Some(pad) = pad.filter(|_| is_stay) {
         plan.stops.push(Stop {
             kind,

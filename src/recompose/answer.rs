@@ -14,6 +14,8 @@ pub enum Outcome {
     Rerouted,
     /// Fly on: nothing ahead is touched.
     Unaffected,
+    /// Wait on a pad at the first node until the way opens, then fly the path.
+    Hold,
     /// The destination cannot be reached: fly to the safe node at the end of the path.
     Diverted,
     /// Nothing can be reached.
@@ -26,6 +28,7 @@ impl Outcome {
         match self {
             Self::Rerouted => "rerouted",
             Self::Unaffected => "unaffected",
+            Self::Hold => "hold",
             Self::Diverted => "diverted",
             Self::NoRoute => "no_route",
         }
@@ -44,6 +47,8 @@ pub enum Fallback {
     OffLeg,
     /// No repair reconnects the old plan.
     RepairFailed,
+    /// This drone, with its battery, cannot fly what the strategy finds.
+    NotFlyable,
     /// A parameter makes the strategy impossible.
     Parameter {
         /// What is wrong with it.
@@ -58,6 +63,7 @@ impl std::fmt::Display for Fallback {
             Self::NoExtent => "the nodes to reconnect coincide, or the network has no extent",
             Self::OffLeg => "the drone is off its leg",
             Self::RepairFailed => "no repair reconnects the old plan",
+            Self::NotFlyable => "this drone cannot fly what the strategy finds",
             Self::Parameter { message } => message,
         })
     }

@@ -7,6 +7,7 @@
 use super::connectivity::Connectivity;
 use super::explanation::{AreaShape, Stage};
 use super::local::{LocalProblem, LocalResult};
+use super::request::Parameters;
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 use crate::network::{DensityGrid, NodeIx};
 
@@ -21,10 +22,14 @@ pub(super) struct CellMemory {
 
 pub(super) fn recompose(
     problem: &mut LocalProblem<'_>,
+    parameters: &Parameters,
     grid: &DensityGrid,
     memory: &mut CellMemory,
     connectivity: &mut Connectivity,
 ) -> LocalResult {
+    if parameters.passes_over(Stage::Cells) {
+        return problem.resort_to_everything();
+    }
     collect_squares(problem, grid, memory);
     let step_m = grid.cell_size_m();
     let mut side_m = step_m;

@@ -21,9 +21,11 @@ mod request;
 mod severance;
 mod starts;
 mod two_phased;
+mod ways_back;
 
 pub use answer::{Fallback, Outcome, Recomposition, Repair, Severance, Warning};
 pub use certificate::{Certificate, certify};
 pub use explanation::{AreaShape, Stage, StageRecord};
 pub use recomposition::{Scratch, World, recompose};
 pub use request::{AreaTest, BroughtZone, Parameters, Request, Scope, Strategy};
+pub use ways_back::{WaysBack, ways_back};

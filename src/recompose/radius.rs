@@ -5,6 +5,7 @@
 
 use super::explanation::{AreaShape, Stage};
 use super::local::{LocalProblem, LocalResult};
+use super::request::Parameters;
 use crate::geo::{Bounds, Point, TOLERANCE_M};
 
 /// What the radius grows by, as a share of the network size (Algorithm 1, line 9).
@@ -12,7 +13,10 @@ const GROWTH: f64 = 0.2;
 /// The largest radius, as a share of the network size (Algorithm 1, line 10).
 const LIMIT: f64 = 0.5;
 
-pub(super) fn recompose(problem: &mut LocalProblem<'_>) -> LocalResult {
+pub(super) fn recompose(problem: &mut LocalProblem<'_>, parameters: &Parameters) -> LocalResult {
+    if parameters.passes_over(Stage::Circle) {
+        return problem.resort_to_everything();
+    }
     let gap = problem.gap;
     let (from, to) = (gap.position(gap.from), gap.position(gap.to));
     let size_m = gap.topology().size_m();

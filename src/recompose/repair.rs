@@ -257,13 +257,14 @@ impl Work<'_> {
         match order.strategy {
             LocalStrategy::Baseline(_) => Ok(problem.search_as_baseline()),
             _ if !has_extent => Err(Fallback::NoExtent),
-            LocalStrategy::Radius => Ok(radius::recompose(&mut problem)),
+            LocalStrategy::Radius => Ok(radius::recompose(&mut problem, parameters)),
             LocalStrategy::CellDensity => {
                 let grid = memory.grid.as_ref();
                 let grid = grid.unwrap_or_else(|| gap.topology().density());
                 let cells = &mut memory.cells;
                 Ok(cell_density::recompose(
                     &mut problem,
+                    parameters,
                     grid,
                     cells,
                     connectivity,

@@ -1,5 +1,6 @@
 //! What is asked: a failure report, the strategy to answer it with, and how much to tell.
 
+use super::explanation::Stage;
 use crate::airspace::{Hits, Zone};
 use crate::flight::FailureReport;
 use crate::routing::Baseline;
@@ -106,6 +107,8 @@ pub struct Parameters {
     pub full_tree: bool,
     /// What local strategies run inside their areas.
     pub inside: Baseline,
+    /// Stages up to this one are passed over: their answers are known and of no use.
+    pub after: Option<Stage>,
 }
 
 impl Default for Parameters {
@@ -117,7 +120,22 @@ impl Default for Parameters {
             area_test: AreaTest::Frame,
             full_tree: false,
             inside: Baseline::AStar,
+            after: None,
         }
+    }
+}
+
+impl Parameters {
+    /// True for a stage that is passed over.
+    pub(super) fn passes_over(&self, stage: Stage) -> bool {
+        let place = |stage: Stage| match stage {
+            Stage::Triangle => 0,
+            Stage::Rhombus => 1,
+            Stage::Rectangle => 2,
+            Stage::Circle | Stage::Cells | Stage::Grown => 3,
+            Stage::Local | Stage::Global => 4,
+        };
+        self.after.is_some_and(|after| place(stage) <= place(after))
     }
 }
 

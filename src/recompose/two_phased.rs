@@ -178,7 +178,7 @@ pub(super) fn recompose(
     ];
     for (stage, belongs, has_few) in stages {
         fill(problem, memory, belongs);
-        let skipped = parameters.stage_skipping && has_few;
+        let skipped = (parameters.stage_skipping && has_few) || parameters.passes_over(stage);
         let arrival = match skipped {
             true => None,
             false => problem.search_area(),
@@ -193,6 +193,9 @@ pub(super) fn recompose(
         if found {
             return problem.result(arrival, stage, false);
         }
+    }
+    if parameters.passes_over(Stage::Grown) {
+        return problem.resort_to_everything();
     }
     grow(problem, &frame, memory, connectivity)
 }

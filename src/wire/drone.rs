@@ -61,6 +61,9 @@ pub struct Position<'a> {
     pub affected: bool,
     /// What it is asked to fly instead.
     pub proposed: Option<PlanVersion<'a>>,
+    /// The answer to this entry, which showed the drone early, late or with less battery than planned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recomposition_id: Option<Cow<'a, str>>,
     /// What was passed over.
     pub warnings: Vec<Warning<'a>>,
 }

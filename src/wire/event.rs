@@ -27,6 +27,8 @@ pub enum EventKind {
     PlanAffected,
     /// What closed ahead of a plan is open again: it is flown as it was.
     PlanRelieved,
+    /// Something has opened, so that a better version is offered; the plan stays as it is unless it is acknowledged.
+    PlanOffered,
     /// A drone took over a recomposed version.
     PlanAcknowledged,
     /// A recomposed version was not acknowledged in time.
@@ -53,6 +55,8 @@ pub enum EventKind {
     ForwardRefused,
     /// Another network is in service: its name, its size and its topology revision.
     NetworkChanged,
+    /// The weather is stated anew: the wind.
+    WeatherPut,
     /// The wall clock has stepped: by how much. Nothing opens by it until an operator confirms it.
     ClockStepped,
     /// A stepped clock was confirmed, or has come back: why.

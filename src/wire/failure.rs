@@ -63,7 +63,7 @@ pub struct FailureReport {
     /// Numbers that the paper leaves open.
     #[serde(deserialize_with = "object", skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Parameters>,
-    /// What is to be least; only `distance` is computed so far.
+    /// What is made least: `distance`, `time` or `energy`; without the flight model `distance` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub objective: Option<String>,
     /// Also tell the optima that the answer is measured against.

@@ -8,6 +8,7 @@ mod closure;
 mod drone;
 mod event;
 mod failure;
+mod flight;
 mod id;
 mod network;
 mod plan;
@@ -26,6 +27,9 @@ pub use closure::{
 pub use drone::{DroneState, Drones, Position, Telemetry, TelemetryAnswer, TelemetryEntry};
 pub use event::{Event, EventKind};
 pub use failure::{DroneFacts, FailureReport, Failures, Parameters, Service};
+pub use flight::{
+    DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,
+};
 pub use id::{Id, Place};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
@@ -43,5 +47,5 @@ pub use registry::{
     PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
 };
 pub use status::{ClockKind, ClockState, Freshness, RegistryRevision, Stamp};
-pub use weather::{Weather, Wind};
+pub use weather::{Weather, WeatherAnswer, Wind};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

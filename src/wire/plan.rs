@@ -1,5 +1,6 @@
 //! Delivery requests and composition plans.
 
+use super::flight::{DetourFlight, Flight, LegFlight};
 use super::id::{Id, Place};
 use super::recomposition::{Outcome, Path, Warning};
 use super::status::Stamp;
@@ -36,6 +37,20 @@ pub struct DeliveryRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(exclusive_minimum = 0, maximum = 100))]
     pub airspeed_mps: Option<f64>,
+    /// Name of the airframe that flies it; the edge's default where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub airframe: Option<String>,
+    /// What is in the battery at the start, from 0 to 1; by telemetry, else full, where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub battery_fraction: Option<f64>,
+    /// What is made least: `distance`, `time` or `energy`; the edge's default where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<String>,
+    /// The latest landing, RFC 3339; two and a half hours after the start where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    pub deadline: Option<String>,
 }
 
 /// How a plan stands.
@@ -67,6 +82,9 @@ pub struct Contingency<'a> {
     pub remaining_length_m: Option<f64>,
     /// How much longer than the plan that is, in metres.
     pub extra_m: Option<f64>,
+    /// How it is flown, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<DetourFlight<'a>>,
 }
 
 /// The nearest safe node: open, with pads, and reachable.
@@ -79,6 +97,9 @@ pub struct SafeNode<'a> {
     pub nodes: Vec<Id<'a>>,
     /// How far it is, in metres.
     pub length_m: f64,
+    /// How the way to it is flown, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<DetourFlight<'a>>,
 }
 
 /// A leg of a plan: a drone delivery service.
@@ -101,6 +122,9 @@ pub struct Leg<'a> {
     pub if_closed: Contingency<'a>,
     /// Where to go when nothing else helps; null where there is none.
     pub nearest_safe_node: Option<SafeNode<'a>>,
+    /// How it is flown, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<LegFlight<'a>>,
 }
 
 /// Another active plan on the same segment at nearly the same time.
@@ -131,7 +155,7 @@ pub struct PlanVersion<'a> {
     pub path: Path<'a>,
     /// Length in metres, what was flown before it not included.
     pub length_m: f64,
-    /// Nominal flying time in seconds.
+    /// Flying time in seconds; with the flight model from the departure to the landing, stops included.
     pub flight_time_s: f64,
     /// When its first leg starts, RFC 3339.
     pub departs_at: Cow<'a, str>,
@@ -145,6 +169,9 @@ pub struct PlanVersion<'a> {
     /// Until when it is to be acknowledged, RFC 3339; only of a proposed version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledge_by: Option<Cow<'a, str>>,
+    /// How it is flown, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<Flight<'a>>,
     /// What the drone should know.
     pub warnings: Vec<Warning<'a>>,
 }
@@ -167,6 +194,15 @@ pub struct Plan<'a> {
     pub payload_kg: f64,
     /// Airspeed in metres per second.
     pub airspeed_mps: f64,
+    /// Name of its airframe, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub airframe: Option<Cow<'a, str>>,
+    /// What is made least, with the flight model: `distance`, `time` or `energy`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<Cow<'a, str>>,
+    /// The latest landing that it was asked for with, RFC 3339.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deadline: Option<Cow<'a, str>>,
     /// What the drone flies.
     pub current: PlanVersion<'a>,
     /// What it is asked to fly instead, until that is acknowledged.
@@ -175,9 +211,9 @@ pub struct Plan<'a> {
     pub affected_by: Vec<Cow<'a, str>>,
     /// Other plans too near; those of the proposed version included.
     pub conflicts: Vec<Conflict<'a>>,
-    /// `unchecked` until energy is computed.
+    /// `checked` where the battery suffices by the flight model, `unchecked` without it.
     pub energy: Cow<'a, str>,
-    /// `nominal`: at the airspeed, without wind, climb or stops.
+    /// `computed` by the flight model; `nominal` without it: at the airspeed, without wind, climb or stops.
     pub times: Cow<'a, str>,
     /// The world of this answer.
     #[serde(flatten)]

@@ -1,6 +1,7 @@
 //! The answer to a failure report, and what is kept of it.
 
 use super::failure::FailureReport;
+use super::flight::{Flight, FlightCause, Opening};
 use super::id::Id;
 use super::plan::Leg;
 use super::status::Stamp;
@@ -69,6 +70,8 @@ pub enum Outcome {
     Rerouted,
     /// Fly on: nothing ahead is touched.
     Unaffected,
+    /// Wait on a pad at the first node until the way opens, then fly the path.
+    Hold,
     /// The destination cannot be reached: fly to the safe node at the end of the path.
     Diverted,
     /// Nothing can be reached.
@@ -277,7 +280,7 @@ pub struct Answer<'a> {
     pub stages: Vec<AreaStage<'a>>,
     /// What was assumed or passed over, and what the drone should know.
     pub warnings: Vec<Warning<'a>>,
-    /// `unchecked` until energy is computed.
+    /// `checked` where the battery suffices by the flight model, `unchecked` without it.
     pub energy: Cow<'a, str>,
 }
 
@@ -290,9 +293,9 @@ pub struct Recomposition<'a> {
     /// What the drone is to do, and how it came about.
     #[serde(flatten)]
     pub answer: Answer<'a>,
-    /// Nominal time to the end of the path in seconds; null without a path.
+    /// Time to the end of the path in seconds; null without a path.
     pub remaining_time_s: Option<f64>,
-    /// `nominal`: at the airspeed, without wind, climb or stops.
+    /// `computed` by the flight model; `nominal` without it: at the airspeed, without wind, climb or stops.
     pub times: Cow<'a, str>,
     /// What becomes of what the report closes.
     pub publication: Publication<'a>,
@@ -302,6 +305,15 @@ pub struct Recomposition<'a> {
     /// The legs of the new path with their contingencies, where the edge knows the plan.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub legs: Vec<Leg<'a>>,
+    /// How the path is flown, with the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<Flight<'a>>,
+    /// Where the destination cannot be reached, with the flight model: all that keeps the drone from it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub causes: Vec<FlightCause<'a>>,
+    /// Where only the deadline keeps the drone from its destination: the plan that there would be without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opens: Option<Opening<'a>>,
     /// True when this is the stored answer of a report sent before.
     pub replayed: bool,
     /// The world it was computed on.
@@ -388,6 +400,10 @@ pub struct RecordedWorld<'a> {
     pub horizon_s: f64,
     /// Every closure that counted.
     pub closures: Vec<RecordedClosure<'a>>,
+    /// With the flight model: the drone, its battery, the wind, the rules, and what other plans take.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    pub flight: Option<Value>,
 }
 
 /// All that is kept of an answer: enough to compute it again, and to explain it.

@@ -1,7 +1,9 @@
 //! Weather as it is stated: wind, for the whole network or by area and time.
 
+use super::status::Stamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::borrow::Cow;
 
 /// Wind over an area for a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +31,21 @@ pub struct Wind {
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Weather {
-    /// What is known of the wind; where nothing is stated it is calm.
+    /// What is known of the wind; where nothing is stated it is calm, or what the edge's configuration says.
     #[cfg_attr(feature = "edge", schema(max_items = 1000))]
     pub wind: Vec<Wind>,
+}
+
+/// The weather over the network of an edge.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct WeatherAnswer<'a> {
+    /// What is known of the wind.
+    pub wind: Vec<Wind>,
+    /// Its version; absent where nothing was ever stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub etag: Option<Cow<'a, str>>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
 }

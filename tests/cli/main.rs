@@ -7,6 +7,7 @@ mod config;
 #[cfg(feature = "edge")]
 mod demo;
 mod evaluate;
+mod flights;
 mod help;
 mod input;
 #[cfg(feature = "edge")]

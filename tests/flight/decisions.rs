@@ -39,6 +39,7 @@ fn decision(world: &World, objective: Objective, in_flight: bool) -> FlightDecis
         deadline_s: world.deadline_s,
         closed_segments: &world.closed_segments,
         in_flight,
+        explain: true,
         refuge_stay_s: STAY_S,
         limits: Limits::default(),
     };

@@ -19,10 +19,14 @@ const LAYERS: &[(&str, &str)] = &[
     ("itinerary", "geo network airspace flight"),
     ("recompose", "geo network airspace flight routing"),
     ("compose", "geo network airspace flight routing recompose"),
+    (
+        "delivery",
+        "geo network airspace flight routing itinerary recompose compose",
+    ),
     ("verify", "geo network airspace flight"),
     (
         "formats",
-        "wire geo network airspace flight routing recompose compose",
+        "wire geo network airspace flight routing itinerary recompose compose delivery",
     ),
     ("draw", "geo network airspace flight routing recompose"),
     (
@@ -32,11 +36,11 @@ const LAYERS: &[(&str, &str)] = &[
     ("refusal", "wire formats"),
     ("intake", "wire geo network airspace formats refusal"),
     ("clock", "wire"),
-    ("config", "wire access formats clock"),
+    ("config", "wire access flight itinerary formats clock"),
     ("demo", "wire geo clock"),
     (
         "edge",
-        "wire planted access geo network airspace flight routing recompose compose formats refusal intake clock config",
+        "wire planted access geo network airspace flight routing itinerary recompose compose delivery formats refusal intake clock config",
     ),
     (
         "registry",
@@ -44,13 +48,16 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "api",
-        "wire access geo network airspace flight routing recompose compose formats draw refusal intake clock config \
+        "wire access geo network airspace flight routing itinerary recompose compose delivery formats draw refusal intake clock config \
          edge registry",
     ),
-    ("process", "planted network clock config edge registry api"),
+    (
+        "process",
+        "planted network flight clock config edge registry api",
+    ),
     (
         "cli",
-        "wire access geo network airspace flight routing recompose compose verify formats draw evaluate clock config demo edge registry api process",
+        "wire access geo network airspace flight routing itinerary recompose compose delivery verify formats draw evaluate clock config demo edge registry api process",
     ),
     ("main", "cli"),
 ];

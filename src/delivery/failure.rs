@@ -1,0 +1,420 @@
+//! The answer to a failure in flight, with time, battery and pads.
+
+use super::composition::{FlightComposition, Proof, equip};
+use super::in_flight::{battery_now, starts};
+use super::local::{Local, answer_locally, on_way_alone};
+use super::skies::Skies;
+use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
+use crate::airspace::{Cause, Closure};
+use crate::compose::planned_nodes;
+use crate::flight::{FailureType, FlightPlan, FlightStart, TimedClosure};
+use crate::itinerary::{
+    FlightCause, FlightDecision, FlightOpening, FlightOutcome, Objective, timed_closures,
+};
+use crate::network::{NodeIx, SegmentIx};
+use crate::recompose::{
+    Fallback, Outcome, Request, Severance, Stage, Strategy, Warning, WaysBack, World, ways_back,
+};
+use std::sync::Arc;
+
+/// What is known of the battery of a drone in flight, as fractions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BatteryNow {
+    /// It says so.
+    Given(f64),
+    /// By its plan: at the start and at the end of the leg.
+    ByPlan {
+        /// At the start.
+        before: f64,
+        /// At the end.
+        after: f64,
+    },
+}
+
+/// A failure report with what it takes to answer it by a flight.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightFailure<'a> {
+    /// The report, what it brings, and the strategy to answer it with.
+    pub request: &'a Request,
+    /// When it is, in seconds.
+    pub at_s: f64,
+    /// The battery.
+    pub battery: BatteryNow,
+    /// What is made least.
+    pub objective: Objective,
+    /// The latest landing, in seconds; [`DEFAULT_DEADLINE_S`] from now where there is none.
+    pub deadline_s: Option<f64>,
+    /// Where the old plan was going to stop, if anybody knows; else where it would have.
+    pub planned_stops: Option<&'a [NodeIx]>,
+}
+
+/// A wait on a pad, where the way is not open yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hold {
+    /// Where.
+    pub node: NodeIx,
+    /// On which pad, counted from 0.
+    pub pad: u16,
+    /// Until when, in seconds.
+    pub until_s: f64,
+}
+
+/// What a drone in flight is told, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightRecomposition {
+    /// What it is to do.
+    pub outcome: Outcome,
+    /// The plan, to the destination or to a safe node; `None` for [`Outcome::NoRoute`].
+    pub composition: Option<FlightComposition>,
+    /// For [`Outcome::Hold`], where it waits.
+    pub hold: Option<Hold>,
+    /// True where the plan draws on the reserve, to reach a safe node.
+    pub reserve_used: bool,
+    /// Where the destination cannot be reached, what cuts the drone off; [`severance`] names closures.
+    pub causes: Vec<FlightCause>,
+    /// The plan that there would be but for the deadline.
+    pub opens: Option<FlightOpening>,
+    /// The deadline that was kept, in seconds.
+    pub deadline_s: f64,
+    /// The battery when it reported, as a fraction.
+    pub battery: f64,
+    /// From where the drone is to the first node of the plan, in metres.
+    pub first_stretch_m: f64,
+    /// How certain it is that no plan is better, or that there is none.
+    pub proof: Proof,
+    /// The strategy asked for.
+    pub strategy: Strategy,
+    /// The strategy that answered.
+    pub strategy_used: Strategy,
+    /// Why they differ.
+    pub fallback: Option<Fallback>,
+    /// Where the search that answered looked.
+    pub stage: Stage,
+    /// The stages of a local strategy whose answers this drone cannot fly.
+    pub unflyable_stages: Vec<Stage>,
+    /// What the receiver should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// What a cause is called: a closure by its id, the report, or the network; `None` for wind, battery, pads and time.
+///
+/// The skies are those that the answer was computed in.
+pub fn severance(skies: &Skies, cause: &FlightCause) -> Option<Severance> {
+    match cause {
+        // What a report brings follows what stands.
+        FlightCause::Closure(number) => {
+            let standing = skies.causes().get(*number).cloned();
+            Some(standing.unwrap_or(Severance::Report))
+        }
+        FlightCause::Request(_) => Some(Severance::Report),
+        FlightCause::Network => Some(Severance::Network),
+        _ => None,
+    }
+}
+
+/// A failure with all that is worked out of it before anything is searched.
+pub(super) struct Case<'a> {
+    pub(super) world: DeliveryWorld<'a>,
+    pub(super) failure: &'a FlightFailure<'a>,
+    pub(super) question: Question<'a>,
+    ways: &'a WaysBack,
+    /// The world before the report.
+    before: DeliveryWorld<'a>,
+}
+
+/// An outcome with its plan, before it is put into words.
+pub(super) struct Found {
+    pub(super) outcome: Outcome,
+    pub(super) plan: Option<FlightPlan>,
+    pub(super) starts: Vec<FlightStart>,
+    pub(super) decision: FlightDecision,
+    pub(super) proof: Proof,
+}
+
+/// Answers a drone in flight.
+///
+/// Never fails: without a plan to the destination it names a safe node, and without one everything that cuts the drone off. A
+/// local strategy whose answer this drone cannot fly goes on to its next stage, and finally to `exact`.
+pub fn answer_failure(
+    world: &DeliveryWorld<'_>,
+    failure: &FlightFailure<'_>,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let request = failure.request;
+    let now = World {
+        airspace: world.skies.now(),
+        trees: None,
+    };
+    let ways = ways_back(&now, request, &mut scratch.recompose);
+    let battery = battery_now(world.setting.topology(), failure);
+    let brought = brought_closures(world.skies, request);
+    let own_skies = (!brought.is_empty()).then(|| world.skies.with(brought));
+    let own_setting = own_skies
+        .as_ref()
+        .map(|skies| world.setting.with_situation(skies.situation().clone()));
+    let own_world = DeliveryWorld {
+        skies: own_skies.as_ref().unwrap_or(world.skies),
+        setting: own_setting.as_ref().unwrap_or(world.setting),
+        ..*world
+    };
+    let (starts, grounded) = match starts(world.setting, failure, &ways, battery) {
+        Ok(starts) => (starts, Vec::new()),
+        Err(causes) => (Vec::new(), causes),
+    };
+    let closes_leg = request.report.failure.closes_leg();
+    let closed: Vec<SegmentIx> = ways.segment.filter(|_| closes_leg).into_iter().collect();
+    let latest_s = failure.at_s + DEFAULT_DEADLINE_S;
+    let case = Case {
+        world: own_world,
+        failure,
+        question: Question {
+            starts: &starts,
+            destination: request.report.destination,
+            objective: failure.objective,
+            began_s: failure.at_s,
+            deadline_s: failure.deadline_s.unwrap_or(latest_s),
+            reserve: world.setting.rules().reserve,
+            closed_segments: &closed,
+            in_flight: true,
+            explain: true,
+        },
+        ways: &ways,
+        before: *world,
+    };
+    let mut answer = match request.strategy {
+        Strategy::Exact => exactly(&case, scratch),
+        _ => by_strategy(&case, scratch),
+    };
+    answer.battery = battery;
+    if !grounded.is_empty() {
+        answer.causes = grounded;
+    }
+    answer
+}
+
+/// What a report closes for its own request, beside its leg.
+fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
+    let mut closures = Vec::new();
+    if request.report.failure == FailureType::Infrastructure {
+        closures.push(TimedClosure {
+            from_s: f64::NEG_INFINITY,
+            until_s: f64::INFINITY,
+            segments: Vec::new(),
+            nodes: Vec::new(),
+            pads: vec![request.report.leg.1],
+            widened: false,
+        });
+    }
+    if let Some(brought) = &request.zone {
+        let closure = Closure {
+            id: brought.zone.id().to_owned(),
+            windows: brought.zone.windows().to_vec(),
+            hits: brought.hits.clone(),
+            pads: Vec::new(),
+            cause: Cause::Zone(Arc::clone(&brought.zone)),
+        };
+        closures.extend(timed_closures(&closure, skies.zero()));
+    }
+    closures
+}
+
+/// The answer of `exact`.
+fn exactly(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecomposition {
+    let decision = case.world.decide(&case.question, scratch);
+    let outcome = outcome_of(&decision.outcome);
+    let proof = Proof::of(&decision.answer);
+    let mut found = Found {
+        outcome,
+        plan: decision.answer.plan.clone(),
+        starts: case.question.starts.to_vec(),
+        decision,
+        proof,
+    };
+    let closes_leg = case.failure.request.report.failure.closes_leg();
+    if outcome == Outcome::Rerouted && (!closes_leg || case.ways.only_ahead) {
+        prefer_old_plan(case, &mut found, scratch);
+    }
+    conclude(case, found, scratch)
+}
+
+/// What the search says in the words of an answer.
+pub(super) fn outcome_of(outcome: &FlightOutcome) -> Outcome {
+    match outcome {
+        FlightOutcome::Planned => Outcome::Rerouted,
+        FlightOutcome::Hold { .. } => Outcome::Hold,
+        FlightOutcome::Diverted { .. } => Outcome::Diverted,
+        FlightOutcome::NoRoute => Outcome::NoRoute,
+    }
+}
+
+/// Says `unaffected` where the old way can be flown with the stops that it had, and nothing found is better.
+fn prefer_old_plan(case: &Case<'_>, found: &mut Found, scratch: &mut DeliveryScratch) {
+    let report = &case.failure.request.report;
+    let old_world = World {
+        airspace: case.before.skies.airspace(),
+        trees: None,
+    };
+    let nodes = planned_nodes(&old_world, report, scratch.recompose.searcher());
+    let starts = case.question.starts;
+    let at_leg_start = |start: &&FlightStart| start.node == report.leg.0 && start.flown_m == 0.0;
+    let (first, start) = match starts.iter().find(at_leg_start) {
+        Some(start) => (0, *start),
+        None => match starts.iter().find(|start| start.node == report.leg.1) {
+            Some(start) => (1, *start),
+            None => return,
+        },
+    };
+    let Some(rest) = nodes.get(first..) else {
+        return;
+    };
+    let leads_there = rest.last() == Some(&report.destination);
+    let start = [start];
+    let along = |world: &DeliveryWorld<'_>, scratch: &mut DeliveryScratch| {
+        let question = Question {
+            starts: &start,
+            ..case.question
+        };
+        on_way_alone(world, &question, rest, scratch)
+    };
+    let Some(old) = along(&case.world, scratch).filter(|_| leads_there) else {
+        return;
+    };
+    let Some(plan) = &old.answer.plan else {
+        return;
+    };
+    let is_same = found
+        .plan
+        .as_ref()
+        .is_some_and(|best| best.legs == plan.legs);
+    let is_better = found.decision.answer.value.beats(old.answer.value);
+    if is_better && !is_same {
+        return;
+    }
+    let stops: Vec<NodeIx> = plan.stops.iter().map(|stop| stop.node).collect();
+    let stops_stand = match case.failure.planned_stops {
+        Some(planned) => planned == stops,
+        None => {
+            let before = along(&case.before, scratch).and_then(|before| before.answer.plan);
+            before.is_none_or(|before| before.stops.iter().map(|stop| stop.node).eq(stops))
+        }
+    };
+    if !stops_stand {
+        return;
+    }
+    found.outcome = Outcome::Unaffected;
+    found.proof = Proof {
+        lower_bound: found.proof.lower_bound,
+        ..Proof::of(&old.answer)
+    };
+    found.starts = start.to_vec();
+    found.plan = old.answer.plan;
+}
+
+/// A local strategy or a baseline, as far as this drone can fly what it says.
+fn by_strategy(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecomposition {
+    let mut unflyable_stages = Vec::new();
+    match answer_locally(case, &mut unflyable_stages, scratch) {
+        Ok(local) => {
+            let Local {
+                outcome,
+                decision,
+                start,
+                stage,
+                warnings,
+            } = local;
+            let found = Found {
+                outcome,
+                plan: decision.answer.plan.clone(),
+                starts: vec![start],
+                // What is best on this way need not be best of all.
+                proof: Proof {
+                    proved: false,
+                    ..Proof::of(&decision.answer)
+                },
+                decision,
+            };
+            let mut answer = conclude(case, found, scratch);
+            answer.stage = stage;
+            answer.unflyable_stages = unflyable_stages;
+            answer.warnings = warnings;
+            answer
+        }
+        Err(fallback) => FlightRecomposition {
+            strategy_used: Strategy::Exact,
+            fallback: Some(fallback),
+            unflyable_stages,
+            ..exactly(case, scratch)
+        },
+    }
+}
+
+/// Puts an outcome into the answer to a failure.
+fn conclude(case: &Case<'_>, found: Found, scratch: &mut DeliveryScratch) -> FlightRecomposition {
+    let strategy = case.failure.request.strategy;
+    let mut answer = put_into_words(&case.world, &case.question, found, strategy, scratch);
+    answer
+        .warnings
+        .splice(0..0, case.ways.warnings.iter().cloned());
+    answer
+}
+
+/// Puts an outcome into an answer, its plan with all that follows from it.
+pub(super) fn put_into_words(
+    world: &DeliveryWorld<'_>,
+    asked: &Question<'_>,
+    found: Found,
+    strategy: Strategy,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let rules = world.setting.rules();
+    let (diverted_to, reserve_used) = match found.decision.outcome {
+        FlightOutcome::Diverted { node, reserve_used } => (Some(node), reserve_used),
+        _ => (None, false),
+    };
+    let question = Question {
+        starts: &found.starts,
+        destination: diverted_to.unwrap_or(asked.destination),
+        deadline_s: match diverted_to {
+            Some(_) => f64::INFINITY,
+            None => asked.deadline_s,
+        },
+        reserve: match reserve_used {
+            true => rules.floor,
+            false => rules.reserve,
+        },
+        ..*asked
+    };
+    let proof = found.proof;
+    let composition = found
+        .plan
+        .map(|plan| equip(world, &question, plan, proof, scratch));
+    let hold = match found.decision.outcome {
+        FlightOutcome::Hold { node, pad, until_s } if found.outcome == Outcome::Hold => {
+            Some(Hold { node, pad, until_s })
+        }
+        _ => None,
+    };
+    let mut warnings = Vec::new();
+    if found.outcome == Outcome::NoRoute {
+        warnings.push(Warning::NoSafeNode);
+    }
+    let start = composition.as_ref().map(|composition| composition.start);
+    FlightRecomposition {
+        outcome: found.outcome,
+        first_stretch_m: start.map_or(0.0, |start| start.flown_m),
+        composition,
+        hold,
+        reserve_used,
+        causes: found.decision.causes,
+        opens: found.decision.opens,
+        deadline_s: asked.deadline_s,
+        battery: 0.0,
+        proof,
+        strategy,
+        strategy_used: strategy,
+        fallback: None,
+        stage: Stage::Global,
+        unflyable_stages: Vec::new(),
+        warnings,
+    }
+}

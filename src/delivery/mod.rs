@@ -1,0 +1,28 @@
+//! Deliveries that a drone can really fly: composed with times, battery and pads, and answered when they fail.
+//!
+//! [`Skies`] compiles one state of the world, a [`FlightSetting`](crate::itinerary::FlightSetting) what a drone makes of it;
+//! both are immutable and serve any number of requests. [`compose`] makes the plan of a delivery, each leg with what to do when it
+//! closes; [`answer_failure`] answers a drone in flight. Nothing here asks the time: instants are seconds from [`Skies::zero`].
+
+mod composition;
+mod contingency;
+mod failure;
+mod in_flight;
+mod local;
+mod skies;
+mod standing;
+mod tables;
+mod world;
+
+pub use composition::{
+    DeliveryRequest, DroneDeliveryService, FlightComposition, NoDelivery, Proof, QualityOfService,
+    compose,
+};
+pub use contingency::{FlownDetour, Haven, LegContingency, contingencies_of};
+pub use failure::{
+    BatteryNow, FlightFailure, FlightRecomposition, Hold, answer_failure, severance,
+};
+pub use skies::{OtherPlans, Skies};
+pub use standing::answer_standing;
+pub use tables::FlightTables;
+pub use world::{DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryScratch, DeliveryWorld};

@@ -1,0 +1,168 @@
+//! One state of the world: what is closed when and why, and what other plans take, in seconds of one clock.
+
+use crate::airspace::{Airspace, Change};
+use crate::flight::{FlightRules, Reservation, Situation, TimedClosure, TrafficLeg};
+use crate::itinerary::timed_closures;
+use crate::network::{NodeIx, Topology};
+use crate::recompose::Severance;
+use jiff::{SignedDuration, Timestamp};
+use std::sync::Arc;
+
+/// What the other plans of an edge take, and what nodes offer beside recharging.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OtherPlans {
+    /// Pads that they have reserved; those of the plan that is answered left out.
+    pub reservations: Vec<Reservation>,
+    /// Legs that they fly, likewise.
+    pub traffic: Vec<TrafficLeg>,
+    /// Nodes that swap batteries on their pads instead of charging them.
+    pub swap_stations: Vec<NodeIx>,
+}
+
+/// One immutable state of the world, for any number of requests and drones.
+#[derive(Clone, Debug)]
+pub struct Skies {
+    /// Second 0.
+    zero: Timestamp,
+    airspace: Arc<Airspace>,
+    /// What is closed at the airspace's time, whatever closes later.
+    now: Arc<Airspace>,
+    situation: Arc<Situation>,
+    /// The causes of the situation's closures, one for each.
+    causes: Arc<Vec<Severance>>,
+}
+
+impl Skies {
+    /// The state of an airspace, beside what other plans take, in seconds from the airspace's time.
+    pub fn of(airspace: &Airspace, others: OtherPlans, rules: &FlightRules) -> Self {
+        Self::since(airspace.as_of(), airspace, others, rules)
+    }
+
+    /// The same in seconds from another instant, which many states of the world may share.
+    pub fn since(
+        zero: Timestamp,
+        airspace: &Airspace,
+        others: OtherPlans,
+        rules: &FlightRules,
+    ) -> Self {
+        let now_s = airspace.as_of().duration_since(zero).as_secs_f64();
+        let (mut closures, mut causes) = (Vec::new(), Vec::new());
+        for (closure, _) in airspace.closures() {
+            let windows = timed_closures(closure, zero).into_iter();
+            // Windows that have ended are widened at most by this, as plans begin at the airspace's time at the earliest.
+            for timed in windows.filter(|timed| timed.until_s > now_s - rules.time_margin_s) {
+                closures.push(timed);
+                causes.push(Severance::Closure(closure.id.clone()));
+            }
+        }
+        Self {
+            zero,
+            now: Arc::new(closed_now(airspace, rules.time_margin_s)),
+            airspace: Arc::new(airspace.clone()),
+            situation: Arc::new(Situation {
+                closures,
+                reservations: others.reservations,
+                traffic: others.traffic,
+                swap_stations: others.swap_stations,
+            }),
+            causes: Arc::new(causes),
+        }
+    }
+
+    /// A state that was written down: an airspace, what of it has begun, and what is in the way of drones.
+    pub fn recorded(
+        zero: Timestamp,
+        airspace: &Airspace,
+        begun: &Airspace,
+        situation: Situation,
+        causes: Vec<Severance>,
+        rules: &FlightRules,
+    ) -> Self {
+        Self {
+            zero,
+            now: Arc::new(closed_now(begun, rules.time_margin_s)),
+            airspace: Arc::new(airspace.clone()),
+            situation: Arc::new(situation),
+            causes: Arc::new(causes),
+        }
+    }
+
+    /// The same closures among other plans.
+    #[must_use]
+    pub fn among(&self, others: OtherPlans) -> Self {
+        Self {
+            situation: Arc::new(Situation {
+                closures: self.situation.closures.clone(),
+                reservations: others.reservations,
+                traffic: others.traffic,
+                swap_stations: others.swap_stations,
+            }),
+            ..self.clone()
+        }
+    }
+
+    /// The same with closures that a report brings for its own request.
+    #[must_use]
+    pub(super) fn with(&self, closures: Vec<TimedClosure>) -> Self {
+        let mut more = self.clone();
+        let reported = closures.iter().map(|_| Severance::Report);
+        Arc::make_mut(&mut more.causes).extend(reported);
+        Arc::make_mut(&mut more.situation).closures.extend(closures);
+        more
+    }
+
+    /// The network.
+    pub fn topology(&self) -> &Arc<Topology> {
+        self.airspace.topology()
+    }
+
+    /// The airspace as it was given, with its look ahead.
+    pub fn airspace(&self) -> &Airspace {
+        &self.airspace
+    }
+
+    /// The airspace with what is closed at its time, and nothing that closes later.
+    pub fn now(&self) -> &Airspace {
+        &self.now
+    }
+
+    /// What is closed when, and what other plans take, as plain facts.
+    pub fn situation(&self) -> &Arc<Situation> {
+        &self.situation
+    }
+
+    /// The causes of the situation's closures, one for each.
+    pub fn causes(&self) -> &[Severance] {
+        &self.causes
+    }
+
+    /// Second 0 of everything here.
+    pub fn zero(&self) -> Timestamp {
+        self.zero
+    }
+
+    /// An instant in seconds.
+    pub fn seconds(&self, instant: Timestamp) -> f64 {
+        instant.duration_since(self.zero()).as_secs_f64()
+    }
+
+    /// The instant of a number of seconds, to the microsecond; `None` for one that no calendar has.
+    pub fn instant(&self, seconds: f64) -> Option<Timestamp> {
+        let whole = (seconds * 1e6).round() / 1e6;
+        let since = SignedDuration::try_from_secs_f64(whole).ok()?;
+        self.zero().checked_add(since).ok()
+    }
+}
+
+/// The same airspace without a look ahead, but for the margin.
+fn closed_now(airspace: &Airspace, margin_s: f64) -> Airspace {
+    let horizon = SignedDuration::try_from_secs_f64(margin_s).unwrap_or(SignedDuration::ZERO);
+    let as_of = airspace.as_of();
+    let topology = airspace.topology().clone();
+    let open = Airspace::open(topology, airspace.topology_revision(), as_of, horizon);
+    let closures = airspace.closures();
+    let puts: Vec<Change> = closures
+        .map(|(closure, _)| Change::Put(closure.clone()))
+        .collect();
+    open.apply(&puts, as_of)
+}

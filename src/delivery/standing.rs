@@ -1,0 +1,51 @@
+//! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
+
+use super::composition::{DeliveryRequest, Proof};
+use super::failure::{FlightRecomposition, Found, outcome_of, put_into_words};
+use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
+use crate::flight::FlightStart;
+use crate::recompose::Strategy;
+
+/// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
+///
+/// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at a safe node, or
+/// goes to a safe node.
+pub fn answer_standing(
+    world: &DeliveryWorld<'_>,
+    request: &DeliveryRequest,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let starts = [FlightStart {
+        node: request.source,
+        at_s: request.start_s,
+        battery: request.battery,
+        on_ground: true,
+        flown_m: 0.0,
+        drawn: 0.0,
+    }];
+    let latest_s = request.start_s + DEFAULT_DEADLINE_S;
+    let question = Question {
+        starts: &starts,
+        destination: request.destination,
+        objective: request.objective,
+        began_s: request.start_s,
+        deadline_s: request.deadline_s.unwrap_or(latest_s),
+        reserve: world.setting.rules().reserve,
+        closed_segments: &[],
+        in_flight: true,
+        explain: true,
+    };
+    let decision = world.decide(&question, scratch);
+    let found = Found {
+        outcome: outcome_of(&decision.outcome),
+        plan: decision.answer.plan.clone(),
+        starts: starts.to_vec(),
+        proof: Proof::of(&decision.answer),
+        decision,
+    };
+    let answer = put_into_words(world, &question, found, Strategy::Exact, scratch);
+    FlightRecomposition {
+        battery: request.battery,
+        ..answer
+    }
+}

@@ -1,0 +1,340 @@
+//! Compositions and answers with times and battery, under the names of the wire.
+
+use super::answer::warning_text;
+use super::identifier::{node_id_json, segment_id_json};
+use crate::delivery::{
+    DroneDeliveryService, FlightComposition, FlightRecomposition, FlownDetour, Haven,
+    LegContingency, NoDelivery, Proof, Skies, severance,
+};
+use crate::flight::{FlightPlan, FlownLeg, Stop, StopKind};
+use crate::itinerary::{FlightCause, FlightOpening, FlightSetting, LegFigures, StopFigures};
+use crate::network::{NodeIx, Topology};
+use crate::recompose::Severance;
+use serde_json::{Map, Value, json};
+
+/// Writes answers of one state of the world for one drone.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightWriter<'a> {
+    /// The state of the world.
+    pub skies: &'a Skies,
+    /// The drone.
+    pub setting: &'a FlightSetting,
+}
+
+/// The name of a stay on the wire.
+pub fn stop_kind_name(kind: StopKind) -> &'static str {
+    match kind {
+        StopKind::Start => "start",
+        StopKind::Charge => "charge",
+        StopKind::Swap => "swap",
+    }
+}
+
+/// A cause's stable code and its text for people.
+pub fn flight_cause_text(skies: &Skies, cause: &FlightCause) -> (&'static str, String) {
+    let topology: &Topology = skies.topology();
+    let node = |node: NodeIx| format!("'{}'", topology.node_id(node));
+    if let Some(severance) = severance(skies, cause) {
+        return match severance {
+            Severance::Closure(id) => ("closure", format!("closure '{id}'")),
+            Severance::Report => ("report", "the failure itself".to_owned()),
+            Severance::Network => ("network", "the network, which ends there".to_owned()),
+        };
+    }
+    match cause {
+        FlightCause::Unflyable {
+            from, why, legs, ..
+        } => {
+            let text = format!(
+                "wind or payload at node {}: {why} ({legs} legs)",
+                node(*from)
+            );
+            ("unflyable", text)
+        }
+        FlightCause::Energy {
+            from,
+            missing,
+            legs,
+            ..
+        } => {
+            let percent = 100.0 * missing;
+            let text = format!(
+                "the battery: {percent:.1} % more would lead on from node {} ({legs} legs)",
+                node(*from)
+            );
+            ("battery", text)
+        }
+        FlightCause::Pads(at) => ("pads", format!("the pads of node {}, all taken", node(*at))),
+        FlightCause::Traffic(number) => {
+            let leg = skies.situation().traffic.get(*number);
+            let segment = leg.map_or_else(String::new, |leg| {
+                format!(" on segment '{}'", topology.segment_id(leg.segment))
+            });
+            ("traffic", format!("another plan{segment}"))
+        }
+        FlightCause::BelowReserve => (
+            "below_reserve",
+            "the battery, which is below the reserve already".to_owned(),
+        ),
+        FlightCause::Deadline => ("deadline", "the deadline".to_owned()),
+        FlightCause::Closure(_) | FlightCause::Request(_) | FlightCause::Network => {
+            ("network", "the network, which ends there".to_owned())
+        }
+    }
+}
+
+impl FlightWriter<'_> {
+    fn topology(&self) -> &Topology {
+        self.skies.topology()
+    }
+
+    fn id(&self, node: NodeIx) -> Value {
+        node_id_json(self.topology(), node)
+    }
+
+    fn ids(&self, nodes: &[NodeIx]) -> Vec<Value> {
+        nodes.iter().map(|&node| self.id(node)).collect()
+    }
+
+    /// An instant in RFC 3339; null where there is none.
+    fn time(&self, seconds: f64) -> Value {
+        self.skies
+            .instant(seconds)
+            .map_or(Value::Null, |instant| json!(instant.to_string()))
+    }
+
+    /// The composition of a delivery.
+    pub fn composition(&self, composition: &FlightComposition) -> Map<String, Value> {
+        let plan = &composition.plan;
+        let figures = &composition.figures;
+        let legs = plan.legs.iter().zip(&figures.legs);
+        let legs: Vec<Value> = legs
+            .zip(&composition.leg_costs_usd)
+            .zip(&composition.contingencies)
+            .map(|(((leg, figures), &cost_usd), contingency)| {
+                self.leg(leg, figures, cost_usd, contingency)
+            })
+            .collect();
+        let stops = plan.stops.iter().zip(&figures.stops);
+        let stops: Vec<Value> = stops
+            .map(|(stop, figures)| self.stop(stop, figures))
+            .collect();
+        let services = composition.services(self.topology(), self.setting.payload_kg());
+        let services: Vec<Value> = services.iter().map(|one| self.service(one)).collect();
+        let fields = json!({
+            "path": {"nodes": self.ids(&composition.nodes()), "segments": self.segments(plan)},
+            "starts_at": self.time(composition.start.at_s),
+            "arrives_at": self.time(plan.arrives_s),
+            "deadline": self.time(composition.deadline_s),
+            "objective": composition.objective.name(),
+            "airframe": self.setting.airframe().name,
+            "payload_kg": self.setting.payload_kg(),
+            "reserve_fraction": composition.reserve,
+            "battery_at_start_fraction": composition.start.battery,
+            "battery_at_arrival_fraction": plan.battery_at_arrival,
+            "length_m": figures.distance_m,
+            "duration_s": figures.time_s,
+            "energy_wh": figures.energy_wh,
+            "energy_fraction": plan.energy,
+            "delivery_cost_usd": figures.cost_usd,
+            "times": "computed",
+            "energy": "computed",
+            "legs": legs,
+            "stops": stops,
+            "services": services,
+        });
+        let mut fields = into_map(fields);
+        fields.extend(proof(&composition.proof, self));
+        fields
+    }
+
+    fn segments(&self, plan: &FlightPlan) -> Vec<Value> {
+        let legs = plan.legs.iter();
+        legs.map(|leg| segment_id_json(self.topology(), leg.segment))
+            .collect()
+    }
+
+    fn leg(
+        &self,
+        leg: &FlownLeg,
+        figures: &LegFigures,
+        cost_usd: f64,
+        contingency: &LegContingency,
+    ) -> Value {
+        json!({
+            "from": self.id(leg.from),
+            "to": self.id(leg.to),
+            "segment": segment_id_json(self.topology(), leg.segment),
+            "length_m": figures.length_m,
+            "departure": self.time(leg.enters_s),
+            "arrival": self.time(leg.leaves_s),
+            "airspeed_mps": figures.airspeed_mps,
+            "ground_speed_mps": figures.ground_speed_mps,
+            "battery_before_fraction": leg.battery_before,
+            "battery_after_fraction": leg.battery_after,
+            "energy_wh": figures.energy_wh,
+            "delivery_cost_usd": cost_usd,
+            "if_closed": self.detour(&contingency.if_closed),
+            "nearest_safe_node": contingency.safe.as_ref().map(|safe| self.haven(safe)),
+        })
+    }
+
+    fn detour(&self, detour: &FlownDetour) -> Value {
+        let told = &detour.contingency;
+        let flight = detour.flight.as_ref();
+        let stops = flight.map(|flight| {
+            let stops = flight.stops.iter();
+            stops.map(|stop| self.id(stop.node)).collect::<Vec<Value>>()
+        });
+        json!({
+            "outcome": told.outcome,
+            "nodes": self.ids(&told.nodes),
+            "rejoins": told.rejoins.map(|node| self.id(node)),
+            "remaining_length_m": told.remaining_length_m,
+            "extra_m": told.extra_m,
+            "arrives_at": flight.map(|flight| self.time(flight.arrives_s)),
+            "battery_at_arrival_fraction": flight.map(|flight| flight.battery_at_arrival),
+            "stops": stops,
+            "reserve_used": detour.reserve_used,
+        })
+    }
+
+    fn haven(&self, haven: &Haven) -> Value {
+        json!({
+            "node": self.id(haven.safe.node),
+            "nodes": self.ids(&haven.safe.nodes),
+            "length_m": haven.safe.length_m,
+            "arrives_at": self.time(haven.flight.arrives_s),
+            "battery_at_arrival_fraction": haven.flight.battery_at_arrival,
+            "reserve_used": haven.reserve_used,
+        })
+    }
+
+    fn stop(&self, stop: &Stop, figures: &StopFigures) -> Value {
+        json!({
+            "kind": stop_kind_name(stop.kind),
+            "node": self.id(stop.node),
+            "pad": stop.pad,
+            "before_leg": stop.before_leg,
+            "from": self.time(stop.lands_s),
+            "until": self.time(stop.takes_off_s),
+            "duration_s": figures.stay_s,
+            "waits_s": figures.waits_s,
+            "battery_before_fraction": stop.battery_before,
+            "battery_after_fraction": stop.battery_after,
+            "charged_wh": figures.charged * self.setting.airframe().battery_wh,
+        })
+    }
+
+    fn service(&self, service: &DroneDeliveryService) -> Value {
+        let quality = &service.quality;
+        json!({
+            "id": service.id,
+            "from": self.id(service.from),
+            "to": self.id(service.to),
+            "starts_at": self.time(service.starts_s),
+            "ends_at": self.time(service.ends_s),
+            "quality": {
+                "length_m": quality.length_m,
+                "flight_time_s": quality.flight_time_s,
+                "battery_fraction": quality.battery_fraction,
+                "payload_kg": quality.payload_kg,
+                "delivery_cost_usd": quality.cost_usd,
+            },
+        })
+    }
+
+    fn causes(&self, causes: &[FlightCause]) -> Vec<Value> {
+        let causes = causes.iter().map(|cause| {
+            let (code, message) = flight_cause_text(self.skies, cause);
+            let mut fields = into_map(json!({"code": code, "message": message}));
+            if let Some(Severance::Closure(id)) = severance(self.skies, cause) {
+                fields.insert("id".to_owned(), json!(id));
+            }
+            Value::Object(fields)
+        });
+        let mut causes: Vec<Value> = causes.collect();
+        // Two windows of a zone are one cause.
+        causes.dedup();
+        causes
+    }
+
+    fn opens(&self, opens: Option<FlightOpening>) -> Value {
+        opens.map_or(Value::Null, |opens| {
+            json!({"leaves_at": self.time(opens.leaves_s), "arrives_at": self.time(opens.arrives_s)})
+        })
+    }
+
+    /// A delivery that cannot be composed.
+    pub fn no_delivery(&self, refused: &NoDelivery) -> Map<String, Value> {
+        into_map(json!({
+            "outcome": "no_route",
+            "deadline": self.time(refused.deadline_s),
+            "causes": self.causes(&refused.causes),
+            "opens": self.opens(refused.opens),
+            "proved": refused.proved,
+        }))
+    }
+
+    /// What a drone in flight is told.
+    pub fn recomposition(&self, answer: &FlightRecomposition) -> Map<String, Value> {
+        let warnings: Vec<Value> = answer
+            .warnings
+            .iter()
+            .map(|warning| {
+                let (code, message) = warning_text(self.topology(), warning);
+                json!({"code": code, "message": message})
+            })
+            .collect();
+        let hold = answer.hold.map(|hold| {
+            let until = self.time(hold.until_s);
+            json!({"node": self.id(hold.node), "pad": hold.pad, "until": until})
+        });
+        let fallback = answer.fallback.as_ref().map(ToString::to_string);
+        let plan = answer.composition.as_ref();
+        let fields = json!({
+            "outcome": answer.outcome,
+            "battery_fraction": answer.battery,
+            "first_stretch_m": answer.first_stretch_m,
+            "remaining_length_m": plan.map(|plan| plan.plan.distance_m),
+            "hold": hold,
+            "reserve_used": answer.reserve_used,
+            "causes": self.causes(&answer.causes),
+            "opens": self.opens(answer.opens),
+            "strategy": answer.strategy,
+            "strategy_used": answer.strategy_used,
+            "fallback_reason": fallback,
+            "stage": answer.stage,
+            "unflyable_stages": answer.unflyable_stages,
+            "warnings": warnings,
+            "plan": plan.map(|plan| self.composition(plan)),
+        });
+        let mut fields = into_map(fields);
+        fields.extend(proof(&answer.proof, self));
+        fields
+    }
+}
+
+fn proof(proof: &Proof, writer: &FlightWriter<'_>) -> Map<String, Value> {
+    let weight = proof.lower_bound.weight;
+    into_map(json!({
+        "proved": proof.proved,
+        "lower_bound": {
+            "weight": weight.is_finite().then_some(weight),
+            "arrives_at": writer.time(proof.lower_bound.arrives_s),
+        },
+        "reason": proof.reason.map(crate::itinerary::Unproved::name),
+        "search": {
+            "labels": proof.effort.labels,
+            "checks": proof.effort.checks,
+            "walks": proof.effort.walks,
+        },
+    }))
+}
+
+fn into_map(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(fields) => fields,
+        _ => Map::new(),
+    }
+}

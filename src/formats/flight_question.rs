@@ -1,0 +1,365 @@
+//! What an answer in flight was computed from beside its report and the closures in force, as a document: with it the answer can
+//! be computed again.
+
+use super::flight_document::{
+    FlightDocumentFault, Reader, Writer, WrittenClosure, WrittenReservation, WrittenRules,
+    WrittenTraffic, write_flight_document,
+};
+use super::weather::wind_field;
+use crate::airspace::{Airspace, Change};
+use crate::delivery::{
+    BatteryNow, DeliveryRequest, DeliveryScratch, DeliveryWorld, FlightFailure,
+    FlightRecomposition, FlightTables, Skies, answer_failure, answer_standing,
+};
+use crate::flight::{Airframe, Situation, Tariff, Wind};
+use crate::itinerary::{FlightSetting, Limits, Objective};
+use crate::network::NodeIx;
+use crate::recompose::{Request, Severance};
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// What the document says that it is.
+const FORMAT: &str = "skyway-flight-question-1";
+/// Where more closures, pads and legs than these are in the way, they are not written down: many answers are kept.
+const ENTRIES_MAX: usize = 2_000;
+/// Bytes that the tables of destinations may take where an answer is computed again.
+const TABLE_BYTES: usize = 32 << 20;
+
+/// A drone that stands on a pad, or has not left yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stand {
+    /// Where.
+    pub node: NodeIx,
+    /// From when on it can do anything, in seconds.
+    pub at_s: f64,
+    /// Its battery then, as a fraction.
+    pub battery: f64,
+}
+
+/// What an answer in flight is computed from.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightQuestion<'a> {
+    /// The state of the world.
+    pub skies: &'a Skies,
+    /// The drone.
+    pub setting: &'a FlightSetting,
+    /// The weather as it is stated, as text.
+    pub weather: Option<&'a str>,
+    /// The report with what it takes to answer it by a flight.
+    pub failure: &'a FlightFailure<'a>,
+    /// Where the drone stands, if it does.
+    pub stand: Option<Stand>,
+    /// How long a safe node's pad has to be free, in seconds.
+    pub refuge_stay_s: f64,
+}
+
+/// A question that has been read.
+#[derive(Debug)]
+pub struct ReadQuestion {
+    skies: Skies,
+    setting: FlightSetting,
+    at_s: f64,
+    battery: BatteryNow,
+    objective: Objective,
+    deadline_s: Option<f64>,
+    planned_stops: Option<Vec<NodeIx>>,
+    stand: Option<Stand>,
+    refuge_stay_s: f64,
+}
+
+impl ReadQuestion {
+    /// The state of the world.
+    pub fn skies(&self) -> &Skies {
+        &self.skies
+    }
+
+    /// Answers a report again.
+    pub fn answer(&self, request: &Request) -> FlightRecomposition {
+        let tables = FlightTables::new(TABLE_BYTES);
+        let world = DeliveryWorld {
+            skies: &self.skies,
+            setting: &self.setting,
+            tables: &tables,
+            // What it costs changes no answer.
+            tariff: Tariff::default(),
+            refuge_stay_s: self.refuge_stay_s,
+            limits: Limits::default(),
+        };
+        let mut scratch = DeliveryScratch::new(self.skies.topology());
+        match self.stand {
+            Some(stand) => {
+                let delivery = stand.delivery(request, self.objective, self.deadline_s);
+                answer_standing(&world, &delivery, &mut scratch)
+            }
+            None => {
+                let failure = FlightFailure {
+                    request,
+                    at_s: self.at_s,
+                    battery: self.battery,
+                    objective: self.objective,
+                    deadline_s: self.deadline_s,
+                    planned_stops: self.planned_stops.as_deref(),
+                };
+                answer_failure(&world, &failure, &mut scratch)
+            }
+        }
+    }
+
+    /// The plan of an answer with everything that it was made for, as [`write_flight_document`] has it; `None` without a plan.
+    ///
+    /// # Errors
+    /// [`FlightDocumentFault::WindArea`] where the wind is stated for an area.
+    pub fn certificate(
+        &self,
+        answer: &FlightRecomposition,
+    ) -> Result<Option<String>, FlightDocumentFault> {
+        let plan = answer.composition.as_ref();
+        let document = plan.map(|plan| write_flight_document(&self.skies, &self.setting, plan));
+        document.transpose()
+    }
+}
+
+impl Stand {
+    /// What is asked for a drone that stands here.
+    pub fn delivery(
+        &self,
+        request: &Request,
+        objective: Objective,
+        deadline_s: Option<f64>,
+    ) -> DeliveryRequest {
+        DeliveryRequest {
+            source: self.node,
+            destination: request.report.destination,
+            start_s: self.at_s,
+            battery: self.battery,
+            objective,
+            deadline_s,
+        }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    format: String,
+    /// False where too much was in the way to be written down.
+    complete: bool,
+    /// Second 0.
+    zero: String,
+    at_s: f64,
+    airframe: Value,
+    payload_kg: f64,
+    battery: WrittenBattery,
+    objective: String,
+    /// Null where none was stated.
+    deadline_s: Option<f64>,
+    /// Null where there was no plan.
+    planned_stops: Option<Vec<Value>>,
+    /// Null for a drone in the air.
+    stand: Option<WrittenStand>,
+    /// What blows where the weather states nothing.
+    base_wind: WrittenWind,
+    /// As it was stated; null where it never was.
+    weather: Option<Value>,
+    rules: WrittenRules,
+    refuge_stay_s: f64,
+    closures: Vec<WrittenClosure>,
+    /// Closures that counted already and had not begun.
+    not_begun: Vec<String>,
+    reservations: Vec<WrittenReservation>,
+    traffic: Vec<WrittenTraffic>,
+    swap_stations: Vec<Value>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenWind {
+    east_mps: f64,
+    north_mps: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenStand {
+    node: Value,
+    at_s: f64,
+    battery_fraction: f64,
+}
+
+/// The battery as a fraction.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum WrittenBattery {
+    /// As the drone said.
+    Given(f64),
+    /// At the start and at the end of the leg, by its plan.
+    ByPlan([f64; 2]),
+}
+
+/// Writes a question.
+pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
+    let FlightQuestion {
+        skies,
+        setting,
+        failure,
+        ..
+    } = *question;
+    let situation = skies.situation();
+    let entries = situation.closures.len() + situation.reservations.len() + situation.traffic.len();
+    let complete = entries <= ENTRIES_MAX;
+    let nothing = Situation::default();
+    let told = match complete {
+        true => situation,
+        false => &nothing,
+    };
+    let writer = Writer {
+        topology: skies.topology(),
+    };
+    let base = setting.wind().base;
+    let written = Written {
+        format: FORMAT.to_owned(),
+        complete,
+        zero: skies.zero().to_string(),
+        at_s: failure.at_s,
+        // Numbers and names always have a JSON form.
+        airframe: serde_json::to_value(setting.airframe()).unwrap_or_default(),
+        payload_kg: setting.payload_kg(),
+        battery: match failure.battery {
+            BatteryNow::Given(battery) => WrittenBattery::Given(battery),
+            BatteryNow::ByPlan { before, after } => WrittenBattery::ByPlan([before, after]),
+        },
+        objective: failure.objective.name().to_owned(),
+        deadline_s: failure.deadline_s,
+        planned_stops: failure.planned_stops.map(|stops| writer.ids(stops)),
+        stand: question.stand.map(|stand| WrittenStand {
+            node: writer.id(stand.node),
+            at_s: stand.at_s,
+            battery_fraction: stand.battery,
+        }),
+        base_wind: WrittenWind {
+            east_mps: base.east_mps,
+            north_mps: base.north_mps,
+        },
+        weather: question
+            .weather
+            .and_then(|text| serde_json::from_str(text).ok()),
+        rules: WrittenRules::of(setting.rules()),
+        refuge_stay_s: question.refuge_stay_s,
+        closures: writer.closures(told, skies.causes()),
+        not_begun: not_begun(skies),
+        reservations: writer.reservations(told),
+        traffic: writer.traffic(told),
+        swap_stations: writer.ids(&situation.swap_stations),
+    };
+    serde_json::to_value(&written).unwrap_or_default()
+}
+
+/// Closures that count by the look ahead of the airspace alone.
+fn not_begun(skies: &Skies) -> Vec<String> {
+    let counting = skies.airspace().in_force();
+    let later = counting.filter(|closure| !skies.now().is_in_force(&closure.id));
+    later.map(|closure| closure.id.clone()).collect()
+}
+
+/// Reads a question; `airspace` has the closures that were in force.
+///
+/// # Errors
+/// The first thing that cannot be read, or that too much was in the way to be written down.
+pub fn read_flight_question(
+    document: &Value,
+    airspace: &Airspace,
+) -> Result<ReadQuestion, FlightDocumentFault> {
+    let written = Written::deserialize(document).map_err(|error| unreadable(error.to_string()))?;
+    if written.format != FORMAT {
+        let reason = format!("it is of the form '{}'", written.format);
+        return Err(unreadable(reason));
+    }
+    match written.complete {
+        true => written.read(airspace),
+        false => Err(FlightDocumentFault::NotRecorded),
+    }
+}
+
+fn unreadable(reason: String) -> FlightDocumentFault {
+    FlightDocumentFault::Unreadable { reason }
+}
+
+impl Written {
+    fn read(&self, airspace: &Airspace) -> Result<ReadQuestion, FlightDocumentFault> {
+        let zero = self.zero.parse::<Timestamp>();
+        let zero = zero.map_err(|error| unreadable(error.to_string()))?;
+        let reader = Reader {
+            topology: airspace.topology(),
+        };
+        let situation = reader.situation(
+            &self.closures,
+            &self.reservations,
+            &self.traffic,
+            &self.swap_stations,
+        )?;
+        let objective = Objective::ALL
+            .into_iter()
+            .find(|objective| objective.name() == self.objective)
+            .ok_or_else(|| unreadable(format!("the objective '{}'", self.objective)))?;
+        let stops = self.planned_stops.as_ref();
+        let planned_stops = stops.map(|stops| reader.nodes("planned_stops", stops));
+        let stand = self.stand.as_ref().map(|stand| {
+            Ok(Stand {
+                node: reader.node("stand", &stand.node)?,
+                at_s: stand.at_s,
+                battery: stand.battery_fraction,
+            })
+        });
+        Ok(ReadQuestion {
+            setting: self.setting(airspace, situation.clone(), zero)?,
+            skies: self.skies(airspace, situation, zero),
+            at_s: self.at_s,
+            battery: match self.battery {
+                WrittenBattery::Given(battery) => BatteryNow::Given(battery),
+                WrittenBattery::ByPlan([before, after]) => BatteryNow::ByPlan { before, after },
+            },
+            objective,
+            deadline_s: self.deadline_s,
+            planned_stops: planned_stops.transpose()?,
+            stand: stand.transpose()?,
+            refuge_stay_s: self.refuge_stay_s,
+        })
+    }
+
+    fn setting(
+        &self,
+        airspace: &Airspace,
+        situation: Situation,
+        zero: Timestamp,
+    ) -> Result<FlightSetting, FlightDocumentFault> {
+        let airframe = Airframe::from_json(&self.airframe.to_string());
+        let airframe = airframe.map_err(|fault| FlightDocumentFault::Airframe {
+            reason: fault.to_string(),
+        })?;
+        let base = Wind {
+            east_mps: self.base_wind.east_mps,
+            north_mps: self.base_wind.north_mps,
+        };
+        let weather = self.weather.as_ref().map(Value::to_string);
+        let topology = airspace.topology();
+        Ok(FlightSetting::new(
+            topology.clone(),
+            airframe,
+            self.payload_kg,
+            wind_field(weather.as_deref(), base, topology.frame(), zero),
+            self.rules.read(),
+            situation,
+        ))
+    }
+
+    fn skies(&self, airspace: &Airspace, situation: Situation, zero: Timestamp) -> Skies {
+        let causes = self.closures.iter();
+        let causes = causes.map(|closure| Severance::Closure(closure.id.clone()));
+        let late = self.not_begun.iter();
+        let lifted: Vec<Change> = late.map(|id| Change::Lift(id.clone())).collect();
+        let begun = airspace.apply(&lifted, airspace.as_of());
+        let rules = self.rules.read();
+        Skies::recorded(zero, airspace, &begun, situation, causes.collect(), &rules)
+    }
+}

@@ -1,0 +1,56 @@
+//! The ways back into the network of a drone in flight, for those who answer it by more than lengths.
+
+use super::answer::Warning;
+use super::recomposition::{Scratch, World, close_for_request};
+use super::request::Request;
+use super::starts::{self, Leg};
+use crate::airspace::Closed;
+use crate::network::{NodeIx, SegmentIx};
+use crate::routing::Start;
+
+/// Where a drone can re-enter the network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaysBack {
+    /// The nodes, each with the metres flown before it.
+    pub ways: Vec<Start>,
+    /// True when the drone is off its leg.
+    pub off_leg: bool,
+    /// The segment of the leg; `None` where the network has none.
+    pub segment: Option<SegmentIx>,
+    /// True where the cause lies behind the drone, so that the leg's end is the one way on.
+    pub only_ahead: bool,
+    /// Segments that the report closes for this request: the leg where its type does, and what a zone brought along covers.
+    pub closed_segments: Vec<SegmentIx>,
+    /// Nodes likewise.
+    pub closed_nodes: Vec<NodeIx>,
+    /// What the receiver should know.
+    pub warnings: Vec<Warning>,
+}
+
+/// The ways back of a request, as [`recompose`](super::recompose) begins with them.
+pub fn ways_back(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> WaysBack {
+    let airspace = world.airspace;
+    let topology = &**airspace.topology();
+    scratch.fit(topology);
+    let Scratch {
+        closures, starts, ..
+    } = scratch;
+    closures.reset();
+    close_for_request(request, airspace, closures);
+    let closed = Closed::new(topology, airspace.closed(), closures);
+    let leg = Leg::of(request, &closed);
+    let mut warnings = Vec::new();
+    if leg.segment.is_none() {
+        warnings.push(Warning::UnknownSegment);
+    }
+    starts::find(request, airspace, &closed, &leg, starts, &mut warnings);
+    WaysBack {
+        only_ahead: matches!(starts.ways.as_slice(), [only] if only.node == leg.to),
+        ways: starts.ways.clone(),
+        off_leg: starts.off_leg,
+        segment: leg.segment,
+        closed_segments: closures.segments().to_vec(),
+        closed_nodes: closures.nodes().to_vec(),
+        warnings,
+    }
+}

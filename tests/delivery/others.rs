@@ -1,0 +1,80 @@
+//! Plans beside each other: what one takes the next one keeps off.
+
+use crate::town::Town;
+use skyway::delivery::{FlightComposition, OtherPlans};
+use skyway::flight::{Reservation, TrafficLeg};
+use skyway::formats::load_network;
+use skyway::itinerary::Objective;
+use skyway::network::bundled;
+
+/// What some plans take, for the next one.
+fn taken_by(plans: &[FlightComposition]) -> OtherPlans {
+    let reservations = plans.iter().flat_map(FlightComposition::reservations);
+    let traffic = plans.iter().flat_map(FlightComposition::occupations);
+    OtherPlans {
+        reservations: reservations.collect(),
+        traffic: traffic
+            .map(|leg| TrafficLeg {
+                segment: leg.segment,
+                from: leg.from,
+                enters_s: leg.enters_s,
+                leaves_s: leg.leaves_s,
+            })
+            .collect(),
+        ..OtherPlans::default()
+    }
+}
+
+fn meet(one: &Reservation, other: &Reservation) -> bool {
+    (one.node, one.pad) == (other.node, other.pad)
+        && one.from_s < other.until_s - 1e-6
+        && other.from_s < one.until_s - 1e-6
+}
+
+/// The corridor as far as Gruene, with as many deliveries at the same time, one after the other composed.
+fn deliveries(count: usize) -> Vec<FlightComposition> {
+    let loaded = load_network(bundled::CORRIDOR).expect("the bundled corridor");
+    let mut town = Town::of(loaded.topology, 30.0);
+    town.payload_kg = 0.25;
+    let mut plans: Vec<FlightComposition> = Vec::new();
+    for _ in 0..count {
+        town.others = taken_by(&plans);
+        let plan = town.compose("1", "52", Objective::Distance);
+        plans.push(plan.expect("room for one more"));
+    }
+    plans
+}
+
+#[test]
+fn no_two_plans_have_a_pad_at_the_same_time() {
+    let plans = deliveries(4);
+    let mut stays = 0;
+    for (number, plan) in plans.iter().enumerate() {
+        let others = &plans[..number];
+        for stay in plan.reservations() {
+            stays += 1;
+            for other in others.iter().flat_map(FlightComposition::reservations) {
+                assert!(!meet(&stay, &other), "plan {number}: {stay:?} {other:?}");
+            }
+        }
+    }
+    assert!(stays >= 8, "{stays}");
+}
+
+#[test]
+fn plans_on_the_same_way_keep_the_headway() {
+    let plans = deliveries(3);
+    let mut shared = 0;
+    for pair in plans.windows(2) {
+        for leg in &pair[1].plan.legs {
+            let same = |other: &&skyway::flight::FlownLeg| {
+                (other.segment, other.from) == (leg.segment, leg.from)
+            };
+            for other in pair[0].plan.legs.iter().filter(same) {
+                shared += 1;
+                assert!((other.enters_s - leg.enters_s).abs() > 30.0, "{leg:?}");
+            }
+        }
+    }
+    assert!(shared > 0);
+}
