@@ -271,6 +271,7 @@ fn outcome(body: &[u8]) -> Option<Outcome> {
     match answer.outcome() {
         proto::Outcome::Rerouted => Some(Outcome::Rerouted),
         proto::Outcome::Unaffected => Some(Outcome::Unaffected),
+        proto::Outcome::Hold => Some(Outcome::Hold),
         proto::Outcome::Diverted => Some(Outcome::Diverted),
         proto::Outcome::NoRoute => Some(Outcome::NoRoute),
         proto::Outcome::Unspecified => None,

@@ -75,6 +75,10 @@ impl Fleet {
                 payload_kg: None,
                 drone_id: Some(format!("drone-{draw}")),
                 airspeed_mps: Some(wanted.airspeed_mps),
+                airframe: None,
+                battery_fraction: None,
+                objective: None,
+                deadline: None,
             };
             fleet.plans.extend(flown(connections, &request).await?);
         }

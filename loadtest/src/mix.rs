@@ -130,6 +130,10 @@ impl Mix {
             payload_kg: None,
             drone_id: None,
             airspeed_mps: None,
+            airframe: None,
+            battery_fraction: None,
+            objective: None,
+            deadline: None,
         };
         Asked {
             name: "compose",

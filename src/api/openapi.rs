@@ -57,7 +57,7 @@ const TAGS: [(&str, &str); 8] = [
         "plans",
         "Delivery requests and the plans composed for them.",
     ),
-    ("airspace", "No-fly zones and closures."),
+    ("airspace", "No-fly zones, closures and the weather."),
     ("decisions", "What waits for an operator."),
     ("network", "The skyway network."),
     ("drones", "Telemetry, and where drones are."),

@@ -93,6 +93,8 @@ problems! {
         "The network, or the patch of one, can be read but not flown. Each fault names its place.";
     WeatherInvalid "weather_invalid" UNPROCESSABLE_ENTITY InvalidArgument "the weather is not valid"
         "The weather can be read but not be so. Each fault names its place.";
+    WeatherElsewhere "weather_elsewhere" CONFLICT FailedPrecondition "the weather is put at the registry"
+        "An edge that follows a registry has its weather from there, as all edges of the network do. Put it at the registry.";
     NotFound "not_found" NOT_FOUND NotFound "not found"
         "Nothing has this id, or the path leads nowhere.";
     MethodNotAllowed "method_not_allowed" METHOD_NOT_ALLOWED Unimplemented "method not allowed"

@@ -1,5 +1,6 @@
 //! The settings of an edge.
 
+use super::airframes::read_airframe;
 use super::authorities::read_authorities;
 use super::fault::ConfigFault;
 use super::resolve::EffectiveConfig;
@@ -7,7 +8,8 @@ use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
 use super::tokens::read_bearer;
-use super::value::{HttpUrl, LogFilter, LogFormat, Size, Value};
+use super::value::{HttpUrl, LogFilter, LogFormat, Names, Size, Value};
+use crate::itinerary::Objective;
 use jiff::Timestamp;
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -110,6 +112,46 @@ settings! {
         headway: Duration = 30 * SECOND, Duration::ZERO..=HOUR;
         /// How long a drone has to acknowledge a new version of its plan.
         acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
+    }
+    /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free. Off where no
+    /// airframe is named; plans are then the shortest open ways, and nobody checks the battery.
+    flight: Flight {
+        /// The airframe of a drone of which nobody says another: phantom3, m100, or a JSON file as in
+        /// data/airframes; empty for none, which leaves all of this off.
+        airframe: Option<String> = None;
+        /// Further airframes that requests may name, with commas between them: phantom3, m100, or files. Requests
+        /// call the one of a file by the name that the file has.
+        airframes: Names = Names::default();
+        /// What is made least where a request does not say: distance, time or energy.
+        objective: Objective = Objective::Distance;
+        /// What has to be left in the battery at every node.
+        reserve_fraction: f64 = 0.2, 0.0..=0.9;
+        /// What has to be left where a drone in flight can only reach a safe node.
+        floor_fraction: f64 = 0.08, 0.0..=0.9;
+        /// Handling at every recharging stop.
+        stop: Duration = MINUTE, Duration::ZERO..=HOUR;
+        /// Swapping batteries at a swap station.
+        swap: Duration = 3 * MINUTE, SECOND..=DAY;
+        /// The nodes that swap batteries instead of charging them: their ids, with commas between them.
+        swap_stations: Names = Names::default();
+        /// By how much the windows of zones are widened on both sides.
+        time_margin: Duration = MINUTE, Duration::ZERO..=HOUR;
+        /// And by which part of the time since the plan began.
+        time_margin_growth: f64 = 0.05, 0.0..=1.0;
+        /// The climb to the crossing altitude where altitudes are not known, in metres.
+        unknown_climb_m: f64 = 30.0, 0.0..=1_000.0;
+        /// For how long a pad of a safe node has to be free for a drone that is diverted to it.
+        refuge_stay: Duration = 30 * MINUTE, Duration::ZERO..=DAY;
+        /// The wind where and when the weather states none, in metres per second.
+        wind_speed_mps: f64 = 0.0, 0.0..=120.0;
+        /// Where that wind comes from, in degrees from north, clockwise.
+        wind_from_deg: f64 = 0.0, 0.0..=360.0;
+        /// What a delivery costs for each kilogram and kilometre, in US dollars.
+        price_usd_per_kg_km: f64 = 0.005, 0.0..=1_000.0;
+        /// A drone that is so much earlier or later than its plan gets a new one.
+        late_tolerance: Duration = MINUTE, SECOND..=DAY;
+        /// So does one whose battery is lower than planned by this part of it.
+        battery_tolerance_fraction: f64 = 0.1, 0.0..=1.0;
     }
     /// Recompositions that are kept to be looked up and computed again. The oldest go first.
     records: Records {
@@ -231,9 +273,47 @@ impl Configuration for EdgeConfig {
             let origin = effective.origin("freshness.degraded_after");
             faults.push(ConfigFault::Freshness { origin });
         }
+        faults.extend(flight_faults(effective));
         faults.extend(registry_faults(effective));
         faults
     }
+}
+
+/// What is wrong with what is to fly.
+fn flight_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
+    let flight = &effective.config.flight;
+    let mut faults = Vec::new();
+    let default = flight.airframe.as_deref();
+    let named = default.map(|name| ("flight.airframe", name));
+    let further = flight
+        .airframes
+        .iter()
+        .map(|name| ("flight.airframes", name));
+    let mut names = Vec::new();
+    for (setting, name) in named.into_iter().chain(further) {
+        let origin = effective.origin(setting);
+        match read_airframe(name) {
+            Ok(airframe) if names.contains(&airframe.name) => {
+                let name = airframe.name;
+                faults.push(ConfigFault::AirframeTwice { origin, name });
+            }
+            Ok(airframe) => names.push(airframe.name),
+            Err(error) => faults.push(ConfigFault::Airframe {
+                origin,
+                setting,
+                error,
+            }),
+        }
+    }
+    if default.is_none() && flight.airframes.iter().next().is_some() {
+        let origin = effective.origin("flight.airframes");
+        faults.push(ConfigFault::NoDefaultAirframe { origin });
+    }
+    if flight.floor_fraction > flight.reserve_fraction {
+        let origin = effective.origin("flight.floor_fraction");
+        faults.push(ConfigFault::Floor { origin });
+    }
+    faults
 }
 
 /// What is wrong with how the registry is to be reached.

@@ -1,5 +1,6 @@
 //! What is wrong with a configuration, and where it was said.
 
+use super::airframes::AirframeError;
 use super::authorities::AuthoritiesError;
 use super::tokens::TokensError;
 use std::fmt;
@@ -198,6 +199,40 @@ pub enum ConfigFault {
         origin: Origin,
         /// The host.
         host: String,
+    },
+    /// A name stands for no airframe.
+    #[error("{origin}: {setting}: {error}")]
+    Airframe {
+        /// Who named it.
+        origin: Origin,
+        /// The setting.
+        setting: &'static str,
+        /// What is wrong.
+        error: AirframeError,
+    },
+    /// Nobody could say which of two is meant.
+    #[error("{origin}: two airframes have the name '{name}'; name each once")]
+    AirframeTwice {
+        /// Who named the second.
+        origin: Origin,
+        /// The name.
+        name: String,
+    },
+    /// There is nothing to fly where a request does not say.
+    #[error(
+        "{origin}: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none"
+    )]
+    NoDefaultAirframe {
+        /// Who named the others.
+        origin: Origin,
+    },
+    /// The floor is what the reserve may be drawn down to.
+    #[error(
+        "{origin}: flight.floor_fraction is more than flight.reserve_fraction, which it is the rest of"
+    )]
+    Floor {
+        /// Who said what the floor is.
+        origin: Origin,
     },
     /// The file of the registry's authorities is of no use.
     #[error("{origin}: {error}")]

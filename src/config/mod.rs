@@ -3,6 +3,7 @@
 //! `edge` and `registry` have one table each of all settings. A flag wins over the environment, that over the file, that over
 //! the default; what nobody knows is refused, all of it at once, with the place where it was said.
 
+mod airframes;
 mod authorities;
 mod edge;
 mod fault;
@@ -17,10 +18,11 @@ mod value;
 #[cfg(test)]
 mod tests;
 
+pub use airframes::{AirframeError, read_airframe};
 pub use authorities::{AuthoritiesError, read_authorities};
 pub use edge::{
-    Airspace, ClockConfig, Drain, Drones, EdgeConfig, Events, Freshness, Idempotency, Limits, Log,
-    Plans, Records, RegistryLink, Reports, SETTINGS, Trees,
+    Airspace, ClockConfig, Drain, Drones, EdgeConfig, Events, Flight, Freshness, Idempotency,
+    Limits, Log, Plans, Records, RegistryLink, Reports, SETTINGS, Trees,
 };
 pub use fault::{ConfigFault, ConfigWarning, Origin};
 pub use registry::RegistryConfig;
@@ -29,4 +31,4 @@ pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;
 pub use tokens::{NewToken, Tokens, TokensError, read_bearer};
-pub use value::{HttpUrl, Kind, LogFilter, LogFormat, Size};
+pub use value::{HttpUrl, Kind, LogFilter, LogFormat, Names, Size};

@@ -335,6 +335,54 @@ const STARTS: &[&str] = &[
     "registry.url=https://registry.example registry.ca_file=Cargo.toml",
 ];
 
+/// What is wrong with what is to fly; empty where nothing is.
+fn flight(file: &str) -> String {
+    let told = match resolve::<EdgeConfig>(&sources(file, &[], &[])) {
+        Err(faults) => lines(&faults),
+        Ok(effective) => effective
+            .admit()
+            .err()
+            .map_or_else(String::new, |faults| lines(&faults)),
+    };
+    told.lines()
+        .map(|line| line.trim_start_matches("file edge.toml:").to_owned())
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+#[test]
+fn what_flies_is_named_once_and_can_be_read() {
+    let m100 = concat!(env!("CARGO_MANIFEST_DIR"), "/data/airframes/m100.json");
+    let good = format!("[flight]\nairframe = \"phantom3\"\nairframes = \" {m100},\"\n");
+    assert_eq!(
+        flight(&good).lines().next(),
+        Some(&*format!(
+            "3: flight.airframes: ' {m100},' is not names with commas between them, or empty for none"
+        ))
+    );
+    assert_eq!(flight(&good.replace(",\"", "\"")), "");
+    let said = effective(&good.replace(",\"", "\""), &[], &[]);
+    assert_eq!(
+        said.config.flight.airframes.iter().collect::<Vec<_>>(),
+        [m100]
+    );
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"phantom4\"\n"), @"2: flight.airframe: cannot read the airframe phantom4: No such file or directory (os error 2); name phantom3, m100, or a file as in data/airframes");
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"Cargo.toml\"\n"), @"2: flight.airframe: Cargo.toml: the airframe cannot be read: expected value at line 1 column 2; see data/airframes for examples");
+    insta::assert_snapshot!(flight("[flight]\nairframes = \"m100, m100\"\n"), @r"
+    2: two airframes have the name 'DJI Matrice 100'; name each once
+    2: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none
+    ");
+    insta::assert_snapshot!(
+        flight("[flight]\nfloor_fraction = 0.3\nobjective = \"speed\"\nreserve_fraction = 20\nairframe = 3\n"),
+        @r"
+    3: flight.objective: 'speed' is not distance, time or energy
+    4: flight.reserve_fraction: 20 is not from 0 to 0.9
+    5: flight.airframe is a number, not text in quotes: a text, or empty for none
+    "
+    );
+    insta::assert_snapshot!(flight("[flight]\nfloor_fraction = 0.3\n"), @"2: flight.floor_fraction is more than flight.reserve_fraction, which it is the rest of");
+}
+
 /// Whether an edge of which this is said starts, with which warnings, or why not.
 fn start(row: &str) -> String {
     let pairs = row

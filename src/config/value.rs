@@ -1,5 +1,6 @@
 //! The types that settings have: how each is written in text, in TOML and for people.
 
+use crate::itinerary::Objective;
 use jiff::{SignedDuration, Timestamp};
 use std::fmt;
 use std::net::SocketAddr;
@@ -169,6 +170,51 @@ impl Value for Option<PathBuf> {
     fn write(&self) -> String {
         let path = self.as_deref();
         path.map_or_else(String::new, |path| path.display().to_string())
+    }
+}
+
+/// Several names, in one text with commas.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Names(Vec<String>);
+
+impl Names {
+    /// Them, in their order.
+    pub fn iter(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(String::as_str)
+    }
+}
+
+impl Value for Names {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str = "names with commas between them, or empty for none";
+
+    fn read(text: &str) -> Option<Self> {
+        if text.trim().is_empty() {
+            return Some(Self::default());
+        }
+        let names = text.split(',').map(|name| name.trim().to_owned());
+        let names: Vec<String> = names.collect();
+        let is_each_named = names.iter().all(|name| !name.is_empty());
+        is_each_named.then_some(Self(names))
+    }
+
+    fn write(&self) -> String {
+        self.0.join(", ")
+    }
+}
+
+impl Value for Objective {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str = "distance, time or energy";
+
+    fn read(text: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|objective| objective.name() == text)
+    }
+
+    fn write(&self) -> String {
+        self.name().to_owned()
     }
 }
 

@@ -173,6 +173,10 @@ impl Pilot {
             payload_kg: Some(delivery.payload_kg),
             drone_id: Some(self.drone_id.clone()),
             airspeed_mps: Some(delivery.airspeed_mps),
+            airframe: None,
+            battery_fraction: None,
+            objective: None,
+            deadline: None,
         };
         let plan = match self.client.compose(&request).await {
             Ok(plan) => plan,

@@ -9,7 +9,8 @@ use crate::access::{Caller, Role};
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::flight::{FailureType, Location};
 use crate::formats::{
-    answer, recorded_question, settled_report, write_certificate, zone_to_feature,
+    answer, read_flight_question, recorded_question, settled_report, write_certificate,
+    zone_to_feature,
 };
 use crate::intake::{PageRequest, token};
 use crate::network::Topology;
@@ -71,6 +72,14 @@ impl Answered {
         &self.given
     }
 
+    /// What is kept of it, where it was given in this start.
+    pub(super) fn record(&self) -> Option<&Arc<AnswerRecord>> {
+        match &self.given {
+            Given::Now(record) => Some(record),
+            Given::Before(_) => None,
+        }
+    }
+
     /// How long it took to read, compute and keep, in microseconds; 0 for a stored answer.
     pub fn compute_us(&self) -> f64 {
         self.compute_us
@@ -99,19 +108,30 @@ pub(super) fn recomposition(
 ) -> wire::Recomposition<'_> {
     let published = &record.published;
     let plan = record.plan.as_ref();
-    let legs = plan.and_then(|plan| {
-        let composition = plan.composition.as_ref()?;
-        Some(views::legs(
-            record.airspace.topology(),
-            composition,
-            plan.departs_at,
-        ))
-    });
+    let topology = record.airspace.topology();
+    let flown = record.flown.as_ref().map(|flown| &flown.flight);
+    let version = flown.and_then(|flight| flight.version.as_ref());
+    let legs = match (flown, version) {
+        (Some(flight), Some((version, way))) => {
+            Some(views::legs(topology, way, Some(version), flight.departs_at))
+        }
+        _ => plan.and_then(|plan| {
+            let composition = plan.composition.as_ref()?;
+            Some(views::legs(topology, composition, None, plan.departs_at))
+        }),
+    };
+    let mut told = answer(&record.airspace, &record.answer, &record.read);
+    if flown.is_some() {
+        told.energy = Cow::Borrowed("checked");
+    }
     wire::Recomposition {
         id: Cow::Owned(record.id()),
-        answer: answer(&record.airspace, &record.answer, &record.read),
+        answer: told,
         remaining_time_s: record.remaining_time_s,
-        times: Cow::Borrowed("nominal"),
+        times: Cow::Borrowed(match flown {
+            Some(_) => "computed",
+            None => "nominal",
+        }),
         publication: wire::Publication {
             state: published.state,
             closure_id: published.closure_id.as_deref().map(Cow::Borrowed),
@@ -127,6 +147,11 @@ pub(super) fn recomposition(
             version: plan.version,
         }),
         legs: legs.unwrap_or_default(),
+        flight: flown
+            .zip(version)
+            .map(|(flight, (version, _))| version.told(topology, flight.departs_at)),
+        causes: flown.map_or_else(Vec::new, |flight| flight.causes.clone()),
+        opens: flown.and_then(|flight| flight.opens.clone()),
         replayed,
         stamp: wire::Stamp {
             revision: Cow::Borrowed(&*record.revision),
@@ -272,6 +297,11 @@ impl Kept {
     /// The proof of an exact answer; `None` for one that is no optimum to prove, or whose network is gone.
     fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
         match self {
+            Self::Now(record) if record.flown.is_some() => prove_flight(
+                &record.flight_question()?,
+                &record.airspace.apply(&[], record.answered_at),
+                &record.settled.request,
+            ),
             Self::Now(record) => {
                 let strategy = record.answer.strategy_used;
                 prove(&record.airspace, &record.settled.request, strategy)
@@ -281,11 +311,22 @@ impl Kept {
                     return None;
                 }
                 let (airspace, read) = recorded_question(record, topology).ok()?;
+                if let Some(question) = &record.world.flight {
+                    return prove_flight(question, &airspace, &read.request);
+                }
                 let strategy = Strategy::from(record.answer.answer.strategy_used);
                 prove(&airspace, &read.request, strategy)
             }
         }
     }
+}
+
+/// The plan of an answer in flight with everything that it was made for; `None` where it has none, or not all is recorded.
+fn prove_flight(question: &Value, airspace: &Airspace, request: &Request) -> Option<Value> {
+    let question = read_flight_question(question, airspace).ok()?;
+    let answer = question.answer(request);
+    let certificate = question.certificate(&answer).ok()??;
+    serde_json::from_str(&certificate).ok()
 }
 
 fn prove(airspace: &Airspace, request: &Request, strategy_used: Strategy) -> Option<Value> {
@@ -356,6 +397,7 @@ pub(super) fn wire_record<'a>(
             as_of: views::instant(airspace.as_of()),
             horizon_s: airspace.horizon().as_secs_f64(),
             closures,
+            flight: record.flight_question(),
         },
         certificate,
     }

@@ -9,24 +9,22 @@ use super::answered::Answered;
 use super::fleet;
 use super::given::Given;
 use super::orders::Order;
-use super::records::{AnswerRecord, PlanChange, Published};
+use super::recomposing::Case;
+use super::records::{AnswerRecord, Published};
 use super::reporter::{drone_of, may_speak_for, reporter};
-use super::snapshot::{FIRST_TOPOLOGY, PlanEntry, Snapshot, Version};
+use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::store::Entry;
 use super::traces;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
-use crate::compose::{equip, flight_time_s};
 use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
 };
-use crate::planted::{self, Bug};
-use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use crate::recompose::Request;
 use crate::refusal::{Code, Refusal};
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Airspeed where a report gives none, in metres per second.
 pub(super) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
@@ -147,6 +145,7 @@ impl Edge {
     /// Notes for a later start what the report of an id was answered.
     fn note_reply(&self, subject: &Arc<str>, id: &str, given: &Given) {
         if let Given::Now(record) = given
+            && !record.dry_run
             && self.store.is_kept()
         {
             self.store.note(Entry::Report {
@@ -165,7 +164,8 @@ impl Edge {
         let is_exact = strategy.is_none_or(|strategy| strategy == wire::Strategy::Exact);
         let asks_for_more =
             report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
-        is_exact && !asks_for_more && self.is_small()
+        // By the flight model every leg has contingencies that are searched.
+        is_exact && !asks_for_more && self.flights.is_none() && self.is_small()
     }
 
     fn is_small(&self) -> bool {
@@ -186,7 +186,7 @@ impl Edge {
             .await?
     }
 
-    fn answer_in_place(
+    pub(super) fn answer_in_place(
         &self,
         caller: &Caller,
         parsed: ParsedReport,
@@ -202,27 +202,23 @@ impl Edge {
         } = parsed;
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
         let drone_id = drone_of(&report, plan.as_deref());
+        let own = drone_id.clone().filter(|id| caller.speaks_for(id));
         let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, is nobody's business who may not speak for it.
-            let own = drone_id.as_deref().filter(|id| caller.speaks_for(id));
-            let known = self.known(&snapshot, plan.as_ref(), own, now);
+            let known = self.known(&snapshot, plan.as_ref(), own.as_deref(), now);
             settle_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
-        let changed = plan
-            .as_ref()
-            .filter(|_| !dry_run && manner != Manner::Silent);
-        let (answer, plan_change) = self.recompose(&snapshot, &settled.request, changed, now);
-        let airspeed_mps = airspeed_mps(&report, plan.as_deref());
-        let remaining_time_s = (!answer.path.nodes.is_empty()).then(|| {
-            flight_time_s(
-                snapshot.topology(),
-                &answer.path,
-                answer.first_stretch_m,
-                airspeed_mps,
-            )
-        });
-        warn_of_missed_deadline(&report, remaining_time_s, now, &mut read);
+        let case = Case {
+            snapshot: &snapshot,
+            report: &report,
+            request: &settled.request,
+            plan: plan.as_ref(),
+            may_change: !dry_run && manner != Manner::Silent,
+            drone_id: own.as_deref(),
+            now,
+        };
+        let recomposed = self.recompose(&case, &mut read);
         let mut record = AnswerRecord {
             epoch: self.epoch,
             number: self.records.next_number(),
@@ -233,11 +229,12 @@ impl Edge {
             report,
             read,
             settled,
-            answer,
+            answer: recomposed.answer,
+            flown: recomposed.flown,
             drone_id,
             published: Published::nothing("dry_run"),
-            plan: plan_change,
-            remaining_time_s,
+            plan: recomposed.plan,
+            remaining_time_s: recomposed.remaining_time_s,
             dry_run,
         };
         if !dry_run {
@@ -250,37 +247,13 @@ impl Edge {
         traces::tell(&span, &record);
         self.records.keep(&record);
         let standing = self.standing(&snapshot);
-        self.store.note_decision(&record, standing);
+        // What if: it changes nothing, and must not push what was decided out of a log that has a bound.
+        if !dry_run {
+            self.store.note_decision(&record, standing);
+        }
         self.tell_recomposed(&record);
         let elapsed_us = stopwatch.elapsed_us();
         Ok(Answered::fresh(record, standing, elapsed_us))
-    }
-
-    /// The answer to a request, and what it changes of a plan.
-    fn recompose(
-        &self,
-        snapshot: &Snapshot,
-        request: &Request,
-        plan: Option<&Arc<PlanEntry>>,
-        now: Timestamp,
-    ) -> (Recomposition, Option<PlanChange>) {
-        let _span = traces::of_search().entered();
-        let airspace = &snapshot.airspace;
-        let before = planted::is(Bug::StaleAnswer).then(|| {
-            let topology = snapshot.topology().clone();
-            Airspace::open(topology, FIRST_TOPOLOGY, now, self.settings.horizon)
-        });
-        let world = World {
-            airspace: before.as_ref().unwrap_or(airspace),
-            trees: before.is_none().then_some(&self.trees),
-        };
-        let mut scratch = self.scratches.take(snapshot.topology());
-        let answer = recompose(&world, request, &mut scratch);
-        let change =
-            plan.map(|plan| change_of_plan(plan, request, &answer, airspace, &mut scratch, now));
-        self.scratches.give_back(scratch);
-        self.tables.want(request.report.destination, &world);
-        (answer, change)
     }
 
     /// What the edge knows of the drone.
@@ -335,20 +308,31 @@ impl Edge {
 
     /// What the drone of a plan flies after this answer, once it acknowledges it.
     fn propose_to_plan(&self, record: &AnswerRecord) {
-        let Some(change) = &record.plan else {
+        let (Some(change), Some(version)) = (&record.plan, self.proposed_by(record)) else {
             return;
         };
-        let (Some(number), Some(composition)) = (change.version, &change.composition) else {
-            return;
+        let order = Order::ProposeVersion {
+            plan: change.plan.clone(),
+            version: Box::new(version),
         };
         let topology = record.airspace.topology();
+        if let Err(refusal) = self.writer.tell(order.made_on(topology)) {
+            tracing::warn!(%refusal, "a recomposed version could not be proposed to its plan");
+        }
+    }
+
+    /// The version that an answer proposes to a plan, if it does.
+    pub(super) fn proposed_by(&self, record: &AnswerRecord) -> Option<Version> {
+        let change = record.plan.as_ref()?;
+        let topology = record.airspace.topology();
         let warnings = record.answer.warnings.iter();
-        let version = Version {
-            number,
+        Some(Version {
+            number: change.version?,
             outcome: Some(record.answer.outcome),
-            composition: composition.clone(),
+            composition: change.composition.clone()?,
+            flight: change.flight.clone(),
             first_stretch_m: record.answer.first_stretch_m,
-            departs_at: record.answered_at,
+            departs_at: change.departs_at,
             recomposition_id: Some(Arc::from(record.id())),
             acknowledge_by: record
                 .answered_at
@@ -360,14 +344,7 @@ impl Edge {
                     (code.into(), message)
                 })
                 .collect(),
-        };
-        let order = Order::ProposeVersion {
-            plan: change.plan.clone(),
-            version: Box::new(version),
-        };
-        if let Err(refusal) = self.writer.tell(order.made_on(topology)) {
-            tracing::warn!(%refusal, "a recomposed version could not be proposed to its plan");
-        }
+        })
     }
 
     /// Dry runs are not told: whoever asks what would be changes nothing.
@@ -396,56 +373,6 @@ impl Edge {
     }
 }
 
-fn airspeed_mps(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> f64 {
-    let stated = report.drone.as_ref().and_then(|drone| drone.airspeed_mps);
-    let possible = stated.filter(|speed_mps| *speed_mps > 0.0 && *speed_mps <= 100.0);
-    let planned = plan.map(|plan| plan.airspeed_mps);
-    possible.or(planned).unwrap_or(DEFAULT_AIRSPEED_MPS)
-}
-
-fn change_of_plan(
-    plan: &PlanEntry,
-    request: &Request,
-    answer: &Recomposition,
-    airspace: &Airspace,
-    scratch: &mut Scratch,
-    now: Timestamp,
-) -> PlanChange {
-    let unchanged = PlanChange {
-        plan: plan.id.clone(),
-        version: None,
-        composition: None,
-        departs_at: now,
-    };
-    let destination = match answer.outcome {
-        Outcome::NoRoute | Outcome::Unaffected => return unchanged,
-        Outcome::Diverted => answer.path.nodes.last().copied(),
-        Outcome::Rerouted => Some(request.report.destination),
-    };
-    let Some(destination) = destination else {
-        return unchanged;
-    };
-    let airspace = as_reported(airspace, request, now);
-    let world = World {
-        airspace: &airspace,
-        trees: None,
-    };
-    let (way, stretch_m) = (answer.path.clone(), answer.first_stretch_m);
-    let composition = equip(
-        &world,
-        way,
-        stretch_m,
-        destination,
-        plan.airspeed_mps,
-        scratch,
-    );
-    PlanChange {
-        version: Some(plan.next_version.fetch_add(1, Ordering::Relaxed)),
-        composition: Some(composition),
-        ..unchanged
-    }
-}
-
 /// The airspace with what a report closes, published or not: contingencies must not lead over it.
 ///
 /// It is searched without tables, which know worlds by their numbers; the number of this one may come again.
@@ -463,26 +390,4 @@ pub(super) fn as_reported(airspace: &Airspace, request: &Request, now: Timestamp
     let id = "as-reported".to_owned();
     let closure = Closure::of_operator(id, String::new(), nodes, segments);
     airspace.apply(&[Change::Put(Arc::new(closure))], now)
-}
-
-fn warn_of_missed_deadline(
-    report: &wire::FailureReport,
-    remaining_time_s: Option<f64>,
-    now: Timestamp,
-    read: &mut Vec<ReadWarning>,
-) {
-    let deadline = report
-        .deadline
-        .as_deref()
-        .and_then(|text| text.parse::<Timestamp>().ok());
-    if let (Some(deadline), Some(time_s)) = (deadline, remaining_time_s)
-        && super::snapshot::later(now, time_s) > deadline
-    {
-        read.push(ReadWarning {
-            code: "deadline_missed",
-            message: format!(
-                "at nominal speed the path takes {time_s:.0} s and ends after {deadline}"
-            ),
-        });
-    }
 }

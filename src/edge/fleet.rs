@@ -1,6 +1,7 @@
 //! Plans in flight: where their drones are, what blocks them, and what they are to fly instead.
 
 use super::drones::Drones;
+use super::flights::{Flights, FlownAnswer, Scene};
 use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
 use crate::airspace::{Airspace, Closure};
 use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
@@ -8,6 +9,7 @@ use crate::flight::{FailureReport, FailureType, Location};
 use crate::geo::Point;
 use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
+use crate::routing::{TreeCache, Way};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -25,12 +27,64 @@ pub(super) struct Progress {
 #[derive(Clone, Debug)]
 pub(super) struct Detour {
     pub(super) plan: Arc<PlanEntry>,
-    pub(super) request: Request,
-    pub(super) answer: Recomposition,
+    pub(super) answer: DetourAnswer,
     /// How much longer the route becomes, in metres; `None` where it does not lead to the destination.
     pub(super) extra_m: Option<f64>,
     /// The proposed version; `None` in a preview and where there is no way.
     pub(super) version: Option<u32>,
+}
+
+/// How a detour was worked out.
+#[derive(Clone, Debug)]
+pub(super) enum DetourAnswer {
+    /// By distance.
+    Shortest {
+        request: Box<Request>,
+        answer: Box<Recomposition>,
+    },
+    /// By the flight model.
+    Flown(Box<FlownAnswer>),
+}
+
+impl Detour {
+    /// What the drone is told.
+    pub(super) fn outcome(&self) -> Outcome {
+        match &self.answer {
+            DetourAnswer::Shortest { answer, .. } => answer.outcome,
+            DetourAnswer::Flown(answer) => answer.outcome,
+        }
+    }
+
+    /// The way that it is to take; without nodes where there is none.
+    pub(super) fn way(&self) -> Way {
+        match &self.answer {
+            DetourAnswer::Shortest { answer, .. } => answer.path.clone(),
+            DetourAnswer::Flown(answer) => answer.way(),
+        }
+    }
+}
+
+/// What detours are worked out with.
+pub(super) struct DetourMeans<'a> {
+    pub(super) snapshot: &'a Snapshot,
+    /// That of the snapshot, or an imagined one.
+    pub(super) airspace: &'a Arc<Airspace>,
+    /// Tables of that airspace, where there are any.
+    pub(super) trees: Option<&'a TreeCache>,
+    pub(super) drones: &'a Drones,
+    /// The flight model, where it is on.
+    pub(super) flights: Option<&'a Flights>,
+    pub(super) now: Timestamp,
+}
+
+impl<'a> DetourMeans<'a> {
+    fn scene(&self) -> Scene<'a> {
+        Scene {
+            snapshot: self.snapshot,
+            airspace: self.airspace,
+            now: self.now,
+        }
+    }
 }
 
 /// Where the drone of a plan is: by its telemetry, else by nominal times, and then somewhere on its leg.
@@ -66,9 +120,14 @@ pub(super) fn progress(
     }
     let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
     let leg = flown.unwrap_or(last);
+    // By computed times it is known to stand where a leg has not begun.
+    let stands = version.flight.is_some() && elapsed_s <= legs[leg].departure_s;
     Some(Progress {
         leg,
-        location: Location::Unknown,
+        location: match stands {
+            true => Location::LegStart,
+            false => Location::Unknown,
+        },
         remaining_m: legs[leg].length_m + length_after(legs, leg),
     })
 }
@@ -118,11 +177,27 @@ pub(super) fn is_hit(closure: &Closure, composition: &Composition, from_leg: usi
     })
 }
 
+/// Whether a closure of a world meets a plan ahead of its drone: by times where they are computed.
+pub(super) fn is_met(
+    plan: &PlanEntry,
+    progress: &Progress,
+    closure: &Closure,
+    means: &DetourMeans<'_>,
+) -> bool {
+    let version = &plan.current;
+    if let Some((flights, flown)) = means.flights.zip(version.flight.as_deref()) {
+        let met = flights.closures_met(means.scene(), plan, (version, flown), progress.leg);
+        return met.contains(&closure.id);
+    }
+    let is_in_force = means.airspace.is_in_force(&closure.id);
+    is_in_force && is_hit(closure, &version.composition, progress.leg)
+}
+
 /// What a plan's drone is told in a world where something ahead has closed.
 pub(super) fn detour(
     plan: &Arc<PlanEntry>,
     progress: &Progress,
-    world: &World<'_>,
+    means: &DetourMeans<'_>,
     scratch: &mut Scratch,
 ) -> Detour {
     let composition = &plan.current.composition;
@@ -143,19 +218,52 @@ pub(super) fn detour(
         destination: plan.destination,
         remaining_path: Some(composition.way.nodes[progress.leg..].to_vec()),
     });
-    let answer = recompose(world, &request, scratch);
-    let leads_there = matches!(answer.outcome, Outcome::Rerouted | Outcome::Unaffected);
-    let extra_m = answer
-        .remaining_length_m
+    let (answer, remaining_length_m) = answered(plan, request, progress.leg, means, scratch);
+    let detour = Detour {
+        plan: plan.clone(),
+        answer,
+        extra_m: None,
+        version: None,
+    };
+    let leads_there = matches!(
+        detour.outcome(),
+        Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold
+    );
+    let extra_m = remaining_length_m
         .filter(|_| leads_there)
         .map(|length_m| length_m - progress.remaining_m);
-    Detour {
-        plan: plan.clone(),
-        request,
-        answer,
-        extra_m,
-        version: None,
+    Detour { extra_m, ..detour }
+}
+
+/// The answer to a request of a plan's drone on a leg: by the flight model where its plan is flown by that.
+pub(super) fn answered(
+    plan: &PlanEntry,
+    request: Request,
+    leg: usize,
+    means: &DetourMeans<'_>,
+    scratch: &mut Scratch,
+) -> (DetourAnswer, Option<f64>) {
+    if let Some(flights) = means.flights
+        && plan.current.flight.is_some()
+    {
+        let drone = plan.drone_id.as_deref();
+        let sighting = drone.and_then(|id| means.drones.last(id));
+        let answer = flights.answer(means.scene(), plan, &request, (leg, sighting.as_ref()));
+        let version = answer.version.as_ref();
+        let length_m = version.map(|(_, composition)| composition.length_m);
+        return (DetourAnswer::Flown(Box::new(answer)), length_m);
     }
+    let world = World {
+        airspace: means.airspace,
+        trees: means.trees,
+    };
+    let answer = recompose(&world, &request, scratch);
+    let length_m = answer.remaining_length_m;
+    let answer = DetourAnswer::Shortest {
+        request: Box::new(request),
+        answer: Box::new(answer),
+    };
+    (answer, length_m)
 }
 
 /// A version's place in the index of what is on which segment when.
@@ -197,12 +305,7 @@ pub(super) fn conflicts_of(
         .flatten()
         .flat_map(|version| version.occupations())
     {
-        let first = OccupationKey {
-            segment: own.segment.0,
-            plan: Arc::from(""),
-            version: 0,
-            leg: 0,
-        };
+        let first = OccupationKey::first_of(own.segment);
         let there = snapshot.occupations.range(first..);
         let there = there.take_while(|(key, _)| key.segment == own.segment.0);
         for (key, other) in there.filter(|(key, _)| key.plan != plan.id) {

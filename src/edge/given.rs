@@ -52,6 +52,10 @@ impl EarlierAnswer {
         {
             return false;
         }
+        if self.answer.times == "computed" {
+            // Nobody knows any more whether its times can be kept.
+            return false;
+        }
         let path = &self.answer.answer.path;
         let nodes = path.nodes.iter().map(|id| topology.node(&id.text()));
         let segments = path.segments.iter().map(|id| topology.find_segment(id));

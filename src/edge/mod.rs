@@ -6,6 +6,7 @@
 //! here knows HTTP or gRPC.
 
 mod answered;
+mod background;
 mod clock_steps;
 mod closures;
 mod decisions;
@@ -13,15 +14,19 @@ mod drones;
 mod events;
 mod failures;
 mod fleet;
+mod flights;
 mod given;
 mod metrics;
 mod network;
 mod new_network;
+mod off_plan;
+mod offers;
 mod opening;
 mod orders;
 mod plans;
 mod publication;
 mod published;
+mod recomposing;
 mod records;
 mod replies;
 mod reporter;
@@ -29,6 +34,7 @@ mod scratches;
 mod settings;
 mod snapshot;
 mod state;
+mod state_affected;
 mod state_airspace;
 mod state_carried_plans;
 mod state_clock;
@@ -48,6 +54,7 @@ mod traces;
 mod upstream;
 mod validity;
 mod views;
+mod weather;
 mod writer;
 mod zones;
 
@@ -55,13 +62,14 @@ pub use crate::access::{Caller, Role};
 pub use crate::intake::PageRequest;
 pub use crate::refusal::{Code, Refusal};
 pub use answered::{Answered, FullRecord};
+pub use background::Background;
 pub use events::{EventRecord, EventStream};
 pub use new_network::NewNetwork;
 pub use opening::{OpenError, Opening};
 pub use orders::Decision;
 pub use plans::PlanFilter;
 pub use replies::Idempotency;
-pub use settings::{ClosureLives, Settings};
+pub use settings::{ClosureLives, FlightSettings, Settings};
 pub use snapshot::Snapshot;
 pub use status::Status;
 pub use store::{
@@ -81,6 +89,8 @@ use arc_swap::ArcSwap;
 use bytes::Bytes;
 use drones::Drones;
 use events::Events;
+use flights::Flights;
+use off_plan::OffPlan;
 use orders::{Order, Outcome};
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
@@ -110,7 +120,10 @@ pub struct Edge {
     store: Store,
     events: Arc<Events>,
     drones: Arc<Drones>,
+    /// The flight model, where it is on.
+    flights: Option<Arc<Flights>>,
     records: Records,
+    off_plan: OffPlan,
     report_replies: ReportReplies,
     write_replies: WriteReplies,
     trees: Arc<TreeCache>,

@@ -3,7 +3,10 @@
 use super::Edge;
 use super::drones::Drones;
 use super::events::Events;
+use super::flights::Flights;
 use super::network::NetworkDocuments;
+use super::off_plan::OffPlan;
+use super::offers;
 use super::records::Records;
 use super::replies::{ReportReplies, WriteReplies};
 use super::scratches::Scratches;
@@ -165,7 +168,9 @@ impl Opening {
         let drones = Arc::new(Drones::new(self.settings.drones_max));
         let trees = Arc::new(TreeCache::new(self.settings.trees_bytes));
         let now = self.clock.now();
+        let flights = Flights::of(&self.settings, now).map(Arc::new);
         let mut state = State::new(next, now, self.settings.clone(), drones, trees);
+        state.flights = flights;
         state.writes = identity.first_number();
         state
     }
@@ -174,6 +179,7 @@ impl Opening {
     fn begin(self, mut state: State, store: Store, identity: Identity) -> io::Result<Arc<Edge>> {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (trees, drones) = (state.trees.clone(), state.drones.clone());
+        let flights = state.flights.clone();
         let events = Arc::new(Events::new(
             epoch,
             settings.events_max,
@@ -191,7 +197,10 @@ impl Opening {
             true => Tables::idle(),
             false => Tables::start(world.clone(), trees.clone())?,
         };
+        let looks_for_offers = flights.is_some() && !self.is_in_place;
+        let (opened, listener) = looks_for_offers.then(offers::channel).unzip();
         let desk = Desk {
+            opened,
             state,
             store: store.clone(),
             clock: clock.clone(),
@@ -203,7 +212,7 @@ impl Opening {
             true => Writer::in_place(desk),
             false => Writer::start(desk)?,
         };
-        Ok(Arc::new(Edge {
+        let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
             report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
@@ -226,8 +235,14 @@ impl Opening {
             store,
             events,
             drones,
+            flights,
+            off_plan: OffPlan::default(),
             trees,
             tables,
-        }))
+        });
+        if let Some(listener) = listener {
+            listener.start(Arc::downgrade(&edge))?;
+        }
+        Ok(edge)
     }
 }

@@ -78,6 +78,11 @@ pub(super) enum Order {
         number: u64,
         decision: Decision,
     },
+    /// States the weather, as a whole.
+    PutWeather {
+        text: Arc<str>,
+        expected: Expected,
+    },
     AddPlan(Box<PlanEntry>),
     CancelPlan {
         id: String,
@@ -89,6 +94,13 @@ pub(super) enum Order {
     /// A version that a failure report led to.
     ProposeVersion {
         plan: Arc<str>,
+        version: Box<Version>,
+    },
+    /// A version that is better than one which is flown, since something has opened.
+    OfferVersion {
+        plan: Arc<str>,
+        /// The number of the version that it is better than.
+        instead_of: u32,
         version: Box<Version>,
     },
     /// Puts another network in the place of the one in service.

@@ -2,6 +2,7 @@
 
 use super::Edge;
 use super::failures::DEFAULT_AIRSPEED_MPS;
+use super::flights::{DroneKind, FlightOrder, Flights, Wanted};
 use super::orders::{Done, Order};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
@@ -9,7 +10,7 @@ use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;
-use crate::compose::compose;
+use crate::compose::{Composition, compose};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
@@ -28,8 +29,8 @@ const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// The fastest airspeed, in metres per second.
 const AIRSPEED_MAX_MPS: f64 = 100.0;
-/// How often a plan is composed anew as the network changes under it.
-const ATTEMPTS: usize = 3;
+/// How often a plan is composed anew as the network, or other plans, change under it.
+const ATTEMPTS: usize = 8;
 
 /// Which plans are asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -49,10 +50,20 @@ struct Delivery {
     payload_kg: f64,
     airspeed_mps: f64,
     drone_id: Option<Arc<str>>,
+    /// How it is to be flown, with the flight model.
+    flight: Option<DeliveryFlight>,
+}
+
+/// How a delivery is to be flown.
+struct DeliveryFlight {
+    order: FlightOrder,
+    kind: DroneKind,
+    battery: Option<f64>,
 }
 
 impl Edge {
-    /// Composes a plan: the shortest open way, each leg with its contingencies.
+    /// Composes a plan: the shortest open way, each leg with its contingencies; with the flight model the best one that the
+    /// drone can fly among all others, with the stops that it takes.
     ///
     /// # Errors
     /// When the request is not valid, there is no open way, or the drone flies another plan.
@@ -72,12 +83,12 @@ impl Edge {
                 let order = Order::AddPlan(Box::new(composed.await??));
                 let (outcome, snapshot) = self.order(order.made_on(&topology)).await?;
                 match outcome.done {
-                    // The network has changed under it.
+                    // The network has changed under it, or another plan has come between.
                     Done::Outdated => {}
                     done => return self.told(done, &snapshot),
                 }
             }
-            let detail = "the network changes faster than a plan is composed";
+            let detail = "the network or other plans change faster than a plan is composed";
             Err(Refusal::new(Code::Overloaded, detail).retry_after_s(1))
         };
         let now = self.clock.now();
@@ -200,8 +211,16 @@ impl Edge {
             .unwrap_or(now);
         check_start(start, now, &mut faults);
         let payload_kg = faults.number("/payload_kg", request.payload_kg, 0.0, PAYLOAD_MAX_KG);
+        let payload_kg = payload_kg.unwrap_or(0.0);
         let speed = request.airspeed_mps;
         let airspeed_mps = faults.number("/airspeed_mps", speed, 0.1, AIRSPEED_MAX_MPS);
+        let flight = match self.flights.as_deref() {
+            Some(flights) => self.read_flight(flights, request, (start, payload_kg), &mut faults),
+            None => {
+                refuse_flight(request, &mut faults);
+                None
+            }
+        };
         faults.check(Code::PlanInvalid, "delivery request")?;
         if let Some(drone) = request
             .drone_id
@@ -217,14 +236,41 @@ impl Edge {
         let (Some(source), Some(destination)) = (source, destination) else {
             return Err(unexpected());
         };
+        let cruises_mps = flight
+            .as_ref()
+            .map(|flight| flight.kind.airframe.airspeed_mps);
         Ok(Delivery {
             id: request.id.clone(),
             source,
             destination,
-            start,
-            payload_kg: payload_kg.unwrap_or(0.0),
-            airspeed_mps: airspeed_mps.unwrap_or(DEFAULT_AIRSPEED_MPS),
+            // Nobody flies in the past, however clocks differ.
+            start: match flight {
+                Some(_) => start.max(now),
+                None => start,
+            },
+            payload_kg,
+            airspeed_mps: cruises_mps.or(airspeed_mps).unwrap_or(DEFAULT_AIRSPEED_MPS),
             drone_id: request.drone_id.as_deref().map(Arc::from),
+            flight,
+        })
+    }
+
+    fn read_flight(
+        &self,
+        flights: &Flights,
+        request: &wire::DeliveryRequest,
+        (start, payload_kg): (Timestamp, f64),
+        faults: &mut Faults,
+    ) -> Option<DeliveryFlight> {
+        let stated = faults.fraction("/battery_fraction", request.battery_fraction);
+        let seen = request.drone_id.as_deref();
+        let seen = seen.and_then(|drone| self.drones.last(drone)?.battery_fraction);
+        let order = flights.read_order(request, start, faults)?;
+        let airframe = flights.airframe(Some(&order.airframe), request.airspeed_mps)?;
+        Some(DeliveryFlight {
+            order,
+            kind: DroneKind::new(airframe, payload_kg),
+            battery: stated.or(seen),
         })
     }
 
@@ -234,28 +280,24 @@ impl Edge {
         delivery: Delivery,
         subject: Arc<str>,
     ) -> Result<PlanEntry, Refusal> {
-        let topology = snapshot.topology();
-        let world = World {
-            airspace: &snapshot.airspace,
-            trees: Some(&self.trees),
-        };
-        let (source, destination) = (delivery.source, delivery.destination);
-        let mut scratch = self.scratches.take(topology);
-        let composition = compose(
-            &world,
-            source,
-            destination,
-            delivery.airspeed_mps,
-            &mut scratch,
-        );
-        self.scratches.give_back(scratch);
-        let Some(composition) = composition else {
-            let [from, to] = [source, destination].map(|node| topology.node_id(node));
-            let detail = format!(
-                "no open way leads from node '{from}' to node '{to}' at revision {}",
-                snapshot.revision
-            );
-            return Err(Refusal::new(Code::NoRoute, detail));
+        let (composition, flown) = match (&delivery.flight, self.flights.as_deref()) {
+            (Some(flight), Some(flights)) => {
+                let DeliveryFlight {
+                    order,
+                    kind,
+                    battery,
+                } = flight;
+                let wanted = Wanted {
+                    source: delivery.source,
+                    destination: delivery.destination,
+                    start: delivery.start,
+                    battery: *battery,
+                };
+                let now = self.clock.now();
+                let (flown, way) = flights.compose(snapshot, kind, order, wanted, now)?;
+                (way, Some(Arc::new(flown)))
+            }
+            _ => (self.shortest_composition(snapshot, &delivery)?, None),
         };
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let id = delivery
@@ -265,6 +307,7 @@ impl Edge {
             number: 1,
             outcome: None,
             composition,
+            flight: flown,
             first_stretch_m: 0.0,
             departs_at: delivery.start,
             recomposition_id: None,
@@ -275,16 +318,58 @@ impl Edge {
             id: Arc::from(id),
             subject,
             drone_id: delivery.drone_id,
-            source,
-            destination,
+            source: delivery.source,
+            destination: delivery.destination,
             payload_kg: delivery.payload_kg,
             airspeed_mps: delivery.airspeed_mps,
+            order: delivery.flight.map(|flight| flight.order),
             state: PlanState::Active,
             current: Arc::new(version),
             proposed: None,
             affected_by: Vec::new(),
             next_version: Arc::new(AtomicU32::new(2)),
         })
+    }
+
+    /// The shortest open way, whatever the battery.
+    fn shortest_composition(
+        &self,
+        snapshot: &Snapshot,
+        delivery: &Delivery,
+    ) -> Result<Composition, Refusal> {
+        let topology = snapshot.topology();
+        let world = World {
+            airspace: &snapshot.airspace,
+            trees: Some(&self.trees),
+        };
+        let (source, destination) = (delivery.source, delivery.destination);
+        let mut scratch = self.scratches.take(topology);
+        let airspeed_mps = delivery.airspeed_mps;
+        let composition = compose(&world, source, destination, airspeed_mps, &mut scratch);
+        self.scratches.give_back(scratch);
+        composition.ok_or_else(|| {
+            let [from, to] = [source, destination].map(|node| topology.node_id(node));
+            let detail = format!(
+                "no open way leads from node '{from}' to node '{to}' at revision {}",
+                snapshot.revision
+            );
+            Refusal::new(Code::NoRoute, detail)
+        })
+    }
+}
+
+/// An edge without the flight model can promise nothing of a flight.
+fn refuse_flight(request: &wire::DeliveryRequest, faults: &mut Faults) {
+    let asked = [
+        ("/airframe", request.airframe.is_some()),
+        ("/battery_fraction", request.battery_fraction.is_some()),
+        ("/objective", request.objective.is_some()),
+        ("/deadline", request.deadline.is_some()),
+    ];
+    for (pointer, _) in asked.into_iter().filter(|(_, is_asked)| *is_asked) {
+        let message = "this edge computes neither times nor energy".to_owned();
+        let hint = "leave it out, or turn the flight model on in the edge's configuration";
+        faults.add("flight_model_off", pointer, message, Some(hint.to_owned()));
     }
 }
 

@@ -1,11 +1,14 @@
 //! What was answered, kept for a while: enough to explain an answer from its id alone and to compute it again.
 
+use super::flights::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
+use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::Composition;
 use crate::formats::{ReadWarning, Settled};
 use crate::recompose::Recomposition;
 use crate::wire;
 use jiff::Timestamp;
+use serde_json::Value;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -40,7 +43,19 @@ pub(super) struct PlanChange {
     /// The version to acknowledge; `None` where there is no path, or nothing changes.
     pub(super) version: Option<u32>,
     pub(super) composition: Option<Composition>,
+    /// How it is flown, where the flight model made it.
+    pub(super) flight: Option<Arc<FlownVersion>>,
     pub(super) departs_at: Timestamp,
+}
+
+/// How an answer is flown, and what it takes to compute it again.
+#[derive(Clone, Debug)]
+pub(super) struct Flown {
+    pub(super) flight: ReportedFlight,
+    pub(super) drone: ReportingDrone,
+    pub(super) flights: Arc<Flights>,
+    /// The plans among which it is flown, and the weather.
+    pub(super) snapshot: Arc<Snapshot>,
 }
 
 /// An answer, with all it was computed from.
@@ -54,6 +69,8 @@ pub(super) struct AnswerRecord {
     pub(super) read: Vec<ReadWarning>,
     pub(super) settled: Settled,
     pub(super) answer: Recomposition,
+    /// How it is flown; `None` where it was answered by distance.
+    pub(super) flown: Option<Flown>,
     pub(super) airspace: Arc<Airspace>,
     pub(super) revision: Arc<str>,
     pub(super) drone_id: Option<Arc<str>>,
@@ -67,6 +84,18 @@ impl AnswerRecord {
     /// The id by which it is asked for.
     pub(super) fn id(&self) -> String {
         record_id(self.epoch, self.number)
+    }
+
+    /// What an answer in flight was computed from beside its report and the closures in force.
+    pub(super) fn flight_question(&self) -> Option<Value> {
+        let flown = self.flown.as_ref()?;
+        let scene = Scene {
+            snapshot: &flown.snapshot,
+            airspace: &self.airspace,
+            now: self.answered_at,
+        };
+        let request = &self.settled.request;
+        Some(flown.flights.question(scene, &flown.drone, request))
     }
 
     /// About how many bytes it takes, its world not included.
@@ -83,8 +112,11 @@ impl AnswerRecord {
             .as_ref()
             .and_then(|plan| plan.composition.as_ref());
         let legs = legs.map_or(0, |composition| composition.legs.len());
+        let flown = self.flown.as_ref();
+        let flown = flown.and_then(|flown| flown.flight.version.as_ref());
+        let flown = flown.map_or(0, |(_, way)| way.legs.len());
         let plan = self.report.remaining_path.as_ref().map_or(0, Vec::len);
-        size_of::<Self>() + 4 * (path + stages) + 200 * legs + 40 * plan + 500
+        size_of::<Self>() + 4 * (path + stages) + 200 * legs + 600 * flown + 40 * plan + 500
     }
 }
 

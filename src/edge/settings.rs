@@ -1,8 +1,11 @@
 //! The bounds and lives that the edge works with, already checked.
 
 use crate::airspace::DEFAULT_MARGIN_M;
-use crate::flight::FailureType;
+use crate::delivery::DEFAULT_REFUGE_STAY_S;
+use crate::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
+use crate::itinerary::Objective;
 use jiff::SignedDuration;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How long a closure that a report publishes lasts, by failure type (those that publish anything).
@@ -28,6 +31,60 @@ impl ClosureLives {
             FailureType::Infrastructure => Some(self.infrastructure),
             FailureType::Operational | FailureType::ServiceLevel => None,
         }
+    }
+}
+
+/// What flies, and by which rules.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlightSettings {
+    /// What flies where nobody names an airframe.
+    pub airframe: Arc<Airframe>,
+    /// What else may be named.
+    pub airframes: Vec<Arc<Airframe>>,
+    /// Margins and overheads; the headway is that of [`Settings::headway_s`].
+    pub rules: FlightRules,
+    /// What a delivery costs.
+    pub tariff: Tariff,
+    /// What is made least where nobody says.
+    pub objective: Objective,
+    /// How long a safe node's pad has to be free, in seconds.
+    pub refuge_stay_s: f64,
+    /// Ids of the nodes that swap batteries instead of charging them; those that the network does not have count for nothing.
+    pub swap_stations: Vec<String>,
+    /// The wind where and when the weather states none.
+    pub base_wind: Wind,
+    /// A drone that is so much earlier or later than its plan, in seconds, is off plan.
+    pub late_tolerance_s: f64,
+    /// And one whose battery is lower than planned by this fraction.
+    pub battery_tolerance: f64,
+}
+
+impl FlightSettings {
+    /// The defaults, with an airframe.
+    pub fn of(airframe: Airframe) -> Self {
+        Self {
+            airframe: Arc::new(airframe),
+            airframes: Vec::new(),
+            rules: FlightRules::default(),
+            tariff: Tariff::default(),
+            objective: Objective::Distance,
+            refuge_stay_s: DEFAULT_REFUGE_STAY_S,
+            swap_stations: Vec::new(),
+            base_wind: Wind::CALM,
+            late_tolerance_s: 60.0,
+            battery_tolerance: 0.1,
+        }
+    }
+
+    /// The airframe of a name; the bundled ones have short names too.
+    pub fn airframe(&self, name: &str) -> Option<&Arc<Airframe>> {
+        let name = match name {
+            "phantom3" => &Airframe::phantom3().name,
+            "m100" => &Airframe::m100().name,
+            own => own,
+        };
+        let mut all = std::iter::once(&self.airframe).chain(&self.airframes);
+        all.find(|airframe| airframe.name == name)
     }
 }
 
@@ -84,6 +141,8 @@ pub struct Settings {
     pub degraded_after: SignedDuration,
     /// A write to the disk that takes longer counts as failing: whoever waits for it is told so.
     pub commit_within: Duration,
+    /// What flies, where times and energy are computed; without it times are nominal and energy is not checked.
+    pub flight: Option<FlightSettings>,
 }
 
 impl Default for Settings {
@@ -119,6 +178,7 @@ impl Default for Settings {
             stale_after: SignedDuration::from_secs(30),
             degraded_after: SignedDuration::from_mins(5),
             commit_within: Duration::from_secs(2),
+            flight: None,
         }
     }
 }

@@ -3,13 +3,14 @@
 //! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
 //! share, so that publishing one costs what changed.
 
+use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::airspace::{Airspace, Closure, Zone};
 use crate::compose::{Composition, Occupation};
-use crate::flight::FailureType;
-use crate::network::{NodeIx, Topology};
+use crate::flight::{FailureType, Reservation};
+use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::wire;
 use imbl::OrdMap;
 use jiff::Timestamp;
@@ -17,6 +18,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+/// How long after its end a plan counts as flown, in seconds.
+const GRACE_S: f64 = 300.0;
 /// The topology revision of the network that an edge starts with.
 pub(super) const FIRST_TOPOLOGY: u64 = 1;
 
@@ -95,6 +98,8 @@ pub(super) struct Version {
     /// `None` for a first version; what its drone was told for a recomposed one.
     pub(super) outcome: Option<crate::recompose::Outcome>,
     pub(super) composition: Composition,
+    /// How it is flown, where the flight model made it; the composition is derived from that.
+    pub(super) flight: Option<Arc<FlownVersion>>,
     /// Flown before the first node, in metres.
     pub(super) first_stretch_m: f64,
     pub(super) departs_at: Timestamp,
@@ -107,13 +112,38 @@ pub(super) struct Version {
 impl Version {
     /// When it is on each of its segments, in seconds of Unix time.
     pub(super) fn occupations(&self) -> Vec<Occupation> {
-        let starts_s = self.departs_at.as_microsecond() as f64 / 1e6;
-        self.composition.occupations(starts_s)
+        self.composition.occupations(self.departs_s())
     }
 
-    /// When it ends, by nominal times.
+    /// The pads that it takes, in seconds of Unix time.
+    pub(super) fn reservations(&self) -> Vec<Reservation> {
+        let departs_s = self.departs_s();
+        let flight = self.flight.iter();
+        let stays = flight.flat_map(|flight| flight.reservations());
+        stays
+            .map(|stay| Reservation {
+                from_s: departs_s + stay.from_s,
+                until_s: departs_s + stay.until_s,
+                ..stay
+            })
+            .collect()
+    }
+
+    fn departs_s(&self) -> f64 {
+        self.departs_at.as_microsecond() as f64 / 1e6
+    }
+
+    /// When it ends.
     pub(super) fn arrives_at(&self) -> Timestamp {
         later(self.departs_at, self.composition.flight_time_s)
+    }
+
+    /// When nothing of it is in anybody's way any more.
+    pub(super) fn over_at(&self) -> Timestamp {
+        let landed = later(self.arrives_at(), GRACE_S);
+        let flight = self.flight.as_deref();
+        let pads = flight.map(|flight| later(self.departs_at, flight.leaves_pads_s()));
+        pads.map_or(landed, |pads| pads.max(landed))
     }
 }
 
@@ -136,6 +166,8 @@ pub(super) struct PlanEntry {
     pub(super) destination: NodeIx,
     pub(super) payload_kg: f64,
     pub(super) airspeed_mps: f64,
+    /// What was asked for of its flight, where the flight model was on.
+    pub(super) order: Option<FlightOrder>,
     pub(super) state: wire::PlanState,
     pub(super) current: Arc<Version>,
     pub(super) proposed: Option<Arc<Version>>,
@@ -152,6 +184,7 @@ impl PartialEq for PlanEntry {
         (&self.id, &self.subject, &self.drone_id) == (&other.id, &other.subject, &other.drone_id)
             && (self.source, self.destination) == (other.source, other.destination)
             && (self.payload_kg, self.airspeed_mps) == (other.payload_kg, other.airspeed_mps)
+            && self.order == other.order
             && self.state == other.state
             && self.current == other.current
             && self.proposed == other.proposed
@@ -194,6 +227,18 @@ pub(super) struct OccupationKey {
     pub(super) leg: u32,
 }
 
+impl OccupationKey {
+    /// Before all that are on a segment.
+    pub(super) fn first_of(segment: SegmentIx) -> Self {
+        Self {
+            segment: segment.0,
+            plan: Arc::from(""),
+            version: 0,
+            leg: 0,
+        }
+    }
+}
+
 /// One immutable state of the edge.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
@@ -213,6 +258,8 @@ pub struct Snapshot {
     /// The active plan of each drone.
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
     pub(super) occupations: OrdMap<OccupationKey, Occupation>,
+    /// Who has which pad when, in seconds of Unix time.
+    pub(super) reservations: OrdMap<PadKey, Reservation>,
     /// How many segments closures from reports close.
     pub(super) reported_segments: usize,
     /// How many closures of each drone's reports are alive.
@@ -251,6 +298,7 @@ impl Snapshot {
             plans: OrdMap::new(),
             flown_by: OrdMap::new(),
             occupations: OrdMap::new(),
+            reservations: OrdMap::new(),
             reported_segments: 0,
             alive_reports: OrdMap::new(),
             active_plans: 0,

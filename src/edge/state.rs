@@ -7,9 +7,11 @@
 use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
+use super::flights::Flights;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
+use super::state_affected::Fresh;
 use super::state_clock::HeardClock;
 use super::state_outbox::Told;
 use super::state_topology::Succession;
@@ -29,6 +31,8 @@ use std::sync::Arc;
 pub(super) struct Batch {
     pub(super) snapshot: Arc<Snapshot>,
     pub(super) airspace_changed: bool,
+    /// Whether something has ended before its time, or has become another thing.
+    pub(super) has_opened: bool,
     pub(super) events: Vec<Happening>,
     /// One for each order, in their order.
     pub(super) replies: Vec<Reply>,
@@ -41,6 +45,8 @@ pub(super) struct State {
     pub(super) next: Snapshot,
     pub(super) drones: Arc<Drones>,
     pub(super) trees: Arc<TreeCache>,
+    /// The flight model, where it is on.
+    pub(super) flights: Option<Arc<Flights>>,
     /// How the store stands: what must not be lost is refused while it fails.
     pub(super) store: Arc<Health>,
     pub(super) scratch: Scratch,
@@ -58,6 +64,12 @@ pub(super) struct State {
     pub(super) touched_plans: BTreeSet<Arc<str>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,
+    /// How many plans have been recomposed in flight in this batch.
+    pub(super) recomposed: usize,
+    /// Whether a closure has been lifted or changed in this batch.
+    pub(super) has_opened: bool,
+    /// Whether the weather has changed in this batch.
+    pub(super) weather_turned: bool,
     /// The network before the one in service, and what of it is there still: for orders that were made on it.
     pub(super) succession: Option<Succession>,
     /// What was last heard of the clock.
@@ -80,6 +92,7 @@ impl State {
             settings,
             drones,
             trees,
+            flights: None,
             store: Arc::default(),
             timers: Timers::default(),
             now,
@@ -89,6 +102,9 @@ impl State {
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
             relaid: Vec::new(),
+            recomposed: 0,
+            has_opened: false,
+            weather_turned: false,
             succession: None,
             clock: HeardClock::default(),
             told: Told::default(),
@@ -102,7 +118,9 @@ impl State {
         let own = self.timers.next();
         let own = own.and_then(|due| due.saturating_add(behind).ok());
         let windows = self.next.airspace.next_change();
-        own.into_iter().chain(windows).min()
+        // Plans that were put off are gone on with at once.
+        let waiting = (!self.touched_plans.is_empty()).then_some(self.now);
+        own.into_iter().chain(windows).chain(waiting).min()
     }
 
     /// Carries out orders, then what is due by now.
@@ -126,6 +144,7 @@ impl State {
         Batch {
             snapshot: Arc::new(self.next.clone()),
             airspace_changed: self.next.airspace.revision() != revision,
+            has_opened: std::mem::take(&mut self.has_opened),
             events: std::mem::take(&mut self.events),
             replies,
         }
@@ -165,10 +184,16 @@ impl State {
                 Ok(Done::Nothing)
             }
             Order::DecideHold { number, decision } => self.decide_hold(number, decision),
+            Order::PutWeather { text, expected } => self.put_weather(text, &expected),
             Order::AddPlan(plan) => self.add_plan(*plan),
             Order::CancelPlan { id } => self.cancel_plan(&id),
             Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
             Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
+            Order::OfferVersion {
+                plan,
+                instead_of,
+                version,
+            } => Ok(self.offer_version(&plan, instead_of, *version)),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
             Order::Tick => Ok(Done::Nothing),
@@ -188,16 +213,35 @@ impl State {
         let windows_turn =
             clock_turned || before.next_change().is_some_and(|instant| instant <= now);
         let changes = std::mem::take(&mut self.changes);
-        let mut fresh = std::mem::take(&mut self.relaid);
-        if changes.is_empty() && !windows_turn {
+        let mut fresh = Fresh {
+            in_force: std::mem::take(&mut self.relaid),
+            announced: Vec::new(),
+        };
+        let weather_turned = std::mem::take(&mut self.weather_turned);
+        if changes.is_empty() && !windows_turn && !weather_turned {
             return self.review_plans(&before, &fresh, now);
         }
-        let after = Arc::new(before.apply(&changes, now));
+        self.has_opened = changes
+            .iter()
+            .any(|change| before.closure(changed_id(change)).is_some());
+        let mut after = before.apply(&changes, now);
+        if weather_turned {
+            // Answers name the revision of the world that they were computed on, and the wind is part of it.
+            after = after.at_next_revision();
+        }
+        let after = Arc::new(after);
         self.next.airspace = after.clone();
         self.next.revision = revision_text(self.next.epoch, after.revision());
         self.tell_turned_windows(&before, &after, &changes);
-        fresh.retain(|closure| after.is_in_force(&closure.id));
-        fresh.extend(newly_in_force(&before, &after));
+        fresh
+            .in_force
+            .retain(|closure| after.is_in_force(&closure.id));
+        fresh.in_force.extend(newly_in_force(&before, &after));
+        fresh.announced = changes
+            .iter()
+            .filter_map(|change| after.closure(changed_id(change)).cloned())
+            .filter(|closure| !after.is_in_force(&closure.id))
+            .collect();
         self.review_plans(&before, &fresh, now)
     }
 

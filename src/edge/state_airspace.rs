@@ -6,12 +6,13 @@ use super::snapshot::{ClosureEntry, ProposalEntry};
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
+use super::weather::weather_etag;
 use crate::airspace::{Cause, Change, Closure, Window};
 use crate::intake::Expected;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{EventKind, ObjectKind};
 use jiff::Timestamp;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -66,6 +67,29 @@ impl State {
             EventKind::ZoneDeleted,
             json!({"zone_id": id}),
         ));
+    }
+
+    pub(super) fn put_weather(
+        &mut self,
+        text: Arc<str>,
+        expected: &Expected,
+    ) -> Result<Done, Refusal> {
+        let current = self.next.weather.as_deref().map(weather_etag);
+        expected.check(current.as_deref(), "weather", "network")?;
+        self.state_weather(text);
+        Ok(Done::Nothing)
+    }
+
+    /// Takes the weather over, unless it is the one that is known.
+    pub(super) fn state_weather(&mut self, text: Arc<str>) {
+        if self.next.weather.as_ref() == Some(&text) {
+            return;
+        }
+        let weather: Value = serde_json::from_str(&text).unwrap_or_default();
+        self.events
+            .push(Happening::new(EventKind::WeatherPut, weather));
+        self.next.weather = Some(text);
+        self.weather_turned = true;
     }
 
     pub(super) fn put_closure(&mut self, mut entry: ClosureEntry) -> Result<Done, Refusal> {

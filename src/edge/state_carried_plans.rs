@@ -2,17 +2,19 @@
 //! drones are, or ended where their source or destination is gone.
 
 use super::events::Happening;
-use super::fleet::{self, Detour};
+use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
+use super::flights::{self, Scene, Stand};
 use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::state::State;
 use super::views;
+use crate::airspace::Airspace;
 use crate::compose::{CarriedOver, Change, Composition, equip};
 use crate::flight::Location;
 use crate::formats::{Known, settle_report};
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
-use crate::recompose::{Outcome, World, recompose};
+use crate::recompose::{Outcome, Request, World, recompose};
 use crate::wire::{self, EventKind, PlanState};
 use imbl::OrdMap;
 use jiff::Timestamp;
@@ -30,6 +32,7 @@ impl State {
         now: Timestamp,
     ) {
         self.next.occupations = OrdMap::new();
+        self.next.reservations = OrdMap::new();
         for plan in before.plans.values() {
             match plan.is_active() {
                 true => self.carry_plan_over(plan, before, change, now),
@@ -78,12 +81,12 @@ impl State {
         };
         match (current, proposed) {
             (Some(current), None) => {
-                let current = self.equipped(current, plan.airspeed_mps);
+                let current = self.equipped(current, plan, now);
                 self.fly_on(plan_over(current, None), now);
             }
             (Some(current), Some(Some(proposed))) => {
-                let current = self.equipped(current, plan.airspeed_mps);
-                let proposed = self.equipped(proposed, plan.airspeed_mps);
+                let current = self.equipped(current, plan, now);
+                let proposed = self.equipped(proposed, plan, now);
                 self.fly_on(plan_over(current, Some(proposed)), now);
             }
             (Some((current, _)), Some(None)) => {
@@ -122,12 +125,21 @@ impl State {
     fn equipped(
         &mut self,
         (version, contingencies_hold): (Version, bool),
-        airspeed_mps: f64,
+        plan: &PlanEntry,
+        now: Timestamp,
     ) -> Version {
         if contingencies_hold {
             return version;
         }
         let airspace = self.next.airspace.clone();
+        if let Some(flights) = self.flights.as_deref().filter(|_| version.flight.is_some()) {
+            let scene = Scene {
+                snapshot: &self.next,
+                airspace: &airspace,
+                now,
+            };
+            return flights.with_contingencies(scene, plan, version);
+        }
         let world = World {
             airspace: &airspace,
             trees: Some(&self.trees),
@@ -142,11 +154,13 @@ impl State {
             way,
             stretch_m,
             last,
-            airspeed_mps,
+            plan.airspeed_mps,
             &mut self.scratch,
         );
         Version {
             composition,
+            // Without the flight model its times are nominal from now on.
+            flight: None,
             ..version
         }
     }
@@ -186,11 +200,15 @@ impl State {
         let airspace = self.next.airspace.clone();
         let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
         let version = progress.and_then(|progress| {
-            let world = World {
+            let means = DetourMeans {
+                snapshot: &self.next,
                 airspace: &airspace,
                 trees: Some(&self.trees),
+                drones: &self.drones,
+                flights: self.flights.as_deref(),
+                now,
             };
-            let detour = fleet::detour(&plan, &progress, &world, &mut self.scratch);
+            let detour = fleet::detour(&plan, &progress, &means, &mut self.scratch);
             self.version_of(&detour, &airspace, now)
         });
         let plan = self.replace_proposal(&plan, version);
@@ -210,7 +228,9 @@ impl State {
     ) {
         let place = place_of(plan, before.topology(), &self.drones, now);
         let place = place.map(|place| before.topology().frame().from_plane(place));
-        let detour = place.and_then(|place| self.detour_from(plan, place, destination));
+        let flown = self.flown_from_place(plan, before, destination, place, now);
+        let detour =
+            flown.or_else(|| place.and_then(|place| self.detour_from(plan, place, destination)));
         let airspace = self.next.airspace.clone();
         let version = detour.and_then(|detour| {
             let on_network = Detour {
@@ -239,6 +259,54 @@ impl State {
         self.tell(EventKind::PlanAffected, &plan);
     }
 
+    /// The same by the flight model, where the plan is flown by it: from where its drone stands, else from its place.
+    fn flown_from_place(
+        &self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        destination: NodeIx,
+        place: Option<[f64; 2]>,
+        now: Timestamp,
+    ) -> Option<Detour> {
+        let flights = self.flights.as_deref();
+        let flights = flights.filter(|_| plan.current.flight.is_some())?;
+        let airspace = &self.next.airspace;
+        let scene = Scene {
+            snapshot: &self.next,
+            airspace,
+            now,
+        };
+        let sighting = plan.drone_id.as_deref();
+        let sighting = sighting.and_then(|id| self.drones.last(id));
+        let stand = flights.stand(before.topology(), plan, sighting.as_ref(), now);
+        let stand = stand.and_then(|stand| {
+            let node = airspace
+                .topology()
+                .node(before.topology().node_id(stand.node))?;
+            Some(Stand { node, ..stand })
+        });
+        let mut answer = match stand {
+            Some(stand) => flights.answer_standing(scene, plan, stand, destination),
+            None => {
+                let request = request_from(airspace, place?, destination)?;
+                let leg = fleet::progress(before.topology(), plan, &self.drones, now);
+                let leg = leg.map_or(0, |progress| progress.leg);
+                let battery = flights::battery_of(plan, leg, sighting.as_ref());
+                flights.answer_in_flight(scene, plan, &request, (leg, battery))
+            }
+        };
+        if answer.outcome == Outcome::Unaffected {
+            // Of a way that only the report's reader assumed.
+            answer.outcome = Outcome::Rerouted;
+        }
+        Some(Detour {
+            plan: plan.clone(),
+            answer: DetourAnswer::Flown(Box::new(answer)),
+            extra_m: None,
+            version: None,
+        })
+    }
+
     /// What a drone at a place is told that is to go to a node.
     fn detour_from(
         &mut self,
@@ -247,27 +315,22 @@ impl State {
         destination: NodeIx,
     ) -> Option<Detour> {
         let airspace = self.next.airspace.clone();
-        let goal = views::node_id(airspace.topology(), destination);
-        let report = wire::FailureReport {
-            failure: Some(wire::FailureType::ServiceLevel),
-            location: Some(wire::Place::Pair(place)),
-            destination: Some(goal),
-            ..wire::FailureReport::default()
-        };
-        let settled = settle_report(&report, &Known::nothing(), &airspace, &mut Vec::new()).ok()?;
+        let request = request_from(&airspace, place, destination)?;
         let world = World {
             airspace: &airspace,
             trees: Some(&self.trees),
         };
-        let mut answer = recompose(&world, &settled.request, &mut self.scratch);
+        let mut answer = recompose(&world, &request, &mut self.scratch);
         if answer.outcome == Outcome::Unaffected {
             // Of a way that only the report's reader assumed.
             answer.outcome = Outcome::Rerouted;
         }
         Some(Detour {
             plan: plan.clone(),
-            request: settled.request,
-            answer,
+            answer: DetourAnswer::Shortest {
+                request: Box::new(request),
+                answer: Box::new(answer),
+            },
             extra_m: None,
             version: None,
         })
@@ -299,6 +362,7 @@ impl State {
         made_on: &Topology,
         correspondence: &Correspondence,
     ) -> Option<Order> {
+        let now = self.now;
         let plan = self.next.plans.get(id).cloned()?;
         let topology = self.next.topology().clone();
         let change = Change {
@@ -313,9 +377,22 @@ impl State {
         };
         Some(Order::ProposeVersion {
             plan: id.clone(),
-            version: Box::new(self.equipped(carried, plan.airspeed_mps)),
+            version: Box::new(self.equipped(carried, &plan, now)),
         })
     }
+}
+
+/// The request of a drone at a place that is to go to a node.
+fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Option<Request> {
+    let goal = views::node_id(airspace.topology(), destination);
+    let report = wire::FailureReport {
+        failure: Some(wire::FailureType::ServiceLevel),
+        location: Some(wire::Place::Pair(place)),
+        destination: Some(goal),
+        ..wire::FailureReport::default()
+    };
+    let settled = settle_report(&report, &Known::nothing(), airspace, &mut Vec::new());
+    settled.ok().map(|settled| settled.request)
 }
 
 fn ends_over(plan: &PlanEntry, correspondence: &Correspondence) -> Option<(NodeIx, NodeIx)> {
@@ -336,19 +413,29 @@ fn version_carried(
 fn stretch_carried(
     plan: &PlanEntry,
     version: &Version,
-    legs: Range<usize>,
+    range: Range<usize>,
     change: &Change<'_>,
 ) -> Option<(Version, bool)> {
     let (stretch_m, airspeed_mps) = (version.first_stretch_m, plan.airspeed_mps);
-    let carried = version
-        .composition
-        .carried_over(change, legs, stretch_m, airspeed_mps)?;
+    let carried =
+        version
+            .composition
+            .carried_over(change, range.clone(), stretch_m, airspeed_mps)?;
     let CarriedOver {
-        composition,
+        mut composition,
         contingencies_hold,
     } = carried;
+    let flight = match version.flight.as_deref() {
+        Some(flown) => {
+            let flown = flown.carried_over(change, range)?;
+            flown.time(&mut composition);
+            Some(Arc::new(flown))
+        }
+        None => None,
+    };
     let version = Version {
         composition,
+        flight,
         ..version.clone()
     };
     Some((version, contingencies_hold))
@@ -363,6 +450,7 @@ fn nothing_left_of(version: &Version) -> Version {
             length_m: 0.0,
             flight_time_s: 0.0,
         },
+        flight: None,
         ..version.clone()
     }
 }

@@ -2,15 +2,15 @@
 //! while it fails.
 
 use super::orders::Order;
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, later};
+use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry};
 use super::state::State;
 use super::state_airspace::just_after;
-use super::state_fleet::GRACE_S;
 use super::store::Restored;
 use super::timers::Due;
 use crate::airspace::{Change, Closure};
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
+use crate::wire::PlanState;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -77,8 +77,12 @@ impl State {
             if let Some(drone) = &plan.drone_id {
                 self.next.flown_by.insert(drone.clone(), id.clone());
             }
+            let has_no_answer = plan.state == PlanState::Affected && plan.proposed.is_none();
+            if has_no_answer && plan.current.flight.is_some() {
+                self.touched_plans.insert(id.clone());
+            }
             self.occupy(&id, &plan.current);
-            let over = later(plan.current.arrives_at(), GRACE_S);
+            let over = plan.current.over_at();
             let due = Due::Arrival {
                 plan: id.clone(),
                 version: plan.current.number,
@@ -121,11 +125,13 @@ impl State {
             // What is in it is looked at when it is carried out.
             | Order::MadeOn { .. }
             | Order::ProposeVersion { .. }
+            | Order::OfferVersion { .. }
             | Order::Tick => true,
             Order::DeleteZone { .. }
             | Order::LiftClosure { .. }
             | Order::DecideProposal { .. }
             | Order::DecideHold { .. }
+            | Order::PutWeather { .. }
             | Order::AddPlan(_)
             | Order::CancelPlan { .. }
             | Order::AcknowledgePlan { .. } => false,

@@ -73,7 +73,7 @@ impl State {
             self.remove_or_hold(absent, standing, &mut tally);
         }
         if let Some(weather) = followed.weather {
-            self.next.weather = Some(weather);
+            self.state_weather(weather);
         }
         self.move_cursor(followed.cursor, &tally);
         Ok(Done::Nothing)

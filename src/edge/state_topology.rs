@@ -204,7 +204,7 @@ impl State {
                 self.version_over(&plan, *version, made_on, correspondence)
             }
             // A plan is composed anew: another way may be shorter now.
-            Order::AddPlan(_) => None,
+            Order::AddPlan(_) | Order::OfferVersion { .. } => None,
             other => Some(other),
         })
     }

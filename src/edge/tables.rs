@@ -2,8 +2,10 @@
 //!
 //! A request whose destination has no table is answered by A* at once and asks for one. After every change
 //! of the airspace the standing closures are worked into the tables anew. One thread does both; it is
-//! bounded by its queue and by the bytes of the cache.
+//! bounded by its queue and by the bytes of the cache, and steps back behind all that somebody waits for: every change of the
+//! airspace is worked into all tables, which with many destinations takes as long as hundreds of answers.
 
+use super::background::Background;
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::prepare_table;
@@ -40,7 +42,10 @@ impl Tables {
     ) -> std::io::Result<Self> {
         let (wishes, inbox) = sync_channel(QUEUE);
         let builder = std::thread::Builder::new().name("skyway-tables".to_owned());
-        builder.spawn(move || work(&inbox, &world, &trees))?;
+        builder.spawn(move || {
+            Background::Tables.step_back();
+            work(&inbox, &world, &trees);
+        })?;
         Ok(Self { wishes })
     }
 

@@ -12,6 +12,8 @@ use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 use std::borrow::Cow;
 
+/// So many drones of one batch are answered for being off their plans; the others with their next positions.
+const OFF_PLAN_PER_BATCH: usize = 4;
 /// How far a drone's clock may be ahead.
 const AHEAD_MAX: SignedDuration = SignedDuration::from_secs(5);
 /// The longest id of a drone, in bytes.
@@ -31,9 +33,10 @@ impl Edge {
         let snapshot = self.on_network()?;
         let now = self.clock.now();
         let positions = batch.positions.into_iter();
+        let mut answers_left = OFF_PLAN_PER_BATCH;
         Ok(wire::TelemetryAnswer {
             positions: positions
-                .map(|entry| self.take_position(caller, entry, &snapshot, now))
+                .map(|entry| self.take_position(caller, entry, &snapshot, now, &mut answers_left))
                 .collect(),
             stamp: self.stamp_of(&snapshot),
         })
@@ -78,6 +81,7 @@ impl Edge {
         entry: Value,
         snapshot: &Snapshot,
         now: Timestamp,
+        answers_left: &mut usize,
     ) -> wire::Position<'static> {
         let mut warnings = Vec::new();
         let drone_id = entry
@@ -104,12 +108,33 @@ impl Edge {
             false => None,
         };
         let proposed = plan.and_then(|plan| plan.proposed.as_deref());
+        let answered = match (plan, &read) {
+            (Some(plan), Some(entry)) if *answers_left > 0 => {
+                self.answer_off_plan(caller, snapshot, plan, entry, now)
+            }
+            _ => None,
+        };
+        if let Some(record) = &answered {
+            *answers_left -= 1;
+            let topology = record.airspace.topology();
+            let version = self.proposed_by(record);
+            return wire::Position {
+                drone_id: drone_id.map(Cow::Owned),
+                accepted,
+                plan_id: plan.map(|plan| views::text(&plan.id)),
+                affected: version.is_some(),
+                proposed: version.map(|version| views::version(topology, &version)),
+                recomposition_id: Some(Cow::Owned(record.id())),
+                warnings,
+            };
+        }
         wire::Position {
             drone_id: drone_id.map(Cow::Owned),
             accepted,
             plan_id: plan.map(|plan| views::text(&plan.id)),
             affected: plan.is_some_and(|plan| plan.state == wire::PlanState::Affected),
             proposed: proposed.map(|proposed| views::version(snapshot.topology(), proposed)),
+            recomposition_id: None,
             warnings,
         }
     }

@@ -1,5 +1,6 @@
 //! Whether what was answered before may be answered again: never an outdated answer.
 
+use super::flights::Scene;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
@@ -22,13 +23,33 @@ pub(super) fn still_holds(record: &AnswerRecord, snapshot: &Snapshot, now: Times
     if deadline.is_some_and(|deadline| deadline < now) {
         return false;
     }
+    if let Some(flown) = &record.flown {
+        let scene = Scene {
+            snapshot,
+            airspace,
+            now,
+        };
+        let answered = (record.answered_at, flown.snapshot.weather.as_ref());
+        let told = (&flown.drone, &flown.flight);
+        if !flown.flights.still_holds(scene, told, answered) {
+            return false;
+        }
+    }
     let way = &record.answer.path;
     if way.nodes.is_empty() {
         return record.airspace.revision() == airspace.revision();
     }
     let location = record.settled.request.report.location;
-    way_is_open(way, record.answer.outcome == Outcome::Diverted, snapshot)
-        && first_stretch_is_clear(location, way, Some(&record.airspace), snapshot)
+    let is_diversion = record.answer.outcome == Outcome::Diverted;
+    let is_open = match &record.flown {
+        // When what is closed opens has been looked at.
+        Some(_) => {
+            let end = way.nodes.last().filter(|_| is_diversion);
+            end.is_none_or(|&end| !airspace.closes_pads(end))
+        }
+        None => way_is_open(way, is_diversion, snapshot),
+    };
+    is_open && first_stretch_is_clear(location, way, Some(&record.airspace), snapshot)
 }
 
 /// Whether a way can be flown now; a diversion also needs the pads at its end.

@@ -1,6 +1,7 @@
 //! The state of the edge in the words of the wire.
 
 use super::fleet::{self, Detour};
+use super::flights::{DetourEnd, FlownVersion};
 use super::settings::Settings;
 use super::snapshot::{
     ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
@@ -15,6 +16,7 @@ use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// At most this many ids of segments or nodes, or affected plans, in one answer.
 pub(super) const IDS_MAX: usize = 1_000;
@@ -63,6 +65,7 @@ pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
     match outcome {
         Outcome::Rerouted => wire::Outcome::Rerouted,
         Outcome::Unaffected => wire::Outcome::Unaffected,
+        Outcome::Hold => wire::Outcome::Hold,
         Outcome::Diverted => wire::Outcome::Diverted,
         Outcome::NoRoute => wire::Outcome::NoRoute,
     }
@@ -128,7 +131,7 @@ pub(super) fn closure(
 pub(super) fn closure_of_zone(
     snapshot: &Snapshot,
     entry: &ZoneEntry,
-    held: &std::sync::Arc<Closure>,
+    held: &Arc<Closure>,
 ) -> wire::Closure<'static> {
     let windows = entry.zone.windows();
     let only = match windows {
@@ -216,35 +219,48 @@ pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static
     }
 }
 
-fn contingency(topology: &Topology, contingency: &Contingency) -> wire::Contingency<'static> {
+fn contingency(
+    topology: &Topology,
+    contingency: &Contingency,
+    flight: Option<wire::DetourFlight<'static>>,
+) -> wire::Contingency<'static> {
     wire::Contingency {
         outcome: outcome(contingency.outcome),
         nodes: node_ids(topology, &contingency.nodes),
         rejoins: contingency.rejoins.map(|node| node_id(topology, node)),
         remaining_length_m: contingency.remaining_length_m,
         extra_m: contingency.extra_m,
+        flight,
     }
 }
 
-/// The legs of a composition that departs at an instant.
+/// The legs of a composition that departs at an instant, with how they are flown where that was computed.
 pub(super) fn legs(
     topology: &Topology,
     composition: &Composition,
+    flown: Option<&FlownVersion>,
     departs_at: Timestamp,
 ) -> Vec<wire::Leg<'static>> {
-    let legs = composition.legs.iter().map(|leg| wire::Leg {
-        from: node_id(topology, leg.from),
-        to: node_id(topology, leg.to),
-        segment: Cow::Owned(topology.segment_id(leg.segment).into_owned()),
-        length_m: leg.length_m,
-        departs_at: instant(later(departs_at, leg.departure_s)),
-        arrives_at: instant(later(departs_at, leg.arrival_s)),
-        if_closed: contingency(topology, &leg.if_closed),
-        nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
-            node: node_id(topology, safe.node),
-            nodes: node_ids(topology, &safe.nodes),
-            length_m: safe.length_m,
-        }),
+    let legs = composition.legs.iter().enumerate().map(|(number, leg)| {
+        let ends = flown.and_then(|flown| flown.ends.get(number)).copied();
+        let ends = ends.unwrap_or_default();
+        let told = |end: Option<DetourEnd>| end.map(|end| end.told(departs_at));
+        wire::Leg {
+            from: node_id(topology, leg.from),
+            to: node_id(topology, leg.to),
+            segment: Cow::Owned(topology.segment_id(leg.segment).into_owned()),
+            length_m: leg.length_m,
+            departs_at: instant(later(departs_at, leg.departure_s)),
+            arrives_at: instant(later(departs_at, leg.arrival_s)),
+            if_closed: contingency(topology, &leg.if_closed, told(ends.if_closed)),
+            nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
+                node: node_id(topology, safe.node),
+                nodes: node_ids(topology, &safe.nodes),
+                length_m: safe.length_m,
+                flight: told(ends.safe),
+            }),
+            flight: flown.and_then(|flown| flown.leg(topology, number)),
+        }
     });
     legs.collect()
 }
@@ -252,6 +268,7 @@ pub(super) fn legs(
 /// A version of a plan.
 pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersion<'static> {
     let composition = &version.composition;
+    let flown = version.flight.as_deref();
     let warnings = version.warnings.iter();
     wire::PlanVersion {
         version: version.number,
@@ -261,9 +278,10 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         flight_time_s: composition.flight_time_s,
         departs_at: instant(version.departs_at),
         arrives_at: instant(version.arrives_at()),
-        legs: legs(topology, composition, version.departs_at),
+        legs: legs(topology, composition, flown, version.departs_at),
         recomposition_id: version.recomposition_id.as_deref().map(text),
         acknowledge_by: version.acknowledge_by.map(instant),
+        flight: flown.map(|flown| flown.told(topology, version.departs_at)),
         warnings: warnings
             .map(|(code, message)| warning(code.clone(), message))
             .collect(),
@@ -289,6 +307,9 @@ pub(super) fn plan(
         direction: Cow::Borrowed(met.conflict.direction.name()),
         gap_s: met.conflict.gap_s,
     });
+    let order = entry.order.as_ref();
+    let versions = std::iter::once(&entry.current).chain(&entry.proposed);
+    let is_flown = versions.into_iter().all(|version| version.flight.is_some());
     wire::Plan {
         id: text(&entry.id),
         state: entry.state,
@@ -297,6 +318,9 @@ pub(super) fn plan(
         destination: node_id(topology, entry.destination),
         payload_kg: entry.payload_kg,
         airspeed_mps: entry.airspeed_mps,
+        airframe: order.map(|order| text(&order.airframe)),
+        objective: order.map(|order| Cow::Borrowed(order.objective.name())),
+        deadline: order.and_then(|order| order.deadline).map(instant),
         current: version(topology, &entry.current),
         proposed: entry
             .proposed
@@ -304,8 +328,8 @@ pub(super) fn plan(
             .map(|proposed| version(topology, proposed)),
         affected_by: entry.affected_by.iter().map(|id| text(id)).collect(),
         conflicts: conflicts.collect(),
-        energy: Cow::Borrowed("unchecked"),
-        times: Cow::Borrowed("nominal"),
+        energy: Cow::Borrowed(if is_flown { "checked" } else { "unchecked" }),
+        times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),
         stamp,
     }
 }
@@ -338,10 +362,30 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
     wire::AffectedPlan {
         plan_id: text(&detour.plan.id),
         drone_id: detour.plan.drone_id.as_deref().map(text),
-        outcome: outcome(detour.answer.outcome),
-        path: path(topology, &detour.answer.path),
+        outcome: outcome(detour.outcome()),
+        path: path(topology, &detour.way()),
         extra_m: detour.extra_m,
         version: detour.version,
+    }
+}
+
+/// What a closure closes, and whom it meets, with the plans that are affected and whose drones are answered later.
+pub(super) fn effect_with_waiting(
+    snapshot: &Snapshot,
+    closure: &Closure,
+    detours: &[&Detour],
+) -> wire::ZoneEffect<'static> {
+    let waits = |plan: &&Arc<PlanEntry>| {
+        let is_met = plan.state == wire::PlanState::Affected && plan.proposed.is_none();
+        is_met && plan.current.flight.is_some() && plan.affected_by.contains(&closure.id)
+    };
+    let is_told = |plan: &Arc<PlanEntry>| detours.iter().any(|detour| detour.plan.id == plan.id);
+    let waiting = snapshot.plans.values().filter(waits);
+    let waiting = waiting.filter(|plan| !is_told(plan)).count();
+    let effect = effect(&snapshot.airspace, closure, detours);
+    wire::ZoneEffect {
+        plan_count: effect.plan_count + waiting,
+        ..effect
     }
 }
 

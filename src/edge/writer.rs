@@ -5,6 +5,7 @@
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
 use super::events::Events;
+use super::offers::Opened;
 use super::orders::{Order, Reply};
 use super::snapshot::Snapshot;
 use super::state::State;
@@ -50,6 +51,8 @@ pub(super) struct Desk {
     pub(super) world: Arc<ArcSwap<Snapshot>>,
     pub(super) events: Arc<Events>,
     pub(super) tables: Tables,
+    /// Where better plans are looked for, if anywhere.
+    pub(super) opened: Option<Opened>,
 }
 
 impl Writer {
@@ -159,6 +162,9 @@ impl Desk {
         self.world.store(batch.snapshot.clone());
         if batch.airspace_changed {
             self.tables.renew();
+        }
+        if let Some(opened) = self.opened.as_ref().filter(|_| batch.has_opened) {
+            opened.tell();
         }
         self.events.add(batch.events, now, &batch.snapshot.revision);
         let (mut answers, mut at_once) = (Vec::new(), Vec::new());

@@ -4,7 +4,7 @@
 //! tells which plans it meets.
 
 use super::Edge;
-use super::fleet::{self, Detour};
+use super::fleet::{self, Detour, DetourMeans};
 use super::orders::{Done, Order, Outcome};
 use super::replies::Idempotency;
 use super::snapshot::{Snapshot, ZoneEntry};
@@ -14,7 +14,6 @@ use crate::access::Caller;
 use crate::airspace::{Change, Closure, Hits, Zone};
 use crate::formats::{ZoneId, zone_to_feature};
 use crate::intake::{Expected, PageRequest, read_zone, slice, token};
-use crate::recompose::World;
 use crate::refusal::{Code, Refusal};
 use crate::wire;
 use serde_json::Value;
@@ -261,7 +260,7 @@ impl Edge {
             etag: Some(Cow::Owned(snapshot.etag(entry.version))),
             enforced: true,
             durable,
-            effect: views::effect(&snapshot.airspace, closure, &met),
+            effect: views::effect_with_waiting(snapshot, closure, &met),
             stamp: self.stamp_of(snapshot),
         }
     }
@@ -301,14 +300,19 @@ impl Edge {
         snapshot: &Snapshot,
         closure: &Arc<Closure>,
         now: jiff::Timestamp,
-    ) -> (crate::airspace::Airspace, Vec<Detour>) {
+    ) -> (Arc<crate::airspace::Airspace>, Vec<Detour>) {
         let airspace = snapshot
             .airspace
             .apply(&[Change::Put(closure.clone())], now);
-        // Tables know standings by number, and the number of an imagined world may come again for another.
-        let world = World {
+        let airspace = Arc::new(airspace);
+        let means = DetourMeans {
+            snapshot,
             airspace: &airspace,
+            // Tables know standings by number, and the number of an imagined world may come again for another.
             trees: None,
+            drones: &self.drones,
+            flights: self.flights.as_deref(),
+            now,
         };
         let topology = airspace.topology();
         let mut scratch = self.scratches.take(topology);
@@ -317,11 +321,8 @@ impl Edge {
             let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
                 continue;
             };
-            let current = &plan.current.composition;
-            let is_met =
-                airspace.is_in_force(&closure.id) && fleet::is_hit(closure, current, progress.leg);
-            if is_met {
-                detours.push(fleet::detour(plan, &progress, &world, &mut scratch));
+            if fleet::is_met(plan, &progress, closure, &means) {
+                detours.push(fleet::detour(plan, &progress, &means, &mut scratch));
             }
         }
         self.scratches.give_back(scratch);

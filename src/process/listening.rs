@@ -2,7 +2,7 @@
 
 use crate::api::metrics::RequestMetrics;
 use crate::api::server::{Authentication, FindCaller};
-use crate::config::{HttpUrl, Tokens};
+use crate::config::{AirframeError, HttpUrl, Tokens};
 use crate::edge;
 use crate::registry::OpenError;
 use prometheus_client::registry::Registry;
@@ -34,6 +34,9 @@ pub enum ServiceError {
     /// The store of a registry cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// A name of the configuration stands for no airframe.
+    #[error(transparent)]
+    Airframe(#[from] AirframeError),
     /// The edge does not begin.
     #[error(transparent)]
     Edge(#[from] edge::OpenError),

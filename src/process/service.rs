@@ -14,9 +14,13 @@ use crate::api::rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, ServerConfig, Services, Slots, serve,
 };
-use crate::config::{Configuration, EdgeConfig, Tokens, read_authorities, read_bearer};
+use crate::config::{
+    AirframeError, Configuration, EdgeConfig, Flight, Tokens, read_airframe, read_authorities,
+    read_bearer,
+};
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
-use crate::edge::{ClosureLives, Edge, OpenError, Opening, Settings, SqliteFile};
+use crate::edge::{ClosureLives, Edge, FlightSettings, OpenError, Opening, Settings, SqliteFile};
+use crate::flight::{FlightRules, Tariff, Wind};
 use crate::network::Topology;
 use bytes::Bytes;
 use jiff::SignedDuration;
@@ -76,7 +80,7 @@ impl Service {
         // Every start has a later epoch, also under a simulated clock.
         let epoch = crate::clock::Clock::real().now().as_millisecond();
         let epoch = u64::try_from(epoch).unwrap_or_default();
-        let opening = Opening::new(topology, geojson, epoch, settings(&config), clock);
+        let opening = Opening::new(topology, geojson, epoch, settings(&config)?, clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
         let opening = opening.fresh_id(random_id()?);
@@ -248,13 +252,14 @@ fn server(config: &EdgeConfig) -> ServerConfig {
 }
 
 /// What the edge works with, out of the configuration.
-fn settings(config: &EdgeConfig) -> Settings {
+fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
     // Bounds on durations are checked when the configuration is read.
     let span =
         |duration: Duration| SignedDuration::try_from(duration).unwrap_or(SignedDuration::MAX);
     let reports = &config.reports;
-    Settings {
+    Ok(Settings {
         commit_within: config.limits.commit,
+        flight: flight(&config.flight)?,
         decisions_bytes_max: config.decisions.bytes.bytes() as u64,
         decisions_age: span(config.decisions.age),
         horizon: span(config.airspace.horizon),
@@ -284,5 +289,39 @@ fn settings(config: &EdgeConfig) -> Settings {
         follows_registry: config.registry.url.is_some(),
         stale_after: span(config.freshness.stale_after),
         degraded_after: span(config.freshness.degraded_after),
-    }
+    })
+}
+
+/// What flies, out of the configuration; none where the flight model is off.
+fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
+    let Some(name) = &config.airframe else {
+        return Ok(None);
+    };
+    let further = config.airframes.iter().map(read_airframe);
+    let further: Result<Vec<_>, AirframeError> = further.collect();
+    Ok(Some(FlightSettings {
+        airframe: Arc::new(read_airframe(name)?),
+        airframes: further?.into_iter().map(Arc::new).collect(),
+        rules: FlightRules {
+            reserve: config.reserve_fraction,
+            floor: config.floor_fraction,
+            stop_s: config.stop.as_secs_f64(),
+            swap_s: config.swap.as_secs_f64(),
+            time_margin_s: config.time_margin.as_secs_f64(),
+            time_margin_growth: config.time_margin_growth,
+            unknown_climb_m: config.unknown_climb_m,
+            ..FlightRules::default()
+        },
+        tariff: Tariff {
+            price_usd: config.price_usd_per_kg_km,
+            payload_kg: 1.0,
+            distance_m: 1_000.0,
+        },
+        objective: config.objective,
+        refuge_stay_s: config.refuge_stay.as_secs_f64(),
+        swap_stations: config.swap_stations.iter().map(str::to_owned).collect(),
+        base_wind: Wind::coming_from(config.wind_from_deg, config.wind_speed_mps),
+        late_tolerance_s: config.late_tolerance.as_secs_f64(),
+        battery_tolerance: config.battery_tolerance_fraction,
+    }))
 }

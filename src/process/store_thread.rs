@@ -5,12 +5,9 @@
 //! at least a tenth. Zones are in force before they are stored, so only their acknowledgement waits longer, and only where the machine has
 //! nothing to spare.
 
+use crate::edge::Background;
 use std::io;
 use tokio::runtime::{Builder, Handle, Runtime};
-
-/// How far the thread steps back, as `nice` counts it: it weighs a tenth of the others where all of them want to run.
-#[cfg(target_os = "linux")]
-const STEPS_BACK: i32 = 10;
 
 /// A runtime of one thread.
 #[derive(Debug)]
@@ -29,7 +26,9 @@ impl StoreThread {
         let mut builder = Builder::new_multi_thread();
         builder.worker_threads(1).thread_name("skyway-store");
         // Threads that are started from it, as that of SQLite is, step back with it.
-        builder.enable_all().on_thread_start(step_back);
+        builder
+            .enable_all()
+            .on_thread_start(|| Background::Storing.step_back());
         let runtime = builder.build()?;
         Ok(Self {
             handle: runtime.handle().clone(),
@@ -51,15 +50,3 @@ impl Drop for StoreThread {
         }
     }
 }
-
-#[cfg(target_os = "linux")]
-fn step_back() {
-    // To the system a thread is a process of its own here.
-    let thread = rustix::thread::gettid();
-    if let Err(error) = rustix::process::setpriority_process(Some(thread), STEPS_BACK) {
-        tracing::warn!(%error, "the store's thread has the priority of those that answer");
-    }
-}
-
-#[cfg(not(target_os = "linux"))]
-fn step_back() {}

@@ -133,7 +133,7 @@ async fn every_example_of_a_body_is_answered() {
             count += 1;
         }
     }
-    assert_eq!(count, 10);
+    assert_eq!(count, 11);
 }
 
 #[tokio::test]

@@ -1,14 +1,18 @@
 //! An edge in this process, with a client, and a transcript of what they say to each other.
 
+use bytes::Bytes;
 use jiff::Timestamp;
 use prometheus_client::registry::Registry;
 use reqwest::{Method, Response};
 use serde_json::Value;
+use skyway::api::grpc;
 use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::rest;
-use skyway::api::server::{Authentication, Drain, GateConfig, ServerConfig, Slots, serve};
-use skyway::clock::Clock;
+use skyway::api::server::{
+    Authentication, Drain, GateConfig, ServerConfig, Services, Slots, serve,
+};
+use skyway::clock::{Clock, Hand};
 use skyway::edge::{Edge, Settings};
 use skyway::formats::load_network;
 use skyway::network::Topology;
@@ -96,23 +100,42 @@ impl Api {
     ) -> Self {
         let start: Timestamp = "2026-11-27T18:00:00Z".parse().expect("an instant");
         // A clock whose hand is gone stands still.
-        let (clock, _) = Clock::by_hand(start);
-        let edge = Edge::start(topology, text.into(), 7, settings, clock).expect("threads");
+        Self::at(topology, text.into(), settings, start).await.0
+    }
+
+    /// The same at a time, with the hand that moves it.
+    pub(crate) async fn at(
+        topology: Arc<Topology>,
+        text: Bytes,
+        settings: Settings,
+        start: Timestamp,
+    ) -> (Self, Hand) {
+        let (clock, hand) = Clock::by_hand(start);
+        let edge = Edge::start(topology, text, 7, settings, clock).expect("threads");
         let drain = Drain::new();
         let (router, _) = rest::router(edge.clone(), drain.clone());
-        let address = listen(Listener::Main, router, &drain).await;
+        let health = grpc::Health::starting().await;
+        let handlers = grpc::handlers(&edge, grpc::Limits::default(), &health);
+        let services = Services::from(router).with_grpc(handlers.expect("descriptors"));
+        let address = listen(Listener::Main, services, &drain).await;
         let registry = Arc::new(Registry::default());
         let admin = rest::admin_router(edge.clone(), registry, drain.clone());
         let admin = listen(Listener::Admin, admin, &drain).await;
         let client = reqwest::Client::builder().no_proxy().http1_only();
         let client = client.redirect(reqwest::redirect::Policy::none());
-        Self {
+        let api = Self {
             edge,
             drain,
             address,
             admin,
             client: client.build().expect("a client"),
-        }
+        };
+        (api, hand)
+    }
+
+    /// Where the public listener is.
+    pub(crate) fn url(&self) -> String {
+        format!("http://{}", self.address)
     }
 
     /// Waits until the writer has done what it was told before: a report is answered without waiting for that.
@@ -169,7 +192,7 @@ impl Api {
     }
 }
 
-async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> SocketAddr {
+async fn listen(listener: Listener, services: impl Into<Services>, drain: &Drain) -> SocketAddr {
     let socket = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = socket.local_addr().expect("an address");
     let metrics = Arc::new(RequestMetrics::new(&mut Registry::default()));
@@ -185,7 +208,7 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
     };
     let serving = serve(
         socket,
-        router,
+        services.into(),
         gate,
         ServerConfig::default(),
         metrics,

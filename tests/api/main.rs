@@ -3,7 +3,9 @@
 mod bad_input;
 mod description;
 mod events;
+mod flights;
 mod harness;
 mod idempotency;
 mod stories;
+mod town;
 mod versions;

@@ -7,6 +7,10 @@
 
 mod clock_steps;
 mod failing_disk;
+mod flights;
+mod flights_change;
+mod flights_kept;
+mod flying;
 mod idempotency;
 mod journal;
 mod plans;

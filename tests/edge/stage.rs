@@ -97,11 +97,18 @@ impl Stage {
 
     /// Another start over the same file: the clock goes on, the process does not.
     pub(crate) async fn again(self, file: Box<dyn StoreFile>) -> Self {
+        let settings = self.settings.clone();
+        self.again_with(file, settings).await
+    }
+
+    /// The same, configured otherwise.
+    pub(crate) async fn again_with(self, file: Box<dyn StoreFile>, settings: Settings) -> Self {
         let (topology, geojson) = network();
         let clock = self.edge.clock().clone();
-        let opening = Opening::new(topology, geojson, EPOCH, self.settings.clone(), clock);
+        let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
         Self {
             edge: Edge::open(opening, file).await.expect("an edge"),
+            settings,
             ..self
         }
     }

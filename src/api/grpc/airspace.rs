@@ -1,6 +1,6 @@
 //! The service `Airspace`: zones and closures, what waits for an operator, and events.
 
-use super::convert::{IntoProto, NodeIds, instant_text};
+use super::convert::{FromProto, IntoProto, NodeIds, instant_text};
 use super::convert_zone::{feature_of, zone_of};
 use super::proto::{self, airspace_server};
 use super::requests::{idempotency, invalid, opened, page, told};
@@ -228,6 +228,25 @@ impl airspace_server::Airspace for Service {
         Ok(Response::new(state.into_proto()))
     }
 
+    async fn get_weather(
+        &self,
+        request: Request<proto::GetWeatherRequest>,
+    ) -> Result<Response<proto::WeatherAnswer>, Status> {
+        let (caller, _) = opened(request)?;
+        Ok(Response::new(self.edge.weather(&caller).into_proto()))
+    }
+
+    async fn put_weather(
+        &self,
+        request: Request<proto::PutWeatherRequest>,
+    ) -> Result<Response<proto::WeatherAnswer>, Status> {
+        let (caller, message) = opened(request)?;
+        let etag = message.etag;
+        let weather = told(weather(message.wind, self.node_ids()))?;
+        let answer = self.edge.put_weather(&caller, weather, etag).await;
+        Ok(Response::new(told(answer)?.into_proto()))
+    }
+
     type WatchEventsStream = Pin<Box<dyn Stream<Item = Result<proto::Event, Status>> + Send>>;
 
     async fn watch_events(
@@ -244,6 +263,18 @@ impl airspace_server::Airspace for Service {
 fn feature(zone: Option<&proto::Zone>) -> Result<Value, Refusal> {
     let missing = || invalid("missing_field", "", "'zone' is missing".to_owned());
     zone.map(feature_of).ok_or_else(missing)
+}
+
+/// The weather of a message; the edge checks it as that of REST.
+fn weather(wind: Vec<proto::Wind>, ids: NodeIds) -> Result<wire::Weather, Refusal> {
+    let read = |(place, wind)| {
+        wire::Wind::from_proto(wind, ids).map_err(|error| {
+            let pointer = format!("/wind/{place}");
+            invalid("wrong_type", &pointer, error.to_string())
+        })
+    };
+    let wind: Result<Vec<wire::Wind>, Refusal> = wind.into_iter().enumerate().map(read).collect();
+    Ok(wire::Weather { wind: wind? })
 }
 
 fn decision(number: i32) -> Result<Decision, Refusal> {

@@ -22,6 +22,7 @@ mirror_enum!(EventKind {
     PlanComposed,
     PlanAffected,
     PlanRelieved,
+    PlanOffered,
     PlanAcknowledged,
     PlanUnacknowledged,
     PlanEnded,
@@ -35,8 +36,23 @@ mirror_enum!(EventKind {
     RegistryEpoch,
     ForwardRefused,
     NetworkChanged,
+    WeatherPut,
     ClockStepped,
     ClockSettled,
+});
+
+mirror!(wire::Wind => Wind {
+    area: maybe_json,
+    from: time,
+    until: time,
+    speed_mps: plain,
+    from_deg: plain,
+});
+
+mirror!(wire::WeatherAnswer<'_> => WeatherAnswer {
+    wind: plain,
+    etag: plain,
+    stamp: message,
 });
 
 mirror!(wire::AffectedPlan<'_> => AffectedPlan {

@@ -15,6 +15,7 @@ mirror_enum!(ClockKind { Real, Simulated });
 mirror_enum!(Outcome {
     Rerouted,
     Unaffected,
+    Hold,
     Diverted,
     NoRoute
 });
@@ -50,12 +51,14 @@ mirror!(wire::Contingency<'_> => Contingency {
     rejoins: plain,
     remaining_length_m: plain,
     extra_m: plain,
+    flight: plain,
 });
 
 mirror!(wire::SafeNode<'_> => SafeNode {
     node: plain,
     nodes: plain,
     length_m: plain,
+    flight: plain,
 });
 
 mirror!(wire::Leg<'_> => Leg {
@@ -67,6 +70,7 @@ mirror!(wire::Leg<'_> => Leg {
     arrives_at: time,
     if_closed: message,
     nearest_safe_node: plain,
+    flight: plain,
 });
 
 mirror!(wire::Conflict<'_> => Conflict {
@@ -88,6 +92,7 @@ mirror!(wire::PlanVersion<'_> => PlanVersion {
     legs: plain,
     recomposition_id: plain,
     acknowledge_by: maybe_time,
+    flight: plain,
     warnings: plain,
 });
 
@@ -99,6 +104,9 @@ mirror!(wire::Plan<'_> => Plan {
     destination: plain,
     payload_kg: plain,
     airspeed_mps: plain,
+    airframe: plain,
+    objective: plain,
+    deadline: maybe_time,
     current: message,
     proposed: plain,
     affected_by: plain,
@@ -120,6 +128,7 @@ mirror!(wire::Position<'_> => Position {
     plan_id: plain,
     affected: plain,
     proposed: plain,
+    recomposition_id: plain,
     warnings: plain,
 });
 

@@ -103,6 +103,9 @@ mirror!(wire::Recomposition<'_> => RecompositionAnswer {
     publication: message,
     plan: plain,
     legs: plain,
+    flight: plain,
+    causes: plain,
+    opens: plain,
     replayed: plain,
     stamp: message,
 });
@@ -148,6 +151,7 @@ mirror!(wire::RecordedWorld<'_> => RecordedWorld {
     as_of: time,
     horizon_s: plain,
     closures: plain,
+    flight: maybe_json,
 });
 
 mirror!(wire::Record<'_> => Record {

@@ -26,6 +26,8 @@ macro_rules! mirror {
                 message: $crate::api::grpc::proto::$message,
                 ids: $crate::api::grpc::convert::NodeIds,
             ) -> Result<Self, $crate::api::grpc::convert::Unreadable> {
+                // A shape of times alone has no ids.
+                let _ = ids;
                 Ok(Self {
                     $($field: $crate::api::grpc::mirror::from_field!($kind, message.$field, $field, ids),)*
                 })

@@ -7,6 +7,7 @@
 mod airspace;
 mod convert;
 mod convert_airspace;
+mod convert_flight;
 mod convert_plan;
 mod convert_recomposition;
 mod convert_report;

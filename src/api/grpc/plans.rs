@@ -96,6 +96,10 @@ pub(super) fn delivery_request(
         payload_kg: finite(message.payload_kg, "/payload_kg")?,
         drone_id: message.drone_id,
         airspeed_mps: finite(message.airspeed_mps, "/airspeed_mps")?,
+        airframe: message.airframe,
+        battery_fraction: finite(message.battery_fraction, "/battery_fraction")?,
+        objective: message.objective,
+        deadline: message.deadline.as_ref().map(instant_text),
     })
 }
 

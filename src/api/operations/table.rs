@@ -130,6 +130,12 @@ operations! {
         /// A wall clock that has stepped is believed again.
         ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")]
             Some("/skyway.v1.Airspace/ConfirmClock"), ZoneWrite, OPERATORS, MAIN;
+        /// The weather over the network.
+        GetWeather "get_weather" [(Method::GET, "/v1/weather")]
+            Some("/skyway.v1.Airspace/GetWeather"), Read, READERS, MAIN;
+        /// The weather over the network, as a whole.
+        PutWeather "put_weather" [(Method::PUT, "/v1/weather")]
+            Some("/skyway.v1.Airspace/PutWeather"), ZoneWrite, OPERATORS, MAIN;
         /// The network.
         GetNetwork "get_network" [(Method::GET, "/v1/network")]
             Some("/skyway.v1.Network/GetNetwork"), Read, READERS, MAIN;

@@ -34,7 +34,7 @@ export function extra(length) {
   return `${rounded < 0 ? "−" : "+"}${Math.abs(rounded).toLocaleString("en")} m`;
 }
 
-const OUTCOME_LOOKS = { rerouted: "good", unaffected: "info", diverted: "bad", no_route: "bad" };
+const OUTCOME_LOOKS = { rerouted: "good", unaffected: "info", hold: "info", diverted: "bad", no_route: "bad" };
 
 export function words(name) {
   return String(name).replaceAll("_", " ");
@@ -157,6 +157,7 @@ export function sentence({ kind, data }) {
     case "windows_turned": return [data.began.length ? `begins: ${data.began.join(", ")}` : "", data.ended.length ? `ends: ${data.ended.join(", ")}` : ""].filter(Boolean).join("; ");
     case "plan_composed": return `${flyer} has a plan of ${metres(plan.current.length_m)}`;
     case "plan_affected": return plan.proposed ? `${flyer} is affected; proposed: ${metres(plan.proposed.length_m)}` : `${flyer} is affected and has no way on`;
+    case "plan_offered": return `${flyer} is offered a better way: ${metres(plan.proposed?.length_m ?? plan.current.length_m)}`;
     case "plan_relieved": return `${flyer} flies on as planned`;
     case "plan_acknowledged": return `${flyer} took version ${plan.current.version} over`;
     case "plan_unacknowledged": return `${flyer} has not acknowledged in time`;
@@ -165,6 +166,7 @@ export function sentence({ kind, data }) {
     case "proposal_decided": return `${data.proposal_id}: ${words(data.decision)}`;
     case "hold_made": return `${data.hold.closure_count} removals wait for an operator`;
     case "hold_decided": return `${data.hold_id}: ${words(data.decision)}`;
+    case "weather_put": return `the weather is stated anew: ${counted(data.wind.length, "wind")}`;
     case "clock_stepped": return `the clock has stepped by ${Math.round(data.apart_s)} s; nothing opens by it until it is confirmed`;
     case "clock_settled": return `the clock is believed again (${words(data.why)})`;
     case "network_changed": return `the network is now ${data.name}: ${counted(data.nodes, "node")}, ${counted(data.segments, "segment")}`;

@@ -21,6 +21,7 @@ pub(in crate::api) mod reading;
 mod recompositions;
 pub(crate) mod refusals;
 mod unique;
+mod weather;
 pub(in crate::api) mod zone_schema;
 mod zones;
 
@@ -131,6 +132,7 @@ fn airspace() -> OpenApiRouter<Shared> {
         .routes(routes!(holds::list_holds))
         .routes(routes!(holds::release_hold))
         .routes(routes!(holds::reject_hold))
+        .routes(routes!(weather::get_weather, weather::put_weather))
         .routes(routes!(clock::confirm_clock))
 }
 

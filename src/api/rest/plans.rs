@@ -31,7 +31,7 @@ pub(super) struct PlansParameters {
     drone_id: Option<String>,
 }
 
-/// Composes a plan: the shortest open way, each leg with what to do if it closes.
+/// Composes a plan: the shortest open way, or with the flight model the best one that the drone can fly; each leg with what to do if it closes.
 #[utoipa::path(
     post,
     path = "/v1/plans",

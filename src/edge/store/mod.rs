@@ -11,6 +11,7 @@ mod codec;
 mod decisions;
 mod difference;
 mod file;
+mod flight_rows;
 mod health;
 mod journal;
 mod keeper;

@@ -2,6 +2,9 @@
 
 use super::codec::{Dictionary, Instant, Names, Places, read, write};
 use super::file::StoreFault;
+use super::flight_rows::{
+    StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
+};
 use crate::compose::{Composition, Contingency, Leg, SafeNode};
 use crate::edge::snapshot::{PlanEntry, Version};
 use crate::network::Topology;
@@ -27,6 +30,8 @@ struct StoredPlan {
     destination: u32,
     payload_kg: f64,
     airspeed_mps: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    order: Option<StoredOrder>,
     state: PlanState,
     current: StoredVersion,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -47,6 +52,8 @@ struct StoredVersion {
     flight_time_s: f64,
     first_stretch_m: f64,
     legs: Vec<StoredLeg>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    flight: Option<StoredFlight>,
     departs_at: Instant,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     recomposition_id: Option<String>,
@@ -74,9 +81,9 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     let mut dictionary = Dictionary::default();
     let source = dictionary.place(plan.source);
     let destination = dictionary.place(plan.destination);
-    let current = store_version(&plan.current, &mut dictionary);
+    let current = store_version(topology, &plan.current, &mut dictionary);
     let proposed = plan.proposed.as_ref();
-    let proposed = proposed.map(|version| store_version(version, &mut dictionary));
+    let proposed = proposed.map(|version| store_version(topology, version, &mut dictionary));
     write(&StoredPlan {
         nodes: Names(topology).nodes(dictionary.nodes()),
         subject: plan.subject.to_string(),
@@ -85,6 +92,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         destination,
         payload_kg: plan.payload_kg,
         airspeed_mps: plan.airspeed_mps,
+        order: plan.order.as_ref().map(store_order),
         state: plan.state,
         current,
         proposed,
@@ -93,7 +101,11 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     })
 }
 
-fn store_version(version: &Version, dictionary: &mut Dictionary) -> StoredVersion {
+fn store_version(
+    topology: &Topology,
+    version: &Version,
+    dictionary: &mut Dictionary,
+) -> StoredVersion {
     let composition = &version.composition;
     let legs = composition.legs.iter();
     StoredVersion {
@@ -104,6 +116,10 @@ fn store_version(version: &Version, dictionary: &mut Dictionary) -> StoredVersio
         flight_time_s: composition.flight_time_s,
         first_stretch_m: version.first_stretch_m,
         legs: legs.map(|leg| store_leg(leg, dictionary)).collect(),
+        flight: version
+            .flight
+            .as_deref()
+            .map(|flight| store_flight(topology, flight, dictionary)),
         departs_at: version.departs_at.into(),
         recomposition_id: version.recomposition_id.as_deref().map(str::to_owned),
         acknowledge_by: version.acknowledge_by.map(Into::into),
@@ -149,6 +165,7 @@ pub(super) fn read_plan(
         destination: places.node(stored.destination)?,
         payload_kg: stored.payload_kg,
         airspeed_mps: stored.airspeed_mps,
+        order: stored.order.as_ref().map(read_order).transpose()?,
         state: stored.state,
         current: Arc::new(read_version(topology, places, &stored.current)?),
         proposed: proposed.transpose()?.map(Arc::new),
@@ -201,7 +218,10 @@ fn read_version(
         });
     }
     way.nodes = nodes;
+    let flight = stored.flight.as_ref();
+    let flight = flight.map(|flight| read_flight(topology, places, &legs, flight));
     let warnings = stored.warnings.iter().cloned();
+    let flight = flight.transpose()?.map(Arc::new);
     Ok(Version {
         number: stored.number,
         outcome: stored.outcome,
@@ -211,6 +231,7 @@ fn read_version(
             length_m: stored.length_m,
             flight_time_s: stored.flight_time_s,
         },
+        flight,
         first_stretch_m: stored.first_stretch_m,
         departs_at: stored.departs_at.read()?,
         recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),

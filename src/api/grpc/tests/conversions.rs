@@ -72,14 +72,24 @@ fn requests_say_what_their_bodies_say() {
         drone_id: Some("d-1".to_owned()),
         airspeed_mps: Some(14.0),
         idempotency_key: Some("k".to_owned()),
+        airframe: Some("m100".to_owned()),
+        battery_fraction: Some(0.9),
+        objective: Some("time".to_owned()),
+        deadline: timestamp("2026-11-27T19:30:00Z"),
     };
     let body = json!({
         "id": "p-1", "source": 12, "destination": "north", "start_time": "2026-11-27T18:00:00Z",
         "payload_kg": 1.5, "drone_id": "d-1", "airspeed_mps": 14.0,
+        "airframe": "m100", "battery_fraction": 0.9, "objective": "time", "deadline": "2026-11-27T19:30:00Z",
     });
     let read = delivery_request(delivery, ids).map(|read| json!(read));
     assert_eq!(read, Ok(body));
+}
 
+#[test]
+fn other_requests_say_what_their_bodies_say() {
+    let ids = NodeIds::Integers;
+    let at = || timestamp("2026-11-27T18:00:00Z");
     let acknowledged = proto::AcknowledgePlanRequest {
         id: "p-1".to_owned(),
         version: 2,

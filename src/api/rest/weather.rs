@@ -1,0 +1,89 @@
+//! `/v1/weather`: wind over the network, as one document.
+
+use super::answer::{Answer, json, not_modified, set};
+use super::asked::{self, By, NoParameters, Query};
+use super::reading::{self, Sent};
+use super::refusals;
+use crate::edge::Edge;
+use crate::wire::{Weather, WeatherAnswer};
+use axum::extract::State;
+use http::{HeaderMap, header};
+use std::sync::Arc;
+
+fn told(weather: &WeatherAnswer<'_>) -> Answer {
+    let mut response = json(weather)?;
+    if let Some(etag) = &weather.etag {
+        set(&mut response, header::ETAG, etag);
+    }
+    Ok(response)
+}
+
+/// Tells the weather over the network.
+#[utoipa::path(
+    get,
+    path = "/v1/weather",
+    tag = "airspace",
+    params(
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The weather.",
+            body = WeatherAnswer,
+            headers(("ETag" = String, description = "Its version, for `If-Match`; none where nothing was ever stated.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_weather(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let weather = edge.weather(&caller);
+    let etag = weather.etag.as_deref();
+    if let Some(response) = etag.and_then(|etag| not_modified(&headers, etag)) {
+        return Ok(response);
+    }
+    told(&weather)
+}
+
+/// Puts the weather over the network, for the first time or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/weather",
+    tag = "airspace",
+    params(
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+    ),
+    request_body(
+        content = Weather,
+        example = json!({"wind": [{"from": "2026-11-27T06:00:00Z", "until": "2026-11-27T12:00:00Z", "speed_mps": 6.5, "from_deg": 225}]}),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The weather as it is now.",
+            body = WeatherAnswer,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 409, response = refusals::Conflict),
+        (status = 412, response = refusals::PreconditionFailed),
+        (status = 422, response = refusals::UnprocessableContent),
+        (status = 428, response = refusals::PreconditionRequired),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn put_weather(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    Sent(body): Sent,
+) -> Answer {
+    let weather: Weather = reading::body(&body, "weather")?;
+    let if_match = asked::if_match(&headers)?;
+    told(&edge.put_weather(&caller, weather, if_match).await?)
+}

@@ -1,0 +1,331 @@
+//! The flight model of an edge: what a drone flies in, for any state of the edge, compiled once and shared.
+//!
+//! All seconds here count from one instant, the edge's start, so that tables of legs in a wind that changes outlive the states
+//! of the airspace. What is kept of a plan counts from its departure instead: [`FlownVersion`].
+
+mod answering;
+mod carrying;
+mod causes;
+mod composing;
+mod flown;
+mod others;
+mod reported;
+mod told;
+
+pub(super) use answering::{FlownAnswer, Scene, Stand, battery_of};
+pub(super) use composing::{FlightOrder, Wanted};
+pub(super) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
+pub(super) use others::{PadKey, meets_others, shares_pad, stays};
+pub(super) use reported::{ReportedFlight, Reporter, ReportingDrone};
+
+use super::settings::{FlightSettings, Settings};
+use super::snapshot::Snapshot;
+use crate::airspace::Airspace;
+use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
+use crate::flight::{Airframe, Situation, WindField};
+use crate::formats::wind_field;
+use crate::itinerary::{FlightSetting, Limits};
+use crate::network::{NodeIx, Topology};
+use jiff::Timestamp;
+use others::Others;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+/// Bytes that the tables of destinations of one kind of drone may take.
+const TABLE_BYTES: usize = 32 << 20;
+/// At most this many kinds of drones, with payload and wind, are kept compiled.
+const KINDS_KEPT: usize = 16;
+/// At most this many states of the airspace are kept compiled: the one in service, and those imagined lately.
+const SKIES_KEPT: usize = 4;
+/// At most this many scratch memories are kept while nobody uses them.
+const SCRATCHES_KEPT: usize = 16;
+/// Grams in a kilogram.
+const GRAMS: f64 = 1e3;
+
+/// What flies.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DroneKind {
+    pub(super) airframe: Arc<Airframe>,
+    pub(super) payload_kg: f64,
+}
+
+impl DroneKind {
+    /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
+    pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
+        // What a decimal fraction is off in binary is no gram.
+        let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0);
+        Self {
+            airframe,
+            payload_kg: grams / GRAMS,
+        }
+    }
+}
+
+/// A kind of drone in a wind, on a network.
+#[derive(Debug)]
+struct Compiled {
+    kind: DroneKind,
+    topology: Arc<Topology>,
+    weather: Option<Arc<str>>,
+    /// With nothing in the way.
+    setting: FlightSetting,
+    tables: FlightTables,
+}
+
+/// A state of the airspace without any plans.
+#[derive(Debug)]
+struct Sky {
+    airspace: Arc<Airspace>,
+    skies: Skies,
+    /// Any kind of drone in it: what is in the way is the same for all.
+    setting: OnceLock<FlightSetting>,
+    swap_stations: Vec<NodeIx>,
+    /// When something closes or opens that is closed or open now.
+    until: Option<Timestamp>,
+}
+
+#[derive(Debug, Default)]
+struct Kept {
+    /// Latest used last.
+    compiled: VecDeque<Arc<Compiled>>,
+    skies: VecDeque<Arc<Sky>>,
+}
+
+/// The flight model of an edge.
+#[derive(Debug)]
+pub(super) struct Flights {
+    pub(super) settings: FlightSettings,
+    /// Second 0.
+    zero: Timestamp,
+    /// Whether no other edge gives away the same pads.
+    is_alone: bool,
+    kept: Mutex<Kept>,
+    scratches: Mutex<Vec<DeliveryScratch>>,
+}
+
+/// What a drone flies in at a moment: everything that a delivery is computed in.
+#[derive(Debug)]
+pub(super) struct Ground {
+    compiled: Arc<Compiled>,
+    pub(super) skies: Skies,
+    pub(super) setting: FlightSetting,
+    /// The plans that the situation's traffic is of, one for each leg.
+    pub(super) traffic_of: Vec<Arc<str>>,
+    settings: FlightSettings,
+    is_alone: bool,
+}
+
+impl Flights {
+    /// The flight model of an edge that begins at an instant; `None` where it is off.
+    pub(super) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
+        let mut flight = settings.flight.clone()?;
+        flight.rules.headway_s = settings.headway_s;
+        Some(Self {
+            settings: flight,
+            zero,
+            is_alone: !settings.follows_registry,
+            kept: Mutex::default(),
+            scratches: Mutex::default(),
+        })
+    }
+
+    /// The airframe of a name, cruising at an airspeed of its own where one is given; `None` where the name is not known.
+    pub(super) fn airframe(
+        &self,
+        name: Option<&str>,
+        airspeed_mps: Option<f64>,
+    ) -> Option<Arc<Airframe>> {
+        let airframe = match name {
+            Some(name) => self.settings.airframe(name)?,
+            None => &self.settings.airframe,
+        };
+        Some(match airspeed_mps {
+            Some(airspeed_mps) if airspeed_mps != airframe.airspeed_mps => Arc::new(Airframe {
+                airspeed_mps,
+                ..(**airframe).clone()
+            }),
+            _ => airframe.clone(),
+        })
+    }
+
+    /// An instant in seconds.
+    pub(super) fn seconds(&self, instant: Timestamp) -> f64 {
+        instant.duration_since(self.zero).as_secs_f64()
+    }
+
+    /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and the plans of a snapshot but one.
+    pub(super) fn ground(
+        &self,
+        snapshot: &Snapshot,
+        airspace: &Arc<Airspace>,
+        kind: &DroneKind,
+        leave_out: Option<&str>,
+        now: Timestamp,
+    ) -> Ground {
+        let sky = self.sky(airspace, now);
+        let others = Others::of(snapshot, leave_out, self.zero, now);
+        let skies = sky.skies.among(OtherPlans {
+            reservations: others.reservations,
+            traffic: others.traffic,
+            swap_stations: sky.swap_stations.clone(),
+        });
+        let weather = snapshot.weather.as_ref();
+        let compiled = self.compiled(airspace.topology(), kind, weather);
+        Ground {
+            setting: compiled.setting.with_situation(skies.situation().clone()),
+            skies,
+            compiled,
+            traffic_of: others.traffic_of,
+            settings: self.settings.clone(),
+            is_alone: self.is_alone,
+        }
+    }
+
+    /// A kind of drone in an airspace where no other plan is flown.
+    fn bare(
+        &self,
+        snapshot: &Snapshot,
+        airspace: &Arc<Airspace>,
+        kind: &DroneKind,
+        now: Timestamp,
+    ) -> (Arc<Sky>, FlightSetting) {
+        let sky = self.sky(airspace, now);
+        let weather = snapshot.weather.as_ref();
+        let setting = &self.compiled(airspace.topology(), kind, weather).setting;
+        let any = sky
+            .setting
+            .get_or_init(|| setting.with_situation(sky.skies.situation().clone()));
+        let setting = setting.beside(any);
+        (sky, setting)
+    }
+
+    /// The state of an airspace at a moment.
+    fn sky(&self, airspace: &Arc<Airspace>, now: Timestamp) -> Arc<Sky> {
+        let found = {
+            let kept = self.lock();
+            let is_it = |sky: &&Arc<Sky>| {
+                let has_turned = sky.until.is_some_and(|until| until <= now);
+                Arc::ptr_eq(&sky.airspace, airspace) && !has_turned
+            };
+            kept.skies.iter().find(is_it).cloned()
+        };
+        if let Some(sky) = found {
+            return sky;
+        }
+        let at_now = airspace.apply(&[], now.max(airspace.as_of()));
+        let others = OtherPlans::default();
+        let skies = Skies::since(self.zero, &at_now, others, &self.settings.rules);
+        let topology = airspace.topology();
+        let stations = self.settings.swap_stations.iter();
+        let sky = Arc::new(Sky {
+            airspace: airspace.clone(),
+            until: skies.now().next_change(),
+            skies,
+            setting: OnceLock::new(),
+            swap_stations: stations.filter_map(|id| topology.node(id)).collect(),
+        });
+        let mut kept = self.lock();
+        kept.skies
+            .retain(|other| !Arc::ptr_eq(&other.airspace, airspace));
+        if kept.skies.len() >= SKIES_KEPT {
+            kept.skies.pop_front();
+        }
+        kept.skies.push_back(sky.clone());
+        sky
+    }
+
+    /// A kind of drone in the wind of a weather.
+    fn compiled(
+        &self,
+        topology: &Arc<Topology>,
+        kind: &DroneKind,
+        weather: Option<&Arc<str>>,
+    ) -> Arc<Compiled> {
+        let is_it = |compiled: &Arc<Compiled>| {
+            Arc::ptr_eq(&compiled.topology, topology)
+                && compiled.kind == *kind
+                && compiled.weather.as_ref() == weather
+        };
+        {
+            let mut kept = self.lock();
+            if let Some(place) = kept.compiled.iter().position(is_it)
+                && let Some(found) = kept.compiled.remove(place)
+            {
+                kept.compiled.push_back(found.clone());
+                return found;
+            }
+        }
+        // Outside the lock: two threads may do the same work, but none waits for another one's.
+        let compiled = Arc::new(Compiled {
+            setting: FlightSetting::new(
+                topology.clone(),
+                (*kind.airframe).clone(),
+                kind.payload_kg,
+                self.wind(weather, topology),
+                self.settings.rules,
+                Situation::default(),
+            ),
+            tables: FlightTables::new(TABLE_BYTES),
+            kind: kind.clone(),
+            topology: topology.clone(),
+            weather: weather.cloned(),
+        });
+        let mut kept = self.lock();
+        if kept.compiled.len() >= KINDS_KEPT {
+            kept.compiled.pop_front();
+        }
+        kept.compiled.push_back(compiled.clone());
+        compiled
+    }
+
+    fn wind(&self, weather: Option<&Arc<str>>, topology: &Topology) -> WindField {
+        let weather = weather.map(|text| &**text);
+        let base = self.settings.base_wind;
+        wind_field(weather, base, topology.frame(), self.zero)
+    }
+
+    /// Works with a scratch memory.
+    pub(super) fn with_scratch<T>(
+        &self,
+        topology: &Topology,
+        work: impl FnOnce(&mut DeliveryScratch) -> T,
+    ) -> T {
+        let scratches = || {
+            self.scratches
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        let idle = scratches().pop();
+        let mut scratch = idle.unwrap_or_else(|| DeliveryScratch::new(topology));
+        let done = work(&mut scratch);
+        let mut scratches = scratches();
+        if scratches.len() < SCRATCHES_KEPT {
+            scratches.push(scratch);
+        }
+        done
+    }
+
+    // Both lists are whole after every call, so a panic elsewhere cannot spoil them.
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Ground {
+    /// What deliveries are computed in.
+    pub(super) fn world(&self) -> DeliveryWorld<'_> {
+        DeliveryWorld {
+            skies: &self.skies,
+            setting: &self.setting,
+            tables: &self.compiled.tables,
+            tariff: self.settings.tariff,
+            refuge_stay_s: self.settings.refuge_stay_s,
+            limits: Limits::default(),
+        }
+    }
+
+    /// What flies.
+    pub(super) fn kind(&self) -> &DroneKind {
+        &self.compiled.kind
+    }
+}

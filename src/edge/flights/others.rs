@@ -1,0 +1,139 @@
+//! What the plans of a snapshot take of the air and of the pads, and whether one more would meet them.
+
+use crate::compose::{Occupation, conflicts};
+use crate::edge::snapshot::{OccupationKey, Snapshot, Version};
+use crate::flight::{Reservation, TrafficLeg};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// What ended so long ago, in seconds, is in nobody's way any more.
+const OVER_S: f64 = 600.0;
+/// Stays on a pad that overlap by less, in seconds, are one behind the other: instants are rounded.
+const OVERLAP_S: f64 = 1e-3;
+
+/// A plan's stay on a pad: ordered by node, then plan, version and number.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::edge) struct PadKey {
+    pub(in crate::edge) node: u32,
+    pub(in crate::edge) plan: Arc<str>,
+    pub(in crate::edge) version: u32,
+    pub(in crate::edge) number: u32,
+}
+
+impl PadKey {
+    fn first_of(node: u32) -> Self {
+        Self {
+            node,
+            plan: Arc::from(""),
+            version: 0,
+            number: 0,
+        }
+    }
+}
+
+/// A version's stays on pads, in seconds of Unix time.
+pub(in crate::edge) fn stays(
+    plan: &Arc<str>,
+    version: &Version,
+) -> impl Iterator<Item = (PadKey, Reservation)> {
+    let (plan, number_of_version) = (plan.clone(), version.number);
+    let all = version.reservations().into_iter().zip(0..);
+    all.map(move |(stay, number)| {
+        let key = PadKey {
+            node: stay.node.0,
+            plan: plan.clone(),
+            version: number_of_version,
+            number,
+        };
+        (key, stay)
+    })
+}
+
+/// What the plans of a snapshot take, but for one of them.
+pub(super) struct Others {
+    pub(super) reservations: Vec<Reservation>,
+    pub(super) traffic: Vec<TrafficLeg>,
+    /// The plans that the traffic is of, one for each leg.
+    pub(super) traffic_of: Vec<Arc<str>>,
+}
+
+impl Others {
+    /// In seconds from `zero`, as far as it is not long over.
+    pub(super) fn of(
+        snapshot: &Snapshot,
+        leave_out: Option<&str>,
+        zero: Timestamp,
+        now: Timestamp,
+    ) -> Self {
+        let unix_s = |instant: Timestamp| instant.as_microsecond() as f64 / 1e6;
+        let (zero_s, over_s) = (unix_s(zero), unix_s(now) - OVER_S);
+        let reserved = snapshot.reservations.iter();
+        let reserved =
+            reserved.filter(|(key, stay)| Some(&*key.plan) != leave_out && stay.until_s > over_s);
+        let reservations = reserved.map(|(_, stay)| Reservation {
+            from_s: stay.from_s - zero_s,
+            until_s: stay.until_s - zero_s,
+            ..*stay
+        });
+        let flown = snapshot.occupations.iter();
+        let flown =
+            flown.filter(|(key, leg)| Some(&*key.plan) != leave_out && leg.leaves_s > over_s);
+        let (traffic, traffic_of) = flown
+            .map(|(key, leg)| {
+                let traffic = TrafficLeg {
+                    segment: leg.segment,
+                    from: leg.from,
+                    enters_s: leg.enters_s - zero_s,
+                    leaves_s: leg.leaves_s - zero_s,
+                };
+                (traffic, key.plan.clone())
+            })
+            .unzip();
+        Self {
+            reservations: reservations.collect(),
+            traffic,
+            traffic_of,
+        }
+    }
+}
+
+/// The plan that has a pad at a time at which this version of a plan would take it too.
+pub(in crate::edge) fn shares_pad(
+    snapshot: &Snapshot,
+    plan: &str,
+    version: &Version,
+) -> Option<(Reservation, Arc<str>)> {
+    version.reservations().into_iter().find_map(|own| {
+        let there = snapshot.reservations.range(PadKey::first_of(own.node.0)..);
+        let there = there.take_while(|(key, _)| key.node == own.node.0);
+        let mut others = there.filter(|(key, _)| &*key.plan != plan);
+        let met = others.find(|(_, stay)| {
+            stay.pad == own.pad
+                && own.from_s + OVERLAP_S < stay.until_s
+                && stay.from_s + OVERLAP_S < own.until_s
+        });
+        met.map(|(key, _)| (own, key.plan.clone()))
+    })
+}
+
+/// Whether a version of a plan would meet another one in the air, or on a pad.
+pub(in crate::edge) fn meets_others(
+    snapshot: &Snapshot,
+    plan: &str,
+    version: &Version,
+    headway_s: f64,
+) -> bool {
+    let meets_in_the_air = |own: &Occupation| {
+        let there = snapshot
+            .occupations
+            .range(OccupationKey::first_of(own.segment)..);
+        let there = there.take_while(|(key, _)| key.segment == own.segment.0);
+        let mut others = there.filter(|(key, _)| &*key.plan != plan);
+        others.any(|(_, other)| {
+            let [own, other] = [std::slice::from_ref(own), std::slice::from_ref(other)];
+            !conflicts(own, other, headway_s).is_empty()
+        })
+    };
+    let is_apart = headway_s <= 0.0 || !version.occupations().iter().any(meets_in_the_air);
+    !is_apart || shares_pad(snapshot, plan, version).is_some()
+}

@@ -1,0 +1,374 @@
+//! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
+
+use super::answering::stops_ahead;
+use super::{DroneKind, Flights, FlownVersion, Ground, Scene};
+use crate::compose::Composition;
+use crate::delivery::{
+    BatteryNow, FlightFailure, FlightRecomposition, answer_failure, answer_standing, severance,
+};
+use crate::edge::drones::Sighting;
+use crate::edge::snapshot::PlanEntry;
+use crate::formats::{FlightQuestion, ReadWarning, Stand, write_flight_question};
+use crate::itinerary::Objective;
+use crate::network::NodeIx;
+use crate::recompose::{Recomposition, Request, Severance};
+use crate::routing::Way;
+use crate::wire;
+use jiff::{SignedDuration, Timestamp};
+use serde_json::Value;
+use std::sync::Arc;
+
+/// A battery that was told longer ago is not known any more.
+const SEEN_WITHIN: SignedDuration = SignedDuration::from_mins(5);
+/// The heaviest payload that is believed, in kilograms.
+const PAYLOAD_MAX_KG: f64 = 100.0;
+
+/// What is known of who reports, beside the report.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::edge) struct Reporter<'a> {
+    pub(in crate::edge) plan: Option<&'a PlanEntry>,
+    /// Which leg of its plan it is on, counted from 0.
+    pub(in crate::edge) leg: Option<usize>,
+    /// What its telemetry said last.
+    pub(in crate::edge) sighting: Option<&'a Sighting>,
+}
+
+/// A drone that reports, and whose battery is known.
+#[derive(Clone, Debug)]
+pub(in crate::edge) struct ReportingDrone {
+    kind: DroneKind,
+    battery: BatteryNow,
+    objective: Objective,
+    /// The latest landing, in seconds, where one is to be kept.
+    deadline_s: Option<f64>,
+    /// Where its plan was going to stop, if it has one.
+    planned_stops: Option<Vec<NodeIx>>,
+    stand: Option<Stand>,
+    /// Its plan, whose legs and pads are in nobody's way but its own.
+    plan: Option<Arc<str>>,
+}
+
+/// How a drone that reported is to fly.
+#[derive(Clone, Debug)]
+pub(in crate::edge) struct ReportedFlight {
+    /// How the path is flown, and the path; `None` where there is none.
+    pub(in crate::edge) version: Option<(Arc<FlownVersion>, Composition)>,
+    /// When that departs.
+    pub(in crate::edge) departs_at: Timestamp,
+    /// What keeps the drone from its destination.
+    pub(in crate::edge) causes: Vec<wire::FlightCause<'static>>,
+    /// The plan that there would be but for the deadline.
+    pub(in crate::edge) opens: Option<wire::Opening<'static>>,
+}
+
+impl Flights {
+    /// The drone of a report; `None` where nobody knows its battery. What of the report cannot be so is passed over with a
+    /// warning.
+    pub(in crate::edge) fn reporting(
+        &self,
+        scene: Scene<'_>,
+        report: &wire::FailureReport,
+        request: &Request,
+        reporter: Reporter<'_>,
+        read: &mut Vec<ReadWarning>,
+    ) -> Option<ReportingDrone> {
+        let facts = report.drone.clone().unwrap_or_default();
+        let plan = reporter.plan;
+        let leg = leg_of(request, reporter);
+        let Some(battery) = battery(&facts, leg, reporter, scene.now) else {
+            read.push(ReadWarning::new(
+                "battery_unknown",
+                "nobody knows the drone's battery, so that the answer is the shortest way and may not be flyable; \
+                 send 'drone.battery_fraction'",
+            ));
+            return None;
+        };
+        // What it reports of its leg does not fit a drone that stands.
+        let may_stand = !request.report.failure.closes_leg();
+        let topology = scene.airspace.topology();
+        let stand = plan.filter(|_| may_stand).and_then(|plan| {
+            let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
+            let stated = facts.battery_fraction.filter(is_fraction);
+            Some(Stand {
+                node: stand.node,
+                at_s: self.seconds(stand.from),
+                battery: stated.unwrap_or(stand.battery),
+            })
+        });
+        Some(ReportingDrone {
+            kind: self.kind_of_reporter(&facts, plan, read),
+            battery,
+            objective: self.objective_of_report(report, plan, read),
+            deadline_s: self.deadline_of_report(report, plan, scene.now, read),
+            planned_stops: plan.zip(leg).and_then(|(plan, leg)| stops_ahead(plan, leg)),
+            stand,
+            plan: plan.map(|plan| plan.id.clone()),
+        })
+    }
+
+    fn kind_of_reporter(
+        &self,
+        facts: &wire::DroneFacts,
+        plan: Option<&PlanEntry>,
+        read: &mut Vec<ReadWarning>,
+    ) -> DroneKind {
+        let is_speed = |speed_mps: &f64| *speed_mps > 0.0 && *speed_mps <= 100.0;
+        let stated_mps = facts.airspeed_mps.filter(is_speed);
+        let planned = plan.map(|plan| self.kind_of(plan));
+        let named = facts.airframe.as_deref().and_then(|name| {
+            let found = self.airframe(Some(name), stated_mps);
+            if found.is_none() {
+                let message = format!(
+                    "no airframe is called '{name:.80}', and it is ignored; there are: {}",
+                    self.airframe_names()
+                );
+                read.push(ReadWarning {
+                    code: "unknown_airframe",
+                    message,
+                });
+            }
+            found
+        });
+        let airframe = match (named, stated_mps, &planned) {
+            (Some(named), ..) => named,
+            (None, None, Some(planned)) => planned.airframe.clone(),
+            (None, stated_mps, _) => {
+                let order = plan.and_then(|plan| plan.order.as_ref());
+                let name = order.map(|order| &*order.airframe);
+                let known = self.airframe(name, stated_mps);
+                known.unwrap_or_else(|| self.settings.airframe.clone())
+            }
+        };
+        let stated_kg = facts.payload_kg.filter(|kg| {
+            let is_weight = (0.0..=PAYLOAD_MAX_KG).contains(kg);
+            if !is_weight {
+                let message = format!(
+                    "'drone.payload_kg' is {kg}, not within 0 and {PAYLOAD_MAX_KG}, and is ignored"
+                );
+                read.push(ReadWarning {
+                    code: "payload_ignored",
+                    message,
+                });
+            }
+            is_weight
+        });
+        let planned_kg = planned.map(|planned| planned.payload_kg);
+        DroneKind::new(airframe, stated_kg.or(planned_kg).unwrap_or_default())
+    }
+
+    fn objective_of_report(
+        &self,
+        report: &wire::FailureReport,
+        plan: Option<&PlanEntry>,
+        read: &mut Vec<ReadWarning>,
+    ) -> Objective {
+        let stated = report.objective.as_deref();
+        let named = stated.and_then(|name| {
+            let mut all = Objective::ALL.into_iter();
+            all.find(|objective| objective.name() == name)
+        });
+        if named.is_some() {
+            // That is what answers without a flight say.
+            read.retain(|warning| warning.code != "objective_unsupported");
+        }
+        let planned = plan.map(|plan| self.objective_of(plan));
+        named.or(planned).unwrap_or(self.settings.objective)
+    }
+
+    fn deadline_of_report(
+        &self,
+        report: &wire::FailureReport,
+        plan: Option<&PlanEntry>,
+        now: Timestamp,
+        read: &mut Vec<ReadWarning>,
+    ) -> Option<f64> {
+        let stated = report.deadline.as_deref();
+        let stated = stated.and_then(|text| text.parse::<Timestamp>().ok());
+        match stated {
+            Some(deadline) if deadline <= now => {
+                let message = format!(
+                    "the deadline {deadline} is over, and is ignored; the drone is to land as soon as any other"
+                );
+                read.push(ReadWarning {
+                    code: "deadline_ignored",
+                    message,
+                });
+                None
+            }
+            Some(deadline) => Some(self.seconds(deadline)),
+            None => plan.and_then(|plan| self.deadline_s(plan, now)),
+        }
+    }
+
+    /// Answers a drone that reports: in the terms that answers without a flight have, too, and how it is to fly.
+    pub(in crate::edge) fn answer_report(
+        &self,
+        scene: Scene<'_>,
+        drone: &ReportingDrone,
+        request: &Request,
+    ) -> (Recomposition, ReportedFlight) {
+        let ground = self.ground_of_report(scene, drone);
+        let world = ground.world();
+        let told = self.with_scratch(scene.airspace.topology(), |scratch| match drone.stand {
+            Some(stand) => {
+                let delivery = stand.delivery(request, drone.objective, drone.deadline_s);
+                answer_standing(&world, &delivery, scratch)
+            }
+            None => answer_failure(&world, &self.failure(drone, request, scene.now), scratch),
+        });
+        let departs_s = drone.stand.map(|stand| stand.at_s);
+        let departs_at = departs_s.and_then(|departs_s| ground.skies.instant(departs_s));
+        let departs_at = departs_at.unwrap_or(scene.now);
+        let composition = told.composition.as_ref();
+        let flight = ReportedFlight {
+            version: composition.map(|composition| {
+                let (flown, way) =
+                    FlownVersion::of(&ground, composition, (&told).into(), departs_at);
+                (Arc::new(flown), way)
+            }),
+            departs_at,
+            causes: ground.causes(&told.causes),
+            opens: told.opens.and_then(|opens| ground.opening(opens)),
+        };
+        (without_flight(&ground, &told), flight)
+    }
+
+    /// Whether an answer of an instant can still be flown: its times can be kept, in the same wind, and nothing has closed on its
+    /// way since.
+    pub(in crate::edge) fn still_holds(
+        &self,
+        scene: Scene<'_>,
+        (drone, flight): (&ReportingDrone, &ReportedFlight),
+        (answered_at, weather): (Timestamp, Option<&Arc<str>>),
+    ) -> bool {
+        let age_s = scene.now.duration_since(answered_at).as_secs_f64();
+        if age_s > self.settings.late_tolerance_s || scene.snapshot.weather.as_ref() != weather {
+            return false;
+        }
+        let Some((version, _)) = &flight.version else {
+            return true;
+        };
+        let (_, setting) = self.bare(scene.snapshot, scene.airspace, &drone.kind, scene.now);
+        let timed = version.composition_at(self.seconds(flight.departs_at));
+        setting.in_the_way(&timed.plan, timed.began_s, 0).is_empty()
+    }
+
+    /// All that an answer was computed from beside its report and the closures in force, as a document.
+    pub(in crate::edge) fn question(
+        &self,
+        scene: Scene<'_>,
+        drone: &ReportingDrone,
+        request: &Request,
+    ) -> Value {
+        let ground = self.ground_of_report(scene, drone);
+        write_flight_question(&FlightQuestion {
+            skies: &ground.skies,
+            setting: &ground.setting,
+            weather: scene.snapshot.weather.as_deref(),
+            failure: &self.failure(drone, request, scene.now),
+            stand: drone.stand,
+            refuge_stay_s: self.settings.refuge_stay_s,
+        })
+    }
+
+    fn ground_of_report(&self, scene: Scene<'_>, drone: &ReportingDrone) -> Ground {
+        let plan = drone.plan.as_deref();
+        self.ground(scene.snapshot, scene.airspace, &drone.kind, plan, scene.now)
+    }
+
+    fn failure<'a>(
+        &self,
+        drone: &'a ReportingDrone,
+        request: &'a Request,
+        now: Timestamp,
+    ) -> FlightFailure<'a> {
+        FlightFailure {
+            request,
+            at_s: self.seconds(now),
+            battery: drone.battery,
+            objective: drone.objective,
+            deadline_s: drone.deadline_s,
+            planned_stops: drone.planned_stops.as_deref(),
+        }
+    }
+}
+
+fn is_fraction(fraction: &f64) -> bool {
+    (0.0..=1.0).contains(fraction)
+}
+
+/// The leg of its plan that a report is about: the one that the drone is on, if that is it, else the first of these ends.
+fn leg_of(request: &Request, reporter: Reporter<'_>) -> Option<usize> {
+    let legs = &reporter.plan?.current.composition.legs;
+    let is_it = |leg: usize| {
+        legs.get(leg)
+            .is_some_and(|leg| (leg.from, leg.to) == request.report.leg)
+    };
+    let on = reporter.leg.filter(|leg| is_it(*leg));
+    on.or_else(|| (0..legs.len()).find(|leg| is_it(*leg)))
+}
+
+/// What is known of the battery: as the drone reports, as its telemetry had it lately, or as its plan has it on the leg.
+fn battery(
+    facts: &wire::DroneFacts,
+    leg: Option<usize>,
+    reporter: Reporter<'_>,
+    now: Timestamp,
+) -> Option<BatteryNow> {
+    if let Some(stated) = facts.battery_fraction.filter(is_fraction) {
+        return Some(BatteryNow::Given(stated));
+    }
+    let lately = reporter.sighting.filter(|sighting| {
+        let is_of_plan = reporter
+            .plan
+            .is_none_or(|plan| sighting.seen_at >= plan.current.departs_at);
+        is_of_plan && now.duration_since(sighting.seen_at) <= SEEN_WITHIN
+    });
+    if let Some(seen) = lately.and_then(|sighting| sighting.battery_fraction) {
+        return Some(BatteryNow::Given(seen));
+    }
+    let flown = reporter.plan?.current.flight.as_deref()?;
+    let leg = flown.composition.plan.legs.get(leg?)?;
+    Some(BatteryNow::ByPlan {
+        before: leg.battery_before,
+        after: leg.battery_after,
+    })
+}
+
+/// An answer in the terms that those without a flight have, too.
+fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition {
+    let topology = ground.skies.topology();
+    let plan = told.composition.as_ref();
+    let path = plan.map(|plan| Way {
+        nodes: plan.nodes(),
+        segments: plan.plan.legs.iter().map(|leg| leg.segment).collect(),
+    });
+    let remaining_length_m = plan.map(|plan| plan.plan.distance_m);
+    let causes = told.causes.iter();
+    let severed_by = causes.filter_map(|cause| severance(&ground.skies, cause));
+    let mut severed_by: Vec<Severance> = severed_by.collect();
+    severed_by.sort();
+    severed_by.dedup();
+    Recomposition {
+        outcome: told.outcome,
+        path: path.unwrap_or_default(),
+        recomposed_length_m: remaining_length_m.map(|length_m| length_m - told.first_stretch_m),
+        remaining_length_m,
+        first_stretch_m: told.first_stretch_m,
+        strategy: told.strategy,
+        strategy_used: told.strategy_used,
+        fallback: told.fallback.clone(),
+        stage: told.stage,
+        searches: 1,
+        area_nodes: topology.node_count(),
+        area_segments: topology.segment_count(),
+        settled_nodes: told.proof.effort.labels,
+        local_optimum_m: None,
+        global_optimum_m: None,
+        remaining_optimum_m: None,
+        repairs: Vec::new(),
+        warnings: told.warnings.clone(),
+        severed_by,
+        stages: Vec::new(),
+    }
+}

@@ -1,0 +1,68 @@
+//! The weather: wind over the network, as one document.
+
+use super::Edge;
+use super::orders::{Done, Order};
+use super::snapshot::Snapshot;
+use super::zones::unexpected;
+use crate::access::Caller;
+use crate::intake::{Expected, read_weather};
+use crate::refusal::{Code, Refusal};
+use crate::wire;
+use sha2::{Digest, Sha256};
+use std::sync::Arc;
+
+/// So many bytes of the digest of a weather are its version.
+const VERSION_BYTES: usize = 8;
+
+impl Edge {
+    /// The weather as it is stated.
+    pub fn weather(&self, _caller: &Caller) -> wire::WeatherAnswer<'static> {
+        self.weather_of(&self.snapshot())
+    }
+
+    /// States the weather, as a whole.
+    ///
+    /// # Errors
+    /// When it is not valid, `If-Match` is missing or stale where weather is stated, or a registry is followed.
+    pub async fn put_weather(
+        &self,
+        _caller: &Caller,
+        weather: wire::Weather,
+        if_match: Option<String>,
+    ) -> Result<wire::WeatherAnswer<'static>, Refusal> {
+        if self.settings.follows_registry {
+            let detail = "this edge has its weather from the registry, where an operator puts it for all edges: PUT \
+                          /v1/networks/{network}/weather";
+            return Err(Refusal::new(Code::WeatherElsewhere, detail));
+        }
+        let on = self.on_network()?;
+        read_weather(&weather, on.topology().frame())?;
+        // Texts and finite numbers always have a JSON form.
+        let text = serde_json::to_string(&weather).unwrap_or_default();
+        let order = Order::PutWeather {
+            text: Arc::from(text),
+            expected: Expected::of(if_match),
+        };
+        let (outcome, snapshot) = self.order(order).await?;
+        match outcome.done {
+            Done::Nothing => Ok(self.weather_of(&snapshot)),
+            _ => Err(unexpected()),
+        }
+    }
+
+    fn weather_of(&self, snapshot: &Snapshot) -> wire::WeatherAnswer<'static> {
+        let text = snapshot.weather.as_deref();
+        let weather: Option<wire::Weather> = text.and_then(|text| serde_json::from_str(text).ok());
+        wire::WeatherAnswer {
+            wind: weather.unwrap_or_default().wind,
+            etag: text.map(|text| weather_etag(text).into()),
+            stamp: self.stamp_of(snapshot),
+        }
+    }
+}
+
+/// The version of a weather as an entity tag, quoted: the same weather has the same.
+pub(super) fn weather_etag(text: &str) -> String {
+    let digest = Sha256::digest(text.as_bytes());
+    format!("\"{}\"", super::answered::hex(&digest[..VERSION_BYTES]))
+}

@@ -1,0 +1,367 @@
+//! Plans that are flown while the world changes: zones, closed pads, another network, a restart, something that opens early.
+
+use crate::flying::{at, corridor, instant, on, settings, stops, street, windowed};
+use crate::stage::{Stage, circle, names, node, segment};
+use jiff::SignedDuration;
+use serde_json::{Value, json};
+use skyway::clock::Clock;
+use skyway::edge::{Idempotency, MemoryDisk, Settings, Table, ZoneWrite};
+use skyway::network::NetworkDraft;
+use skyway::wire::{self, EventKind, PlanState};
+use tokio_stream::StreamExt;
+
+async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
+    let write = ZoneWrite {
+        id: Some(id.to_owned()),
+        if_match: ack.etag.as_deref().map(str::to_owned),
+        ..ZoneWrite::default()
+    };
+    let deleted = stage.edge.delete_zone(&stage.caller, write).await;
+    deleted.expect("deleted");
+}
+
+async fn acknowledge(stage: &Stage, id: &str, version: u32) -> wire::Plan<'static> {
+    let ack = wire::Ack {
+        version,
+        location: None,
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, id, ack).await;
+    taken.expect("taken over")
+}
+
+#[tokio::test]
+async fn a_zone_affects_the_plans_that_are_there_in_its_window_and_no_others() {
+    let stage = on(&street(&[1, 1, 1, 1]));
+    let delivery = |id: &str, start: &str| {
+        let start = at(start).to_string();
+        json!({"id": id, "source": "s0", "destination": "s3", "start_time": start})
+    };
+    for (id, start) in [("before", "08:00"), ("during", "09:05"), ("after", "10:00")] {
+        stage.deliver(delivery(id, start)).await.expect("a plan");
+    }
+    let zone = windowed(circle("match", 2_500.0, 0.0, 50.0), "09:00", "09:30");
+    let preview = stage.edge.preview_zone(&stage.caller, zone.clone());
+    let preview = preview.await.expect("a preview").effect;
+    assert!(!preview.in_force, "it is hours away");
+    let ack = stage.zone(zone).await;
+    let met = &ack.effect.plans;
+    let ids: Vec<&str> = met.iter().map(|plan| &*plan.plan_id).collect();
+    assert_eq!(ids, ["during"], "{met:?}");
+    assert_eq!(preview.plans[0].outcome, met[0].outcome);
+    assert_eq!(preview.plans[0].path, met[0].path);
+    for id in ["before", "after"] {
+        assert_eq!(stage.plan(id).state, PlanState::Active, "{id}");
+    }
+    let during = stage.plan("during");
+    assert_eq!(during.state, PlanState::Affected);
+    assert_eq!(during.affected_by, ["match"]);
+    let proposed = during.proposed.as_ref().expect("a version is ready");
+    let waits = stops(proposed);
+    assert!(instant(waits[0].3) > at("09:30"), "{waits:?}");
+    stage
+        .check_version(&during, proposed, &[])
+        .expect("it can be flown");
+    assert!(
+        stage.check(&during, &[]).is_err(),
+        "the checker sees the zone in the way of the version before"
+    );
+
+    lift(&stage, &ack, "match").await;
+    let free = stage.plan("during");
+    assert_eq!((free.state, free.proposed), (PlanState::Active, None));
+}
+
+#[tokio::test]
+async fn until_a_new_version_is_taken_over_both_keep_their_pads() {
+    let stage = on(&street(&[1, 1, 2, 1]));
+    let delivery = |id: &str, from: &str, to: &str| json!({"id": id, "source": from, "destination": to, "start_time": "2026-11-21T07:00:00Z"});
+    stage
+        .deliver(delivery("first", "s0", "s3"))
+        .await
+        .expect("a plan");
+    let zone = windowed(circle("match", 2_500.0, 0.0, 50.0), "06:55", "07:30");
+    stage.zone(zone).await;
+    let first = stage.plan("first");
+    let proposed = first.proposed.clone().expect("a version");
+    let second = stage
+        .deliver(delivery("second", "s0", "s3"))
+        .await
+        .expect("a plan");
+    let both = [&first.current, &proposed];
+    stage
+        .check_version(&second, &second.current, &both)
+        .expect("it keeps off both");
+    let taken = acknowledge(&stage, "first", proposed.version).await;
+    assert_eq!(stops(&taken.current), stops(&proposed));
+    let third = stage
+        .deliver(delivery("third", "s2", "s0"))
+        .await
+        .expect("a plan");
+    let flown = [&taken.current, &second.current];
+    stage
+        .check_version(&third, &third.current, &flown)
+        .expect("it keeps off what is flown");
+}
+
+#[tokio::test]
+async fn pads_that_close_affect_the_plans_that_stop_there() {
+    let stage = corridor();
+    let request = json!({
+        "id": "long", "source": 1, "destination": 280, "payload_kg": 0.25,
+        "start_time": "2026-11-21T07:00:00Z", "deadline": "2026-11-21T21:00:00Z",
+    });
+    let plan = stage.deliver(request).await.expect("a plan");
+    let third = stops(&plan.current)[3].0.clone();
+    let draft = json!({"id": "works", "pads": [third.parse::<i64>().expect("a number")]});
+    let draft = serde_json::from_value(draft).expect("a closure");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("closed");
+    let plan = stage.plan("long");
+    assert_eq!(plan.state, PlanState::Affected);
+    assert_eq!(plan.affected_by, ["works"]);
+    let proposed = plan.proposed.as_ref().expect("a version");
+    let there = |stop: &(String, u16, &str, &str)| stop.0 == third;
+    assert!(!stops(proposed).iter().any(there), "{proposed:?}");
+    stage
+        .check_version(&plan, proposed, &[])
+        .expect("it can be flown");
+}
+
+#[tokio::test]
+async fn a_drone_in_flight_goes_on_with_the_battery_that_it_has() {
+    let stage = on(&street(&[1, 1, 1, 1, 1, 1]));
+    let request = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s5"});
+    let plan = stage.deliver(request).await.expect("a plan");
+    stage.pass(SignedDuration::from_secs(100)).await;
+    stage.see("d", 1_300.0, 0.0);
+    let zone = windowed(circle("match", 4_500.0, 0.0, 50.0), "06:00", "06:40");
+    stage.zone(zone).await;
+    let met = stage.plan("p");
+    let proposed = met.proposed.as_ref().expect("a version");
+    let flight = proposed.flight.as_ref().expect("a flight");
+    let full = plan.current.flight.as_ref().expect("a flight");
+    assert!(
+        flight.battery_at_departure_fraction < full.battery_at_departure_fraction - 0.02,
+        "{flight:?}"
+    );
+    assert!(!flight.stops.is_empty(), "it waits somewhere: {flight:?}");
+    assert!(instant(&proposed.arrives_at) > at("06:40"));
+    assert_eq!(met.energy, "checked");
+}
+
+#[tokio::test]
+async fn flights_and_their_pads_survive_a_restart() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over_with(disk.open(), settings()).await;
+    let cut = windowed(circle("cut", 350.0, 50.0, 80.0), "05:00", "06:30");
+    stage.zone(cut).await;
+    let request = json!({"id": "p1", "source": "a0", "destination": "a7", "objective": "time"});
+    let before = stage.deliver(request).await.expect("a plan");
+    assert!(!stops(&before.current).is_empty(), "{before:?}");
+    stage.edge.end().await;
+    let stage = stage.again(disk.open()).await;
+    let after = stage.plan("p1");
+    let told = |plan: &wire::Plan<'_>| {
+        let mut told = serde_json::to_value(plan).expect("JSON");
+        told.as_object_mut().expect("an object").remove("revision");
+        told
+    };
+    assert_eq!(told(&before), told(&after));
+    let request = json!({"id": "p2", "source": "a0", "destination": "a7"});
+    let second = stage.deliver(request).await.expect("a plan");
+    stage
+        .check(&second, &[&after])
+        .expect("it keeps off what was reserved before the restart");
+    stage.edge.end().await;
+}
+
+#[tokio::test]
+async fn plans_of_an_edge_without_the_flight_model_are_read_by_one_with_it() {
+    let disk = MemoryDisk::default();
+    let without = Settings {
+        flight: None,
+        ..settings()
+    };
+    let stage = Stage::over_with(disk.open(), without).await;
+    stage.compose("old", "d1", "a0", "a4").await;
+    stage.edge.end().await;
+    let rows = disk.rows(Table::Plans);
+    let row: Value = serde_json::from_str(&rows[0].1).expect("JSON");
+    // As it was written before there were flights.
+    assert!(row.get("order").is_none() && row["current"].get("flight").is_none());
+    let stage = stage.again_with(disk.open(), settings()).await;
+    let old = stage.plan("old");
+    assert_eq!((&*old.energy, &*old.times), ("unchecked", "nominal"));
+    let request = json!({"id": "new", "source": "a4", "destination": "a0"});
+    let new = stage.deliver(request).await.expect("a plan");
+    assert_eq!(new.times, "computed");
+    assert!(new.conflicts.is_empty(), "it keeps off the old plan");
+    stage.edge.end().await;
+}
+
+/// A square with a short way and a long one.
+fn block() -> NetworkDraft {
+    let mut draft = street(&[1, 1, 1]);
+    draft.nodes.push(node("north", 1_000.0, 1_500.0));
+    draft
+        .segments
+        .extend([segment("s0", "north"), segment("north", "s2")]);
+    draft
+}
+
+#[tokio::test]
+async fn what_opens_early_is_offered_and_forced_on_nobody() {
+    let stage = on(&block());
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    let request = |id: &str| json!({"id": id, "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    let around = stage.deliver(request("p")).await.expect("a plan");
+    assert_eq!(names(&around.current.path.nodes), ["s0", "north", "s2"]);
+    let mut events = stage.edge.events(None).expect("a stream");
+    lift(&stage, &ack, "fire").await;
+    let offered = async || loop {
+        let event = events.next().await.expect("more").expect("no gap");
+        if event.kind == EventKind::PlanOffered {
+            return;
+        }
+    };
+    let mut offered = offered;
+    offered().await;
+    let plan = stage.plan("p");
+    assert_eq!(plan.state, PlanState::Active);
+    assert_eq!(plan.current, around.current, "it is flown as it was");
+    let offer = plan.proposed.clone().expect("an offer");
+    assert_eq!(names(&offer.path.nodes), ["s0", "s1", "s2"]);
+    assert_eq!(offer.outcome, "rerouted");
+    stage.check_version(&plan, &offer, &[]).expect("flyable");
+    stage.pass(SignedDuration::from_secs(61)).await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.state, plan.proposed), (PlanState::Active, None));
+    assert_eq!(stage.edge.status().plans_unacknowledged, 0);
+}
+
+#[tokio::test]
+async fn an_offer_may_be_taken() {
+    let stage = on(&block());
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    stage.deliver(request).await.expect("a plan");
+    let mut events = stage.edge.events(None).expect("a stream");
+    lift(&stage, &ack, "fire").await;
+    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
+    let version = stage.plan("p").proposed.expect("an offer").version;
+    let plan = acknowledge(&stage, "p", version).await;
+    assert_eq!(names(&plan.current.path.nodes), ["s0", "s1", "s2"]);
+    assert_eq!(plan.state, PlanState::Active);
+}
+
+#[tokio::test]
+async fn a_flight_goes_on_over_another_network_unless_its_pad_is_gone() {
+    let stage = on(&street(&[1, 1, 1, 1]));
+    let zone = windowed(circle("match", 2_500.0, 0.0, 50.0), "06:55", "07:30");
+    stage.zone(zone).await;
+    let request = json!({"id": "p", "source": "s0", "destination": "s3", "start_time": "2026-11-21T07:00:00Z"});
+    let before = stage.deliver(request).await.expect("a plan");
+    let waits = stops(&before.current)[0].0.clone();
+    stage
+        .rebuild(|draft| {
+            draft.nodes.insert(0, node("new", 0.0, 900.0));
+            draft.segments.insert(0, segment("new", "s0"));
+        })
+        .await;
+    let after = stage.plan("p");
+    assert_eq!(stops(&after.current), stops(&before.current));
+    assert_eq!(after.current.arrives_at, before.current.arrives_at);
+    assert_eq!(after.state, PlanState::Active);
+    stage.check(&after, &[]).expect("it can be flown still");
+    let closed = |draft: &mut NetworkDraft| {
+        let mut nodes = draft.nodes.iter_mut();
+        let there = nodes.find(|node| node.id == waits);
+        there.expect("the node").pads = 0;
+    };
+    stage.rebuild(closed).await;
+    let moved = stage.plan("p");
+    assert_eq!(moved.state, PlanState::Affected, "{moved:?}");
+    let proposed = moved.proposed.as_ref().expect("a version");
+    assert_ne!(stops(proposed)[0].0, waits);
+    stage
+        .check_version(&moved, proposed, &[])
+        .expect("it can be flown");
+}
+
+/// What it takes is printed, as a machine that is busy says nothing about an edge.
+#[tokio::test]
+async fn many_plans_that_a_zone_meets_keep_off_each_other_afterwards() {
+    let stage = corridor();
+    for number in 0..10 {
+        let (hour, minute) = (7 + number / 6, 10 * (number % 6));
+        let request = json!({
+            "id": format!("p{number}"), "source": 1, "destination": 280, "payload_kg": 0.25,
+            "start_time": format!("2026-11-21T{hour:02}:{minute:02}:00Z"),
+            "deadline": "2026-11-22T02:00:00Z",
+        });
+        stage.deliver(request).await.expect("a plan");
+    }
+    let ids: Vec<String> = (0..10).map(|number| format!("p{number}")).collect();
+    let first = stage.plan("p0");
+    let middle = &first.current.legs[first.current.legs.len() / 2];
+    let draft = json!({
+        "id": "works", "segments": [middle.segment],
+        "until": "2026-11-21T11:00:00Z",
+    });
+    let draft = serde_json::from_value(draft).expect("a closure");
+    let watch = Clock::real().stopwatch();
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("closed");
+    let took_s = watch.elapsed().as_secs_f64();
+    let plans: Vec<wire::Plan<'_>> = ids.iter().map(|id| stage.plan(id)).collect();
+    let affected: Vec<&wire::Plan<'_>> = plans
+        .iter()
+        .filter(|plan| plan.state == PlanState::Affected)
+        .collect();
+    assert!(affected.len() > 2, "{} plans are met", affected.len());
+    for plan in &affected {
+        let proposed = plan.proposed.as_ref().expect("a version");
+        let others = plans.iter().filter(|other| other.id != plan.id);
+        let counting: Vec<&wire::PlanVersion<'_>> = others
+            .flat_map(|other| std::iter::once(&other.current).chain(&other.proposed))
+            .collect();
+        stage
+            .check_version(plan, proposed, &counting)
+            .expect("it keeps off all that count");
+    }
+    println!("{} of 10 plans recomposed in {took_s:.3} s", affected.len());
+}
+
+#[tokio::test]
+async fn a_closure_is_in_force_before_many_drones_have_been_answered() {
+    let stage = on(&block());
+    for number in 0..20 {
+        let (hour, minute) = (8 + number / 12, 5 * (number % 12));
+        let request = json!({
+            "id": format!("p{number}"), "source": "s0", "destination": "s2",
+            "start_time": format!("2026-11-21T{hour:02}:{minute:02}:00Z"),
+        });
+        stage.deliver(request).await.expect("a plan");
+    }
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    assert_eq!(ack.effect.plan_count, 20);
+    assert_eq!(
+        ack.effect.plans.len(),
+        16,
+        "as many as one batch answers: {:?}",
+        ack.effect.plans
+    );
+    stage.settle().await;
+    for number in 0..20 {
+        let plan = stage.plan(&format!("p{number}"));
+        assert_eq!(plan.state, PlanState::Affected);
+        assert_eq!(plan.affected_by, ["fire"]);
+        let proposed = plan.proposed.as_ref().expect("a version");
+        assert_eq!(names(&proposed.path.nodes), ["s0", "north", "s2"]);
+        stage.check_version(&plan, proposed, &[]).expect("flyable");
+    }
+}
