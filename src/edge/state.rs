@@ -216,8 +216,9 @@ impl State {
         let mut fresh = Fresh {
             in_force: std::mem::take(&mut self.relaid),
             announced: Vec::new(),
+            has_turned_wind: std::mem::take(&mut self.weather_turned),
         };
-        let weather_turned = std::mem::take(&mut self.weather_turned);
+        let weather_turned = fresh.has_turned_wind;
         if changes.is_empty() && !windows_turn && !weather_turned {
             return self.review_plans(&before, &fresh, now);
         }

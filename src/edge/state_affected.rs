@@ -1,4 +1,4 @@
-//! What closures do to plans: who is affected, what their drones are to fly instead, and who is free again.
+//! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
 use super::failures::as_reported;
 use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
@@ -23,6 +23,8 @@ pub(super) struct Fresh {
     pub(super) in_force: Vec<Arc<Closure>>,
     /// Those that were put and do not count yet: only plans whose times are computed are held against them.
     pub(super) announced: Vec<Arc<Closure>>,
+    /// Whether the wind has changed, which may leave any plan short that is flown.
+    pub(super) has_turned_wind: bool,
 }
 
 impl State {
@@ -51,19 +53,24 @@ impl State {
             let is_flown = plan.current.flight.is_some() && self.flights.is_some();
             let announced = fresh.announced.iter().filter(|_| is_flown);
             let mut counting = fresh.in_force.iter().chain(announced);
-            let is_touched = touched.contains(&plan.id);
-            let is_hit = counting.any(|closure| meets(&plan, closure));
+            let is_hit =
+                touched.contains(&plan.id) || counting.any(|closure| meets(&plan, closure));
             let may_be_free = has_opened || (may_fly && is_flown);
-            if is_touched || is_hit {
+            if !is_hit && may_be_free && plan.state == PlanState::Affected {
+                let is_free = self.relieve(&plan, &after, now);
+                if is_free {
+                    continue;
+                }
+            }
+            if is_hit || (fresh.has_turned_wind && is_flown) {
                 detours.extend(self.affect(&plan, &after, fresh, now));
-            } else if may_be_free && plan.state == PlanState::Affected {
-                self.relieve(&plan, &after, now);
             }
         }
         detours
     }
 
-    /// What closes a version of a plan from a leg on: ids, as far as they are told by times; `None` where nothing does.
+    /// What closes a version of a plan from a leg on: ids, as far as they are told by times, and none where it is the wind;
+    /// `None` where nothing does.
     fn obstruction(
         &self,
         plan: &PlanEntry,
@@ -82,7 +89,9 @@ impl State {
             now,
         };
         let ids = flights.closures_met(scene, plan, (version, flown), from_leg);
-        (!ids.is_empty()).then_some(ids)
+        let is_cut =
+            !ids.is_empty() || flights.falls_short(scene, plan, (version, flown), from_leg);
+        is_cut.then_some(ids)
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -247,14 +256,14 @@ impl State {
         })
     }
 
-    /// A plan whose way is open again keeps it; what its drone itself has reported stays failed.
-    fn relieve(&mut self, plan: &Arc<PlanEntry>, airspace: &Arc<Airspace>, now: Timestamp) {
+    /// A plan whose way is open again keeps it; what its drone itself has reported stays failed. Tells whether it is.
+    fn relieve(&mut self, plan: &Arc<PlanEntry>, airspace: &Arc<Airspace>, now: Timestamp) -> bool {
         let reported = plan
             .proposed
             .as_ref()
             .is_some_and(|proposed| proposed.recomposition_id.is_some());
         if reported || !plan.may_go_on() {
-            return;
+            return false;
         }
         let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
         let blocked = progress.is_some_and(|progress| {
@@ -262,7 +271,7 @@ impl State {
             obstruction.is_some()
         });
         if blocked {
-            return;
+            return false;
         }
         if let Some(proposed) = &plan.proposed {
             self.vacate(&plan.id, proposed);
@@ -275,6 +284,7 @@ impl State {
         };
         let plan = self.keep_plan(relieved);
         self.tell(EventKind::PlanRelieved, &plan);
+        true
     }
 }
 

@@ -207,7 +207,7 @@ pub struct Plan<'a> {
     pub current: PlanVersion<'a>,
     /// What it is asked to fly instead, until that is acknowledged.
     pub proposed: Option<PlanVersion<'a>>,
-    /// Ids of the closures that affect the current version.
+    /// Ids of the closures that affect the current version; none where it is the wind.
     pub affected_by: Vec<Cow<'a, str>>,
     /// Other plans too near; those of the proposed version included.
     pub conflicts: Vec<Conflict<'a>>,

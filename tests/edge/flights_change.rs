@@ -129,6 +129,76 @@ async fn pads_that_close_affect_the_plans_that_stop_there() {
         .expect("it can be flown");
 }
 
+/// States that it blows from the south-west, over everything and all day.
+async fn blow(stage: &Stage, speed_mps: f64) {
+    let before = stage.edge.weather(&stage.caller).etag;
+    let weather = json!({"wind": [{
+        "from": "2026-11-20T00:00:00Z", "until": "2026-11-23T00:00:00Z", "speed_mps": speed_mps, "from_deg": 225.0,
+    }]});
+    let weather = serde_json::from_value(weather).expect("a weather");
+    let stated =
+        stage
+            .edge
+            .put_weather(&stage.caller, weather, before.map(|etag| etag.into_owned()));
+    stated.await.expect("stated");
+}
+
+#[tokio::test]
+async fn a_wind_that_turns_affects_the_plans_that_it_leaves_short() {
+    let stage = corridor();
+    let delivery = |id: &str, from: u32, to: u32| {
+        json!({
+            "id": id, "source": from, "destination": to, "payload_kg": 0.25,
+            "start_time": "2026-11-21T07:00:00Z", "deadline": "2026-11-21T21:00:00Z",
+        })
+    };
+    // One against the wind that will come, and one with it.
+    stage
+        .deliver(delivery("there", 1, 280))
+        .await
+        .expect("a plan");
+    stage
+        .deliver(delivery("back", 280, 1))
+        .await
+        .expect("a plan");
+    blow(&stage, 0.2).await;
+    for id in ["there", "back"] {
+        let plan = stage.plan(id);
+        assert_eq!(
+            plan.state,
+            PlanState::Active,
+            "{id}: it is less than telemetry may be off"
+        );
+    }
+
+    blow(&stage, 7.0).await;
+    assert_eq!(stage.plan("back").state, PlanState::Active);
+    let there = stage.plan("there");
+    assert_eq!(there.state, PlanState::Affected);
+    assert!(there.affected_by.is_empty(), "no closure does");
+    let short = stage.check(&there, &[]);
+    assert!(short.is_err(), "the checker says so too");
+    let proposed = there.proposed.as_ref().expect("a version for this wind");
+    let back = stage.plan("back");
+    stage
+        .check_version(&there, proposed, &[&back.current])
+        .expect("it can be flown");
+    assert!(stops(proposed).len() > stops(&there.current).len());
+
+    blow(&stage, 0.2).await;
+    let calm = stage.plan("there");
+    assert_eq!((calm.state, calm.proposed), (PlanState::Active, None));
+
+    // More than the airframe stands: everybody stays where they are.
+    blow(&stage, 12.0).await;
+    for id in ["there", "back"] {
+        let grounded = stage.plan(id);
+        assert_eq!(grounded.state, PlanState::Affected, "{id}");
+        let proposed = grounded.proposed.as_ref().expect("what to do");
+        assert!(proposed.legs.is_empty(), "{id}: {proposed:?}");
+    }
+}
+
 #[tokio::test]
 async fn a_drone_in_flight_goes_on_with_the_battery_that_it_has() {
     let stage = on(&street(&[1, 1, 1, 1, 1, 1]));

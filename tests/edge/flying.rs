@@ -6,9 +6,9 @@ use serde_json::{Value, json};
 use skyway::edge::{FlightSettings, Idempotency, Refusal, Settings};
 use skyway::flight::{
     Airframe, FlightPlan, FlightRules, FlightStart, FlownLeg, Reservation, Situation, Stop,
-    StopKind, TrafficLeg, WindField,
+    StopKind, TrafficLeg, Wind,
 };
-use skyway::formats::load_network;
+use skyway::formats::{load_network, wind_field};
 use skyway::itinerary::timed_closures;
 use skyway::network::{Coordinates, NetworkDraft, NodeIx, Topology, bundled};
 use skyway::verify::{FlightFault, FlightPremises, verify_flight};
@@ -119,6 +119,10 @@ impl Stage {
             flown_m: 0.0,
             drawn: 0.0,
         };
+        let weather = self.edge.weather(&self.caller);
+        let weather = wire::Weather { wind: weather.wind };
+        let weather = serde_json::to_string(&weather).expect("JSON");
+        let wind = wind_field(Some(&weather), Wind::default(), topology.frame(), zero);
         let rules = FlightRules::default();
         let airframe = Airframe::phantom3();
         verify_flight(
@@ -127,7 +131,7 @@ impl Stage {
                 topology,
                 airframe: &airframe,
                 payload_kg: plan.payload_kg,
-                wind: &WindField::default(),
+                wind: &wind,
                 rules: &rules,
                 situation: &situation,
                 starts: &[start],

@@ -137,6 +137,22 @@ impl Flights {
         ids
     }
 
+    /// Whether the wind leaves a version of a plan short from a leg on, by more than telemetry may be off.
+    pub(in crate::edge) fn falls_short(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        (version, flown): (&Version, &FlownVersion),
+        from_leg: usize,
+    ) -> bool {
+        let topology = scene.airspace.topology();
+        let weather = scene.snapshot.weather.as_ref();
+        let compiled = self.compiled(topology, &self.kind_of(plan), weather);
+        let timed = flown.composition_at(self.seconds(version.departs_at));
+        let least = (timed.reserve - self.settings.battery_tolerance).max(0.0);
+        compiled.setting.falls_short(&timed.plan, from_leg, least)
+    }
+
     /// Answers the drone of a plan: in flight by a request that says where it is, on the ground from where it stands.
     pub(in crate::edge) fn answer(
         &self,
