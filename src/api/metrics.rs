@@ -47,6 +47,8 @@ pub enum ShedReason {
     Slots,
     /// As many streams are open as may be.
     Streams,
+    /// Requests wait too long for a worker.
+    Wait,
 }
 
 /// Why a connection is closed by the server.
@@ -277,6 +279,7 @@ impl RequestMetrics {
         let reason = match reason {
             ShedReason::Slots => "slots",
             ShedReason::Streams => "streams",
+            ShedReason::Wait => "wait",
         };
         let labels = ShedLabels {
             class: class.name(),

@@ -54,6 +54,9 @@ settings! {
         in_flight_reads: usize = 256, 1..=100_000;
         /// Other requests being answered.
         in_flight_other: usize = 64, 1..=100_000;
+        /// How long requests wait for a worker where that stands: beyond it so many are refused that it stays there, reads
+        /// first, failure reports last. 0s switches this off.
+        queue_wait: Duration = Duration::from_millis(5), Duration::ZERO..=MINUTE;
         /// The body of a request.
         body: Size = Size::of_mib(1), Size::of_kib(1)..=Size::of_mib(64);
         /// The headers of a request together.

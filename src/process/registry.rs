@@ -4,7 +4,9 @@ use super::listening::{Addresses, ServiceError, authentication, bind, request_me
 use super::planted::plant_bug;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::registry as rest;
-use crate::api::server::{Authentication, Drain, Drained, GateConfig, ServerConfig, Slots, serve};
+use crate::api::server::{
+    Authentication, Drain, Drained, GateConfig, QueueWait, ServerConfig, Slots, serve,
+};
 use crate::config::{Configuration, RegistryConfig, Tokens};
 use crate::registry::{HighWater, OpenError, Opening, Registry, Settings, is_database, open_store};
 use jiff::SignedDuration;
@@ -152,6 +154,8 @@ fn gate(config: &RegistryConfig, listener: Listener, authentication: Authenticat
             follows: slots(limits.follows),
             streams: 0,
         },
+        // Its requests wait for the database, which their places bound.
+        queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: limits.body.bytes(),
         network_bytes_max: limits.network.bytes(),
         deadline: limits.request_deadline,

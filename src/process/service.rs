@@ -12,7 +12,7 @@ use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
 use crate::api::server::{
-    Authentication, Drain, Drained, GateConfig, ServerConfig, Services, Slots, serve,
+    Authentication, Drain, Drained, GateConfig, QueueWait, ServerConfig, Services, Slots, serve,
 };
 use crate::config::{
     AirframeError, Configuration, EdgeConfig, Flight, Tokens, read_airframe, read_authorities,
@@ -30,6 +30,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
+use tokio_util::task::AbortOnDropHandle;
+
+/// When to probe again where the system had no sockets for it.
+const PROBE_AGAIN: Duration = Duration::from_secs(1);
 
 /// What an edge is started with.
 #[derive(Debug)]
@@ -53,6 +57,7 @@ pub struct Service {
     following: Option<Following>,
     _lock: Option<StoreLock>,
     _store_thread: Option<StoreThread>,
+    _probing: AbortOnDropHandle<()>,
     main: JoinHandle<io::Result<Drained>>,
     admin: JoinHandle<io::Result<Drained>>,
 }
@@ -77,10 +82,7 @@ impl Service {
             admin: admin.local_addr()?,
         };
         let clock = config.exposure().start_clock();
-        // Every start has a later epoch, also under a simulated clock.
-        let epoch = crate::clock::Clock::real().now().as_millisecond();
-        let epoch = u64::try_from(epoch).unwrap_or_default();
-        let opening = Opening::new(topology, geojson, epoch, settings(&config)?, clock);
+        let opening = Opening::new(topology, geojson, epoch(), settings(&config)?, clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
         let opening = opening.fresh_id(random_id()?);
@@ -88,6 +90,8 @@ impl Service {
         let mut registry = Registry::with_prefix("skyway");
         let metrics = request_metrics(&mut registry, config.traces.endpoint.as_ref());
         edge.register_metrics(&mut registry);
+        let queue_wait = Arc::new(QueueWait::new(config.limits.queue_wait));
+        queue_wait.register(&mut registry);
         let following = follow(&edge, &config)?;
         let drain = Drain::new();
         let authentication = authentication(tokens);
@@ -100,7 +104,7 @@ impl Service {
             .with_rest(rest::handlers(edge.clone(), drain.clone()))
             .with_grpc(grpc::handlers(&edge, limits, &health)?);
         let admin_router = rest::admin_router(edge.clone(), Arc::new(registry), drain.clone());
-        let gate = |listener| gate(&config, listener, authentication.clone());
+        let gate = |listener| gate(&config, listener, authentication.clone(), &queue_wait);
         let server = server(&config);
         let main = serve(
             main,
@@ -128,6 +132,7 @@ impl Service {
             following,
             _lock: lock,
             _store_thread: store_thread,
+            _probing: AbortOnDropHandle::new(tokio::spawn(probe(queue_wait))),
             main,
             admin: tokio::spawn(admin),
         })
@@ -158,6 +163,19 @@ impl Service {
         Ok(Drained {
             forced: drained.forced + admin.forced,
         })
+    }
+}
+
+/// Every start has a later epoch, also under a simulated clock.
+fn epoch() -> u64 {
+    let epoch = crate::clock::Clock::real().now().as_millisecond();
+    u64::try_from(epoch).unwrap_or_default()
+}
+
+async fn probe(queue_wait: Arc<QueueWait>) {
+    while let Err(error) = queue_wait.probe().await {
+        tracing::warn!(%error, "how long requests wait is not known, and none is shed for that");
+        tokio::time::sleep(PROBE_AGAIN).await;
     }
 }
 
@@ -214,7 +232,12 @@ fn random_id() -> Result<String, ServiceError> {
     Ok(random.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication) -> GateConfig {
+fn gate(
+    config: &EdgeConfig,
+    listener: Listener,
+    authentication: Authentication,
+    queue_wait: &Arc<QueueWait>,
+) -> GateConfig {
     let limits = &config.limits;
     let slots = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
     GateConfig {
@@ -230,6 +253,7 @@ fn gate(config: &EdgeConfig, listener: Listener, authentication: Authentication)
             follows: 0,
             streams: slots(limits.event_streams),
         },
+        queue_wait: Arc::clone(queue_wait),
         body_bytes_max: limits.body.bytes(),
         network_bytes_max: limits.body.bytes(),
         deadline: limits.request_deadline,

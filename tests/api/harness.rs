@@ -10,7 +10,7 @@ use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::rest;
 use skyway::api::server::{
-    Authentication, Drain, GateConfig, ServerConfig, Services, Slots, serve,
+    Authentication, Drain, GateConfig, QueueWait, ServerConfig, Services, Slots, serve,
 };
 use skyway::clock::{Clock, Hand};
 use skyway::edge::{Edge, Settings};
@@ -201,6 +201,7 @@ async fn listen(listener: Listener, services: impl Into<Services>, drain: &Drain
         listener,
         authentication: Authentication::Loopback,
         slots: Slots::default(),
+        queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1024 * 1024,
         network_bytes_max: 1024 * 1024,
         deadline: PATIENCE,

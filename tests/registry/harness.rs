@@ -8,7 +8,9 @@ use serde_json::{Value, json};
 use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::registry;
-use skyway::api::server::{Authentication, Drain, GateConfig, ServerConfig, Slots, serve};
+use skyway::api::server::{
+    Authentication, Drain, GateConfig, QueueWait, ServerConfig, Slots, serve,
+};
 use skyway::clock::{Clock, Hand};
 use skyway::registry::{HighWater, Opening, Registry, Settings, open_store};
 use std::net::SocketAddr;
@@ -120,6 +122,7 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
         listener,
         authentication: Authentication::Loopback,
         slots: Slots::default(),
+        queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1 << 20,
         network_bytes_max: 8 << 20,
         deadline: PATIENCE,

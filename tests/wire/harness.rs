@@ -9,7 +9,8 @@ use skyway::access::{Caller, Role};
 use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::server::{
-    Authentication, Drain, Drained, GateConfig, RequestContext, ServerConfig, Slots, serve,
+    Authentication, Drain, Drained, GateConfig, QueueWait, RequestContext, ServerConfig, Slots,
+    serve,
 };
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -18,9 +19,13 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
+use tokio_util::task::AbortOnDropHandle;
 
 /// Longer than anything takes, so that a test that hangs fails.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How long a handler takes that computes.
+pub(crate) const COMPUTES: Duration = Duration::from_millis(5);
 
 /// The header that tells the handler what to do.
 const BEHAVIOUR: &str = "x-behave";
@@ -41,6 +46,7 @@ pub(crate) struct Server {
     pub(crate) drain: Drain,
     registry: Registry,
     serving: JoinHandle<std::io::Result<Drained>>,
+    _probing: AbortOnDropHandle<()>,
 }
 
 /// What a test may choose.
@@ -49,6 +55,8 @@ pub(crate) struct Options {
     pub(crate) daemon: Daemon,
     pub(crate) server: ServerConfig,
     pub(crate) slots: Slots,
+    /// How long requests may wait for a worker where that stands; zero for as long as they do.
+    pub(crate) queue_wait: Duration,
     pub(crate) authentication: Authentication,
     pub(crate) listener: Listener,
     pub(crate) body_bytes_max: usize,
@@ -61,6 +69,7 @@ impl Default for Options {
             daemon: Daemon::Edge,
             server: ServerConfig::default(),
             slots: Slots::default(),
+            queue_wait: Duration::ZERO,
             authentication: Authentication::Loopback,
             listener: Listener::Main,
             body_bytes_max: 1024 * 1024,
@@ -97,11 +106,17 @@ impl Options {
         let mut registry = Registry::default();
         let metrics = Arc::new(RequestMetrics::new(&mut registry));
         let drain = Drain::new();
+        let queue_wait = Arc::new(QueueWait::new(self.queue_wait));
+        let probed = Arc::clone(&queue_wait);
+        let probing = AbortOnDropHandle::new(tokio::spawn(async move {
+            probed.probe().await.expect("a socket");
+        }));
         let gate = GateConfig {
             daemon: self.daemon,
             listener: self.listener,
             authentication: self.authentication,
             slots: self.slots,
+            queue_wait,
             body_bytes_max: self.body_bytes_max,
             network_bytes_max: self.body_bytes_max,
             deadline: self.deadline,
@@ -123,6 +138,7 @@ impl Options {
             drain,
             registry,
             serving,
+            _probing: probing,
         }
     }
 }
@@ -186,6 +202,10 @@ impl Drop for Bell {
     }
 }
 
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a handler that computes keeps its worker"
+)]
 async fn behave(handlers: Arc<Handlers>, request: Request<Body>) -> Response {
     let behaviour = request.headers().get(BEHAVIOUR).cloned();
     let behaviour = behaviour
@@ -221,6 +241,11 @@ async fn behave(handlers: Arc<Handlers>, request: Request<Body>) -> Response {
             handlers.released.acquire().await.expect("open").forget();
             bell.done = true;
             Response::new(Body::from("waited"))
+        }
+        // Keeps its worker, as a computation does.
+        "compute" => {
+            std::thread::sleep(COMPUTES);
+            Response::new(Body::from("computed"))
         }
         "panic" => panic!("as the test asked"),
         "stream" => Response::new(Body::from_stream(tokio_stream::pending::<

@@ -9,3 +9,4 @@ mod raw;
 mod roles;
 mod shedding;
 mod slowloris;
+mod waiting;

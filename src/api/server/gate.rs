@@ -176,15 +176,17 @@ impl Gate {
         operation: Operation,
         known: &Known,
     ) -> Result<Passed, Refusal> {
+        let class = operation.row().class;
+        self.queue(class, known.arrived)?;
         let caller = self.caller(&head, operation)?;
         let body_bytes_max = self.body_bytes_max(operation);
         let (body, exceeded) = bounded(&head, body, known.dialect, body_bytes_max)?;
-        let permit = self.place(operation.row().class)?;
+        let permit = self.place(class)?;
         let timeout = match known.dialect {
             Dialect::Rest => None,
             Dialect::Grpc => grpc_timeout(&head.headers),
         };
-        let most = match operation.row().class {
+        let most = match class {
             Class::Follow => self.config.deadline.saturating_add(self.config.follow_wait),
             _ => self.config.deadline,
         };
@@ -246,6 +248,20 @@ impl Gate {
             true => self.config.network_bytes_max,
             false => self.config.body_bytes_max,
         }
+    }
+
+    /// Refuses first of all, as long as others wait too long for a worker: whatever else is done here makes them wait longer.
+    fn queue(&self, class: Class, arrived: Instant) -> Result<(), Refusal> {
+        let queue = &self.config.queue_wait;
+        if !queue.sheds(class, arrived) {
+            return Ok(());
+        }
+        self.metrics.shed(class, ShedReason::Wait);
+        let detail = format!(
+            "requests wait {} ms for a worker",
+            queue.wait(arrived).as_millis()
+        );
+        Err(Refusal::new(Code::Overloaded, detail).retry_after_s(RETRY_AFTER_S))
     }
 
     fn place(&self, class: Class) -> Result<Permit, Refusal> {
@@ -348,6 +364,7 @@ impl Gate {
         let took = known.arrived.elapsed();
         match known.operation {
             Some(operation) => {
+                self.config.queue_wait.leaves(operation.row().class);
                 let trace = spans::sampled_trace(&known.span);
                 self.metrics
                     .answered(operation, known.dialect, status, took, trace);

@@ -1,5 +1,6 @@
 //! What a gate lets pass: whose it is, who may, and how much at once.
 
+use super::queue_wait::QueueWait;
 use crate::access::Caller;
 use crate::api::operations::{Class, Daemon, Listener};
 use std::sync::Arc;
@@ -72,6 +73,8 @@ pub struct GateConfig {
     pub authentication: Authentication,
     /// How many may be in flight. Gates that share metrics share the places.
     pub slots: Slots,
+    /// How long requests wait for a worker, and when they are shed for that. Shared by the gates of a process.
+    pub queue_wait: Arc<QueueWait>,
     /// How large a body may be, in bytes.
     pub body_bytes_max: usize,
     /// How large the body of an operation may be that takes a whole network, in bytes.

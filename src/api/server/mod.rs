@@ -1,7 +1,8 @@
 //! The server under both dialects: it accepts connections, bounds what they may take, and drains.
 //!
 //! `accept` owns the loop and the drain, `connection` the deadlines of one connection, and `gate` what
-//! happens to a request before and after its handler, which `services` finds.
+//! happens to a request before and after its handler, which `services` finds. `queue_wait` tells how long requests wait
+//! before they get so far, and `shares` whom to refuse then.
 
 mod accept;
 mod bodies;
@@ -10,15 +11,18 @@ mod drain;
 mod gate;
 mod gate_config;
 mod hosts;
+mod queue_wait;
 mod refuse;
 mod request;
 mod services;
+mod shares;
 mod spans;
 mod watch;
 
 pub use accept::{Drained, serve};
 pub use drain::Drain;
 pub use gate_config::{Authentication, FindCaller, GateConfig, Slots};
+pub use queue_wait::QueueWait;
 pub use request::{RequestContext, RequestId};
 pub use services::{Answering, GrpcHandler, RestAnswering, RestHandler, Services};
 
