@@ -193,6 +193,40 @@ pub(super) fn nodes_of(plan: &FlightPlan, starts: &[FlightStart]) -> Vec<NodeIx>
     start.into_iter().chain(ends).collect()
 }
 
+impl DeliveryRequest {
+    /// Where its drone stands.
+    pub(super) fn start(&self) -> FlightStart {
+        FlightStart {
+            node: self.source,
+            at_s: self.start_s,
+            battery: self.battery,
+            on_ground: true,
+            flown_m: 0.0,
+            drawn: 0.0,
+        }
+    }
+
+    /// What is asked for a drone that has not left, by its one start.
+    pub(super) fn question<'a>(
+        &self,
+        world: &DeliveryWorld<'_>,
+        starts: &'a [FlightStart],
+    ) -> Question<'a> {
+        let latest_s = self.start_s + DEFAULT_DEADLINE_S;
+        Question {
+            starts,
+            destination: self.destination,
+            objective: self.objective,
+            began_s: self.start_s,
+            deadline_s: self.deadline_s.unwrap_or(latest_s),
+            reserve: world.setting.rules().reserve,
+            closed_segments: &[],
+            in_flight: false,
+            explain: true,
+        }
+    }
+}
+
 /// Composes a delivery.
 ///
 /// # Errors
@@ -202,26 +236,8 @@ pub fn compose(
     request: &DeliveryRequest,
     scratch: &mut DeliveryScratch,
 ) -> Result<FlightComposition, NoDelivery> {
-    let starts = [FlightStart {
-        node: request.source,
-        at_s: request.start_s,
-        battery: request.battery,
-        on_ground: true,
-        flown_m: 0.0,
-        drawn: 0.0,
-    }];
-    let latest_s = request.start_s + DEFAULT_DEADLINE_S;
-    let question = Question {
-        starts: &starts,
-        destination: request.destination,
-        objective: request.objective,
-        began_s: request.start_s,
-        deadline_s: request.deadline_s.unwrap_or(latest_s),
-        reserve: world.setting.rules().reserve,
-        closed_segments: &[],
-        in_flight: false,
-        explain: true,
-    };
+    let starts = [request.start()];
+    let question = request.question(world, &starts);
     let decision = world.decide(&question, scratch);
     let proof = Proof::of(&decision.answer);
     match decision.answer.plan {

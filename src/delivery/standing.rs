@@ -2,8 +2,7 @@
 
 use super::composition::{DeliveryRequest, Proof};
 use super::failure::{FlightRecomposition, Found, outcome_of, put_into_words};
-use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
-use crate::flight::FlightStart;
+use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::recompose::Strategy;
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
@@ -15,25 +14,10 @@ pub fn answer_standing(
     request: &DeliveryRequest,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
-    let starts = [FlightStart {
-        node: request.source,
-        at_s: request.start_s,
-        battery: request.battery,
-        on_ground: true,
-        flown_m: 0.0,
-        drawn: 0.0,
-    }];
-    let latest_s = request.start_s + DEFAULT_DEADLINE_S;
+    let starts = [request.start()];
     let question = Question {
-        starts: &starts,
-        destination: request.destination,
-        objective: request.objective,
-        began_s: request.start_s,
-        deadline_s: request.deadline_s.unwrap_or(latest_s),
-        reserve: world.setting.rules().reserve,
-        closed_segments: &[],
         in_flight: true,
-        explain: true,
+        ..request.question(world, &starts)
     };
     let decision = world.decide(&question, scratch);
     let found = Found {
