@@ -35,7 +35,7 @@ const ZONE_RADIUS_M: f64 = 10.0;
 const ZONE_MARGIN_M: f64 = 1.0;
 const ZONE_REASON: &str = "load test";
 /// Entries of the list of what was answered.
-const HISTORY_PAGE: u32 = 100;
+const HISTORY_PAGE: u32 = 400;
 /// Nodes asked for around a place.
 const NEAREST_NODES: u32 = 5;
 

@@ -29,9 +29,9 @@ const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 pub struct QueueWait {
     /// Since when times are counted, in microseconds.
     began: Instant,
-    /// How many requests have come that may be shed.
-    arrived: AtomicU64,
-    /// How many of them have left.
+    /// How many requests of each class have come.
+    arrived: [AtomicU64; SHED_IN_ORDER.len()],
+    /// How many of them have left, of all classes together.
     left: AtomicU64,
     /// When the next probe is due, or the one that is under way was; 0 where there is none.
     probe_us: AtomicU64,
@@ -52,6 +52,8 @@ pub struct QueueWait {
 struct Controller {
     shares: Shares,
     looked_us: u64,
+    /// How many requests of each class had come then.
+    counted: [u64; SHED_IN_ORDER.len()],
 }
 
 impl QueueWait {
@@ -61,11 +63,12 @@ impl QueueWait {
             Mutex::new(Controller {
                 shares: Shares::new(target),
                 looked_us: 0,
+                counted: Default::default(),
             })
         });
         Self {
             began: Instant::now(),
-            arrived: AtomicU64::new(0),
+            arrived: Default::default(),
             left: AtomicU64::new(0),
             probe_us: AtomicU64::new(0),
             left_before: AtomicU64::new(0),
@@ -99,7 +102,7 @@ impl QueueWait {
         let Some(place) = SHED_IN_ORDER.iter().position(|shed| *shed == class) else {
             return false;
         };
-        let number = self.arrived.fetch_add(1, Relaxed);
+        let number = self.arrived[place].fetch_add(1, Relaxed);
         let now_us = self.us(now);
         if now_us >= self.look_at_us.load(Relaxed) {
             self.look(controller, now_us);
@@ -152,7 +155,10 @@ impl QueueWait {
         }
         controller.looked_us = now_us;
         let wait = Duration::from_micros(self.wait_us(now_us));
-        controller.shares.look(wait, since);
+        let arrived = self.arrived.each_ref().map(|count| count.load(Relaxed));
+        let counted = std::mem::replace(&mut controller.counted, arrived);
+        let came = std::array::from_fn(|place| arrived[place] - counted[place]);
+        controller.shares.look(wait, since, came);
         let shares = controller.shares.of_classes();
         for (place, share) in self.shares.iter().zip(shares) {
             // From 0 to 1, so that it fits.

@@ -1,8 +1,8 @@
 //! Which share of each class is shed, by how long requests wait for a worker.
 //!
-//! The controller is that of PIE (RFC 8033, 4.2), with a time in place of a queue's length: the pressure grows with how far
-//! the wait is above its target and with how fast it grows, so that it settles where the wait stays at the target. The pressure is
-//! spread over the classes, so that one is shed whole before the next is touched.
+//! The controller is that of PIE (RFC 8033, 4.2), with a time in place of a queue's length: the part of all requests that is shed
+//! grows with how far the wait is above its target and with how fast it grows, so that it settles where the wait stays at the
+//! target. That part is taken from one class as far as it has requests, before the next is touched.
 
 use crate::api::operations::Class;
 use std::time::Duration;
@@ -18,19 +18,22 @@ const SHARES_MAX: [f64; SHED_IN_ORDER.len()] = [1.0, 1.0, 0.9];
 pub(super) const EVERY: Duration = Duration::from_millis(10);
 
 /// How long a wait has to stand before anything is shed: a stall of the machine is shorter, and over before a refusal helps.
-const PATIENCE: Duration = Duration::from_millis(100);
+const PATIENCE: Duration = Duration::from_millis(150);
 
-/// What a wait of e times the target adds to the pressure, in each step.
-const OF_EXCESS: f64 = 0.02;
+/// What a wait of e times the target adds to the part that is shed, in each step.
+const OF_EXCESS: f64 = 0.03;
 
 /// What growing e times as long adds to the pressure.
-const OF_GROWTH: f64 = 0.1;
+const OF_GROWTH: f64 = 0.15;
 
-/// What is left of the pressure after a step without waiting.
+/// What is left of that part after a step without waiting.
 const FADES_TO: f64 = 0.98;
 
-/// Below this nothing is under pressure.
-const PRESSURE_MIN: f64 = 0.01;
+/// Less than this is nothing.
+const PART_MIN: f64 = 0.01;
+
+/// What is left of the weight of earlier requests at each look: so many looks make up the mix of classes.
+const REMEMBERED: f64 = 0.9;
 
 /// The most steps that one look makes up for, and the most where requests waited: nobody looked, so nobody was admitted meanwhile.
 const STEPS_MAX: f64 = 100.0;
@@ -40,8 +43,10 @@ const WAITED_STEPS_MAX: f64 = 2.0;
 #[derive(Clone, Debug)]
 pub(super) struct Shares {
     target: Duration,
-    /// From 0, nothing is shed, to 1, every class is.
-    pressure: f64,
+    /// The part of all requests that is to be shed, from 0 to 1.
+    part: f64,
+    /// How many requests of each class have come lately; older ones count less.
+    mix: [f64; SHED_IN_ORDER.len()],
     /// The last wait, by its excess over the target.
     excess: f64,
     /// How long the wait may still stand.
@@ -53,14 +58,23 @@ impl Shares {
     pub(super) fn new(target: Duration) -> Self {
         Self {
             target,
-            pressure: 0.0,
+            part: 0.0,
+            mix: [0.0; SHED_IN_ORDER.len()],
             excess: -1.0,
             patience: PATIENCE,
         }
     }
 
-    /// Takes in how long requests wait now, a time after the last look.
-    pub(super) fn look(&mut self, wait: Duration, since: Duration) {
+    /// Takes in how long requests wait now, a time after the last look, and how many of each class have come meanwhile.
+    pub(super) fn look(
+        &mut self,
+        wait: Duration,
+        since: Duration,
+        came: [u64; SHED_IN_ORDER.len()],
+    ) {
+        for (known, came) in self.mix.iter_mut().zip(came) {
+            *known = *known * REMEMBERED + came as f64;
+        }
         let steps = (since.as_secs_f64() / EVERY.as_secs_f64()).min(STEPS_MAX);
         let of_target = wait.as_secs_f64() / self.target.as_secs_f64();
         // By its logarithm where it is too long, so that a long queue that becomes shorter is seen to.
@@ -76,12 +90,12 @@ impl Shares {
             false => steps,
         };
         let change = OF_EXCESS * excess * counted + OF_GROWTH * growth;
-        self.pressure = (self.pressure + change).clamp(0.0, 1.0);
+        self.part = (self.part + change).clamp(0.0, 1.0);
         if is_quiet {
-            self.pressure *= FADES_TO.powf(steps);
+            self.part *= FADES_TO.powf(steps);
         }
-        if self.pressure < PRESSURE_MIN && excess <= 0.0 {
-            self.pressure = 0.0;
+        if self.part < PART_MIN && excess <= 0.0 {
+            self.part = 0.0;
             self.patience = PATIENCE;
         } else if excess > 0.0 {
             // However long nobody looked: that was one stall and no standing wait.
@@ -89,14 +103,24 @@ impl Shares {
             self.patience = self.patience.saturating_sub(stood);
         }
         if !self.patience.is_zero() {
-            self.pressure = 0.0;
+            self.part = 0.0;
         }
     }
 
     /// The share to shed of each class, from 0 to 1, in the order of `SHED_IN_ORDER`.
     pub(super) fn of_classes(&self) -> [f64; SHED_IN_ORDER.len()] {
-        let spread = self.pressure * SHED_IN_ORDER.len() as f64;
-        std::array::from_fn(|place| (spread - place as f64).clamp(0.0, SHARES_MAX[place]))
+        let all: f64 = self.mix.iter().sum();
+        let mut left = self.part * all;
+        std::array::from_fn(|place| {
+            let (of_class, share_max) = (self.mix[place], SHARES_MAX[place]);
+            let taken = left.min(of_class * share_max);
+            left -= taken;
+            if of_class > 0.0 {
+                taken / of_class
+            } else {
+                0.0
+            }
+        })
     }
 }
 
@@ -134,6 +158,7 @@ mod tests {
         now_s: f64,
         free_s: f64,
         looked_s: f64,
+        came: [u64; 3],
         sums: [f64; 3],
     }
 
@@ -144,6 +169,7 @@ mod tests {
                 now_s: 0.0,
                 free_s: 0.0,
                 looked_s: 0.0,
+                came: [0; 3],
                 sums: [0.0; 3],
             }
         }
@@ -151,6 +177,7 @@ mod tests {
         fn is_shed(&mut self, class: Class) -> bool {
             let place = SHED_IN_ORDER.iter().position(|shed| *shed == class);
             let place = place.expect("a class that is shed");
+            self.came[place] += 1;
             self.sums[place] += self.shares.of_classes()[place];
             let is_shed = self.sums[place] >= 1.0;
             self.sums[place] -= f64::from(u8::from(is_shed));
@@ -166,7 +193,9 @@ mod tests {
                 let since_s = start_s - self.looked_s;
                 if since_s >= EVERY.as_secs_f64() {
                     let wait = Duration::from_secs_f64(start_s - self.now_s);
-                    self.shares.look(wait, Duration::from_secs_f64(since_s));
+                    let came = std::mem::take(&mut self.came);
+                    self.shares
+                        .look(wait, Duration::from_secs_f64(since_s), came);
                     self.looked_s = start_s;
                 }
                 let is_read = number % 2 == 0;
@@ -200,7 +229,7 @@ mod tests {
     #[test]
     fn where_reports_alone_are_too_many_they_are_shed_after_all_reads() {
         let mut worker = Worker::idle();
-        worker.serve(31_000.0, 1.0);
+        worker.serve(31_000.0, 2.0);
         let told = worker.serve(31_000.0, 3.0);
         assert!(told.reports_shed > 0);
         assert_eq!(told.reads_shed, told.reads);
