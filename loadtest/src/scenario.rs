@@ -95,7 +95,7 @@ pub(crate) enum Operation {
     Telemetry,
     /// Nodes, plans, zones and closures in turn.
     Read,
-    /// The list of what was answered, a hundred entries: costly to tell.
+    /// The list of what was answered, four hundred entries: costly to tell.
     History,
 }
 

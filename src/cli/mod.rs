@@ -105,7 +105,7 @@ enum Command {
     /// Compute an answer of an edge again, from what it kept of it
     #[cfg(feature = "edge")]
     Replay(replay::Replay),
-    /// Check the certificate of an exact answer; exit code 0 when it is proved, 1 when not
+    /// Check a certificate, or a plan that is flown; exit code 0 when it holds, 1 when not
     Verify(verify::Verify),
     /// Make, inspect, convert and draw networks
     #[command(subcommand)]

@@ -11,6 +11,7 @@ use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// So many drones of one batch are answered for being off their plans; the others with their next positions.
 const OFF_PLAN_PER_BATCH: usize = 4;
@@ -24,12 +25,26 @@ impl Edge {
     ///
     /// # Errors
     /// When there are more positions than a batch may have. A position that cannot be read spoils no other.
-    pub fn telemetry(
-        &self,
+    pub async fn telemetry(
+        self: &Arc<Self>,
         caller: &Caller,
         batch: wire::Telemetry,
     ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         self.check_batch("positions", batch.positions.len())?;
+        if self.flights.is_none() {
+            return self.take_positions(caller, batch);
+        }
+        // Drones off their plans are answered, which takes a search each.
+        let (edge, caller) = (self.clone(), caller.clone());
+        self.aside(move || edge.take_positions(&caller, batch))
+            .await?
+    }
+
+    fn take_positions(
+        &self,
+        caller: &Caller,
+        batch: wire::Telemetry,
+    ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         let snapshot = self.on_network()?;
         let now = self.clock.now();
         let positions = batch.positions.into_iter();

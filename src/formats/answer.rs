@@ -151,7 +151,7 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
         ),
         Warning::PadAssumedFree { node } => (
             "pad_assumed_free",
-            format!("a pad at node '{}' counts as free: there are no reservations yet", topology.node_id(*node)),
+            format!("a pad at node '{}' counts as free: without the flight model reservations are not looked at", topology.node_id(*node)),
         ),
     }
 }

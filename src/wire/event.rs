@@ -23,9 +23,9 @@ pub enum EventKind {
     Recomposed,
     /// A plan is new.
     PlanComposed,
-    /// Something ahead of a plan has closed.
+    /// Something ahead of a plan has closed, or the wind leaves it short.
     PlanAffected,
-    /// What closed ahead of a plan is open again: it is flown as it was.
+    /// What affected a plan is over: it is flown as it was.
     PlanRelieved,
     /// Something has opened, so that a better version is offered; the plan stays as it is unless it is acknowledged.
     PlanOffered,

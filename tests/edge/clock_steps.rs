@@ -166,7 +166,7 @@ async fn a_clock_that_comes_back_needs_nobody() {
 async fn reports_are_answered_and_published_while_the_clock_is_doubted() {
     let (stage, hands) = Stage::on_machine_clock();
     hands.step(-HOUR * 3);
-    stage.see("d1", 150.0, 0.0);
+    stage.see("d1", 150.0, 0.0).await;
     let report = json!({"type": "navigational", "service": {"from": "a1", "to": "a2"}, "location": {"x": 150.0, "y": 0.0},
         "destination": "a4", "drone": {"id": "d1"}});
     let answer = stage.answer(report).await;

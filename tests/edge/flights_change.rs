@@ -205,7 +205,7 @@ async fn a_drone_in_flight_goes_on_with_the_battery_that_it_has() {
     let request = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s5"});
     let plan = stage.deliver(request).await.expect("a plan");
     stage.pass(SignedDuration::from_secs(100)).await;
-    stage.see("d", 1_300.0, 0.0);
+    stage.see("d", 1_300.0, 0.0).await;
     let zone = windowed(circle("match", 4_500.0, 0.0, 50.0), "06:00", "06:40");
     stage.zone(zone).await;
     let met = stage.plan("p");

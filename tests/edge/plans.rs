@@ -50,7 +50,7 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
         "{proposed:?}"
     );
     assert_eq!(proposed.legs.len(), proposed.path.segments.len());
-    let told = stage.see("d1", 10.0, 0.0).positions.remove(0);
+    let told = stage.see("d1", 10.0, 0.0).await.positions.remove(0);
     assert!(told.affected);
     assert_eq!(told.proposed.expect("told").version, 2);
     assert_eq!(stage.plan("free").state, PlanState::Active);
@@ -113,7 +113,7 @@ async fn a_drone_takes_over_what_it_was_told_and_nothing_else() {
 async fn what_lies_behind_a_drone_affects_it_no_more() {
     let stage = Stage::set();
     stage.compose("p1", "d1", "a0", "a7").await;
-    stage.see("d1", 450.0, 0.0);
+    stage.see("d1", 450.0, 0.0).await;
     stage.zone(circle("behind", 150.0, 0.0, 10.0)).await;
     assert_eq!(stage.plan("p1").state, PlanState::Active);
     stage.zone(circle("ahead", 650.0, 0.0, 10.0)).await;

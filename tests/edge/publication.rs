@@ -110,7 +110,7 @@ async fn who_cannot_be_placed_there_publishes_nothing_but_is_answered() {
         .expect("a list");
     assert_eq!(proposals.proposals.len(), 3);
 
-    stage.see("d9", 250.0, 10.0);
+    stage.see("d9", 250.0, 10.0).await;
     let answer = stage.answer(report(json!({"drone": {"id": "d9"}}))).await;
     assert_eq!(
         answer["publication"]["state"], "published",
@@ -126,7 +126,7 @@ async fn a_drone_has_three_closures_alive_and_a_second_report_renews_one() {
     };
     let stage = Stage::with(settings);
     for place in 0..5 {
-        stage.see("d1", 50.0 + 100.0 * f64::from(place), 0.0);
+        stage.see("d1", 50.0 + 100.0 * f64::from(place), 0.0).await;
         let body = json!({
             "type": "navigational", "drone": {"id": "d1"},
             "service": {"from": format!("a{place}"), "to": format!("a{}", place + 1)}, "destination": "b7",
@@ -136,7 +136,7 @@ async fn a_drone_has_three_closures_alive_and_a_second_report_renews_one() {
         assert_eq!(answer["publication"]["state"], expected, "leg {place}");
     }
     stage.pass(SignedDuration::from_mins(10)).await;
-    stage.see("d1", 50.0, 0.0);
+    stage.see("d1", 50.0, 0.0).await;
     let again = json!({"type": "navigational", "drone": {"id": "d1"}, "service": {"from": "a0", "to": "a1"}, "destination": "b7"});
     let answer = stage.answer(again).await;
     assert_eq!(
@@ -163,7 +163,9 @@ async fn all_reports_together_close_a_small_share_of_the_network() {
     let stage = Stage::with(settings);
     for place in 0..4 {
         let drone = format!("d{place}");
-        stage.see(&drone, 50.0 + 100.0 * f64::from(place), 0.0);
+        stage
+            .see(&drone, 50.0 + 100.0 * f64::from(place), 0.0)
+            .await;
         let body = json!({
             "type": "navigational", "drone": {"id": drone},
             "service": {"from": format!("a{place}"), "to": format!("a{}", place + 1)}, "destination": "b7",
@@ -213,7 +215,7 @@ async fn a_zone_that_a_report_brings_binds_it_alone_until_an_operator_accepts_it
 #[tokio::test]
 async fn pads_that_fail_can_be_flown_over() {
     let stage = Stage::set();
-    stage.see("d1", 650.0, 0.0);
+    stage.see("d1", 650.0, 0.0).await;
     let body = json!({"type": "infrastructure", "drone": {"id": "d1"}, "service": {"from": "a6", "to": "a7"}, "destination": "a7"});
     let answer = stage.answer(body).await;
     assert_eq!(answer["publication"]["closure_id"], "pads:a7", "{answer}");
@@ -233,7 +235,7 @@ async fn pads_that_fail_can_be_flown_over() {
 #[tokio::test]
 async fn a_drone_learns_nothing_of_where_another_one_is() {
     let mut stage = Stage::set();
-    stage.see("d1", 250.0, 10.0);
+    stage.see("d1", 250.0, 10.0).await;
     let body = json!({"type": "navigational", "drone": {"id": "d1"}, "destination": "a5"});
     let own = stage.report(body.clone()).await;
     assert!(own.is_ok(), "its telemetry locates it: {own:?}");

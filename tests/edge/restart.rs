@@ -250,7 +250,7 @@ async fn life_goes_on_after_a_restart() {
     let stage = stage.again(disk.open()).await;
     pretty_assertions(&before, &told(&stage));
     let report = json!({"type": "navigational", "drone": {"id": "d2"}, "service": {"from": "b0", "to": "b1"}});
-    stage.see("d2", 50.0, 100.0);
+    stage.see("d2", 50.0, 100.0).await;
     let answer = stage.answer(report).await;
     assert_eq!(answer["publication"]["reason"], "drone_quota", "{answer}");
 }

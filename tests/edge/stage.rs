@@ -197,11 +197,19 @@ impl Stage {
         ack.expect("a zone")
     }
 
-    pub(crate) fn see(&self, drone: &str, x: f64, y: f64) -> wire::TelemetryAnswer<'static> {
-        let batch = wire::Telemetry {
-            positions: vec![json!({"drone_id": drone, "location": {"x": x, "y": y}})],
-        };
-        self.edge.telemetry(&self.caller, batch).expect("telemetry")
+    pub(crate) async fn see(&self, drone: &str, x: f64, y: f64) -> wire::TelemetryAnswer<'static> {
+        self.see_at(drone, json!({"x": x, "y": y})).await
+    }
+
+    pub(crate) async fn see_at(
+        &self,
+        drone: &str,
+        location: Value,
+    ) -> wire::TelemetryAnswer<'static> {
+        let positions = vec![json!({"drone_id": drone, "location": location})];
+        let batch = wire::Telemetry { positions };
+        let told = self.edge.telemetry(&self.caller, batch).await;
+        told.expect("telemetry")
     }
 }
 

@@ -19,7 +19,7 @@ async fn a_plan_whose_node_ahead_goes_is_recomposed_and_those_elsewhere_fly_on()
     let stage = Stage::set();
     stage.compose("met", "d1", "a0", "a7").await;
     let free = stage.compose("free", "d2", "b0", "b2").await;
-    stage.see("d1", 250.0, 0.0);
+    stage.see("d1", 250.0, 0.0).await;
     let mut events = stage.edge.events(None).expect("a stream");
     let revision = stage.edge.stamp().revision;
     stage.rebuild(|draft| without(draft, "a5")).await;
@@ -75,7 +75,7 @@ async fn contingencies_lead_over_nothing_that_is_gone() {
 async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
     let stage = Stage::set();
     stage.compose("p", "d1", "a0", "a7").await;
-    stage.see("d1", 240.0, 0.0);
+    stage.see("d1", 240.0, 0.0).await;
     stage
         .rebuild(|draft| {
             draft
@@ -251,7 +251,7 @@ async fn closures_keep_what_is_left_of_them_and_stay_when_nothing_is() {
 async fn quotas_and_proposals_of_reports_follow_the_network() {
     let stage = Stage::set();
     for (drone, place) in [("d1", 1), ("d2", 5)] {
-        stage.see(drone, f64::from(place) * 100.0 + 50.0, 0.0);
+        stage.see(drone, f64::from(place) * 100.0 + 50.0, 0.0).await;
         let (from, to) = (format!("a{place}"), format!("a{}", place + 1));
         let report = json!({"type": "navigational", "service": {"from": from, "to": to},
             "location": {"x": f64::from(place) * 100.0 + 50.0, "y": 0.0}, "destination": "a7", "drone": {"id": drone}});
@@ -291,7 +291,7 @@ async fn quotas_and_proposals_of_reports_follow_the_network() {
 /// A report and a change of the network at once; the answer, where it was given on the network before.
 async fn answered_beside_a_change(stage: &Stage) -> Option<Value> {
     stage.compose("p", "d1", "a0", "a7").await;
-    stage.see("d1", 150.0, 0.0);
+    stage.see("d1", 150.0, 0.0).await;
     let report = json!({"type": "navigational", "service": {"plan_id": "p", "leg": 1}, "location": {"x": 150.0, "y": 0.0}, "drone": {"id": "d1"}});
     let parsed = skyway::formats::parse_report(report.to_string().as_bytes()).expect("a report");
     let mut draft = ladder();
@@ -382,10 +382,7 @@ async fn sightings_stay_where_they_were_when_the_plane_moves() {
         "geometry": {"type": "Point", "coordinates": [8.0 + 650.0 / 71_000.0, 50.0]},
         "properties": {"radius_m": 10.0, "margin_m": 0}});
     stage.zone(zone).await;
-    let batch = skyway::wire::Telemetry {
-        positions: vec![json!({"drone_id": "d1", "location": [place, 50.0]})],
-    };
-    stage.edge.telemetry(&stage.caller, batch).expect("taken");
+    stage.see_at("d1", json!([place, 50.0])).await;
     stage
         .rebuild(|draft| draft.nodes.push(node("far", 8.4, 50.3)))
         .await;
@@ -430,6 +427,7 @@ async fn an_edge_without_a_network_is_not_ready_until_it_gets_one() {
         stage
             .edge
             .telemetry(&stage.caller, Default::default())
+            .await
             .map(drop),
         stage
             .edge

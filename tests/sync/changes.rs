@@ -183,14 +183,12 @@ async fn a_drones_report_closes_its_leg_at_every_edge_until_it_ends() {
     );
     north.settle(&central).await;
     south.settle(&central).await;
-    let report = |id: &str, outpost: &Outpost| {
+    let report = async |id: &str, outpost: &Outpost| {
         let telemetry = skyway::wire::Telemetry {
             positions: vec![json!({"drone_id": "d1", "location": {"x": 140.0, "y": 0.0}})],
         };
-        outpost
-            .edge
-            .telemetry(&outpost.caller, telemetry)
-            .expect("seen");
+        let seen = outpost.edge.telemetry(&outpost.caller, telemetry).await;
+        seen.expect("seen");
         let body = json!({
             "id": id, "type": "navigational", "service": {"from": "a1", "to": "a2"},
             "destination": "a5", "drone": {"id": "d1"}, "location": {"x": 140.0, "y": 0.0},
@@ -198,7 +196,7 @@ async fn a_drones_report_closes_its_leg_at_every_edge_until_it_ends() {
         });
         skyway::formats::parse_report(body.to_string().as_bytes()).expect("a report")
     };
-    let parsed = report("r1", &north);
+    let parsed = report("r1", &north).await;
     let answered = north.edge.report_failure(&north.caller, parsed).await;
     let answered = serde_json::to_value(answered.expect("an outcome").to_wire()).expect("JSON");
     assert_eq!(answered["publication"]["state"], "published", "{answered}");
@@ -211,7 +209,7 @@ async fn a_drones_report_closes_its_leg_at_every_edge_until_it_ends() {
     assert_eq!(closure.reported_by.as_deref(), Some("d1"));
     // The same obstacle, seen from the other edge a little later, lasts longer for both.
     south.hand.advance(jiff::SignedDuration::from_mins(5));
-    let parsed = report("r2", &south);
+    let parsed = report("r2", &south).await;
     let answered = south.edge.report_failure(&south.caller, parsed).await;
     answered.expect("an outcome");
     south.edge.tick().await.expect("the writer works");

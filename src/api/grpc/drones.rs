@@ -36,7 +36,7 @@ impl drones_server::Drones for Service {
         let value = |entry| telemetry_value(entry, self.node_ids());
         let positions = message.positions.into_iter().map(value).collect();
         let telemetry = wire::Telemetry { positions };
-        let answer = told(self.edge.telemetry(&caller, telemetry))?;
+        let answer = told(self.edge.telemetry(&caller, telemetry).await)?;
         Ok(Response::new(answer.into_proto()))
     }
 

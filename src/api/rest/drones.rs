@@ -31,7 +31,7 @@ pub(super) async fn post_telemetry(
     SentByDrone(body): SentByDrone,
 ) -> Answer {
     let batch: Telemetry = reading::body(&body, "batch of positions")?;
-    json(&edge.telemetry(&caller, batch)?)
+    json(&edge.telemetry(&caller, batch).await?)
 }
 
 /// Lists what is last known of each drone, by id.

@@ -1,7 +1,8 @@
 //! What happens to every request before and after its handler: one pass, because each layer costs on the hot path.
 //!
-//! Before: id, operation, host, caller, role, body limit, a place in its class. All this happens when the
-//! request arrives and not when its task runs, so that requests that wait for a processor count as in flight.
+//! Before: id, operation, whether requests wait too long for a worker, host, caller, role, body limit, a place in its
+//! class. All this happens when the request arrives and not when its task runs, so that requests that wait for a
+//! processor count as in flight.
 //! After: deadline, panics, metrics, the dialect of refusals, headers.
 
 use super::bodies::{AnswerBody, BoundedBody, Permit};

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_millis(150);
 /// What a wait of e times the target adds to the part that is shed, in each step.
 const OF_EXCESS: f64 = 0.03;
 
-/// What growing e times as long adds to the pressure.
+/// What growing e times as long adds to that part.
 const OF_GROWTH: f64 = 0.15;
 
 /// What is left of that part after a step without waiting.

@@ -28,7 +28,7 @@ pub(in crate::edge) struct Restored {
     pub(in crate::edge) plans: Vec<PlanEntry>,
     pub(in crate::edge) outbox: Vec<OutboxEntry>,
     pub(in crate::edge) registry: Option<RegistryCursor>,
-    /// The weather as the registry has it, as text.
+    /// The weather as it was stated, here or at the registry, as text.
     pub(in crate::edge) weather: Option<Arc<str>>,
     pub(in crate::edge) unacknowledged: u64,
     /// Answers for requests that may be sent again, the oldest first.
