@@ -85,6 +85,11 @@ def starts_and_ends(machine: Machine, daemon: str, port: int) -> None:
     expect(machine.shown(daemon, "StatusText") == f"serving on 127.0.0.1:{port}", "the status is another one")
     user = machine.do("stat", "--format=%U %a", f"/var/lib/skyway-{daemon}/{daemon}.db")
     expect(user == "skyway 600", f"the store of the {daemon} belongs to {user}")
+    if daemon == "edge":
+        threads = machine.do("ps", "-L", "-o", "ni=,comm=", "-p", machine.shown(daemon, "MainPID")).splitlines()
+        niceness = dict(reversed(thread.split(maxsplit=1)) for thread in threads)
+        steps_back = (niceness.get("skyway-store"), niceness.get("skyway-tables"))
+        expect(steps_back == ("10", "19"), f"the unit keeps threads from stepping back: {threads}")
     machine.do("systemctl", "stop", f"skyway-{daemon}.service")
     expect(machine.shown(daemon, "Result") == "success", f"the {daemon} did not end well:\n{machine.journal(daemon)}")
     expect(f"the {daemon} has ended" in machine.journal(daemon), f"the {daemon} was not asked to end")
