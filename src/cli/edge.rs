@@ -12,7 +12,7 @@ use crate::process::listening::Addresses;
 use crate::process::service::{Service, Start};
 use crate::process::supervisor::Supervisor;
 use crate::process::traces::TracesConfig;
-use crate::process::{logs, signals};
+use crate::process::{logs, memory, signals};
 use bytes::Bytes;
 use clap::Args;
 use serde_json::json;
@@ -49,6 +49,7 @@ impl Edge {
         let EdgeConfig { log, traces, .. } = &effective.config;
         let traces = TracesConfig::of("skyway-edge", traces.endpoint.as_ref(), traces.share);
         let logs = logs::start(&log.filter, log.format, traces.as_ref()).map_err(Stop::failed)?;
+        memory::without_huge_pages();
         let served = runtime()?.block_on(serve(start, output));
         logs.end();
         served.map(|()| Verdict::Done)

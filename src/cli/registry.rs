@@ -8,7 +8,7 @@ use crate::config::{EffectiveConfig, RegistryConfig};
 use crate::process::registry::{RegistryService, RegistryStart};
 use crate::process::supervisor::Supervisor;
 use crate::process::traces::TracesConfig;
-use crate::process::{logs, signals};
+use crate::process::{logs, memory, signals};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -73,6 +73,7 @@ impl Registry {
             tokens: admission.tokens,
             new_epoch: self.new_epoch,
         };
+        memory::without_huge_pages();
         let served = runtime()?.block_on(serve(start, output));
         logs.end();
         served.map(|()| Verdict::Done)

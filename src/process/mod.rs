@@ -2,6 +2,7 @@
 
 pub mod listening;
 pub mod logs;
+pub mod memory;
 mod planted;
 pub mod registry;
 pub mod service;

@@ -161,6 +161,16 @@ impl Server {
         answer
     }
 
+    /// What the system tells of its process under a name, where it does.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn status(&self, name: &str) -> Option<String> {
+        let path = format!("/proc/{}/status", self.child.id());
+        let status = std::fs::read_to_string(path).expect("a process");
+        let mut lines = status.lines().filter_map(|line| line.split_once(':'));
+        let (_, value) = lines.find(|(of, _)| *of == name)?;
+        Some(value.trim().to_owned())
+    }
+
     /// Tells it to end; gives its exit code.
     pub(crate) fn end(mut self) -> i32 {
         let id = self.child.id().to_string();

@@ -4,6 +4,8 @@ mod answers;
 mod binary;
 #[cfg(feature = "edge")]
 mod config;
+#[cfg(all(target_os = "linux", feature = "edge"))]
+mod daemons;
 #[cfg(feature = "edge")]
 mod demo;
 mod evaluate;
