@@ -41,7 +41,9 @@ pub struct Airspace {
     horizon: SignedDuration,
     /// How far a second clock is ahead, by which windows count as well.
     apart: Option<SignedDuration>,
-    closures: BTreeMap<String, Held>,
+    /// The next instant at which a window turns: asked for more often than it changes.
+    next_change: Option<Timestamp>,
+    closures: BTreeMap<Arc<str>, Held>,
     closed: ClosedSet,
     closed_pads: Bits,
     segment_causes: Counts,
@@ -73,6 +75,7 @@ impl Airspace {
             as_of,
             horizon,
             apart: None,
+            next_change: None,
             closures: BTreeMap::new(),
         }
     }
@@ -92,6 +95,7 @@ impl Airspace {
             }
         }
         next.follow_windows(&mut effect);
+        next.next_change = next.seek_next_change();
         if effect.changed {
             next.revision += 1;
         }
@@ -127,10 +131,12 @@ impl Airspace {
         next.apart = self.apart;
         let held = closures.into_iter().map(|closure| {
             let in_force = false;
-            (closure.id.clone(), Held { closure, in_force })
+            let id = Arc::from(closure.id.as_str());
+            (id, Held { closure, in_force })
         });
         next.closures = held.collect();
         next.follow_windows(&mut Effect::default());
+        next.next_change = next.seek_next_change();
         next
     }
 
@@ -138,10 +144,10 @@ impl Airspace {
     /// [`Airspace::apply`] on a window counts if it does by either of them. `None` leaves the time alone.
     #[must_use]
     pub fn beside_clock(&self, apart: Option<SignedDuration>) -> Self {
-        Self {
-            apart,
-            ..self.clone()
-        }
+        let mut beside = self.clone();
+        beside.apart = apart;
+        beside.next_change = beside.seek_next_change();
+        beside
     }
 
     /// The network.
@@ -219,6 +225,10 @@ impl Airspace {
 
     /// The next instant after this snapshot's time at which a window begins or ceases to count.
     pub fn next_change(&self) -> Option<Timestamp> {
+        self.next_change
+    }
+
+    fn seek_next_change(&self) -> Option<Timestamp> {
         let apart = [Some(SignedDuration::ZERO), self.apart];
         let changes = apart.into_iter().flatten().filter_map(|apart| {
             let other = self.as_of.saturating_add(apart).ok()?;
@@ -241,7 +251,7 @@ impl Airspace {
     fn put(&mut self, closure: &Arc<Closure>, effect: &mut Effect) {
         if self
             .closures
-            .get(&closure.id)
+            .get(closure.id.as_str())
             .is_some_and(|held| held.closure == *closure)
         {
             return;
@@ -251,7 +261,7 @@ impl Airspace {
             closure: closure.clone(),
             in_force: false,
         };
-        self.closures.insert(closure.id.clone(), held);
+        self.closures.insert(Arc::from(closure.id.as_str()), held);
         effect.changed = true;
     }
 
