@@ -1,7 +1,13 @@
-//! Threads that nobody waits for, and how far they step back behind those that answer.
+//! Threads beside those that answer, and how they share a core with them.
 //!
-//! On a core that all share, as equals they would take turns with answers. A thread that steps back gets what the others leave
-//! and a small share of its own, so that it always ends its work.
+//! As equals they would take turns with answers. A thread that nobody waits for steps back: it gets what the others leave
+//! and a small share of its own, so that it always ends its work. That alone is not enough: who has the core keeps it until
+//! the system's next tick, milliseconds later. So whoever works for longer gives way between its pieces.
+
+/// Lets whoever waits for this core go first, if anyone does.
+pub(super) fn give_way() {
+    std::thread::yield_now();
+}
 
 /// What a thread does, from the least to the most that can wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

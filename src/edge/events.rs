@@ -3,6 +3,7 @@
 //! Events are numbered without gaps within an epoch. A listener reads on from the last number it has seen;
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
 
+use super::background::give_way;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, EventKind};
 use jiff::Timestamp;
@@ -82,24 +83,31 @@ impl Events {
         if happenings.is_empty() {
             return;
         }
+        // Written before they are kept: whoever reads events does not wait for that.
+        let first = self.lock().next;
+        let mut records: Vec<EventRecord> = (first..)
+            .zip(happenings)
+            .map(|(number, happening)| {
+                give_way();
+                let event = wire::Event {
+                    id: Cow::Borrowed(""),
+                    kind: happening.kind,
+                    at: Cow::Owned(at.to_string()),
+                    revision: Cow::Owned(revision.to_owned()),
+                    data: happening.data,
+                };
+                self.numbered(number, event)
+            })
+            .collect();
         let mut kept = self.lock();
-        for happening in happenings {
-            let id = format!("{}-{}", self.epoch, kept.next);
-            let event = wire::Event {
-                id: Cow::Owned(id.clone()),
-                kind: happening.kind,
-                at: Cow::Owned(at.to_string()),
-                revision: Cow::Owned(revision.to_owned()),
-                data: happening.data,
-            };
-            // A map with text keys and plain values always has a JSON form.
-            let json = serde_json::to_string(&event).unwrap_or_default();
-            kept.events.push_back(Arc::new(EventRecord {
-                id,
-                kind: happening.kind,
-                event,
-                json: Arc::from(json),
-            }));
+        if kept.next != first {
+            // Others have been added meanwhile, and have these numbers.
+            let again = (kept.next..).zip(records);
+            let again = again.map(|(number, record)| self.numbered(number, record.event));
+            records = again.collect();
+        }
+        for record in records {
+            kept.events.push_back(Arc::new(record));
             kept.next += 1;
             if kept.events.len() > self.capacity {
                 kept.events.pop_front();
@@ -109,6 +117,22 @@ impl Events {
         drop(kept);
         self.latest.send_replace(latest);
         self.news.send_replace(latest);
+    }
+
+    fn numbered(&self, number: u64, event: wire::Event<'static>) -> EventRecord {
+        let id = format!("{}-{number}", self.epoch);
+        let event = wire::Event {
+            id: Cow::Owned(id.clone()),
+            ..event
+        };
+        // A map with text keys and plain values always has a JSON form.
+        let json = serde_json::to_string(&event).unwrap_or_default();
+        EventRecord {
+            id,
+            kind: event.kind,
+            event,
+            json: Arc::from(json),
+        }
     }
 
     /// Wakes with every event; what it shows is the number of the latest.
@@ -225,6 +249,37 @@ impl Stream for EventStream {
                 Poll::Ready(None) => return Poll::Ready(None),
                 Poll::Pending => return Poll::Pending,
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the writer and the task that follows a registry are two threads"
+    )]
+    fn events_of_two_at_once_have_numbers_without_gaps() {
+        let events = Events::new(7, 4_000, 1);
+        let add = || {
+            for _ in 0..200 {
+                let happening = Happening::new(EventKind::WeatherPut, Value::Null);
+                events.add(vec![happening; 5], Timestamp::UNIX_EPOCH, "1-1");
+            }
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(add);
+            scope.spawn(add);
+        });
+        let kept = events.lock();
+        let ids: Vec<&str> = kept.events.iter().map(|record| &*record.id).collect();
+        let expected: Vec<String> = (1..=2_000).map(|number| format!("7-{number}")).collect();
+        assert_eq!(ids, expected);
+        for record in &kept.events {
+            assert!(record.json.contains(&format!("\"{}\"", record.id)));
         }
     }
 }

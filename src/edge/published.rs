@@ -1,5 +1,6 @@
 //! Zones and closures as a registry has them: read strictly, by the judges of what operators send, and written.
 
+use super::background::give_way;
 use super::snapshot::ClosureEntry;
 use super::state_airspace::windows;
 use super::upstream::Upstream;
@@ -94,6 +95,8 @@ pub(super) fn read_thing(
     topology: &Topology,
     margin_m: f64,
 ) -> Result<Thing, BodyFault> {
+    // Thousands may come at once.
+    give_way();
     match kind {
         ObjectKind::Zone => {
             let zone = read_feature(id, body, topology, margin_m)?;

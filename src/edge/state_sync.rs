@@ -3,6 +3,7 @@
 //! What is stricter than before is in force with the batch that brings it. Many removals at once wait for an
 //! operator. Where both sides have changed one thing, the stricter of both stays in force: see `state_holds`.
 
+use super::background::give_way;
 use super::events::Happening;
 use super::orders::Done;
 use super::published::{Published, Thing};
@@ -66,6 +67,7 @@ impl State {
         // A thing may be lifted as a zone and put as a closure under the same id.
         self.remove_or_hold(gone, standing, &mut tally);
         for put in followed.puts {
+            give_way();
             self.follow_put(put, extent, &followed.cursor, &mut tally);
         }
         if extent == Extent::Everything {

@@ -5,7 +5,7 @@
 //! bounded by its queue and by the bytes of the cache, and steps back behind all that somebody waits for: every change of the
 //! airspace is worked into all tables, which with many destinations takes as long as hundreds of answers.
 
-use super::background::Background;
+use super::background::{Background, give_way};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::prepare_table;
@@ -139,5 +139,6 @@ fn make(destinations: &[NodeIx], airspace: &Airspace, trees: &TreeCache, searche
     };
     for &destination in destinations {
         prepare_table(&world, destination, searcher);
+        give_way();
     }
 }

@@ -4,6 +4,7 @@
 //! the next order or the next instant at which something happens by itself; in place it works whenever an order
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
+use super::background::give_way;
 use super::events::Events;
 use super::offers::Opened;
 use super::orders::{Order, Reply};
@@ -158,6 +159,7 @@ impl Desk {
             })
             .unzip();
         let batch = self.state.apply(orders, now);
+        give_way();
         // Enforced before stored, and acknowledged after both: nothing waits for a disk to be safe.
         self.world.store(batch.snapshot.clone());
         if batch.airspace_changed {

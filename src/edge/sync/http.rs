@@ -16,6 +16,8 @@ const SILENCE_MAX: Duration = Duration::from_secs(10);
 const ANSWER_WITHIN: Duration = Duration::from_secs(60);
 /// The largest answer: a network, twice escaped, and room.
 const ANSWER_BYTES_MAX: usize = 192 << 20;
+/// An answer of no more bytes is read at once; others where blocking is allowed.
+const SMALL_ANSWER_BYTES: usize = 32 << 10;
 /// The largest refusal.
 const PROBLEM_BYTES_MAX: usize = 64 << 10;
 
@@ -122,7 +124,7 @@ impl HttpClient {
     }
 
     /// Asks for something that may come at once, or after waiting for news.
-    async fn ask<T: DeserializeOwned>(
+    async fn ask<T: DeserializeOwned + Send + 'static>(
         &self,
         request: RequestBuilder,
         wait: Duration,
@@ -133,8 +135,16 @@ impl HttpClient {
             return Err(refused(answer).await);
         }
         let body = bounded(answer, ANSWER_BYTES_MAX).await?;
-        serde_json::from_slice(&body).map_err(|error| ClientError::Unreadable(error.to_string()))
+        if body.len() <= SMALL_ANSWER_BYTES {
+            return read(&body);
+        }
+        let reading = tokio::task::spawn_blocking(move || read(&body)).await;
+        reading.map_err(|error| ClientError::Unreadable(error.to_string()))?
     }
+}
+
+fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, ClientError> {
+    serde_json::from_slice(body).map_err(|error| ClientError::Unreadable(error.to_string()))
 }
 
 /// What is said, unless there is silence for too long.

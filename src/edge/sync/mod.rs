@@ -12,6 +12,7 @@ mod follower;
 mod forward;
 mod ground;
 mod http;
+mod judging;
 mod listing;
 mod look;
 mod pace;

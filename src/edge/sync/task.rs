@@ -15,7 +15,7 @@ use super::listing::{Listing, Page};
 use super::pace::Pace;
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangesPage, EventKind, Nack};
+use crate::wire::{EventKind, Nack};
 use jiff::SignedDuration;
 use serde_json::json;
 use std::sync::Arc;
@@ -25,8 +25,6 @@ use tokio_util::sync::CancellationToken;
 
 /// Pages in a row that are not as their digests say, before everything is read anew.
 const BROKEN_PAGES_MAX: u32 = 3;
-/// A page with fewer bytes of bodies is judged at once; others where blocking is allowed.
-const SMALL_PAGE_BYTES: usize = 32 << 10;
 
 /// How a registry is followed.
 #[derive(Clone, Debug)]
@@ -85,7 +83,7 @@ pub(super) struct Sync<C> {
     pub(super) edge: Arc<Edge>,
     pub(super) client: C,
     pub(super) settings: SyncSettings,
-    follower: Follower,
+    pub(super) follower: Follower,
 }
 
 impl Edge {
@@ -172,7 +170,7 @@ impl<C: RegistryClient> Sync<C> {
             .add(vec![happening], edge.clock().now(), &revision);
     }
 
-    fn ground(&self) -> Ground {
+    pub(super) fn ground(&self) -> Ground {
         let snapshot = self.edge.snapshot();
         Ground {
             topology: snapshot.topology().clone(),
@@ -252,25 +250,6 @@ impl<C: RegistryClient> Sync<C> {
         }
     }
 
-    async fn judge(
-        &self,
-        page: ChangesPage,
-        after: Arc<RegistryCursor>,
-    ) -> Result<Verdict, Refusal> {
-        let ground = self.ground();
-        let bodies = page
-            .changes
-            .iter()
-            .filter_map(|change| change.body.as_ref());
-        let body_bytes: usize = bodies.map(String::len).sum();
-        if body_bytes < SMALL_PAGE_BYTES {
-            return Ok(self.follower.read_changes(&page, &after, &ground));
-        }
-        let follower = self.follower.clone();
-        let judge = move || follower.read_changes(&page, &after, &ground);
-        self.edge.aside(judge).await
-    }
-
     /// Asks for everything that holds, and takes it over as one batch.
     async fn follow_list(&self, cursor: Option<&Arc<RegistryCursor>>, mode: &mut Mode) -> Step {
         let ground = self.ground();
@@ -285,21 +264,17 @@ impl<C: RegistryClient> Sync<C> {
                 }
             };
             let at = (page.epoch, page.revision);
-            let added = self.follower.add_page(&mut listing, page, cursor, &ground);
-            match added {
-                Page::More(next) => token = Some(next),
-                Page::Last => break at,
-                Page::Nack(rejected) => {
+            match self.add_page(&mut listing, page, cursor, &ground).await {
+                Ok(Page::More(next)) => token = Some(next),
+                Ok(Page::Last) => break at,
+                Ok(Page::Nack(rejected)) => {
                     self.reject(*rejected).await;
                     return Step::Later;
                 }
+                Err(refusal) => return self.defect(&refusal),
             }
         };
-        let (follower, known) = (self.follower.clone(), cursor.cloned());
-        let judged = self
-            .edge
-            .aside(move || follower.read_listing(&listing, known.as_ref(), &ground));
-        match judged.await {
+        match self.judge_listing(listing, cursor, ground).await {
             Ok(Verdict::Follow(followed)) => {
                 let step = self.take_over(*followed, revision).await;
                 if step == Step::On {
