@@ -17,6 +17,7 @@ mod echo;
 mod grpc_load;
 mod load;
 mod pairs;
+mod ranks;
 mod rest_load;
 mod servers;
 mod slow_sockets;

@@ -2,6 +2,7 @@
 //! the machine does meanwhile is in both.
 
 use crate::load::{self, Dialect, Run};
+use crate::ranks;
 use crate::rest_load;
 use crate::servers::Server;
 use crate::workload::Workload;
@@ -133,21 +134,12 @@ fn sorted(pairs: &[Pair], figure: fn(&Pair) -> f64) -> Vec<f64> {
     figures
 }
 
-/// The ranks between which the median of what was drawn from lies in 95 of 100 cases, by the normal approximation of the
-/// binomial distribution.
-fn ranks_of_median(count: usize) -> (usize, usize) {
-    let half_width = 0.98 * (count as f64).sqrt();
-    let middle = (count as f64 - 1.0) / 2.0;
-    let low = (middle - half_width).floor().max(0.0) as usize;
-    (low, count - 1 - low)
-}
-
 fn print_table(dialect: Dialect, pairs: &[Pair]) {
     let titles: Vec<&str> = COLUMNS.iter().map(|(title, ..)| *title).collect();
     println!("\n| {} | {} |", dialect.title(), titles.join(" | "));
     println!("|---|{}", "---:|".repeat(COLUMNS.len()));
     let last = pairs.len() - 1;
-    let (low, high) = ranks_of_median(pairs.len());
+    let (low, high) = ranks::of_median(pairs.len());
     let rows = [
         ("lowest", 0),
         ("a quarter is lower", last / 4),

@@ -163,6 +163,7 @@ pub(crate) async fn run<S: Source + 'static>(
     while shared.in_flight.get() > 0 {
         shared.rest().await;
     }
+    watch.ended();
     Ran {
         recorder: shared.recorder.replace(recorder()),
         measured,

@@ -16,6 +16,7 @@ mod arrivals;
 mod cores;
 #[path = "../../benches/service/echo.rs"]
 mod echo;
+mod elsewhere;
 mod fleet;
 mod load;
 mod measures;
@@ -23,6 +24,8 @@ mod mix;
 mod objective;
 mod page;
 mod plot;
+#[path = "../../benches/service/ranks.rs"]
+mod ranks;
 mod report;
 mod requests;
 mod run;

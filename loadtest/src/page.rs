@@ -234,7 +234,7 @@ fn runs(scenario: &ScenarioReport) -> Markup {
                 tr {
                     @for name in [
                         "run", "phase", "request", "offered/s", "answered/s", "p50 ms", "p99 ms", "p99.9 ms", "max ms",
-                        "p99 ms from sending", "shed", "errors", "unsent", "server busy", "load busy", "sent late, p99 ms",
+                        "p99 ms from sending", "shed", "errors", "unsent", "server busy", "load busy", "others busy", "sent late, p99 ms",
                     ] { th { (name) } }
                 }
             }
@@ -256,6 +256,7 @@ fn runs(scenario: &ScenarioReport) -> Markup {
                                 td class="number" { (figures.unsent) }
                                 td class="number" { (phase.server_share.map_or_else(String::new, percent)) }
                                 td class="number" { (phase.load_share.map_or_else(String::new, percent)) }
+                                td class="number" { (phase.elsewhere_share.map_or_else(String::new, percent)) }
                                 td class="number" { (format!("{:.2}", phase.late_p99_ms)) }
                             }
                         }

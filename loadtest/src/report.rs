@@ -2,8 +2,13 @@
 
 use crate::load::Ran;
 use crate::measures::{Tally, Times};
+use crate::ranks;
+use crate::watch::Watch;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+
+/// With fewer values not even the least and the greatest are far enough apart for an interval of 95 %.
+const INTERVAL_LEAST: usize = 6;
 
 /// A run of scenarios.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -67,6 +72,10 @@ pub(crate) struct PhaseReport {
     pub(crate) server_share: Option<f64>,
     /// Which part of the time the load worked, where it has a core of its own.
     pub(crate) load_share: Option<f64>,
+    /// How much the machine's other processes worked from its warm-up to its end, as a part of one core: nobody's load, and
+    /// the more of it the less the times say.
+    #[serde(default)]
+    pub(crate) elsewhere_share: Option<f64>,
     /// How much later than meant the load sent, p99: where it is near the latencies, it is the load that is measured.
     pub(crate) late_p99_ms: f64,
     /// How long the edge took to take over what its registry had.
@@ -143,8 +152,10 @@ pub(crate) struct Judgement {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Summary {
     pub(crate) median: f64,
-    pub(crate) least: f64,
-    pub(crate) greatest: f64,
+    /// From where to where the median of what they are drawn from lies in 95 of 100 cases; where they are too few for
+    /// that, the least and the greatest.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 impl Summary {
@@ -158,16 +169,17 @@ impl Summary {
             true => f64::midpoint(sorted[middle - 1], upper),
             false => upper,
         };
+        let (low, high) = ranks::of_median(sorted.len());
         Some(Self {
             median,
-            least: *sorted.first()?,
-            greatest: *sorted.last()?,
+            low: *sorted.get(low)?,
+            high: *sorted.get(high)?,
         })
     }
 }
 
 impl Judgement {
-    /// The median, and from where to where the values go.
+    /// The median and its interval.
     pub(crate) fn measured(&self) -> String {
         let Some(summary) = self.summary else {
             return "not measured".to_owned();
@@ -180,10 +192,14 @@ impl Judgement {
         match self.values.len() {
             1 => shown(summary.median),
             count => format!(
-                "{} (of {count}, from {} to {})",
+                "{} (of {count}, {}{} to {})",
                 shown(summary.median),
-                shown(summary.least),
-                shown(summary.greatest)
+                match count < INTERVAL_LEAST {
+                    true => "from ",
+                    false => "95 %: ",
+                },
+                shown(summary.low),
+                shown(summary.high)
             ),
         }
     }
@@ -208,7 +224,7 @@ impl Report {
 }
 
 impl PhaseReport {
-    pub(crate) fn new(name: &str, ran: &Ran, server_share: Option<f64>) -> Self {
+    pub(crate) fn new(name: &str, ran: &Ran, watch: &Watch) -> Self {
         let recorder = &ran.recorder;
         let measured_s = ran.measured.as_secs_f64();
         let interval_s = recorder.interval.as_secs_f64();
@@ -219,7 +235,8 @@ impl PhaseReport {
             name: name.to_owned(),
             offered_per_s: all.scheduled() as f64 / measured_s.max(1e-9),
             measured_s,
-            server_share,
+            server_share: watch.server_share,
+            elsewhere_share: watch.elsewhere_share,
             load_share: ran.load_share,
             late_p99_ms: recorder.late.at_ms(0.99),
             followed_s: None,

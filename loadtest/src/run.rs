@@ -318,7 +318,7 @@ impl Repetition<'_> {
         };
         let connections = loaded.connections.clone();
         let ran = load::run(self.mix.clone(), connections, pace, stop, &mut watch).await;
-        let mut report = PhaseReport::new(&phase.name, &ran, watch.server_share);
+        let mut report = PhaseReport::new(&phase.name, &ran, &watch);
         if let Some(following) = following {
             report.followed_s = Some(following.await??.as_secs_f64());
         }

@@ -43,8 +43,8 @@ pub(crate) fn figures(report: &Report) -> String {
             scenario.seed,
             repetitions.count()
         );
-        text.push_str("| server, phase | offered/s | answered/s | p50 ms | p99 ms | p99.9 ms | max ms | shed | errors | rerouted | server busy | load busy | sent late, p99 ms |\n");
-        text.push_str("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n");
+        text.push_str("| server, phase | offered/s | answered/s | p50 ms | p99 ms | p99.9 ms | max ms | shed | errors | rerouted | server busy | load busy | others busy | sent late, p99 ms |\n");
+        text.push_str("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n");
         for (server, phase) in lines(scenario) {
             text.push_str(&line(scenario, &server, &phase));
         }
@@ -84,7 +84,7 @@ fn line(scenario: &ScenarioReport, server: &str, name: &str) -> String {
         median(figure).map_or_else(String::new, |value| format!("{:.2} %", value * 100.0))
     };
     format!(
-        "| {server}, {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+        "| {server}, {name} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
         number(0, &|phase| phase.offered_per_s),
         number(0, &|phase| phase.all.goodput_per_s),
         number(2, &|phase| phase.all.p50_ms),
@@ -96,6 +96,7 @@ fn line(scenario: &ScenarioReport, server: &str, name: &str) -> String {
         share(&|phase| phase.all.rerouted_share),
         share(&|phase| phase.server_share),
         share(&|phase| phase.load_share),
+        share(&|phase| phase.elsewhere_share),
         number(2, &|phase| phase.late_p99_ms),
     )
 }

@@ -1,7 +1,8 @@
-//! What is seen of a run while it goes on: a line of progress each second, and how busy the server is.
+//! What is seen of a run while it goes on: a line of progress each second, how busy the server is, and what else the
+//! machine does.
 
-use crate::cores;
 use crate::measures::Recorder;
+use crate::{cores, elsewhere};
 use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -17,6 +18,11 @@ pub(crate) struct Watch {
     measured_from: Option<(Instant, Duration)>,
     /// Which part of the time the server worked; known once the run has ended.
     pub(crate) server_share: Option<f64>,
+    begun: Instant,
+    /// What processes of others had worked when it began.
+    worked_elsewhere: Option<Duration>,
+    /// How much the machine's other processes worked meanwhile, as a part of one core; known once the run has ended.
+    pub(crate) elsewhere_share: Option<f64>,
 }
 
 impl Watch {
@@ -27,6 +33,10 @@ impl Watch {
             server,
             measured_from: None,
             server_share: None,
+            // Not while the load runs: all processes are looked at.
+            worked_elsewhere: elsewhere::processor_time(),
+            begun: Instant::now(),
+            elsewhere_share: None,
         }
     }
 
@@ -55,6 +65,14 @@ impl Watch {
         if std::io::stderr().is_terminal() {
             write_line("\r\x1b[2K");
         }
+    }
+
+    /// Nothing is waited for any more.
+    pub(crate) fn ended(&mut self) {
+        let took_s = self.begun.elapsed().as_secs_f64();
+        let worked = elsewhere::processor_time().zip(self.worked_elsewhere);
+        let worked = worked.map(|(after, before)| after.saturating_sub(before));
+        self.elsewhere_share = worked.map(|worked| worked.as_secs_f64() / took_s);
     }
 
     fn worked(&self) -> Option<Duration> {

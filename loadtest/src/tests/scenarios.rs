@@ -111,6 +111,7 @@ fn run(repetition: usize, server: &str, p99_ms: f64) -> RunReport {
         offered_per_s: 10.0,
         measured_s: 1.0,
         server_share: None,
+        elsewhere_share: None,
         load_share: None,
         late_p99_ms: 0.0,
         followed_s: None,
