@@ -1,30 +1,81 @@
 //! What the machine does beside the load and its servers: the more of it, the less the times say.
 
-use crate::cores;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// How long all processes have run that are neither this one nor its children: daemons, threads of the kernel. None
-/// where the system does not tell.
-pub(crate) fn processor_time() -> Option<Duration> {
-    let own = std::process::id();
-    let mut sum = Duration::ZERO;
-    for entry in std::fs::read_dir("/proc").ok()? {
-        let name = entry.ok()?.file_name();
-        let Some(pid) = name.to_str().and_then(|name| name.parse::<u32>().ok()) else {
-            continue;
-        };
-        let parent = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok();
-        if pid == own || parent.as_deref().and_then(parent_of) == Some(own) {
-            continue;
+/// How long every thread has run of processes that are neither this one nor its children: daemons, the kernel.
+#[derive(Debug, Default)]
+pub(crate) struct Elsewhere(BTreeMap<String, Duration>);
+
+impl Elsewhere {
+    /// As it is now; empty where the system does not tell. Looks at every process, which takes milliseconds.
+    pub(crate) fn now() -> Self {
+        let own = std::process::id();
+        let mut threads = BTreeMap::new();
+        for pid in numbers_in("/proc") {
+            // A process or a thread may have ended meanwhile.
+            let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
+            let is_ours = |parent| pid == own || parent == own;
+            if stat.is_ok_and(|stat| parent_of(&stat).is_none_or(is_ours)) {
+                continue;
+            }
+            for tid in numbers_in(&format!("/proc/{pid}/task")) {
+                let thread = format!("/proc/{pid}/task/{tid}/schedstat");
+                if let Some(worked) = time_in(&thread) {
+                    threads.insert(thread, worked);
+                }
+            }
         }
-        // It may have ended meanwhile.
-        sum += cores::processor_time(&pid.to_string()).unwrap_or_default();
+        Self(threads)
     }
-    Some(sum)
+
+    /// How long threads have run since; of those that have ended meanwhile nothing is known. None where the system does
+    /// not tell.
+    pub(crate) fn worked_since(&self, before: &Self) -> Option<Duration> {
+        let worked = self.0.iter().map(|(thread, &worked)| {
+            let earlier = before.0.get(thread).copied().unwrap_or_default();
+            worked.saturating_sub(earlier)
+        });
+        (!before.0.is_empty()).then(|| worked.sum())
+    }
+}
+
+/// The names of folders that are numbers.
+fn numbers_in(folder: &str) -> Vec<u32> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter_map(|name| name.parse().ok()).collect()
+}
+
+fn time_in(schedstat: &str) -> Option<Duration> {
+    let text = std::fs::read_to_string(schedstat).ok()?;
+    let on_cpu_ns = text.split(' ').next()?;
+    Some(Duration::from_nanos(on_cpu_ns.parse().ok()?))
 }
 
 /// The parent in a line of `/proc/PID/stat`: after the name, which may have spaces and brackets, and the state.
 fn parent_of(stat: &str) -> Option<u32> {
     let (_, after_name) = stat.rsplit_once(')')?;
     after_name.split_whitespace().nth(1)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parent_is_found_whatever_a_process_is_called() {
+        assert_eq!(parent_of("12 (a) b (c) S 77 12 12 0"), Some(77));
+        assert_eq!(parent_of("12 (cut"), None);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn others_are_neither_this_process_nor_its_children() {
+        let now = Elsewhere::now();
+        let own = format!("/proc/{}/", std::process::id());
+        assert!(now.0.keys().any(|thread| thread.starts_with("/proc/1/")));
+        assert!(!now.0.keys().any(|thread| thread.starts_with(&own)));
+        assert_eq!(now.worked_since(&Elsewhere::default()), None);
+    }
 }

@@ -1,7 +1,7 @@
 //! What a scenario is held against, and whether it was reached.
 //!
-//! A measure is taken in every repetition; the objective is met where the median keeps to its bound. The least and
-//! the greatest are told beside it.
+//! A measure is taken in every repetition; the objective is met where the median keeps to its bound. Its interval,
+//! the least and the greatest are told beside it.
 
 use crate::report::{Figures, Judgement, PhaseReport, RunReport, Summary};
 use crate::scenario::Scenario;

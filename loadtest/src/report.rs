@@ -152,10 +152,11 @@ pub(crate) struct Judgement {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Summary {
     pub(crate) median: f64,
-    /// From where to where the median of what they are drawn from lies in 95 of 100 cases; where they are too few for
-    /// that, the least and the greatest.
-    pub(crate) low: f64,
-    pub(crate) high: f64,
+    pub(crate) least: f64,
+    pub(crate) greatest: f64,
+    /// From where to where the median of what they are drawn from lies in 95 of 100 cases; none where they are too few.
+    #[serde(default)]
+    pub(crate) interval: Option<(f64, f64)>,
 }
 
 impl Summary {
@@ -170,16 +171,18 @@ impl Summary {
             false => upper,
         };
         let (low, high) = ranks::of_median(sorted.len());
+        let is_enough = sorted.len() >= INTERVAL_LEAST;
         Some(Self {
             median,
-            low: *sorted.get(low)?,
-            high: *sorted.get(high)?,
+            least: *sorted.first()?,
+            greatest: *sorted.last()?,
+            interval: is_enough.then(|| (sorted[low], sorted[high])),
         })
     }
 }
 
 impl Judgement {
-    /// The median and its interval.
+    /// The median, its interval, and from where to where the values go.
     pub(crate) fn measured(&self) -> String {
         let Some(summary) = self.summary else {
             return "not measured".to_owned();
@@ -189,18 +192,16 @@ impl Judgement {
             "/s" => format!("{value:.0}/s"),
             unit => format!("{value:.2} {unit}"),
         };
-        match self.values.len() {
-            1 => shown(summary.median),
-            count => format!(
-                "{} (of {count}, {}{} to {})",
-                shown(summary.median),
-                match count < INTERVAL_LEAST {
-                    true => "from ",
-                    false => "95 %: ",
-                },
-                shown(summary.low),
-                shown(summary.high)
-            ),
+        let span = |(low, high)| format!("{} to {}", shown(low), shown(high));
+        let all = span((summary.least, summary.greatest));
+        let interval = summary.interval.map(span);
+        match (self.values.iter().flatten().count(), interval) {
+            (1, _) => shown(summary.median),
+            (count, None) => format!("{} (of {count}, from {all})", shown(summary.median)),
+            (count, Some(interval)) => {
+                let median = shown(summary.median);
+                format!("{median} (of {count}, 95 %: {interval}; from {all})")
+            }
         }
     }
 }

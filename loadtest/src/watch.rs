@@ -1,8 +1,9 @@
 //! What is seen of a run while it goes on: a line of progress each second, how busy the server is, and what else the
 //! machine does.
 
+use crate::cores;
+use crate::elsewhere::Elsewhere;
 use crate::measures::Recorder;
-use crate::{cores, elsewhere};
 use std::cell::RefCell;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -20,7 +21,7 @@ pub(crate) struct Watch {
     pub(crate) server_share: Option<f64>,
     begun: Instant,
     /// What processes of others had worked when it began.
-    worked_elsewhere: Option<Duration>,
+    elsewhere: Elsewhere,
     /// How much the machine's other processes worked meanwhile, as a part of one core; known once the run has ended.
     pub(crate) elsewhere_share: Option<f64>,
 }
@@ -34,7 +35,7 @@ impl Watch {
             measured_from: None,
             server_share: None,
             // Not while the load runs: all processes are looked at.
-            worked_elsewhere: elsewhere::processor_time(),
+            elsewhere: Elsewhere::now(),
             begun: Instant::now(),
             elsewhere_share: None,
         }
@@ -70,8 +71,10 @@ impl Watch {
     /// Nothing is waited for any more.
     pub(crate) fn ended(&mut self) {
         let took_s = self.begun.elapsed().as_secs_f64();
-        let worked = elsewhere::processor_time().zip(self.worked_elsewhere);
-        let worked = worked.map(|(after, before)| after.saturating_sub(before));
+        // A server that is no child of ours is one of the others.
+        let worked = self
+            .server
+            .and_then(|_| Elsewhere::now().worked_since(&self.elsewhere));
         self.elsewhere_share = worked.map(|worked| worked.as_secs_f64() / took_s);
     }
 

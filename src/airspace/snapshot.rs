@@ -12,7 +12,7 @@ use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
 use std::ops::Bound;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The one vocabulary of change: what is not a `Change` cannot alter an airspace.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,8 +41,8 @@ pub struct Airspace {
     horizon: SignedDuration,
     /// How far a second clock is ahead, by which windows count as well.
     apart: Option<SignedDuration>,
-    /// The next instant at which a window turns: asked for more often than it changes.
-    next_change: Option<Timestamp>,
+    /// The next instant at which a window turns, once somebody has asked: it is asked for more often than it changes.
+    next_change: OnceLock<Option<Timestamp>>,
     closures: BTreeMap<Arc<str>, Held>,
     closed: ClosedSet,
     closed_pads: Bits,
@@ -75,7 +75,7 @@ impl Airspace {
             as_of,
             horizon,
             apart: None,
-            next_change: None,
+            next_change: OnceLock::new(),
             closures: BTreeMap::new(),
         }
     }
@@ -95,7 +95,7 @@ impl Airspace {
             }
         }
         next.follow_windows(&mut effect);
-        next.next_change = next.seek_next_change();
+        next.next_change = OnceLock::new();
         if effect.changed {
             next.revision += 1;
         }
@@ -136,7 +136,6 @@ impl Airspace {
         });
         next.closures = held.collect();
         next.follow_windows(&mut Effect::default());
-        next.next_change = next.seek_next_change();
         next
     }
 
@@ -146,7 +145,7 @@ impl Airspace {
     pub fn beside_clock(&self, apart: Option<SignedDuration>) -> Self {
         let mut beside = self.clone();
         beside.apart = apart;
-        beside.next_change = beside.seek_next_change();
+        beside.next_change = OnceLock::new();
         beside
     }
 
@@ -225,7 +224,7 @@ impl Airspace {
 
     /// The next instant after this snapshot's time at which a window begins or ceases to count.
     pub fn next_change(&self) -> Option<Timestamp> {
-        self.next_change
+        *self.next_change.get_or_init(|| self.seek_next_change())
     }
 
     fn seek_next_change(&self) -> Option<Timestamp> {

@@ -43,6 +43,47 @@ pub struct EventRecord {
     pub json: Arc<str>,
 }
 
+/// An event as it is told, all but its id.
+#[derive(Debug)]
+struct Unnumbered {
+    event: wire::Event<'static>,
+    json: String,
+}
+
+/// How the JSON of an event without an id begins.
+const WITHOUT_ID: &str = r#"{"id":"""#;
+
+impl Unnumbered {
+    fn of(happening: Happening, at: Timestamp, revision: &str) -> Self {
+        let event = wire::Event {
+            id: Cow::Borrowed(""),
+            kind: happening.kind,
+            at: Cow::Owned(at.to_string()),
+            revision: Cow::Owned(revision.to_owned()),
+            data: happening.data,
+        };
+        // A map with text keys and plain values always has a JSON form.
+        let json = serde_json::to_string(&event).unwrap_or_default();
+        Self { event, json }
+    }
+
+    /// With its id: digits and a hyphen, which stand in JSON as they are.
+    fn numbered(self, id: String) -> EventRecord {
+        let rest = self.json.strip_prefix(WITHOUT_ID).unwrap_or_default();
+        let json = format!(r#"{{"id":"{id}"{rest}"#);
+        let event = wire::Event {
+            id: Cow::Owned(id.clone()),
+            ..self.event
+        };
+        EventRecord {
+            id,
+            kind: event.kind,
+            event,
+            json: Arc::from(json),
+        }
+    }
+}
+
 /// The events of this start.
 #[derive(Debug)]
 pub(super) struct Events {
@@ -83,30 +124,15 @@ impl Events {
         if happenings.is_empty() {
             return;
         }
-        // Written before they are kept: whoever reads events does not wait for that.
-        let first = self.lock().next;
-        let mut records: Vec<EventRecord> = (first..)
-            .zip(happenings)
-            .map(|(number, happening)| {
-                give_way();
-                let event = wire::Event {
-                    id: Cow::Borrowed(""),
-                    kind: happening.kind,
-                    at: Cow::Owned(at.to_string()),
-                    revision: Cow::Owned(revision.to_owned()),
-                    data: happening.data,
-                };
-                self.numbered(number, event)
-            })
-            .collect();
+        // Written before they have their numbers: whoever reads events does not wait for that.
+        let written = happenings.into_iter().map(|happening| {
+            give_way();
+            Unnumbered::of(happening, at, revision)
+        });
+        let written: Vec<Unnumbered> = written.collect();
         let mut kept = self.lock();
-        if kept.next != first {
-            // Others have been added meanwhile, and have these numbers.
-            let again = (kept.next..).zip(records);
-            let again = again.map(|(number, record)| self.numbered(number, record.event));
-            records = again.collect();
-        }
-        for record in records {
+        for event in written {
+            let record = event.numbered(format!("{}-{}", self.epoch, kept.next));
             kept.events.push_back(Arc::new(record));
             kept.next += 1;
             if kept.events.len() > self.capacity {
@@ -117,22 +143,6 @@ impl Events {
         drop(kept);
         self.latest.send_replace(latest);
         self.news.send_replace(latest);
-    }
-
-    fn numbered(&self, number: u64, event: wire::Event<'static>) -> EventRecord {
-        let id = format!("{}-{number}", self.epoch);
-        let event = wire::Event {
-            id: Cow::Owned(id.clone()),
-            ..event
-        };
-        // A map with text keys and plain values always has a JSON form.
-        let json = serde_json::to_string(&event).unwrap_or_default();
-        EventRecord {
-            id,
-            kind: event.kind,
-            event,
-            json: Arc::from(json),
-        }
     }
 
     /// Wakes with every event; what it shows is the number of the latest.
@@ -279,7 +289,8 @@ mod tests {
         let expected: Vec<String> = (1..=2_000).map(|number| format!("7-{number}")).collect();
         assert_eq!(ids, expected);
         for record in &kept.events {
-            assert!(record.json.contains(&format!("\"{}\"", record.id)));
+            let written = serde_json::to_string(&record.event).expect("JSON");
+            assert_eq!(*record.json, *written);
         }
     }
 }

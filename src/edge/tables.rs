@@ -5,7 +5,7 @@
 //! bounded by its queue and by the bytes of the cache, and steps back behind all that somebody waits for: every change of the
 //! airspace is worked into all tables, which with many destinations takes as long as hundreds of answers.
 
-use super::background::{Background, give_way};
+use super::background::{Background, begin_turn, give_way};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::prepare_table;
@@ -103,6 +103,7 @@ impl Workbench {
 fn work(inbox: &Receiver<Wish>, world: &ArcSwap<Snapshot>, trees: &TreeCache) {
     let mut workbench: Option<Workbench> = None;
     while let Ok(first) = inbox.recv() {
+        begin_turn();
         let mut wishes = Vec::new();
         let mut is_renewal = false;
         for wish in std::iter::once(first).chain(inbox.try_iter().take(QUEUE)) {

@@ -4,7 +4,7 @@
 //! the next order or the next instant at which something happens by itself; in place it works whenever an order
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
-use super::background::give_way;
+use super::background::{begin_turn, give_way};
 use super::events::Events;
 use super::offers::Opened;
 use super::orders::{Order, Reply};
@@ -148,6 +148,7 @@ impl Desk {
     }
 
     fn carry_out_batch(&mut self, letters: Vec<Letter>) {
+        begin_turn();
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
@@ -159,9 +160,9 @@ impl Desk {
             })
             .unzip();
         let batch = self.state.apply(orders, now);
-        give_way();
         // Enforced before stored, and acknowledged after both: nothing waits for a disk to be safe.
         self.world.store(batch.snapshot.clone());
+        give_way();
         if batch.airspace_changed {
             self.tables.renew();
         }

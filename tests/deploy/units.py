@@ -90,6 +90,8 @@ def starts_and_ends(machine: Machine, daemon: str, port: int) -> None:
         niceness = dict(reversed(thread.split(maxsplit=1)) for thread in threads)
         steps_back = (niceness.get("skyway-store"), niceness.get("skyway-tables"))
         expect(steps_back == ("10", "19"), f"the unit keeps threads from stepping back: {threads}")
+    huge_pages = machine.do("sh", "-c", f"grep THP_enabled /proc/{machine.shown(daemon, 'MainPID')}/status || true")
+    expect(not huge_pages.endswith("1"), f"the unit keeps the {daemon} from refusing huge pages")
     machine.do("systemctl", "stop", f"skyway-{daemon}.service")
     expect(machine.shown(daemon, "Result") == "success", f"the {daemon} did not end well:\n{machine.journal(daemon)}")
     expect(f"the {daemon} has ended" in machine.journal(daemon), f"the {daemon} was not asked to end")

@@ -2,7 +2,7 @@
 
 use crate::measures::Tally;
 use crate::objective::Measure;
-use crate::report::{Figures, PhaseReport, RunReport};
+use crate::report::{Figures, Judgement, PhaseReport, RunReport, Summary};
 use crate::scenario::{Scenario, Unusable};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -170,4 +170,24 @@ fn the_echo_is_compared_within_its_repetition() {
     ];
     let judgement = scenario.objectives[0].judge(&runs);
     assert_eq!(judgement.values, [Some(1.0), Some(6.0)]);
+}
+
+#[test]
+fn a_median_of_enough_values_has_an_interval() {
+    let of = |count: u32| Summary::of((1..=count).map(f64::from)).expect("values");
+    assert_eq!(of(5).interval, None);
+    // By the binomial distribution: between the second and the eighth of nine in 96 of 100 cases.
+    assert_eq!(of(9).interval, Some((2.0, 8.0)));
+    assert_eq!(of(25).interval, Some((8.0, 18.0)));
+    let judgement = Judgement {
+        objective: String::new(),
+        unit: "ms".to_owned(),
+        values: (1..=9).map(|value| Some(f64::from(value))).collect(),
+        summary: Some(of(9)),
+        met: true,
+    };
+    assert_eq!(
+        judgement.measured(),
+        "5.00 ms (of 9, 95 %: 2.00 ms to 8.00 ms; from 1.00 ms to 9.00 ms)"
+    );
 }

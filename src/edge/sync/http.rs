@@ -139,7 +139,10 @@ impl HttpClient {
             return read(&body);
         }
         let reading = tokio::task::spawn_blocking(move || read(&body)).await;
-        reading.map_err(|error| ClientError::Unreadable(error.to_string()))?
+        reading.unwrap_or_else(|error| match error.try_into_panic() {
+            Ok(defect) => std::panic::resume_unwind(defect),
+            Err(stopped) => Err(ClientError::Transport(stopped.to_string())),
+        })
     }
 }
 

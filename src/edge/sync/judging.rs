@@ -1,5 +1,6 @@
 //! What the registry says, judged where blocking is allowed: pages may be large, and requests are answered meanwhile.
 
+use super::super::background::begin_turn;
 use super::super::upstream::RegistryCursor;
 use super::client::RegistryClient;
 use super::followed::Verdict;
@@ -30,7 +31,10 @@ impl<C: RegistryClient> Sync<C> {
             return Ok(self.follower.read_changes(&page, &after, &ground));
         }
         let follower = self.follower.clone();
-        let judge = move || follower.read_changes(&page, &after, &ground);
+        let judge = move || {
+            begin_turn();
+            follower.read_changes(&page, &after, &ground)
+        };
         self.edge.aside(judge).await
     }
 
@@ -45,6 +49,7 @@ impl<C: RegistryClient> Sync<C> {
         let (follower, cursor, ground) = (self.follower.clone(), cursor.cloned(), ground.clone());
         let mut so_far = std::mem::take(listing);
         let add = move || {
+            begin_turn();
             let added = follower.add_page(&mut so_far, page, cursor.as_ref(), &ground);
             (so_far, added)
         };
@@ -61,7 +66,10 @@ impl<C: RegistryClient> Sync<C> {
         ground: Ground,
     ) -> Result<Verdict, Refusal> {
         let (follower, cursor) = (self.follower.clone(), cursor.cloned());
-        let judge = move || follower.read_listing(&listing, cursor.as_ref(), &ground);
+        let judge = move || {
+            begin_turn();
+            follower.read_listing(&listing, cursor.as_ref(), &ground)
+        };
         self.edge.aside(judge).await
     }
 }
