@@ -34,7 +34,7 @@ pub(crate) fn page(report: &Report) -> String {
                     }
                     p {
                         "Open loop: requests are sent when they are due, and times count from then. "
-                        @if missed == 0 { "Every objective is met." } @else { strong { (missed) " objectives are missed." } }
+                        @if missed == 0 { "Every objective is met." } @else { strong { (missed) @if missed == 1 { " objective is missed." } @else { " objectives are missed." } } }
                     }
                     (contents(report))
                 }
