@@ -1,6 +1,7 @@
 //! Which processor works for whom, and for how long it did. The load test is compiled with this file, too.
 
 use crate::Result;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -40,9 +41,14 @@ pub(crate) fn of_servers(program: &str) -> Command {
 pub(crate) fn processor_time(pid: &str) -> Result<Duration> {
     let mut sum = Duration::ZERO;
     for task in std::fs::read_dir(format!("/proc/{pid}/task"))? {
-        let text = std::fs::read_to_string(task?.path().join("schedstat"))?;
-        let on_cpu_ns = text.split(' ').next().unwrap_or_default();
-        sum += Duration::from_nanos(on_cpu_ns.parse()?);
+        sum += time_of_thread(&task?.path())?;
     }
     Ok(sum)
+}
+
+/// How long a thread has run, given its folder below `/proc`.
+pub(crate) fn time_of_thread(folder: &Path) -> Result<Duration> {
+    let text = std::fs::read_to_string(folder.join("schedstat"))?;
+    let on_cpu_ns = text.split(' ').next().unwrap_or_default();
+    Ok(Duration::from_nanos(on_cpu_ns.parse()?))
 }

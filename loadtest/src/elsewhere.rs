@@ -1,6 +1,8 @@
 //! What the machine does beside the load and its servers: the more of it, the less the times say.
 
+use crate::cores;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 
 /// How long every thread has run of processes that are neither this one nor its children: daemons, the kernel.
@@ -20,8 +22,8 @@ impl Elsewhere {
                 continue;
             }
             for tid in numbers_in(&format!("/proc/{pid}/task")) {
-                let thread = format!("/proc/{pid}/task/{tid}/schedstat");
-                if let Some(worked) = time_in(&thread) {
+                let thread = format!("/proc/{pid}/task/{tid}");
+                if let Ok(worked) = cores::time_of_thread(Path::new(&thread)) {
                     threads.insert(thread, worked);
                 }
             }
@@ -45,12 +47,6 @@ fn numbers_in(folder: &str) -> Vec<u32> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
     names.filter_map(|name| name.parse().ok()).collect()
-}
-
-fn time_in(schedstat: &str) -> Option<Duration> {
-    let text = std::fs::read_to_string(schedstat).ok()?;
-    let on_cpu_ns = text.split(' ').next()?;
-    Some(Duration::from_nanos(on_cpu_ns.parse().ok()?))
 }
 
 /// The parent in a line of `/proc/PID/stat`: after the name, which may have spaces and brackets, and the state.
