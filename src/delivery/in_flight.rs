@@ -50,7 +50,7 @@ pub(super) fn starts(
         let start = match ways.segment.filter(|_| !ways.off_leg) {
             Some(segment) => {
                 let length_m = setting.topology().segment(segment).length_m;
-                let share = way.offset_m / length_m;
+                let share = way.stretch.length_m / length_m;
                 along_the_leg(setting, failure, segment, way.node, share, battery)
             }
             None => straight(setting, failure, way.node, battery),

@@ -5,6 +5,7 @@
 
 mod airframe;
 mod battery;
+mod first_stretch;
 mod legs;
 mod measured;
 mod plan;
@@ -17,6 +18,7 @@ mod wind;
 
 pub use airframe::{Airframe, AirframeFault, LegCost, PowerModel, Unflyable};
 pub use battery::Charging;
+pub use first_stretch::{FirstStretch, Reentry, StretchKind, StretchLeg};
 pub use legs::{FlightLeg, FlightLegs};
 pub use measured::{
     M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,

@@ -3,6 +3,7 @@
 use super::area::area_geometry;
 use super::identifier::node_id;
 use super::report_problem::ReadWarning;
+use super::safety::{first_stretch, flags, if_airborne, near, unsafe_way};
 use crate::airspace::Airspace;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};
@@ -26,6 +27,17 @@ pub fn answer<'a>(
         outcome: answer.outcome.into(),
         path: path(topology, &answer.path),
         first_stretch_m: answer.first_stretch_m,
+        first_stretch: answer
+            .reentry
+            .as_ref()
+            .map(|reentry| first_stretch(topology, reentry)),
+        flags: flags(&answer.flags),
+        unsafe_way: answer
+            .unsafe_way
+            .as_ref()
+            .map(|way| unsafe_way(topology, way)),
+        near: answer.near.iter().map(|one| near(topology, one)).collect(),
+        if_airborne: if_airborne(topology, answer),
         recomposed_length_m: answer.recomposed_length_m,
         remaining_length_m: answer.remaining_length_m,
         strategy: answer.strategy.into(),
@@ -47,7 +59,7 @@ pub fn answer<'a>(
     }
 }
 
-fn path<'a>(topology: &'a Topology, way: &Way) -> wire::Path<'a> {
+pub(super) fn path<'a>(topology: &'a Topology, way: &Way) -> wire::Path<'a> {
     let segments = way.segments.iter();
     wire::Path {
         nodes: ids(topology, &way.nodes),

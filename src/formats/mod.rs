@@ -25,6 +25,7 @@ mod report_place;
 mod report_problem;
 mod report_settle;
 mod report_settled;
+mod safety;
 mod suggestion;
 mod weather;
 mod wire_terms;
@@ -54,6 +55,7 @@ pub use report_parse::{ParsedReport, lenient_report, parse_report};
 pub use report_problem::{ReadWarning, ReportProblem};
 pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, settle_report};
 pub use report_settled::settled_report;
+pub use safety::{first_stretch, unsafe_way};
 pub use suggestion::nearest;
 pub use weather::wind_field;
 pub use zones::{

@@ -2,6 +2,8 @@
 
 use super::explanation::{Stage, StageRecord};
 use super::request::Strategy;
+use super::safety::{Flag, Near, UnsafeWay};
+use crate::flight::Reentry;
 use crate::network::NodeIx;
 use crate::routing::Way;
 use serde::{Deserialize, Serialize};
@@ -153,6 +155,16 @@ pub struct Recomposition {
     pub remaining_length_m: Option<f64>,
     /// From where the drone is to the first node of the path, in metres.
     pub first_stretch_m: f64,
+    /// The same way with all that is known of it; `None` without a path.
+    pub reentry: Option<Reentry>,
+    /// What holds of the way told; rising.
+    pub flags: Vec<Flag>,
+    /// For [`Outcome::NoRoute`]: the least bad way.
+    pub unsafe_way: Option<UnsafeWay>,
+    /// For [`Outcome::NoRoute`] in flight: what is near, the nearest first.
+    pub near: Vec<Near>,
+    /// Where nobody knows whether the drone is in the air: the answer to one that is, where it is another.
+    pub if_airborne: Option<Box<Recomposition>>,
     /// The strategy asked for.
     pub strategy: Strategy,
     /// The strategy that answered.
@@ -183,4 +195,37 @@ pub struct Recomposition {
     pub severed_by: Vec<Severance>,
     /// The stages in order, when asked for.
     pub stages: Vec<StageRecord>,
+}
+
+impl Recomposition {
+    /// An answer with nothing filled in yet.
+    pub(super) fn unanswered(strategy: Strategy) -> Self {
+        Self {
+            outcome: Outcome::NoRoute,
+            path: Way::default(),
+            recomposed_length_m: None,
+            remaining_length_m: None,
+            first_stretch_m: 0.0,
+            reentry: None,
+            flags: Vec::new(),
+            unsafe_way: None,
+            near: Vec::new(),
+            if_airborne: None,
+            strategy,
+            strategy_used: strategy,
+            fallback: None,
+            stage: Stage::Global,
+            searches: 0,
+            area_nodes: 0,
+            area_segments: 0,
+            settled_nodes: 0,
+            local_optimum_m: None,
+            global_optimum_m: None,
+            remaining_optimum_m: None,
+            repairs: Vec::new(),
+            warnings: Vec::new(),
+            severed_by: Vec::new(),
+            stages: Vec::new(),
+        }
+    }
 }

@@ -72,7 +72,7 @@ pub fn certify(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> C
         starts: starts
             .ways
             .iter()
-            .map(|way| (way.node, way.offset_m))
+            .map(|way| (way.node, way.stretch.length_m))
             .collect(),
         destination,
         closed_nodes: closed.closed_nodes().collect(),

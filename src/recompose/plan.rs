@@ -4,7 +4,7 @@ use super::request::Request;
 use super::starts::Leg;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx};
-use crate::routing::{Area, Arrival, Baseline, DestinationTree, Searcher, Start, Way};
+use crate::routing::{Area, Arrival, Baseline, DestinationTree, Entrance, Searcher, Start, Way};
 
 /// Writes the nodes of the old plan from the failed leg's start on into `plan`.
 ///
@@ -39,7 +39,7 @@ pub(super) fn old_plan(
 /// The shortest way to the destination: by its tree where there is one, else by A*.
 pub(super) fn to_destination(
     closed: &Closed<'_>,
-    starts: &[Start],
+    starts: &[impl Entrance],
     destination: NodeIx,
     tree: Option<&DestinationTree>,
     searcher: &mut Searcher,

@@ -7,10 +7,11 @@ use super::local::Gap;
 use super::plan::{first_loop, old_plan, open_rest, to_destination};
 use super::repair::{LocalMemory, RepairOrder, Repaired, repair};
 use super::request::{LocalStrategy, Method, Request, Strategy};
+use super::safety::Flag;
 use super::severance::severances;
 use super::starts::{self, Leg, Starts};
 use crate::airspace::{Airspace, Closed, RequestClosures};
-use crate::flight::FailureType;
+use crate::flight::{FailureType, Reentry, StretchKind};
 use crate::network::{NodeIx, Topology};
 use crate::routing::{
     Arrival, Baseline, DestinationTree, Searcher, Standing, Start, TreeCache, Way,
@@ -255,18 +256,28 @@ impl Task<'_> {
     }
 
     fn take_path(&mut self, arrival: Arrival, outcome: Outcome) {
-        let start = self
+        let number = self
             .searcher
             .append_way(arrival, self.tree, &mut self.answer.path);
-        let ways = &self.starts.ways;
-        let first_stretch_m = ways
-            .iter()
-            .find(|way| way.node == start)
-            .map_or(0.0, |way| way.offset_m);
+        let reentry = self.starts.ways[number];
         self.answer.outcome = outcome;
-        self.answer.first_stretch_m = first_stretch_m;
+        self.begin_with(reentry);
+        let first_stretch_m = reentry.stretch.length_m;
         self.answer.recomposed_length_m = Some(arrival.length_m - first_stretch_m);
         self.answer.remaining_length_m = Some(arrival.length_m);
+    }
+
+    /// Says how the drone comes to the first node of the path.
+    fn begin_with(&mut self, reentry: Reentry) {
+        self.answer.first_stretch_m = reentry.stretch.length_m;
+        self.answer.reentry = Some(reentry);
+        self.answer.flags.clear();
+        if self.starts.leaves_zone {
+            self.answer.flags.push(Flag::LeavingZone);
+        }
+        if reentry.stretch.kind == StretchKind::Straight {
+            self.answer.flags.push(Flag::Unverified);
+        }
     }
 
     /// True when the cause lies behind the drone: the leg's end is the one way on.
@@ -282,7 +293,8 @@ impl Task<'_> {
     /// Says `unaffected` where nothing ahead is touched and the answer found is not shorter than the old plan.
     fn prefer_old_plan(&mut self) {
         self.recall_plan();
-        let at_leg_start = |way: &&Start| way.node == self.leg.from && way.offset_m == 0.0;
+        let at_leg_start =
+            |way: &&Reentry| way.node == self.leg.from && way.stretch.length_m == 0.0;
         let (first, way_in) = match self.starts.ways.iter().find(at_leg_start) {
             Some(&way_in) => (0, way_in),
             None => match self.starts.ways.iter().find(|way| way.node == self.leg.to) {
@@ -295,12 +307,12 @@ impl Task<'_> {
         };
         let reaches_goal = way.nodes.last() == Some(&self.destination());
         let rest_m = way.length_m(self.closed.topology());
-        let old_length_m = way_in.offset_m + rest_m;
+        let old_length_m = way_in.stretch.length_m + rest_m;
         let found_m = self.answer.remaining_length_m.unwrap_or(f64::INFINITY);
         if reaches_goal && found_m >= old_length_m * (1.0 - 1e-12) {
             self.answer.outcome = Outcome::Unaffected;
             self.answer.path = way;
-            self.answer.first_stretch_m = way_in.offset_m;
+            self.begin_with(way_in);
             self.answer.recomposed_length_m = Some(rest_m);
             self.answer.remaining_length_m = Some(old_length_m);
         }
@@ -331,9 +343,9 @@ impl Task<'_> {
         }
     }
 
-    fn take_repaired(&mut self, repaired: Repaired, way_in: Start) {
+    fn take_repaired(&mut self, repaired: Repaired, way_in: Reentry) {
         let nothing_repaired = repaired.repairs.is_empty();
-        let remaining_m = way_in.offset_m + repaired.way.length_m(self.closed.topology());
+        let remaining_m = way_in.stretch.length_m + repaired.way.length_m(self.closed.topology());
         if let Some(node) = first_loop(&repaired.way, self.local.area()) {
             self.answer.warnings.push(Warning::Loop { node });
         }
@@ -341,7 +353,7 @@ impl Task<'_> {
             true => Outcome::Unaffected,
             false => Outcome::Rerouted,
         };
-        self.answer.first_stretch_m = way_in.offset_m;
+        self.begin_with(way_in);
         self.answer.recomposed_length_m = Some(repaired.new_length_m);
         self.answer.remaining_length_m = Some(remaining_m);
         self.take_figures(&repaired);
@@ -453,33 +465,5 @@ impl Task<'_> {
         let ways = &self.starts.ways;
         let remaining = to_destination(closed, ways, destination, self.tree, searcher);
         self.answer.remaining_optimum_m = length(remaining);
-    }
-}
-
-impl Recomposition {
-    /// An answer with nothing filled in yet.
-    fn unanswered(strategy: Strategy) -> Self {
-        Self {
-            outcome: Outcome::NoRoute,
-            path: Way::default(),
-            recomposed_length_m: None,
-            remaining_length_m: None,
-            first_stretch_m: 0.0,
-            strategy,
-            strategy_used: strategy,
-            fallback: None,
-            stage: Stage::Global,
-            searches: 0,
-            area_nodes: 0,
-            area_segments: 0,
-            settled_nodes: 0,
-            local_optimum_m: None,
-            global_optimum_m: None,
-            remaining_optimum_m: None,
-            repairs: Vec::new(),
-            warnings: Vec::new(),
-            severed_by: Vec::new(),
-            stages: Vec::new(),
-        }
     }
 }

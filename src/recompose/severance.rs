@@ -2,8 +2,9 @@
 
 use super::answer::Severance;
 use crate::airspace::{Airspace, Closed, Closure};
+use crate::flight::Reentry;
 use crate::network::{NodeIx, SegmentIx};
-use crate::routing::{Searcher, Start};
+use crate::routing::Searcher;
 use std::collections::BTreeSet;
 
 /// The causes that close a segment, or its far node, on the rim of what can be reached from the starts.
@@ -12,7 +13,7 @@ use std::collections::BTreeSet;
 pub(super) fn severances(
     airspace: &Airspace,
     closed: &Closed<'_>,
-    starts: &[Start],
+    starts: &[Reentry],
     searcher: &mut Searcher,
 ) -> Vec<Severance> {
     searcher.nearest(closed, starts, |_| false);

@@ -7,10 +7,9 @@
 use super::answer::Warning;
 use super::request::Request;
 use crate::airspace::{Airspace, Closed, Zone};
-use crate::flight::Location;
+use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::geo::Point;
-use crate::network::{NodeIx, SegmentIx};
-use crate::routing::Start;
+use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// A drone farther from its leg than this, in metres, is off it.
 const OFF_LEG_TOLERANCE_M: f64 = 50.0;
@@ -22,9 +21,11 @@ const OFF_LEG_LOOKED_AT: usize = 64;
 /// The ways back into the network.
 #[derive(Debug, Default)]
 pub(super) struct Starts {
-    pub(super) ways: Vec<Start>,
+    pub(super) ways: Vec<Reentry>,
     /// True when the drone is off its leg, so that no way begins with the old plan.
     pub(super) off_leg: bool,
+    /// True when the drone is inside an active zone, which its first stretch leaves.
+    pub(super) leaves_zone: bool,
 }
 
 /// The failed leg with the drone on it.
@@ -47,6 +48,36 @@ impl Leg {
             segment,
             length_m: segment.map_or_else(straight_m, |found| topology.segment(found).length_m),
         }
+    }
+
+    /// The way from a place on the leg to one of its ends.
+    fn reentry(&self, closed: &Closed<'_>, node: NodeIx, flown: f64) -> Reentry {
+        let topology = closed.topology();
+        let (from, to) = (topology.position(self.from), topology.position(self.to));
+        let place = from.towards(to, flown);
+        let leg = StretchLeg {
+            from: self.from,
+            to: self.to,
+            segment: self.segment,
+            fraction: flown,
+        };
+        let share = if node == self.from {
+            flown
+        } else {
+            1.0 - flown
+        };
+        let length_m = share * self.length_m;
+        if length_m == 0.0 {
+            return Reentry::at_node(node, place, Some(leg));
+        }
+        let stretch = FirstStretch {
+            kind: StretchKind::Leg,
+            leg: Some(leg),
+            length_m,
+            overrun_m: 0.0,
+            begin: place,
+        };
+        Reentry { node, stretch }
     }
 }
 
@@ -158,13 +189,14 @@ pub(super) fn find(
 ) {
     starts.ways.clear();
     starts.off_leg = false;
+    starts.leaves_zone = false;
     let topology = closed.topology();
     let ends = (topology.position(leg.from), topology.position(leg.to));
     match request.report.location {
         Location::Unknown => {
             let obstacles = Obstacles::found(request, airspace, closed, leg);
-            let back = (leg.from, leg.length_m);
-            let on = (leg.to, leg.length_m);
+            let back = leg.reentry(closed, leg.from, 1.0);
+            let on = leg.reentry(closed, leg.to, 0.0);
             let passable =
                 !obstacles.unknown_ahead && obstacles.cause.is_none() && obstacles.zones.is_empty();
             choose(
@@ -201,11 +233,12 @@ fn on_leg(
     warnings: &mut Vec<Warning>,
 ) {
     let obstacles = Obstacles::found(request, airspace, closed, leg);
-    let back = (leg.from, flown * leg.length_m);
-    let on = (leg.to, (1.0 - flown) * leg.length_m);
+    let back = leg.reentry(closed, leg.from, flown);
+    let on = leg.reentry(closed, leg.to, flown);
     let (behind, ahead) = (obstacles.behind(flown), obstacles.ahead(flown));
     if let Some((from, until)) = obstacles.around(flown).filter(|_| flown > 0.0) {
         warnings.push(Warning::InsideZone);
+        starts.leaves_zone = true;
         let back_is_shorter = flown - from <= until - flown;
         let goes_back = match (behind, ahead) {
             (false, true) => true,
@@ -213,7 +246,7 @@ fn on_leg(
             _ => back_is_shorter,
         };
         let (way, other) = if goes_back { (back, on) } else { (on, back) };
-        debug_assert_ne!(way.0, other.0);
+        debug_assert_ne!(way.node, other.node);
         choose(closed, starts, warnings, Some(way), None, false);
         return;
     }
@@ -233,15 +266,14 @@ fn choose(
     closed: &Closed<'_>,
     starts: &mut Starts,
     warnings: &mut Vec<Warning>,
-    back: Option<(NodeIx, f64)>,
-    on: Option<(NodeIx, f64)>,
+    back: Option<Reentry>,
+    on: Option<Reentry>,
     cause_is_behind: bool,
 ) {
     let ways = [back, on].into_iter().flatten();
-    let open = ways.clone().filter(|&(node, _)| !closed.closes_node(node));
     starts
         .ways
-        .extend(open.map(|(node, offset_m)| Start { node, offset_m }));
+        .extend(ways.filter(|way| !closed.closes_node(way.node)));
     if !starts.ways.is_empty() {
         return;
     }
@@ -249,10 +281,26 @@ fn choose(
         true => on.or(back),
         false => back.or(on),
     };
-    if let Some((node, offset_m)) = least_bad {
-        warnings.push(Warning::StartClosed { node });
-        starts.ways.push(Start { node, offset_m });
+    if let Some(way) = least_bad {
+        warnings.push(Warning::StartClosed { node: way.node });
+        starts.ways.push(way);
     }
+}
+
+/// The straight line from a place off every leg to a node.
+fn straight_to(topology: &Topology, place: Point, node: NodeIx) -> Reentry {
+    let length_m = topology.position(node).distance_m(place);
+    if length_m == 0.0 {
+        return Reentry::at_node(node, place, None);
+    }
+    let stretch = FirstStretch {
+        kind: StretchKind::Straight,
+        leg: None,
+        length_m,
+        overrun_m: 0.0,
+        begin: place,
+    };
+    Reentry { node, stretch }
 }
 
 /// The nearest open nodes to a drone that is off its leg.
@@ -267,18 +315,15 @@ fn off_leg(
 ) {
     let topology = closed.topology();
     let around = [place.x as f32, place.y as f32];
-    let mut near: Vec<Start> = topology
+    let mut near: Vec<Reentry> = topology
         .node_tree()
         .nearest_neighbor_iter(&around)
         .filter(|candidate| !closed.closes_node(candidate.node))
         .take(OFF_LEG_LOOKED_AT)
-        .map(|candidate| Start {
-            node: candidate.node,
-            offset_m: topology.position(candidate.node).distance_m(place),
-        })
+        .map(|candidate| straight_to(topology, place, candidate.node))
         .collect();
     near.sort_by(|one, other| {
-        let by_distance = one.offset_m.total_cmp(&other.offset_m);
+        let by_distance = one.stretch.length_m.total_cmp(&other.stretch.length_m);
         by_distance.then_with(|| topology.rank(one.node).cmp(&topology.rank(other.node)))
     });
     let standing = airspace
@@ -287,7 +332,7 @@ fn off_leg(
     let zones: Vec<&Zone> = standing
         .chain(request.zone.iter().map(|brought| &*brought.zone))
         .collect();
-    let is_clear = |start: &&Start| {
+    let is_clear = |start: &&Reentry| {
         let node = topology.position(start.node);
         zones
             .iter()

@@ -5,16 +5,18 @@ use super::recomposition::{Scratch, World, close_for_request};
 use super::request::Request;
 use super::starts::{self, Leg};
 use crate::airspace::Closed;
+use crate::flight::Reentry;
 use crate::network::{NodeIx, SegmentIx};
-use crate::routing::Start;
 
 /// Where a drone can re-enter the network.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaysBack {
-    /// The nodes, each with the metres flown before it.
-    pub ways: Vec<Start>,
+    /// The nodes, each with the stretch that leads to it.
+    pub ways: Vec<Reentry>,
     /// True when the drone is off its leg.
     pub off_leg: bool,
+    /// True when the drone is inside an active zone, which its first stretch leaves.
+    pub leaves_zone: bool,
     /// The segment of the leg; `None` where the network has none.
     pub segment: Option<SegmentIx>,
     /// True where the cause lies behind the drone, so that the leg's end is the one way on.
@@ -48,6 +50,7 @@ pub fn ways_back(world: &World<'_>, request: &Request, scratch: &mut Scratch) ->
         only_ahead: matches!(starts.ways.as_slice(), [only] if only.node == leg.to),
         ways: starts.ways.clone(),
         off_leg: starts.off_leg,
+        leaves_zone: starts.leaves_zone,
         segment: leg.segment,
         closed_segments: closures.segments().to_vec(),
         closed_nodes: closures.nodes().to_vec(),

@@ -1,7 +1,7 @@
 //! The textbook searches: what the paper compares with, and what local strategies run inside their areas.
 
 use super::area::Area;
-use super::frontier::Start;
+use super::frontier::Entrance;
 use super::searcher::{Arrival, Searcher};
 use crate::airspace::Closed;
 use crate::network::NodeIx;
@@ -25,7 +25,7 @@ impl Searcher {
     pub fn shortest(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         goal: NodeIx,
         baseline: Baseline,
         within: Option<&Area>,
@@ -52,7 +52,7 @@ impl Searcher {
     pub fn nearest(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         wanted: impl Fn(NodeIx) -> bool,
     ) -> Option<Arrival> {
         self.begin(closed, starts, None, |_| 0.0);
@@ -73,7 +73,7 @@ impl Searcher {
     fn best_first(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         goal: NodeIx,
         stop_at: Option<NodeIx>,
         within: Option<&Area>,
@@ -108,7 +108,7 @@ impl Searcher {
     fn bellman_ford(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         goal: NodeIx,
         within: Option<&Area>,
     ) -> Option<Arrival> {

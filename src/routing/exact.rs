@@ -4,7 +4,7 @@
 //! from that node is open, the key is also the length of a real way, which therefore is the best one
 //! (after MPAA*, Hernández, Asín and Baier 2014). One failure settles the detour alone.
 
-use super::frontier::Start;
+use super::frontier::Entrance;
 use super::searcher::{Arrival, Searcher};
 use super::tree::{DestinationTree, Span};
 use crate::airspace::Closed;
@@ -60,7 +60,7 @@ impl Searcher {
     pub fn exact(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         tree: &DestinationTree,
     ) -> Option<Arrival> {
         self.begin(closed, starts, None, |node| tree.distance_m(node));
@@ -99,10 +99,13 @@ impl Searcher {
     pub(super) fn at_closed_start(
         &self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         goal: NodeIx,
     ) -> Option<Arrival> {
-        let start = starts.iter().find(|start| start.node == goal)?;
+        let at_goal = starts.iter().map(|entrance| entrance.start());
+        let start = at_goal
+            .filter(|start| start.node == goal)
+            .min_by(|one, other| one.offset_m.total_cmp(&other.offset_m))?;
         closed.closes_node(goal).then_some(Arrival {
             length_m: start.offset_m,
             last_taken: goal,

@@ -5,6 +5,7 @@
 //! on the way still to go, and when to stop; each is an argument.
 
 use super::heap::Heap;
+use crate::flight::Reentry;
 use crate::network::{Arc, NodeIx, SegmentIx, Topology};
 
 /// Marks the absence of a parent in a label.
@@ -19,12 +20,35 @@ pub struct Start {
     pub offset_m: f64,
 }
 
+/// What a search can begin from; a search hands back which of them a way begins with.
+pub trait Entrance: Copy {
+    /// The node and the metres before it.
+    fn start(self) -> Start;
+}
+
+impl Entrance for Start {
+    #[inline]
+    fn start(self) -> Start {
+        self
+    }
+}
+
+impl Entrance for Reentry {
+    #[inline]
+    fn start(self) -> Start {
+        Start {
+            node: self.node,
+            offset_m: self.stretch.length_m,
+        }
+    }
+}
+
 /// What a search knows of a node it has seen.
 #[derive(Clone, Copy, Debug)]
 struct Label {
     distance_m: f64,
     parent: u32,
-    /// The segment from the parent; meaningless without one.
+    /// The segment from the parent; without one, which of the starts this is.
     via: u32,
     /// The search this label belongs to; any other number means the node has not been seen.
     generation: u32,
@@ -93,10 +117,12 @@ impl Frontier {
     }
 
     /// Offers a start; an infinite bound means that the goal cannot be reached from there.
-    pub(super) fn start(&mut self, start: Start, bound_m: f64) {
+    ///
+    /// `number` says which of the starts it is.
+    pub(super) fn start(&mut self, start: Start, number: u32, bound_m: f64) {
         if bound_m.is_finite() {
             let key = start.offset_m + bound_m;
-            self.offer(start.node, start.offset_m, key, NO_PARENT, 0);
+            self.offer(start.node, start.offset_m, key, NO_PARENT, number);
         }
     }
 
@@ -106,7 +132,7 @@ impl Frontier {
     }
 
     /// Settles a start at once; for one that is closed, which no way can lead to.
-    pub(super) fn settle_start(&mut self, start: Start) {
+    pub(super) fn settle_start(&mut self, start: Start, number: u32) {
         let label = &mut self.labels[start.node.at()];
         let better = label.generation == self.generation && label.distance_m <= start.offset_m;
         if better {
@@ -115,7 +141,7 @@ impl Frontier {
         *label = Label {
             distance_m: start.offset_m,
             parent: NO_PARENT,
-            via: 0,
+            via: number,
             generation: self.generation,
             settled: true,
         };
@@ -211,6 +237,12 @@ impl Frontier {
         reached.then_some((NodeIx(label.parent), SegmentIx(label.via)))
     }
 
+    /// Which of the starts a node is that was reached from no other.
+    pub(super) fn start_number(&self, node: NodeIx) -> usize {
+        debug_assert!(self.parent(node).is_none());
+        self.labels[node.at()].via as usize
+    }
+
     /// How many nodes have been settled.
     pub(super) fn settled(&self) -> usize {
         self.settled
@@ -232,7 +264,7 @@ mod tests {
         };
         frontier.generation = u32::MAX - 1;
         frontier.clear();
-        frontier.start(start, 0.0);
+        frontier.start(start, 0, 0.0);
         assert_eq!(frontier.distance_m(node), Some(3.0));
         frontier.clear();
         assert_eq!(frontier.generation, 1);

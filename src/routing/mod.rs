@@ -15,7 +15,7 @@ mod way;
 
 pub use area::Area;
 pub use baselines::Baseline;
-pub use frontier::Start;
+pub use frontier::{Entrance, Start};
 pub use searcher::{Arrival, Searcher};
 pub use tree::DestinationTree;
 pub use tree_cache::{CacheFigures, Standing, TreeCache};

@@ -1,7 +1,7 @@
 //! The memory of searches and the ways they find.
 
 use super::area::Area;
-use super::frontier::{Frontier, Start};
+use super::frontier::{Entrance, Frontier};
 use super::tree::DestinationTree;
 use super::way::Way;
 use crate::airspace::Closed;
@@ -63,7 +63,7 @@ impl Searcher {
             .filter_map(|node| Some((node, self.frontier.distance_m(node)?)))
     }
 
-    /// Adds the way of the last search to `way`, which is empty or ends at the start of it; also gives the start.
+    /// Adds the way of the last search to `way`, which is empty or ends at the start of it; also gives which of the starts it began from.
     ///
     /// `tree` is the one that the search was guided by, if any.
     pub fn append_way(
@@ -71,7 +71,7 @@ impl Searcher {
         arrival: Arrival,
         tree: Option<&DestinationTree>,
         way: &mut Way,
-    ) -> NodeIx {
+    ) -> usize {
         debug_assert!(tree.is_some() || !arrival.follows_tree);
         let steps_back = || {
             let mut node = arrival.last_taken;
@@ -104,22 +104,23 @@ impl Searcher {
         if let Some(tree) = tree {
             tree.append_descent(arrival.last_taken, way);
         }
-        start
+        self.frontier.start_number(start)
     }
 
     /// Clears everything and offers the starts; what leaves a closed start is relaxed at once.
     pub(super) fn begin(
         &mut self,
         closed: &Closed<'_>,
-        starts: &[Start],
+        starts: &[impl Entrance],
         within: Option<&Area>,
         bound_m: impl Fn(NodeIx) -> f64,
     ) {
         debug_assert!(starts.len() <= super::MAX_STARTS);
         self.frontier.clear();
-        for &start in starts {
+        for (number, entrance) in (0..).zip(starts) {
+            let start = entrance.start();
             if closed.closes_node(start.node) {
-                self.frontier.settle_start(start);
+                self.frontier.settle_start(start, number);
                 self.frontier.relax(
                     closed.topology(),
                     start.node,
@@ -127,7 +128,8 @@ impl Searcher {
                     &bound_m,
                 );
             } else {
-                self.frontier.start(start, bound_m(start.node));
+                let bound = bound_m(start.node);
+                self.frontier.start(start, number, bound);
             }
         }
     }

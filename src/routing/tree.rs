@@ -71,7 +71,7 @@ impl DestinationTree {
         };
         let mut outwards = Vec::with_capacity(topology.node_count());
         frontier.clear();
-        frontier.start(start, 0.0);
+        frontier.start(start, 0, 0.0);
         while let Some((_, node)) = frontier.take() {
             outwards.push(node);
             frontier.relax(topology, node, |_| true, |_| 0.0);

@@ -8,6 +8,7 @@ mod closure;
 mod drone;
 mod event;
 mod failure;
+mod first_stretch;
 mod flight;
 mod id;
 mod network;
@@ -27,6 +28,7 @@ pub use closure::{
 pub use drone::{DroneState, Drones, Position, Telemetry, TelemetryAnswer, TelemetryEntry};
 pub use event::{Event, EventKind};
 pub use failure::{DroneFacts, FailureReport, Failures, Parameters, Service};
+pub use first_stretch::{FirstStretch, Flag, IfAirborne, Near, StretchKind, UnsafeWay, Waypoint};
 pub use flight::{
     DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,
 };

@@ -1,6 +1,7 @@
 //! The answer to a failure report, and what is kept of it.
 
 use super::failure::FailureReport;
+use super::first_stretch::{FirstStretch, Flag, IfAirborne, Near, UnsafeWay};
 use super::flight::{Flight, FlightCause, Opening};
 use super::id::Id;
 use super::plan::Leg;
@@ -239,6 +240,20 @@ pub struct Answer<'a> {
     pub path: Path<'a>,
     /// From where the drone is to the first node of the path, in metres.
     pub first_stretch_m: f64,
+    /// How the drone comes to the first node of the path; null without a path.
+    pub first_stretch: Option<FirstStretch<'a>>,
+    /// What holds of the way told.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub flags: Vec<Flag>,
+    /// For `no_route`: the least bad way, which is never a path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unsafe_way: Option<UnsafeWay<'a>>,
+    /// For `no_route` in flight: what is near, the nearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub near: Vec<Near<'a>>,
+    /// Where nobody knows whether the drone is in the air: the answer to one that is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub if_airborne: Option<Box<IfAirborne<'a>>>,
     /// The new part without the first stretch, in metres.
     pub recomposed_length_m: Option<f64>,
     /// The whole remaining route, first stretch included, in metres.

@@ -190,6 +190,18 @@ impl<T: FromProto<P>, P> FromProto<Option<P>> for Option<T> {
     }
 }
 
+impl<T: IntoProto<P>, P> IntoProto<P> for Box<T> {
+    fn into_proto(self) -> P {
+        (*self).into_proto()
+    }
+}
+
+impl<T: FromProto<P>, P> FromProto<P> for Box<T> {
+    fn from_proto(value: P, ids: NodeIds) -> Result<Self, Unreadable> {
+        T::from_proto(value, ids).map(Self::new)
+    }
+}
+
 impl<T: IntoProto<P>, P> IntoProto<Vec<P>> for Vec<T> {
     fn into_proto(self) -> Vec<P> {
         self.into_iter().map(T::into_proto).collect()

@@ -71,10 +71,73 @@ mirror!(wire::PlanReference<'_> => PlanReference {
     version: plain,
 });
 
+mirror_enum!(StretchKind {
+    Leg,
+    Straight,
+    None
+});
+mirror_enum!(Flag {
+    LeavingZone,
+    CannotStop,
+    Unverified,
+    ReserveUsed,
+    PadOccupied,
+});
+
+mirror!(wire::Waypoint => Waypoint {
+    x: plain,
+    y: plain,
+    height_m: plain,
+});
+
+mirror!(wire::FirstStretch<'_> => FirstStretch {
+    kind: plain,
+    from: plain,
+    to: plain,
+    segment: plain,
+    fraction: plain,
+    enters: plain,
+    length_m: plain,
+    overrun_m: plain,
+    geometry: plain,
+});
+
+mirror!(wire::UnsafeWay<'_> => UnsafeWay {
+    reason: plain,
+    code: plain,
+    nodes: plain,
+    geometry: plain,
+    length_m: plain,
+    battery_fraction: plain,
+});
+
+mirror!(wire::Near<'_> => Near {
+    node: plain,
+    length_m: plain,
+    pads: plain,
+    battery_fraction: plain,
+    why_not: plain,
+});
+
+mirror!(wire::IfAirborne<'_> => IfAirborne {
+    outcome: plain,
+    path: message,
+    first_stretch: plain,
+    first_stretch_m: plain,
+    remaining_length_m: plain,
+    flags: plain,
+    unsafe_way: plain,
+});
+
 mirror!(wire::Answer<'_> => Answer {
     outcome: plain,
     path: message,
     first_stretch_m: plain,
+    first_stretch: plain,
+    flags: plain,
+    unsafe_way: plain,
+    near: plain,
+    if_airborne: plain,
     recomposed_length_m: plain,
     remaining_length_m: plain,
     strategy: plain,

@@ -148,6 +148,12 @@ impl Sample for Cow<'_, str> {
     }
 }
 
+impl<T: Sample> Sample for Box<T> {
+    fn sample(sampler: &mut Sampler) -> Self {
+        Self::new(T::sample(sampler))
+    }
+}
+
 impl Sample for wire::RegistryRevision {
     fn sample(sampler: &mut Sampler) -> Self {
         Self {

@@ -1,0 +1,82 @@
+//! From where a drone in flight is to the node where it re-enters the network.
+//!
+//! A [`Reentry`] is one value from beginning to end: searches are handed it, and answers carry it, so that a node
+//! and the stretch that leads to it can never be of two starts.
+
+use crate::geo::Point;
+use crate::network::{NodeIx, SegmentIx};
+
+/// How a first stretch runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StretchKind {
+    /// Along the leg that the drone is on.
+    Leg,
+    /// In a straight line off every leg: nobody knows what stands there.
+    Straight,
+    /// Nowhere: the drone is at the node.
+    None,
+}
+
+impl StretchKind {
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Leg => "leg",
+            Self::Straight => "straight",
+            Self::None => "none",
+        }
+    }
+}
+
+/// Where on a leg a first stretch begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StretchLeg {
+    /// The node behind the drone, as it flew before.
+    pub from: NodeIx,
+    /// The node ahead of it.
+    pub to: NodeIx,
+    /// `None` where the network has no such segment.
+    pub segment: Option<SegmentIx>,
+    /// Where the stretch begins, as a fraction of the way from `from` to `to`.
+    pub fraction: f64,
+}
+
+/// A first stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstStretch {
+    /// How it runs.
+    pub kind: StretchKind,
+    /// The leg that it begins on; `None` for a straight one.
+    pub leg: Option<StretchLeg>,
+    /// Metres flown until the node is reached, an overrun there and back included.
+    pub length_m: f64,
+    /// Metres flown on before the drone can turn.
+    pub overrun_m: f64,
+    /// Where it begins.
+    pub begin: Point,
+}
+
+/// A way back into the network: a node, and what it takes to get there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reentry {
+    /// The node.
+    pub node: NodeIx,
+    /// The way to it.
+    pub stretch: FirstStretch,
+}
+
+impl Reentry {
+    /// A drone that is at a node already, at an end of its leg or beside any.
+    pub fn at_node(node: NodeIx, place: Point, leg: Option<StretchLeg>) -> Self {
+        Self {
+            node,
+            stretch: FirstStretch {
+                kind: StretchKind::None,
+                leg,
+                length_m: 0.0,
+                overrun_m: 0.0,
+                begin: place,
+            },
+        }
+    }
+}

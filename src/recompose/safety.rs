@@ -1,0 +1,143 @@
+//! What an answer says of the safety of its way: flags, the least bad way where none is safe, and what is near.
+
+use crate::geo::Point;
+use crate::network::NodeIx;
+
+/// A property of the way told that holds and that the drone, and whoever checks the way, should know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Flag {
+    /// The first stretch begins inside an active zone and leads out of it.
+    LeavingZone,
+    /// What is closed lies nearer than the drone needs to turn: it flies on into it before it does.
+    CannotStop,
+    /// The first stretch is a straight line off the network: nobody knows what stands there.
+    Unverified,
+    /// The plan draws on the reserve of the battery.
+    ReserveUsed,
+    /// The pad at the end of the way is taken.
+    PadOccupied,
+}
+
+impl Flag {
+    /// All flags, in the order in which answers tell them.
+    pub const ALL: [Self; 5] = [
+        Self::LeavingZone,
+        Self::CannotStop,
+        Self::Unverified,
+        Self::ReserveUsed,
+        Self::PadOccupied,
+    ];
+
+    /// The name on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LeavingZone => "leaving_zone",
+            Self::CannotStop => "cannot_stop",
+            Self::Unverified => "unverified",
+            Self::ReserveUsed => "reserve_used",
+            Self::PadOccupied => "pad_occupied",
+        }
+    }
+}
+
+/// Why a way is not told as the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnsafeCode {
+    /// Causes lie before and behind the drone.
+    BetweenCauses,
+    /// Both ends of the leg may not be entered.
+    EndsClosed,
+    /// The drone is off its leg, and every straight line to a near node crosses an active zone.
+    Unverified,
+    /// The battery would fall below the reserve or the floor.
+    BelowReserve,
+}
+
+impl UnsafeCode {
+    /// The name on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::BetweenCauses => "between_causes",
+            Self::EndsClosed => "ends_closed",
+            Self::Unverified => "unverified",
+            Self::BelowReserve => "below_reserve",
+        }
+    }
+
+    /// In words.
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::BetweenCauses => {
+                "something lies before and behind the drone; this is the nearest place on its leg outside all of it"
+            }
+            Self::EndsClosed => {
+                "neither end of the leg may be entered; this is the nearest place on it outside every zone and cause"
+            }
+            Self::Unverified => {
+                "the drone is off its leg, and every straight line to a near node crosses an active zone"
+            }
+            Self::BelowReserve => "the battery does not last for it",
+        }
+    }
+}
+
+/// The least bad way of a drone that has no safe one; it is never a path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnsafeWay {
+    /// Why it is not safe.
+    pub code: UnsafeCode,
+    /// The nodes that it comes to; none where it ends on a leg.
+    pub nodes: Vec<NodeIx>,
+    /// The line flown, from where the drone is.
+    pub line: Vec<Point>,
+    /// Its length in metres.
+    pub length_m: f64,
+    /// Battery at its end as a fraction, with the flight model; it may be below 0.
+    pub battery: Option<f64>,
+}
+
+/// Why a near node is not told as the end of the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WhyNot {
+    /// It is closed.
+    Closed,
+    /// What keeps the drone on its leg lies before it.
+    CutOff,
+    /// It has no pads that are open.
+    NoPads,
+    /// The battery at it would be below the reserve.
+    BelowReserve,
+    /// The battery at it would be below the floor.
+    BelowFloor,
+    /// This drone cannot fly there in this wind.
+    Unflyable,
+}
+
+impl WhyNot {
+    /// The name on the wire.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::CutOff => "cut_off",
+            Self::NoPads => "no_pads",
+            Self::BelowReserve => "below_reserve",
+            Self::BelowFloor => "below_floor",
+            Self::Unflyable => "unflyable",
+        }
+    }
+}
+
+/// A node near a drone that has no way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    /// The node.
+    pub node: NodeIx,
+    /// How far it is in metres: over the network, or straight where that has no way.
+    pub length_m: f64,
+    /// How many pads it has.
+    pub pads: u16,
+    /// Battery there as a fraction, with the flight model.
+    pub battery: Option<f64>,
+    /// Why it is not the end of the path.
+    pub why_not: WhyNot,
+}
