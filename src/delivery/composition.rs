@@ -42,8 +42,6 @@ pub struct NoDelivery {
 /// A plan that can be flown, with everything that follows from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightComposition {
-    /// Where the plan begins: its only start.
-    pub start: FlightStart,
     /// Where it leads.
     pub destination: NodeIx,
     /// What was made least.
@@ -133,7 +131,7 @@ pub struct QualityOfService {
 impl FlightComposition {
     /// The nodes flown by, from the start to the destination.
     pub fn nodes(&self) -> Vec<NodeIx> {
-        nodes_of(&self.plan, &[self.start])
+        nodes_of(&self.plan)
     }
 
     /// The paper's tuples, one for each leg.
@@ -187,10 +185,9 @@ impl FlightComposition {
 }
 
 /// The nodes of a plan, from its start on.
-pub(super) fn nodes_of(plan: &FlightPlan, starts: &[FlightStart]) -> Vec<NodeIx> {
-    let start = starts.get(plan.start).map(|start| start.node);
+pub(super) fn nodes_of(plan: &FlightPlan) -> Vec<NodeIx> {
     let ends = plan.legs.iter().map(|leg| leg.to);
-    start.into_iter().chain(ends).collect()
+    std::iter::once(plan.start.node).chain(ends).collect()
 }
 
 impl DeliveryRequest {
@@ -251,16 +248,14 @@ pub fn compose(
     }
 }
 
-/// A plan that answers a question, with all that follows from it. Its start becomes the only one.
+/// A plan that answers a question, with all that follows from it.
 pub(super) fn equip(
     world: &DeliveryWorld<'_>,
     question: &Question<'_>,
-    mut plan: FlightPlan,
+    plan: FlightPlan,
     proof: Proof,
     scratch: &mut DeliveryScratch,
 ) -> FlightComposition {
-    let start = question.starts[plan.start];
-    plan.start = 0;
     let setting = world.setting;
     let payload_kg = setting.payload_kg();
     let figures = setting.figures(&plan, question.began_s, question.reserve, world.tariff);
@@ -270,7 +265,6 @@ pub(super) fn equip(
         .collect();
     let lengths_m = figures.legs.iter().map(|leg| leg.length_m);
     FlightComposition {
-        start,
         destination: question.destination,
         objective: question.objective,
         began_s: question.began_s,

@@ -50,7 +50,7 @@ pub fn contingencies_of(
     composition: &FlightComposition,
     scratch: &mut DeliveryScratch,
 ) -> Vec<LegContingency> {
-    let starts = [composition.start];
+    let starts = [composition.plan.start];
     let question = Question {
         starts: &starts,
         destination: composition.destination,
@@ -131,9 +131,7 @@ fn if_closed(
         FlightOutcome::NoRoute => (Outcome::NoRoute, false),
     };
     let flight = decision.answer.plan;
-    let mut nodes = flight
-        .as_ref()
-        .map_or_else(Vec::new, |flight| nodes_of(flight, around.starts));
+    let mut nodes = flight.as_ref().map_or_else(Vec::new, nodes_of);
     let remaining_length_m = flight.as_ref().map(|flight| flight.distance_m);
     let leads_there = matches!(outcome, Outcome::Rerouted | Outcome::Hold);
     let (mut rejoins, mut extra_m) = (None, None);
@@ -203,7 +201,7 @@ fn haven(
     Some(Haven {
         safe: SafeNode {
             node,
-            nodes: nodes_of(&flight, question.starts),
+            nodes: nodes_of(&flight),
             length_m: flight.distance_m,
         },
         flight,

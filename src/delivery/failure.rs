@@ -398,7 +398,9 @@ pub(super) fn put_into_words(
     if found.outcome == Outcome::NoRoute {
         warnings.push(Warning::NoSafeNode);
     }
-    let start = composition.as_ref().map(|composition| composition.start);
+    let start = composition
+        .as_ref()
+        .map(|composition| composition.plan.start);
     FlightRecomposition {
         outcome: found.outcome,
         first_stretch_m: start.map_or(0.0, |start| start.flown_m),

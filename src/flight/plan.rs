@@ -74,8 +74,8 @@ pub struct Stop {
 /// A plan from a start to a destination.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightPlan {
-    /// Which of the starts of the request it begins at, counted from 0.
-    pub start: usize,
+    /// Where it begins: one of the starts of its request, whole, so that its figures cannot be those of another one.
+    pub start: FlightStart,
     /// The legs in their order; none where the drone is there already.
     pub legs: Vec<FlownLeg>,
     /// The stays on pads in their order.

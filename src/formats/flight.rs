@@ -123,14 +123,14 @@ impl FlightWriter<'_> {
         let services: Vec<Value> = services.iter().map(|one| self.service(one)).collect();
         let fields = json!({
             "path": {"nodes": self.ids(&composition.nodes()), "segments": self.segments(plan)},
-            "starts_at": self.time(composition.start.at_s),
+            "starts_at": self.time(plan.start.at_s),
             "arrives_at": self.time(plan.arrives_s),
             "deadline": self.time(composition.deadline_s),
             "objective": composition.objective.name(),
             "airframe": self.setting.airframe().name,
             "payload_kg": self.setting.payload_kg(),
             "reserve_fraction": composition.reserve,
-            "battery_at_start_fraction": composition.start.battery,
+            "battery_at_start_fraction": plan.start.battery,
             "battery_at_arrival_fraction": plan.battery_at_arrival,
             "length_m": figures.distance_m,
             "duration_s": figures.time_s,

@@ -28,7 +28,7 @@ pub(super) fn plan(terms: &Terms<'_>, steps: &[How], value: Value) -> FlightPlan
     };
     let timed = entries(terms, steps, value.arrives_s - landing_s);
     let mut plan = FlightPlan {
-        start: start_number,
+        start: *start,
         legs: Vec::with_capacity(timed.len()),
         stops: Vec::new(),
         arrives_s: value.arrives_s,

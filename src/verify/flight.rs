@@ -52,10 +52,14 @@ pub struct FlightPremises<'a> {
 /// # Errors
 /// The first thing found that does not hold.
 pub fn verify_flight(plan: &FlightPlan, premises: &FlightPremises<'_>) -> Result<(), FlightFault> {
-    let start = premises
-        .starts
-        .get(plan.start)
-        .ok_or(FlightFault::Start { start: plan.start })?;
+    let start = &plan.start;
+    if !premises.starts.contains(start) {
+        return Err(FlightFault::Start {
+            node: premises.topology.node_id(start.node).to_owned(),
+            at_s: start.at_s,
+            level: start.battery,
+        });
+    }
     let vertical = Vertical::of(premises.topology, premises.rules.unknown_climb_m);
     let mut drone = Drone {
         premises,

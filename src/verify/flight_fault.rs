@@ -56,10 +56,16 @@ impl Display for StayAt {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FlightFault {
     /// There is no such start.
-    #[error("the plan begins at start {start}, which the request does not have")]
+    #[error(
+        "the plan begins at {node}, at {at_s:.3} s with {level:.6} of a battery, where the request has no start"
+    )]
     Start {
-        /// The start, counted from 0.
-        start: usize,
+        /// Id of the node.
+        node: String,
+        /// When, in seconds.
+        at_s: f64,
+        /// The battery then, as a fraction.
+        level: f64,
     },
     /// A leg does not start where the drone is, or is not its segment.
     #[error("{place}: the drone is at {drone}, or the segment joins other nodes")]

@@ -248,6 +248,59 @@ fn a_drone_in_flight_is_told_what_its_battery_allows() {
     assert!(!empty["causes"].as_array().expect("causes").is_empty());
 }
 
+/// A place on the leg of [`reroute`], as the command line reads it.
+fn on_the_leg(flown: f64) -> String {
+    let network: Value = serde_json::from_str(include_str!(
+        "../../data/corridor-san-marcos-san-antonio.geojson"
+    ))
+    .expect("JSON");
+    let features = network["features"].as_array().expect("features");
+    let place = |id: u64| {
+        let is_node =
+            |feature: &&Value| feature["geometry"]["type"] == "Point" && feature["id"] == id;
+        let node = features.iter().find(is_node).expect("a node");
+        let at = &node["geometry"]["coordinates"];
+        [0, 1].map(|axis| at[axis].as_f64().expect("a number"))
+    };
+    let (from, to) = (place(33), place(35));
+    let at = [0, 1].map(|axis: usize| from[axis] + flown * (to[axis] - from[axis]));
+    format!("--location={},{}", at[0], at[1])
+}
+
+#[test]
+fn the_figures_of_an_answer_are_those_of_its_path_wherever_the_drone_is() {
+    let desk = Desk::new();
+    for place in 1..=24 {
+        let flown = f64::from(place) / 25.0;
+        let file = desk.path(&format!("{place}.json"));
+        let location = on_the_leg(flown);
+        let answer = reroute(&[
+            "--type",
+            "operational",
+            "--payload-kg",
+            ".25",
+            "--battery",
+            ".34",
+            &location,
+            "--json",
+            "--certificate",
+            &file,
+        ])
+        .json();
+        let nodes = &answer["plan"]["path"]["nodes"];
+        let first_m = &answer["first_stretch_m"];
+        let length_m = 2_847.5;
+        let expected_m = match nodes[0].as_u64() {
+            Some(33) => flown * length_m,
+            _ => (1.0 - flown) * length_m,
+        };
+        let first_m = first_m.as_f64().expect("a length");
+        assert!((first_m - expected_m).abs() < 3.0, "{flown}: {answer}");
+        let verified = skyway(&["verify", &file, "--network", "corridor"]);
+        verified.exits(0);
+    }
+}
+
 #[test]
 fn pictures_show_battery_stops_and_wind() {
     let desk = Desk::new();

@@ -75,7 +75,7 @@ fn what_lies_behind_or_ahead_decides_where_the_plan_begins() {
     assert!((back.first_stretch_m - 1_000.0).abs() < 1e-6);
     let drawn = |answer: &FlightRecomposition| {
         let plan = answer.composition.as_ref().expect("a plan");
-        0.9 - plan.start.battery
+        0.9 - plan.plan.start.battery
     };
     // Half of 2 km at 3.95 Wh/km of 68.1 Wh.
     assert!((drawn(&back) - 0.058).abs() < 1e-3, "{}", drawn(&back));

@@ -208,7 +208,7 @@ impl Town {
             skies,
             &composition.plan,
             &Held {
-                start: composition.start,
+                start: composition.plan.start,
                 destination: composition.destination,
                 began_s: composition.began_s,
                 deadline_s: composition.deadline_s,

@@ -111,14 +111,7 @@ impl Stage {
         let flight = version.flight.as_ref().expect("a flight");
         let deadline = plan.deadline.as_deref().map(instant);
         let leads_to = version.path.nodes.last().expect("a node");
-        let start = FlightStart {
-            node: find(topology, &version.path.nodes[0]),
-            at_s: 0.0,
-            battery: flight.battery_at_departure_fraction,
-            on_ground: true,
-            flown_m: 0.0,
-            drawn: 0.0,
-        };
+        let start = start_of(topology, version);
         let weather = self.edge.weather(&self.caller);
         let weather = wire::Weather { wind: weather.wind };
         let weather = serde_json::to_string(&weather).expect("JSON");
@@ -157,6 +150,19 @@ pub(crate) fn seconds(zero: Timestamp, instant: Timestamp) -> f64 {
     instant.duration_since(zero).as_secs_f64()
 }
 
+/// Where a version begins that begins on the ground, in seconds from its departure.
+fn start_of(topology: &Topology, version: &wire::PlanVersion<'_>) -> FlightStart {
+    let flight = version.flight.as_ref().expect("a flight");
+    FlightStart {
+        node: find(topology, &version.path.nodes[0]),
+        at_s: 0.0,
+        battery: flight.battery_at_departure_fraction,
+        on_ground: true,
+        flown_m: 0.0,
+        drawn: 0.0,
+    }
+}
+
 /// A version as it is told, in seconds from an instant.
 fn plan_of(topology: &Topology, version: &wire::PlanVersion<'_>, zero: Timestamp) -> FlightPlan {
     let time_s = |text: &str| seconds(zero, instant(text));
@@ -188,7 +194,7 @@ fn plan_of(topology: &Topology, version: &wire::PlanVersion<'_>, zero: Timestamp
         battery_after: stop.battery_after_fraction,
     });
     FlightPlan {
-        start: 0,
+        start: start_of(topology, version),
         legs: legs.collect(),
         stops: stops.collect(),
         arrives_s: time_s(&version.arrives_at),

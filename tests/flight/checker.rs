@@ -30,7 +30,10 @@ fn raise_battery_throughout(plan: &mut FlightPlan, _: &mut World, _: &mut Draw) 
 }
 
 fn begin_with_less(plan: &mut FlightPlan, world: &mut World, _: &mut Draw) -> bool {
-    world.starts[plan.start].battery -= 0.01;
+    for start in &mut world.starts {
+        start.battery -= 0.01;
+    }
+    plan.start.battery -= 0.01;
     !plan.legs.is_empty()
 }
 

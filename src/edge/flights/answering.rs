@@ -68,7 +68,7 @@ impl FlownAnswer {
             number: 0,
             outcome: Some(self.outcome),
             composition: composition.clone(),
-            first_stretch_m: flown.composition.start.flown_m,
+            first_stretch_m: flown.composition.plan.start.flown_m,
             flight: Some(flown.clone()),
             departs_at: self.departs_at,
             recomposition_id: None,
@@ -259,7 +259,7 @@ impl Flights {
     ) -> Option<Stand> {
         let version = &plan.current;
         let flown = version.flight.as_deref()?;
-        let start = &flown.composition.start;
+        let start = &flown.composition.plan.start;
         let now_s = now.duration_since(version.departs_at).as_secs_f64();
         let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
         if start.on_ground && now_s <= start.at_s {

@@ -21,20 +21,6 @@ impl FlownVersion {
         let node = |node: NodeIx| change.correspondence.node(node);
         let is_whole = legs == (0..composition.plan.legs.len());
         let plan = plan_carried(&composition.plan, change, legs.clone())?;
-        let start = match plan.legs.first().filter(|_| legs.start > 0) {
-            Some(first) => FlightStart {
-                node: first.from,
-                at_s: first.enters_s,
-                battery: first.battery_before,
-                on_ground: false,
-                flown_m: 0.0,
-                drawn: 0.0,
-            },
-            None => FlightStart {
-                node: node(composition.start.node)?,
-                ..composition.start
-            },
-        };
         let destination = match plan.legs.last().filter(|_| !is_whole) {
             Some(last) => last.to,
             None => node(composition.destination)?,
@@ -66,7 +52,6 @@ impl FlownVersion {
             hold,
             refuge: self.refuge.filter(|_| is_whole).and_then(pad_carried),
             composition: FlightComposition {
-                start,
                 destination,
                 closed_segments: closed
                     .filter_map(|&segment| change.correspondence.unchanged(segment))
@@ -121,9 +106,23 @@ fn plan_carried(plan: &FlightPlan, change: &Change<'_>, legs: Range<usize>) -> O
             })
         })
         .collect();
+    let start = match flown.first().filter(|_| legs.start > 0) {
+        Some(first) => FlightStart {
+            node: first.from,
+            at_s: first.enters_s,
+            battery: first.battery_before,
+            on_ground: false,
+            flown_m: 0.0,
+            drawn: 0.0,
+        },
+        None => FlightStart {
+            node: node(plan.start.node)?,
+            ..plan.start
+        },
+    };
     let last = flown.last().filter(|_| !is_whole);
     Some(FlightPlan {
-        start: 0,
+        start,
         arrives_s: last.map_or(plan.arrives_s, |leg| leg.leaves_s),
         battery_at_arrival: last.map_or(plan.battery_at_arrival, |leg| leg.battery_after),
         stops: stops?,

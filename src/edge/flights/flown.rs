@@ -181,7 +181,7 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
 /// A composition so many seconds later, but for its contingencies.
 fn later_by(composition: &FlightComposition, seconds: f64) -> FlightComposition {
     let mut later = composition.clone();
-    later.start.at_s += seconds;
+    later.plan.start.at_s += seconds;
     later.began_s += seconds;
     later.deadline_s += seconds;
     later.plan.arrives_s += seconds;

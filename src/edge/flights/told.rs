@@ -27,7 +27,7 @@ impl FlownVersion {
         wire::Flight {
             airframe: text(&self.airframe),
             objective: Cow::Borrowed(composition.objective.name()),
-            battery_at_departure_fraction: composition.start.battery,
+            battery_at_departure_fraction: composition.plan.start.battery,
             battery_at_arrival_fraction: composition.plan.battery_at_arrival,
             energy_wh: composition.figures.energy_wh,
             cost_usd: composition.figures.cost_usd,

@@ -202,7 +202,7 @@ pub(super) fn store_flight(
     dictionary: &mut Dictionary,
 ) -> StoredFlight {
     let composition = &flown.composition;
-    let (plan, start) = (&composition.plan, &composition.start);
+    let (plan, start) = (&composition.plan, &composition.plan.start);
     let hold = flown.hold.map(|hold| StoredStay {
         node: dictionary.place(hold.node),
         pad: hold.pad,
@@ -319,7 +319,14 @@ pub(super) fn read_flight(
     }
     let start = &stored.start;
     let plan = FlightPlan {
-        start: 0,
+        start: FlightStart {
+            node: places.node(start.node)?,
+            at_s: start.at_s,
+            battery: start.battery,
+            on_ground: start.on_ground,
+            flown_m: start.flown_m,
+            drawn: start.drawn,
+        },
         legs: legs.iter().zip(&stored.legs).map(flown_leg).collect(),
         stops: read_stops(places, &stored.stops)?,
         arrives_s: stored.arrives_s,
@@ -346,14 +353,6 @@ pub(super) fn read_flight(
         refuge: read_refuge(places, stored.refuge.as_ref())?,
         is_confirmed: stored.confirmed,
         composition: FlightComposition {
-            start: FlightStart {
-                node: places.node(start.node)?,
-                at_s: start.at_s,
-                battery: start.battery,
-                on_ground: start.on_ground,
-                flown_m: start.flown_m,
-                drawn: start.drawn,
-            },
             destination: places.node(stored.destination)?,
             objective: stored.objective.into(),
             began_s: stored.began_s,

@@ -66,6 +66,14 @@ impl Reader<'_> {
             &written.swap_stations,
         )?;
         let start = &written.start;
+        let start = FlightStart {
+            node: self.node("start", &start.node)?,
+            at_s: start.at_s,
+            battery: start.battery_fraction,
+            on_ground: start.on_ground,
+            flown_m: start.flown_m,
+            drawn: start.drawn_fraction,
+        };
         Ok(FlightDocument {
             zero,
             airframe,
@@ -74,20 +82,13 @@ impl Reader<'_> {
             rules: written.rules.read(),
             situation,
             closure_ids: closure_ids.collect(),
-            start: FlightStart {
-                node: self.node("start", &start.node)?,
-                at_s: start.at_s,
-                battery: start.battery_fraction,
-                on_ground: start.on_ground,
-                flown_m: start.flown_m,
-                drawn: start.drawn_fraction,
-            },
+            start,
             destination: self.node("destination", &written.destination)?,
             began_s: written.began_s,
             deadline_s: written.deadline_s.unwrap_or(f64::INFINITY),
             reserve: written.reserve_fraction,
             closed_segments: self.segments("closed_segments", &written.closed_segments)?,
-            plan: self.plan(&written.plan)?,
+            plan: self.plan(&written.plan, start)?,
         })
     }
 
@@ -166,11 +167,11 @@ impl Reader<'_> {
         })
     }
 
-    fn plan(&self, plan: &WrittenPlan) -> Read<FlightPlan> {
+    fn plan(&self, plan: &WrittenPlan, start: FlightStart) -> Read<FlightPlan> {
         let legs = plan.legs.iter().map(|leg| self.leg(leg));
         let stops = plan.stops.iter().map(|stop| self.stop(stop));
         Ok(FlightPlan {
-            start: 0,
+            start,
             legs: legs.collect::<Read<_>>()?,
             stops: stops.collect::<Read<_>>()?,
             arrives_s: plan.arrives_s,

@@ -37,7 +37,7 @@ pub fn write_flight_document(
         reservations: writer.reservations(setting.situation()),
         traffic: writer.traffic(setting.situation()),
         swap_stations: writer.ids(&setting.situation().swap_stations),
-        start: writer.start(&composition.start),
+        start: writer.start(&composition.plan.start),
         destination: writer.id(composition.destination),
         began_s: composition.began_s,
         deadline_s: finite(composition.deadline_s),
