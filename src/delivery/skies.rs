@@ -1,5 +1,6 @@
 //! One state of the world: what is closed when and why, and what other plans take, in seconds of one clock.
 
+use super::world::DEFAULT_DEADLINE_S;
 use crate::airspace::{Airspace, Change};
 use crate::flight::{FlightRules, Reservation, Situation, TimedClosure, TrafficLeg};
 use crate::itinerary::timed_closures;
@@ -47,10 +48,12 @@ impl Skies {
     ) -> Self {
         let now_s = airspace.as_of().duration_since(zero).as_secs_f64();
         let (mut closures, mut causes) = (Vec::new(), Vec::new());
+        // Windows that have ended are widened at most by this: plans begin at the airspace's time at the earliest, and no leg takes longer
+        // than a delivery.
+        let widened_s = rules.time_margin_s + rules.time_margin_growth * DEFAULT_DEADLINE_S;
         for (closure, _) in airspace.closures() {
             let windows = timed_closures(closure, zero).into_iter();
-            // Windows that have ended are widened at most by this, as plans begin at the airspace's time at the earliest.
-            for timed in windows.filter(|timed| timed.until_s > now_s - rules.time_margin_s) {
+            for timed in windows.filter(|timed| timed.until_s > now_s - widened_s) {
                 closures.push(timed);
                 causes.push(Severance::Closure(closure.id.clone()));
             }

@@ -74,21 +74,22 @@ struct Span {
 }
 
 impl Span {
-    /// The entry times at which the leg would meet a window.
+    /// The entry times at which the leg would meet a window, widened by the margins of when the leg is left.
     fn forbidden(&self, window: &ClosedWindow, rules: &FlightRules) -> (f64, f64) {
         let (margin_s, growth) = match window.widened {
             true => (rules.time_margin_s, rules.time_margin_growth),
             false => (0.0, 0.0),
         };
-        // At entry time t the window reaches from a - m - g (t - began) to b + m + g (t - began).
-        let before_s = window.from_s - margin_s + growth * self.began_s - self.occupied_s;
-        let after_s = window.until_s + margin_s - growth * self.began_s + self.takes_off_s;
+        // Entered at t, the leg is left at l = t + occupied: the window reaches from a - m - g (l - began) to b + m + g (l - began).
+        let before_s = window.from_s - margin_s + growth * self.began_s;
+        let leaves_later_s = growth * (self.occupied_s - self.began_s);
+        let after_s = window.until_s + margin_s + leaves_later_s + self.takes_off_s;
         // A margin that grows as fast as the time is never left behind.
         let until_s = match growth < 1.0 {
             true => after_s / (1.0 - growth),
             false => f64::INFINITY,
         };
-        (before_s / (1.0 + growth), until_s)
+        (before_s / (1.0 + growth) - self.occupied_s, until_s)
     }
 }
 

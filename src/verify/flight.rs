@@ -345,7 +345,8 @@ impl Drone<'_> {
             let widening_s = match closure.widened {
                 true => {
                     let rules = premises.rules;
-                    let since_s = leg.enters_s - premises.began_s;
+                    // The longest that the drone can be in it.
+                    let since_s = leaves_s - premises.began_s;
                     rules.time_margin_s + rules.time_margin_growth * since_s
                 }
                 false => 0.0,

@@ -356,7 +356,7 @@ impl Refuges<'_> {
         let rules = &self.world.rules;
         let closures = self.world.situation.closures.iter();
         closures.filter(|one| one.nodes.contains(&at)).any(|one| {
-            let since_s = at_s - self.world.began_s;
+            let since_s = lands_s - self.world.began_s;
             let margin_s = match one.widened {
                 true => rules.time_margin_s + rules.time_margin_growth * since_s,
                 false => 0.0,

@@ -433,9 +433,10 @@ impl<'a> Events<'a> {
                 0.0
             };
             let began_s = self.world.began_s;
-            let first_s = (closure.from_s - margin_s - after_s + growth * began_s) / (1.0 + growth);
-            let last_s =
-                (closure.until_s + margin_s + before_s - growth * began_s) / (1.0 - growth);
+            // The margin is that of the end of the landing, when the zone has been left for certain.
+            let first_s = (closure.from_s - margin_s + growth * began_s) / (1.0 + growth) - after_s;
+            let last_s = (closure.until_s + margin_s + before_s + growth * (after_s - began_s))
+                / (1.0 - growth);
             intervals.push((first_s, last_s));
         }
         if rules.headway_s > 0.0 {

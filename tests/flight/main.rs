@@ -10,6 +10,7 @@ mod checker;
 mod decisions;
 mod events;
 mod grid;
+mod margins;
 mod model;
 mod optimality;
 mod stories;

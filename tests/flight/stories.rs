@@ -157,9 +157,9 @@ fn a_zone_is_flown_through_before_it_waited_out_or_flown_around() {
     assert_eq!(before.arrives_s, 1_450.0);
     assert!(before.stops.is_empty());
     let after = plan(&at(2_400.0, 1), Objective::Time);
-    // 60 s of margin, and 5 % of the time since the plan began.
-    let opens_s = after.legs[0].enters_s;
-    assert!((opens_s - (3_660.0 + 0.05 * (opens_s - 2_400.0))).abs() < 1e-6);
+    // 60 s of margin, and 5 % of the time from the plan's beginning to the end of the leg.
+    let leg = &after.legs[0];
+    assert!((leg.enters_s - (3_660.0 + 0.05 * (leg.leaves_s - 2_400.0))).abs() < 1e-6);
     assert_eq!(after.stops[0].kind, StopKind::Start);
     // No pad to wait on, and no other way.
     let nowhere = at(2_400.0, 0).answer(Objective::Time, false);
