@@ -10,7 +10,7 @@ mod stepped;
 
 pub use stepped::{Reading, STEP, SteppedClock};
 
-use crate::wire::ClockKind;
+use crate::wire::{ClockKind, ClockSource};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -211,6 +211,24 @@ impl Clock {
         match &self.0 {
             Source::Real(_) | Source::ByTwoHands(_) => ClockKind::Real,
             Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => ClockKind::Simulated,
+        }
+    }
+
+    /// What moves this clock.
+    pub fn source(&self) -> ClockSource {
+        match &self.0 {
+            Source::Real(_) => ClockSource::Real,
+            Source::Simulated(_) | Source::Runtime(_) => ClockSource::Simulated,
+            Source::ByHand(_) | Source::ByTwoHands(_) => ClockSource::Manual,
+        }
+    }
+
+    /// How many of its seconds pass in one of the machine's; 0 for one that is moved by hand.
+    pub fn rate(&self) -> f64 {
+        match &self.0 {
+            Source::Real(_) | Source::Runtime(_) => 1.0,
+            Source::Simulated(simulation) => simulation.rate,
+            Source::ByHand(_) | Source::ByTwoHands(_) => 0.0,
         }
     }
 

@@ -1,4 +1,4 @@
-//! A wall clock that has stepped, as operators see and confirm it.
+//! The clock as clients read it, and a wall clock that has stepped, as operators see and confirm it.
 
 use super::Edge;
 use super::orders::Order;
@@ -9,6 +9,15 @@ use crate::wire;
 use std::sync::Arc;
 
 impl Edge {
+    /// The clock that all times of this edge come from.
+    pub fn clock_reading(&self, _caller: &Caller) -> wire::ClockReading<'static> {
+        wire::ClockReading {
+            kind: self.clock.source(),
+            time: views::instant(self.clock.now()),
+            rate: self.clock.rate(),
+        }
+    }
+
     /// Believes the wall clock from now on, where it has stepped: what it closes and opens, closes and opens.
     ///
     /// # Errors

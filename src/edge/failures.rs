@@ -5,6 +5,7 @@
 //! `publication`.
 
 use super::Edge;
+use super::alarms::AlarmDraft;
 use super::answered::Answered;
 use super::fleet;
 use super::given::Given;
@@ -20,9 +21,9 @@ use crate::airspace::{Airspace, Change, Closure};
 use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
 };
-use crate::recompose::Request;
+use crate::recompose::{Outcome, Request};
 use crate::refusal::{Code, Refusal};
-use crate::wire;
+use crate::wire::{self, AlarmKind};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -242,6 +243,7 @@ impl Edge {
             // First, so that the closure then finds the plan with a way that is open.
             self.propose_to_plan(&record);
             record.published = self.publish(&snapshot, caller, &record, plan.as_ref(), manner);
+            self.alarm_without_way(caller, &record, plan.as_deref());
         }
         let record = Arc::new(record);
         traces::tell(&span, &record);
@@ -345,6 +347,30 @@ impl Edge {
                 })
                 .collect(),
         })
+    }
+
+    /// Alarms an operator where an answer has no way.
+    fn alarm_without_way(&self, caller: &Caller, record: &AnswerRecord, plan: Option<&PlanEntry>) {
+        if record.answer.outcome != Outcome::NoRoute {
+            return;
+        }
+        // A name that the caller may not speak for makes no alarm of its own.
+        let drone = record.drone_id.clone();
+        let drone = drone.filter(|drone| caller.speaks_for(drone));
+        let who = match (plan, &drone) {
+            (Some(plan), _) => format!("the drone of plan '{}'", plan.id),
+            (None, Some(drone)) => format!("drone '{drone}'"),
+            (None, None) => "a drone that nobody vouches for".to_owned(),
+        };
+        let id = record.id();
+        let message =
+            format!("{who} has no open way from where it is, by answer {id}: open one, or land it");
+        self.raise_alarm(AlarmDraft {
+            plan: plan.map(|plan| plan.id.clone()),
+            drone,
+            recomposition: Some(Arc::from(id)),
+            ..AlarmDraft::new(AlarmKind::NoRoute, message)
+        });
     }
 
     /// Dry runs are not told: whoever asks what would be changes nothing.

@@ -43,6 +43,7 @@ impl Collector for EdgeCollector {
         let kind = apart.metric_type();
         let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
         apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)?;
+        encode_alarms(&status, &mut encoder)?;
         encode_store(&status, &mut encoder)?;
         match &status.registry {
             Some(sync) => encode_sync(&status, sync, &mut encoder),
@@ -52,7 +53,7 @@ impl Collector for EdgeCollector {
 }
 
 /// Names, meanings and values of what goes up and down.
-fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 14] {
+fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 15] {
     [
         ("network_nodes", "Nodes of the network", status.nodes),
         (
@@ -83,6 +84,11 @@ fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 14] {
             status.proposals,
         ),
         ("holds", "Removals that wait for an operator", status.holds),
+        (
+            "alarms_open",
+            "Alarms that are neither acknowledged nor over",
+            status.alarms,
+        ),
         ("drones", "Drones seen", status.drones),
         ("records", "Answers kept", status.records),
         (
@@ -134,6 +140,17 @@ fn counters(status: &Status) -> [(&'static str, &'static str, u64); 7] {
             status.clock_steps,
         ),
     ]
+}
+
+/// How many alarms of each kind were raised; every kind is there from the start.
+fn encode_alarms(status: &Status, encoder: &mut DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
+    let help = "Alarms raised since the start, by kind";
+    let mut family = encoder.encode_descriptor("alarms", help, None, MetricType::Counter)?;
+    for (kind, count) in &status.alarms_raised {
+        let labels = [("kind", kind.name())];
+        ConstCounter::new(*count).encode(family.encode_family(&labels)?)?;
+    }
+    Ok(())
 }
 
 /// How the store stands.

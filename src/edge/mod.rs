@@ -5,6 +5,7 @@
 //! snapshot for each batch, stores it and then acknowledges. Both dialects call the use cases here; nothing
 //! here knows HTTP or gRPC.
 
+mod alarms;
 mod answered;
 mod background;
 mod clock_steps;
@@ -36,6 +37,7 @@ mod snapshot;
 mod state;
 mod state_affected;
 mod state_airspace;
+mod state_alarms;
 mod state_carried_plans;
 mod state_clock;
 mod state_fleet;
@@ -61,6 +63,7 @@ mod zones;
 pub use crate::access::{Caller, Role};
 pub use crate::intake::PageRequest;
 pub use crate::refusal::{Code, Refusal};
+pub use alarms::AlarmFilter;
 pub use answered::{Answered, FullRecord};
 pub use background::Background;
 pub use events::{EventRecord, EventStream};

@@ -1,5 +1,6 @@
 //! What the writer is asked to do, and what it answers.
 
+use super::alarms::{AlarmDraft, AlarmEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
@@ -103,6 +104,11 @@ pub(super) enum Order {
         instead_of: u32,
         version: Box<Version>,
     },
+    RaiseAlarm(Box<AlarmDraft>),
+    AcknowledgeAlarm {
+        number: u64,
+        by: Arc<str>,
+    },
     /// Puts another network in the place of the one in service.
     ReplaceNetwork(Box<NewNetwork>),
     /// An order whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
@@ -143,6 +149,7 @@ impl Order {
                 | Self::Forwarded { .. }
                 | Self::NotForwarded { .. }
                 | Self::ReplaceNetwork(_)
+                | Self::RaiseAlarm(_)
         )
     }
 }
@@ -160,6 +167,7 @@ pub(super) enum Done {
     Proposal(Arc<ProposalEntry>),
     Hold(Arc<HoldEntry>),
     Plan(Arc<PlanEntry>),
+    Alarm(Arc<AlarmEntry>),
     /// What was ordered was worked out on a network that is not there any more, and has to be worked out anew.
     Outdated,
     Nothing,

@@ -3,6 +3,7 @@
 //! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
 //! share, so that publishing one costs what changed.
 
+use super::alarms::AlarmEntry;
 use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
 use super::settings::Settings;
@@ -254,6 +255,9 @@ pub struct Snapshot {
     pub(super) closures: OrdMap<Arc<str>, Arc<ClosureEntry>>,
     pub(super) proposals: OrdMap<u64, Arc<ProposalEntry>>,
     pub(super) holds: OrdMap<u64, Arc<HoldEntry>>,
+    pub(super) alarms: OrdMap<u64, Arc<AlarmEntry>>,
+    /// How many were raised since the start, by kind in the order of `AlarmKind::ALL`.
+    pub(super) alarms_raised: [u64; wire::AlarmKind::ALL.len()],
     pub(super) plans: OrdMap<Arc<str>, Arc<PlanEntry>>,
     /// The active plan of each drone.
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
@@ -295,6 +299,8 @@ impl Snapshot {
             closures: OrdMap::new(),
             proposals: OrdMap::new(),
             holds: OrdMap::new(),
+            alarms: OrdMap::new(),
+            alarms_raised: Default::default(),
             plans: OrdMap::new(),
             flown_by: OrdMap::new(),
             occupations: OrdMap::new(),

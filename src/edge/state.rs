@@ -22,8 +22,9 @@ use crate::intake::Expected;
 use crate::recompose::Scratch;
 use crate::refusal::Refusal;
 use crate::routing::TreeCache;
+use crate::wire::AlarmKind;
 use jiff::Timestamp;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 /// What a batch of orders came to.
@@ -72,6 +73,8 @@ pub(super) struct State {
     pub(super) weather_turned: bool,
     /// The network before the one in service, and what of it is there still: for orders that were made on it.
     pub(super) succession: Option<Succession>,
+    /// The alarms that have not ended, by kind and by what they are about.
+    pub(super) open_alarms: BTreeMap<(AlarmKind, Arc<str>), u64>,
     /// What was last heard of the clock.
     pub(super) clock: HeardClock,
     /// The last versions at the registry that changes from here have made after the cursor.
@@ -106,6 +109,7 @@ impl State {
             has_opened: false,
             weather_turned: false,
             succession: None,
+            open_alarms: BTreeMap::new(),
             clock: HeardClock::default(),
             told: Told::default(),
         }
@@ -194,6 +198,8 @@ impl State {
                 instead_of,
                 version,
             } => Ok(self.offer_version(&plan, instead_of, *version)),
+            Order::RaiseAlarm(draft) => Ok(Done::Alarm(self.raise_alarm(*draft, now))),
+            Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
             Order::Tick => Ok(Done::Nothing),

@@ -5,6 +5,7 @@ use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
 use super::flights::Scene;
 use super::snapshot::{PlanEntry, Version};
 use super::state::State;
+use super::state_alarms::AFTER_RELIEF;
 use crate::airspace::{Airspace, Closure};
 use crate::compose::equip;
 use crate::recompose::{Outcome, Recomposition, Request, World};
@@ -155,6 +156,9 @@ impl State {
         });
         let plan = self.replace_proposal(&marked, version);
         self.tell(EventKind::PlanAffected, &plan);
+        if plan.proposed.is_none() {
+            self.alarm_without_way(&plan, now);
+        }
         detour.plan = plan;
         Some(detour)
     }
@@ -282,6 +286,7 @@ impl State {
             affected_by: Vec::new(),
             ..(**plan).clone()
         };
+        self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         let plan = self.keep_plan(relieved);
         self.tell(EventKind::PlanRelieved, &plan);
         true

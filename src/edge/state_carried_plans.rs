@@ -214,6 +214,9 @@ impl State {
         let plan = self.replace_proposal(&plan, version);
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanAffected, &plan);
+        if plan.proposed.is_none() {
+            self.alarm_without_way(&plan, now);
+        }
     }
 
     /// The leg that the drone of a plan is on is gone: its way is composed from its place. As nothing is left of the

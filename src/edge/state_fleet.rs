@@ -6,10 +6,11 @@ use super::flights;
 use super::orders::Done;
 use super::snapshot::{PlanEntry, Version};
 use super::state::State;
+use super::state_alarms::{AFTER_RELIEF, AT_THE_END, WITHOUT_WAY};
 use super::timers::Due;
 use super::views;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{EventKind, PlanState};
+use crate::wire::{AlarmKind, EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
@@ -122,6 +123,7 @@ impl State {
             affected_by: Vec::new(),
             ..(*plan).clone()
         };
+        self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         let plan = self.keep_plan(taken_over);
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanAcknowledged, &plan);
@@ -226,6 +228,11 @@ impl State {
             }
             self.next.unacknowledged += 1;
             self.tell(EventKind::PlanUnacknowledged, &plan);
+            let message = format!(
+                "version {version} of plan '{}' was not acknowledged in time: call its drone",
+                plan.id
+            );
+            self.raise_plan_alarm(AlarmKind::Unacknowledged, &plan, message);
         }
     }
 
@@ -255,6 +262,7 @@ impl State {
         }
         let proposed = version.map(Arc::new);
         if let Some(proposed) = &proposed {
+            self.end_plan_alarms(&plan.id, &WITHOUT_WAY);
             self.occupy(&plan.id, proposed);
             if let Some(by) = proposed.acknowledge_by {
                 let (plan, version) = (plan.id.clone(), proposed.number);
@@ -284,6 +292,7 @@ impl State {
             proposed: None,
             ..(**plan).clone()
         });
+        self.end_plan_alarms(&plan.id, &AT_THE_END);
         self.tell(EventKind::PlanEnded, &plan);
         self.over.push_back(plan.id.clone());
         if self.over.len() > OVER_MAX

@@ -38,6 +38,9 @@ impl State {
         for hold in restored.holds {
             self.next.holds.insert(hold.number, Arc::new(hold));
         }
+        for alarm in restored.alarms {
+            self.restore_alarm(alarm);
+        }
         let mut plans = restored.plans;
         // Those that are over are forgotten in the order in which they ended, as far as that can be told.
         plans.sort_by_cached_key(|plan| (plan.current.arrives_at(), plan.id.clone()));
@@ -126,6 +129,7 @@ impl State {
             | Order::MadeOn { .. }
             | Order::ProposeVersion { .. }
             | Order::OfferVersion { .. }
+            | Order::RaiseAlarm(_)
             | Order::Tick => true,
             Order::DeleteZone { .. }
             | Order::LiftClosure { .. }
@@ -134,7 +138,8 @@ impl State {
             | Order::PutWeather { .. }
             | Order::AddPlan(_)
             | Order::CancelPlan { .. }
-            | Order::AcknowledgePlan { .. } => false,
+            | Order::AcknowledgePlan { .. }
+            | Order::AcknowledgeAlarm { .. } => false,
         };
         match only_closes_more {
             true => Ok(()),

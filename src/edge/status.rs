@@ -34,6 +34,10 @@ pub struct Status {
     pub proposals: usize,
     /// Removals that wait for an operator.
     pub holds: usize,
+    /// Alarms that nobody has acknowledged and whose cause has not ended.
+    pub alarms: usize,
+    /// Alarms raised since the start, by kind.
+    pub alarms_raised: Vec<(wire::AlarmKind, u64)>,
     /// Drones seen.
     pub drones: usize,
     /// Answers kept, and about how many bytes they and their worlds take.
@@ -87,6 +91,12 @@ impl Edge {
             plans_unacknowledged: snapshot.unacknowledged,
             proposals: snapshot.proposals.len(),
             holds: snapshot.holds.len(),
+            alarms: snapshot
+                .alarms
+                .values()
+                .filter(|alarm| alarm.ended_at.is_none() && alarm.acknowledged.is_none())
+                .count(),
+            alarms_raised: snapshot.alarm_counts().collect(),
             drones: self.drones.count(),
             records,
             record_bytes,

@@ -61,6 +61,12 @@ pub enum EventKind {
     ClockStepped,
     /// A stepped clock was confirmed, or has come back: why.
     ClockSettled,
+    /// Something needs an operator: the alarm, as in `GET /v1/alarms`.
+    AlarmRaised,
+    /// An operator acknowledged an alarm.
+    AlarmAcknowledged,
+    /// What an alarm was about is over.
+    AlarmEnded,
 }
 
 /// Something that happened.

@@ -4,6 +4,7 @@
 //! know nothing of the engine or the server, so that a client can be built on them alone. Units are in the
 //! names; times are RFC 3339 in UTC; positions are `[longitude, latitude]`.
 
+mod alarm;
 mod closure;
 mod drone;
 mod event;
@@ -21,6 +22,7 @@ mod status;
 mod weather;
 mod zone;
 
+pub use alarm::{Alarm, AlarmKind, Alarms};
 pub use closure::{
     Closure, ClosureCause, ClosureChange, ClosureDraft, Closures, Hold, Holds, Proposal,
     ProposalSubject, Proposals,
@@ -48,6 +50,8 @@ pub use registry::{
     NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind, PublishedCause, PublishedClosure,
     PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
 };
-pub use status::{ClockKind, ClockState, Freshness, RegistryRevision, Stamp};
+pub use status::{
+    ClockKind, ClockReading, ClockSource, ClockState, Freshness, RegistryRevision, Stamp,
+};
 pub use weather::{Weather, WeatherAnswer, Wind};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

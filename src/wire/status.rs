@@ -28,6 +28,31 @@ pub enum ClockKind {
     Simulated,
 }
 
+/// What moves the edge's time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ClockSource {
+    /// The machine's clock.
+    Real,
+    /// A clock that began at a time of its own and passes at a rate of its own.
+    Simulated,
+    /// A clock that stands still until it is moved.
+    Manual,
+}
+
+/// The edge's clock: the answer to `GET /v1/clock`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct ClockReading<'a> {
+    /// What moves it.
+    pub kind: ClockSource,
+    /// The time by which the edge answers, RFC 3339.
+    pub time: Cow<'a, str>,
+    /// How many of its seconds pass in one of the machine's; 0 where it stands still until it is moved.
+    pub rate: f64,
+}
+
 /// The clock after an operator has confirmed it: the answer to `POST /v1/clock:confirm`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]

@@ -1,6 +1,8 @@
 //! The REST API of an edge over Sydney, asked over a real socket at a time that stands still.
 
+mod alarms;
 mod bad_input;
+mod clock;
 mod description;
 mod events;
 mod flights;

@@ -6,8 +6,8 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{
-    Caller, Code, Decision, Edge, Idempotency, MemoryDisk, OpenError, Opening, PageRequest,
-    PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
+    AlarmFilter, Caller, Code, Decision, Edge, Idempotency, MemoryDisk, OpenError, Opening,
+    PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
 };
 use skyway::formats::load_network;
 use skyway::wire::PlanState;
@@ -22,6 +22,10 @@ fn told(stage: &Stage) -> Value {
         serde_json::to_value(edge.closures(caller, &page).expect("closures")),
         serde_json::to_value(edge.proposals(caller, &page).expect("proposals")),
         serde_json::to_value(edge.holds(caller, &page).expect("holds")),
+        serde_json::to_value(
+            edge.alarms(caller, &page, AlarmFilter::default())
+                .expect("alarms"),
+        ),
         serde_json::to_value(
             edge.plans(caller, &page, &PlanFilter::default())
                 .expect("plans"),
@@ -90,16 +94,40 @@ async fn live(stage: &Stage) {
     stage.settle().await;
 }
 
+/// For a while every node is closed, so that no drone has a way.
+async fn alarm(stage: &Stage) {
+    let topology = stage.edge.topology();
+    let nodes: Vec<&str> = topology
+        .nodes()
+        .map(|node| topology.node_id(node))
+        .collect();
+    let draft = serde_json::from_value(json!({"id": "shut", "nodes": nodes})).expect("a draft");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    let etag = closed.await.expect("a closure").etag.into_owned();
+    let lifted = stage.edge.lift_closure(&stage.caller, "shut", Some(etag));
+    lifted.await.expect("lifted");
+}
+
 #[tokio::test]
 async fn everything_survives_a_restart() {
     for medium in Medium::both() {
         let stage = Stage::over(medium.open().await).await;
         live(&stage).await;
+        alarm(&stage).await;
         let before = told(&stage);
         let lists = before["lists"].as_array().expect("lists");
         for (list, name) in lists
             .iter()
-            .zip(["features", "closures", "proposals", "holds", "plans"])
+            .zip([
+                "features",
+                "closures",
+                "proposals",
+                "holds",
+                "alarms",
+                "plans",
+            ])
             .filter(|(_, name)| *name != "holds")
         {
             assert!(

@@ -37,6 +37,9 @@ mirror_enum!(EventKind {
     ForwardRefused,
     NetworkChanged,
     WeatherPut,
+    AlarmRaised,
+    AlarmAcknowledged,
+    AlarmEnded,
     ClockStepped,
     ClockSettled,
 });

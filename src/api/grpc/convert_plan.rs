@@ -12,6 +12,11 @@ mirror_enum!(Freshness {
     Degraded
 });
 mirror_enum!(ClockKind { Real, Simulated });
+mirror_enum!(ClockSource {
+    Real,
+    Simulated,
+    Manual
+});
 mirror_enum!(Outcome {
     Rerouted,
     Unaffected,
@@ -33,6 +38,12 @@ mirror!(wire::Stamp<'_> => Stamp {
     registry_age_s: plain,
     freshness: plain,
     clock: plain,
+});
+
+mirror!(wire::ClockReading<'_> => GetClockResponse {
+    kind: plain,
+    time: time,
+    rate: plain,
 });
 
 mirror!(wire::Path<'_> => Path {

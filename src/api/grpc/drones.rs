@@ -49,4 +49,12 @@ impl drones_server::Drones for Service {
         let listed = told(self.edge.drones(&caller, &page))?;
         Ok(Response::new(listed.into_proto()))
     }
+
+    async fn get_clock(
+        &self,
+        request: Request<proto::GetClockRequest>,
+    ) -> Result<Response<proto::GetClockResponse>, Status> {
+        let (caller, _) = opened(request)?;
+        Ok(Response::new(self.edge.clock_reading(&caller).into_proto()))
+    }
 }

@@ -127,6 +127,13 @@ operations! {
                 (Method::POST, "/v1/holds/{id}/reject"),
             ]
             Some("/skyway.v1.Airspace/DecideHold"), ZoneWrite, OPERATORS, MAIN;
+        /// What operators have to look at.
+        ListAlarms "list_alarms" [(Method::GET, "/v1/alarms")] None, Read, OPERATORS, MAIN;
+        /// An operator has seen an alarm.
+        AcknowledgeAlarm "acknowledge_alarm" [(Method::POST, "/v1/alarms/{id}/acknowledge")] None, ZoneWrite, OPERATORS, MAIN;
+        /// The time that the edge goes by.
+        GetClock "get_clock" [(Method::GET, "/v1/clock")]
+            Some("/skyway.v1.Drones/GetClock"), Read, READERS, MAIN;
         /// A wall clock that has stepped is believed again.
         ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")]
             Some("/skyway.v1.Airspace/ConfirmClock"), ZoneWrite, OPERATORS, MAIN;

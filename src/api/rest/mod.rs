@@ -4,6 +4,7 @@
 //! told by the gate, which knows the request's id; a handler only says what was refused.
 
 pub(in crate::api) mod admin;
+mod alarms;
 pub(in crate::api) mod answer;
 pub(in crate::api) mod asked;
 mod clock;
@@ -129,10 +130,13 @@ fn airspace() -> OpenApiRouter<Shared> {
         .routes(routes!(proposals::list_proposals))
         .routes(routes!(proposals::accept_proposal))
         .routes(routes!(proposals::reject_proposal))
+        .routes(routes!(alarms::list_alarms))
+        .routes(routes!(alarms::acknowledge_alarm))
         .routes(routes!(holds::list_holds))
         .routes(routes!(holds::release_hold))
         .routes(routes!(holds::reject_hold))
         .routes(routes!(weather::get_weather, weather::put_weather))
+        .routes(routes!(clock::get_clock))
         .routes(routes!(clock::confirm_clock))
 }
 

@@ -1,6 +1,7 @@
 //! The rows that make of one stored snapshot another. Maps of snapshots share what did not change, so this
 //! costs what did.
 
+use super::alarm_rows::write_alarm;
 use super::closure_rows::{
     write_closure, write_cursor, write_hold, write_outbox, write_proposal, write_zone,
 };
@@ -50,6 +51,8 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
         number,
         write_hold,
     );
+    let alarms = (&before.alarms, &after.alarms);
+    changes.map(Table::Alarms, alarms.0, alarms.1, number, write_alarm);
     changes.map(Table::Plans, &before.plans, &after.plans, text, |plan| {
         write_plan(topology, plan)
     });

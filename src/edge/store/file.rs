@@ -83,6 +83,8 @@ pub enum Table {
     Proposals,
     /// Removals that wait for an operator.
     Holds,
+    /// What operators have to look at.
+    Alarms,
     /// Plans with their versions.
     Plans,
     /// What the registry has to learn of.
@@ -99,7 +101,7 @@ pub enum Table {
 
 impl Table {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Facts,
         Self::Zones,
         Self::Closures,
@@ -111,6 +113,7 @@ impl Table {
         Self::Decisions,
         Self::Parts,
         Self::Spans,
+        Self::Alarms,
     ];
 
     /// The number of the table in a file; never given to another one.
@@ -127,6 +130,7 @@ impl Table {
             Self::Decisions => 9,
             Self::Parts => 10,
             Self::Spans => 11,
+            Self::Alarms => 12,
         }
     }
 }

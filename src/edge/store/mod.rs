@@ -6,6 +6,7 @@
 //! hangs or is full, the writer goes on, and what could not be stored goes with the next transaction that
 //! succeeds. Nothing is queued for that, so a disk that is mended needs no restart.
 
+mod alarm_rows;
 mod closure_rows;
 mod codec;
 mod decisions;

@@ -1,5 +1,6 @@
 //! From the rows of a file to what an edge starts with.
 
+use super::alarm_rows::read_alarm;
 use super::closure_rows::{
     read_closure, read_cursor, read_hold, read_outbox, read_proposal, read_zone,
 };
@@ -10,6 +11,7 @@ use super::opening::fact;
 use super::plan_rows::read_plan;
 use super::reply_rows::{Reply, read_reply};
 use crate::airspace::Closure;
+use crate::edge::alarms::AlarmEntry;
 use crate::edge::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, ZoneEntry};
 use crate::edge::upstream::{OutboxEntry, RegistryCursor};
 use crate::network::Topology;
@@ -25,6 +27,7 @@ pub(in crate::edge) struct Restored {
     pub(in crate::edge) closures: Vec<ClosureEntry>,
     pub(in crate::edge) proposals: Vec<ProposalEntry>,
     pub(in crate::edge) holds: Vec<HoldEntry>,
+    pub(in crate::edge) alarms: Vec<AlarmEntry>,
     pub(in crate::edge) plans: Vec<PlanEntry>,
     pub(in crate::edge) outbox: Vec<OutboxEntry>,
     pub(in crate::edge) registry: Option<RegistryCursor>,
@@ -47,6 +50,7 @@ pub(in crate::edge) async fn restore(
     let closures = file.load(Table::Closures).await?;
     let proposals = file.load(Table::Proposals).await?;
     let holds = file.load(Table::Holds).await?;
+    let alarms = file.load(Table::Alarms).await?;
     let plans = file.load(Table::Plans).await?;
     let outbox = file.load(Table::Outbox).await?;
     let replies = file.load(Table::Replies).await?;
@@ -65,6 +69,9 @@ pub(in crate::edge) async fn restore(
         })?,
         holds: each(&holds, |key, body| {
             read_hold(number_of("a hold", key)?, body)
+        })?,
+        alarms: each(&alarms, |key, body| {
+            read_alarm(number_of("an alarm", key)?, body)
         })?,
         plans: each(&plans, |key, body| read_plan(topology, key, body))?,
         outbox: each(&outbox, |key, body| {

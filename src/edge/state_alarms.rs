@@ -1,0 +1,221 @@
+//! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
+
+use super::alarms::{AlarmDraft, AlarmEntry, alarm_id, alarm_view};
+use super::events::Happening;
+use super::orders::Done;
+use super::snapshot::PlanEntry;
+use super::state::State;
+use crate::airspace::Closure;
+use crate::network::NodeIx;
+use crate::refusal::Refusal;
+use crate::wire::{AlarmKind, EventKind};
+use jiff::Timestamp;
+use serde_json::json;
+use std::sync::Arc;
+
+/// At most this many alarms are kept, those that have ended included.
+const ALARMS_MAX: usize = 1_000;
+/// Where there are more, so many go at once.
+const DROPPED_AT_ONCE: usize = 100;
+
+/// What a way that is open again ends.
+pub(super) const WITHOUT_WAY: [AlarmKind; 2] = [AlarmKind::NoRoute, AlarmKind::Grounded];
+/// What a drone that is known to fly an open version ends.
+pub(super) const AFTER_RELIEF: [AlarmKind; 4] = [
+    AlarmKind::NoRoute,
+    AlarmKind::Grounded,
+    AlarmKind::Unacknowledged,
+    AlarmKind::Declined,
+];
+/// What the end of a plan ends; that a drone is lost is not over with its plan.
+pub(super) const AT_THE_END: [AlarmKind; 7] = [
+    AlarmKind::NoRoute,
+    AlarmKind::Grounded,
+    AlarmKind::Unacknowledged,
+    AlarmKind::Declined,
+    AlarmKind::Contingent,
+    AlarmKind::Unseparated,
+    AlarmKind::Overdue,
+];
+
+impl State {
+    /// Alarms an operator. The same alarm again, of one kind about one thing, renews the one there is; it is told and
+    /// has to be acknowledged anew only where its causes are others.
+    pub(super) fn raise_alarm(&mut self, draft: AlarmDraft, now: Timestamp) -> Arc<AlarmEntry> {
+        let key = (draft.kind, draft.subject());
+        let open = self.open_alarms.get(&key);
+        let standing = open
+            .and_then(|number| self.next.alarms.get(number))
+            .cloned();
+        if let Some(standing) = standing {
+            let is_as_told = standing.draft.causes == draft.causes;
+            let acknowledged = standing.acknowledged.clone().filter(|_| is_as_told);
+            return self.keep_alarm(
+                AlarmEntry {
+                    draft,
+                    renewed_at: now,
+                    count: standing.count + 1,
+                    acknowledged,
+                    ..(*standing).clone()
+                },
+                (!is_as_told).then_some(EventKind::AlarmRaised),
+            );
+        }
+        let number = self.write_number();
+        self.next.alarms_raised[draft.kind as usize] += 1;
+        tracing::warn!(
+            kind = draft.kind.name(),
+            plan = draft.plan.as_deref(),
+            drone = draft.drone.as_deref(),
+            "alarm: {}",
+            draft.message
+        );
+        self.open_alarms.insert(key, number);
+        let entry = AlarmEntry {
+            number,
+            draft,
+            raised_at: now,
+            renewed_at: now,
+            count: 1,
+            acknowledged: None,
+            ended_at: None,
+        };
+        let entry = self.keep_alarm(entry, Some(EventKind::AlarmRaised));
+        if self.next.alarms.len() > ALARMS_MAX {
+            self.drop_alarms();
+        }
+        entry
+    }
+
+    /// Alarms an operator about a plan.
+    pub(super) fn raise_plan_alarm(&mut self, kind: AlarmKind, plan: &PlanEntry, message: String) {
+        let draft = AlarmDraft {
+            plan: Some(plan.id.clone()),
+            drone: plan.drone_id.clone(),
+            causes: plan.affected_by.clone(),
+            ..AlarmDraft::new(kind, message)
+        };
+        let now = self.now;
+        self.raise_alarm(draft, now);
+    }
+
+    /// Alarms an operator about a plan whose drone has no way: one that waits on a pad inside a zone without an end is
+    /// grounded.
+    pub(super) fn alarm_without_way(&mut self, plan: &PlanEntry, now: Timestamp) {
+        let current = &plan.current;
+        let sighting = plan.drone_id.as_deref().and_then(|id| self.drones.last(id));
+        let is_seen = sighting.is_some_and(|sighting| sighting.seen_at >= current.departs_at);
+        let waits = !is_seen && now < current.departs_at;
+        let stand = current.composition.way.nodes.first().copied();
+        let is_shut_in = stand.is_some_and(|node| waits && self.is_closed_for_good(node));
+        let (id, causes) = (&plan.id, plan.affected_by.join(", "));
+        if is_shut_in {
+            let message = format!(
+                "the drone of plan '{id}' stands in a zone without an end ({causes}): it stays on its pad until the zone \
+                 is lifted"
+            );
+            self.raise_plan_alarm(AlarmKind::Grounded, plan, message);
+            return;
+        }
+        let message = format!(
+            "the drone of plan '{id}' has no open way from where it is ({causes}): open one, or land it"
+        );
+        self.raise_plan_alarm(AlarmKind::NoRoute, plan, message);
+    }
+
+    fn is_closed_for_good(&self, node: NodeIx) -> bool {
+        let airspace = &self.next.airspace;
+        let closes = |closure: &&Arc<Closure>| {
+            let ends = closure
+                .windows
+                .iter()
+                .all(|window| window.until().is_some());
+            let is_endless = closure.windows.is_empty() || !ends;
+            let is_hit = closure.hits.nodes.binary_search(&node).is_ok();
+            closure.zone().is_some() && is_endless && is_hit
+        };
+        airspace.closed().closes_node(node) && airspace.in_force().any(|closure| closes(&closure))
+    }
+
+    /// What alarms of these kinds about a plan were about is over.
+    pub(super) fn end_plan_alarms(&mut self, plan: &str, kinds: &[AlarmKind]) {
+        if self.open_alarms.is_empty() {
+            return;
+        }
+        let subject: Arc<str> = Arc::from(format!("plan:{plan}"));
+        for kind in kinds {
+            let Some(number) = self.open_alarms.remove(&(*kind, subject.clone())) else {
+                continue;
+            };
+            if let Some(standing) = self.next.alarms.get(&number).cloned() {
+                let ended = AlarmEntry {
+                    ended_at: Some(self.now),
+                    ..(*standing).clone()
+                };
+                self.keep_alarm(ended, Some(EventKind::AlarmEnded));
+            }
+        }
+    }
+
+    pub(super) fn acknowledge_alarm(
+        &mut self,
+        number: u64,
+        by: Arc<str>,
+        now: Timestamp,
+    ) -> Result<Done, Refusal> {
+        let Some(standing) = self.next.alarms.get(&number).cloned() else {
+            let id = alarm_id(self.next.lineage, number);
+            return Err(Refusal::not_found("alarm", &id));
+        };
+        if standing.acknowledged.is_some() {
+            return Ok(Done::Alarm(standing));
+        }
+        let acknowledged = AlarmEntry {
+            acknowledged: Some((now, by)),
+            ..(*standing).clone()
+        };
+        let kind = EventKind::AlarmAcknowledged;
+        Ok(Done::Alarm(self.keep_alarm(acknowledged, Some(kind))))
+    }
+
+    /// Takes up an alarm that was known when the edge ended.
+    pub(super) fn restore_alarm(&mut self, entry: AlarmEntry) {
+        let number = entry.number;
+        if entry.ended_at.is_none() {
+            let key = (entry.draft.kind, entry.draft.subject());
+            self.open_alarms.insert(key, number);
+        }
+        self.next.alarms.insert(number, Arc::new(entry));
+    }
+
+    fn keep_alarm(&mut self, entry: AlarmEntry, told: Option<EventKind>) -> Arc<AlarmEntry> {
+        let entry = Arc::new(entry);
+        self.next.alarms.insert(entry.number, entry.clone());
+        if let Some(kind) = told {
+            let data = json!({"alarm": alarm_view(self.next.lineage, &entry)});
+            self.events.push(Happening::new(kind, data));
+        }
+        entry
+    }
+
+    /// Those go first that have ended, then those that were acknowledged, then the oldest.
+    fn drop_alarms(&mut self) {
+        let rank = |entry: &AlarmEntry| match (&entry.ended_at, &entry.acknowledged) {
+            (Some(_), Some(_)) => 0,
+            (Some(_), None) => 1,
+            (None, Some(_)) => 2,
+            (None, None) => 3,
+        };
+        let alarms = self.next.alarms.values();
+        let mut ranked: Vec<(i32, u64)> = alarms.map(|entry| (rank(entry), entry.number)).collect();
+        ranked.sort_unstable();
+        for (_, number) in ranked.into_iter().take(DROPPED_AT_ONCE) {
+            if let Some(entry) = self.next.alarms.remove(&number) {
+                let key = (entry.draft.kind, entry.draft.subject());
+                if self.open_alarms.get(&key) == Some(&number) {
+                    self.open_alarms.remove(&key);
+                }
+            }
+        }
+    }
+}
