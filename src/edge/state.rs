@@ -13,7 +13,7 @@ use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::state_affected::Fresh;
 use super::state_clock::HeardClock;
-use super::state_outbox::Told;
+use super::state_outbox::{Ended, Told};
 use super::state_topology::Succession;
 use super::store::Health;
 use super::timers::{Due, Timers};
@@ -79,6 +79,8 @@ pub(super) struct State {
     pub(super) clock: HeardClock,
     /// The last versions at the registry that changes from here have made after the cursor.
     pub(super) told: Told,
+    /// The versions at the registry of closures that have ended by themselves.
+    pub(super) ended: Ended,
 }
 
 impl State {
@@ -112,6 +114,7 @@ impl State {
             open_alarms: BTreeMap::new(),
             clock: HeardClock::default(),
             told: Told::default(),
+            ended: Ended::default(),
         }
     }
 

@@ -107,7 +107,9 @@ impl State {
     }
 
     /// Puts a closure made here, which the registry is to be told of.
-    fn keep_own(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
+    fn keep_own(&mut self, mut entry: ClosureEntry) -> Arc<ClosureEntry> {
+        let ended = self.ended.take(&entry.closure.id);
+        entry.upstream = entry.upstream.or(ended);
         let entry = self.keep_closure(entry);
         self.forward_closure(&entry);
         entry
@@ -246,6 +248,7 @@ impl State {
         let entry = self.next.closures.get(id).cloned();
         if let Some(entry) = entry.filter(|entry| entry.until.is_some_and(|until| until < now)) {
             self.drop_closure(&entry, "over");
+            self.ended.note(id, entry.upstream);
             // Everyone ends it by itself.
             self.withdraw(ObjectKind::Closure, id);
         }

@@ -58,6 +58,32 @@ impl Told {
     }
 }
 
+/// The versions at the registry of closures that have ended by themselves: the registry keeps them for a while, and what is
+/// closed again under such an id takes the place of that version.
+///
+/// A restart forgets them. The registry then judges by its own clock that they are over.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ended(BTreeMap<Arc<str>, Upstream>);
+
+impl Ended {
+    /// Notes what has ended, where the registry knows it.
+    pub(super) fn note(&mut self, id: &str, version: Option<Upstream>) {
+        let Some(version) = version else {
+            return;
+        };
+        if self.0.len() >= TOLD_MAX {
+            // Any of them: the registry judges, too.
+            self.0.pop_first();
+        }
+        self.0.insert(Arc::from(id), version);
+    }
+
+    /// The version of what has ended under this id, and is there no more from now on.
+    pub(super) fn take(&mut self, id: &str) -> Option<Upstream> {
+        self.0.remove(id)
+    }
+}
+
 impl State {
     /// Notes that a zone is to be told.
     pub(super) fn forward_zone(&mut self, entry: &ZoneEntry) {

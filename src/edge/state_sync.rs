@@ -144,6 +144,7 @@ impl State {
             self.meet_removal(first);
             return None;
         }
+        self.ended.take(id);
         self.upstream_of(*kind, id).map(|_| (*kind, id.clone()))
     }
 
@@ -203,9 +204,12 @@ impl State {
             return;
         }
         let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
-        if !is_over || known.is_some() {
-            self.take(put, tally);
+        if is_over && known.is_none() {
+            self.ended.note(&put.id, Some(put.upstream));
+            return;
         }
+        self.ended.take(&put.id);
+        self.take(put, tally);
     }
 
     /// Whether something was changed here under this id that the registry does not know.

@@ -36,7 +36,10 @@ impl Registry {
                 return Ok(());
             };
             after = read.objects.last().map(|last| (last.kind, last.id.clone()));
-            let ended = read.objects.iter().filter(|object| is_over(object, now));
+            let ended = read
+                .objects
+                .iter()
+                .filter(|object| over_for(object, now).is_some_and(|over_for| over_for > KEPT));
             let ended: Vec<&LoggedChange> = ended.collect();
             if !ended.is_empty() {
                 // Where one has been extended meanwhile nothing is lifted; the next visit looks again.
@@ -49,12 +52,19 @@ impl Registry {
     }
 }
 
-fn is_over(object: &LoggedChange, now: Timestamp) -> bool {
-    let body = object.body.as_deref().unwrap_or_default();
-    let closure: Option<PublishedClosure> = serde_json::from_str(body).ok();
-    let until = closure.and_then(|closure| closure.until);
-    let until: Option<Timestamp> = until.and_then(|until| until.parse().ok());
-    until.is_some_and(|until| now.duration_since(until) > KEPT)
+/// Whether an object is a closure whose end has come.
+pub(super) fn is_over(object: &LoggedChange, now: Timestamp) -> bool {
+    over_for(object, now).is_some_and(|over_for| over_for > SignedDuration::ZERO)
+}
+
+/// For how long a closure has been over; none of what has no end, and of all that is no closure.
+fn over_for(object: &LoggedChange, now: Timestamp) -> Option<SignedDuration> {
+    if object.kind != ObjectKind::Closure {
+        return None;
+    }
+    let closure: PublishedClosure = serde_json::from_str(object.body.as_deref()?).ok()?;
+    let until: Timestamp = closure.until?.parse().ok()?;
+    Some(now.duration_since(until))
 }
 
 fn lifting(network: &str, ended: &[&LoggedChange], now: Timestamp) -> Append {

@@ -1,6 +1,7 @@
 //! What lies over a network, one object at a time: zones, weather, and whatever is lifted.
 
 use super::Registry;
+use super::ended::is_over;
 use super::store::{Expectation, NetworkState, NewChange, ObjectsQuery, Version};
 use super::topologies::{aside, version_of};
 use super::writes::{Decision, Intent, Manner, Reply};
@@ -182,12 +183,16 @@ impl Registry {
         manner: &Manner,
     ) -> Result<Decision, Refusal> {
         let Put { kind, id, .. } = put;
-        let version = self.version(&state.id, kind, id).await?;
+        let found = self.store.object(&state.id, kind, id).await?;
+        let version = found.as_ref().map(version_of);
         let expected = match put.is_new {
             true => Expected::Absent,
             false => Expected::of(manner.if_match.clone()),
         };
-        let etag = version.map(Version::etag);
+        // Everyone has ended it by now, and who closes the same again knows of no version of it.
+        let has_ended = found.is_some_and(|object| is_over(&object, self.clock.now()));
+        let in_the_way = version.filter(|_| !has_ended || matches!(expected, Expected::Tags(_)));
+        let etag = in_the_way.map(Version::etag);
         expected.check(etag.as_deref(), kind.name(), id)?;
         let mut expects = vec![
             expectation(ObjectKind::Network, "", Some(state.topology)),
@@ -203,7 +208,7 @@ impl Registry {
         }
         Ok(Decision {
             creates: false,
-            created: version.is_none(),
+            created: in_the_way.is_none(),
             head: None,
             expects,
             change: NewChange {

@@ -354,3 +354,35 @@ async fn bounds_of_the_configuration_are_kept() {
         .refuses(429, "limit_reached");
     served.end().await;
 }
+
+#[tokio::test]
+async fn what_has_ended_is_in_nobodys_way() {
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
+    let closure = |until: &str| json!({"cause": "report", "reason": "navigational", "segments": ["a-b"], "until": until});
+    let put = async |headers: &[(&str, &str)], until: &str| {
+        served
+            .write("PUT /closures/report:a-b", headers, &closure(until))
+            .await
+    };
+    put(&[], "2026-11-27T18:30:00Z").await.is(201);
+    put(&[], "2026-11-27T18:40:00Z")
+        .await
+        .refuses(428, "precondition_required");
+    served.hand.advance(SignedDuration::from_mins(40));
+    // An edge whose clock is behind still knows its version.
+    let renewed = put(&[], "2026-11-27T19:00:00Z").await.is(201);
+    assert_eq!(renewed.json()["object"]["until"], "2026-11-27T19:00:00Z");
+    put(&[], "2026-11-27T19:10:00Z")
+        .await
+        .refuses(428, "precondition_required");
+    let tag = renewed.etag();
+    served.hand.advance(SignedDuration::from_mins(40));
+    put(&[("if-match", "\"1-99\"")], "2026-11-27T20:00:00Z")
+        .await
+        .refuses(412, "precondition_failed");
+    put(&[("if-match", &tag)], "2026-11-27T20:00:00Z")
+        .await
+        .is(200);
+    served.end().await;
+}
