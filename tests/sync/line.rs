@@ -22,6 +22,9 @@ pub(crate) type BendList =
 /// Bends the answer to a write.
 pub(crate) type BendWritten = Box<dyn FnMut(Written) -> Written + Send>;
 
+/// Longer than any test.
+const FOR_EVER: Duration = Duration::from_secs(3_600);
+
 #[derive(Default)]
 struct Doing {
     registry: Option<Arc<Registry>>,
@@ -32,6 +35,7 @@ struct Doing {
     refuses_next: bool,
     loses_answers: bool,
     delays_answers: bool,
+    waits_for_ever: bool,
     lists: u64,
     writes: Vec<RegistryWrite>,
     writes_under_way: u64,
@@ -98,6 +102,11 @@ impl Line {
     pub(crate) fn delay_answers(&self, delays: bool) {
         self.lock().delays_answers = delays;
         self.moved.send_modify(|moves| *moves += 1);
+    }
+
+    /// Whoever waits for news waits without end, as on a registry where nothing happens.
+    pub(crate) fn wait_for_ever(&self) {
+        self.lock().waits_for_ever = true;
     }
 
     pub(crate) fn bend(
@@ -240,11 +249,12 @@ impl RegistryClient for Line {
     ) -> Result<ChangesPage, ClientError> {
         let mut moved = self.moved.subscribe();
         let registry = self.registry()?;
+        let waits_for_ever = self.lock().waits_for_ever && !wait.is_zero();
         let follow = Follow {
             after,
             epoch: Some(epoch),
             limit: None,
-            wait,
+            wait: if waits_for_ever { FOR_EVER } else { wait },
             edge: Some(self.edge_id.to_string()),
         };
         let asked = registry.changes(&self.network, &follow, std::future::pending());

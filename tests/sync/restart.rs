@@ -160,3 +160,37 @@ async fn a_disk_that_fails_keeps_nobody_from_learning() {
         .await;
     north.end().await;
 }
+
+#[tokio::test]
+async fn an_edge_that_was_restarted_tells_its_registry_at_once() {
+    let disk = MemoryDisk::default();
+    let (central, north) = followed(&disk).await;
+    let north = north.crash("north", &disk).await;
+    // Nothing is new there: who asks for news first waits longer than this test.
+    north.line.wait_for_ever();
+    north.line.lead_to(Some(&central.registry));
+    north.put_zone("y", 350.0, 0.0, 20.0).await;
+    north
+        .until("it is told", async || central.zones().await.len() == 2)
+        .await;
+    north
+        .until("it is known to be current", async || {
+            north.edge.stamp().freshness == Freshness::Fresh
+        })
+        .await;
+    // So it is after the registry was away.
+    north.line.cut();
+    north
+        .until("it is lost", async || {
+            north.hand.advance(jiff::SignedDuration::from_secs(1));
+            north.edge.stamp().freshness != Freshness::Fresh
+        })
+        .await;
+    north.line.lead_to(Some(&central.registry));
+    north
+        .until("it is heard again", async || {
+            north.edge.stamp().freshness == Freshness::Fresh
+        })
+        .await;
+    north.end().await;
+}

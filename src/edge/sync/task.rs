@@ -182,6 +182,7 @@ impl<C: RegistryClient> Sync<C> {
         let mut pace = self.pace(0);
         let mut mode = Mode::Log;
         let mut broken_pages = 0;
+        let mut is_heard = false;
         loop {
             let cursor = self.edge.snapshot().registry.clone();
             let wait = pace.spread(self.settings.poll_wait);
@@ -192,11 +193,15 @@ impl<C: RegistryClient> Sync<C> {
                         .await
                 }
                 (Mode::Log, Some(cursor)) => {
+                    // Until it is known that the registry answers, and which one, nothing is told to it.
+                    let is_sure = is_heard && self.contact().is_ours();
+                    let wait = if is_sure { wait } else { Duration::ZERO };
                     self.follow_log(&cursor, wait, &mut mode, &mut broken_pages)
                         .await
                 }
                 (_, cursor) => self.follow_list(cursor.as_ref(), &mut mode).await,
             };
+            is_heard = step == Step::On;
             match step {
                 Step::On => pace.succeeded(),
                 Step::Later => self.pause(pace.failed()).await,
