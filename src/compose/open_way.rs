@@ -53,7 +53,7 @@ pub fn planned_nodes(
 }
 
 /// Puts the table of a destination into the world's cache, with the standing closures worked in where there
-/// are any.
+/// are any. The intact one is computed once: no closure changes it.
 ///
 /// The standing closures are the ones of the world's airspace. Does nothing in a world without a cache.
 pub fn prepare_table(world: &World<'_>, destination: NodeIx, searcher: &mut Searcher) {
@@ -62,9 +62,14 @@ pub fn prepare_table(world: &World<'_>, destination: NodeIx, searcher: &mut Sear
     };
     let airspace = world.airspace;
     let topology = airspace.topology();
-    let intact = Arc::new(searcher.tree(topology, destination));
-    trees.insert(intact.clone(), airspace.topology_revision());
+    let known = trees.intact(destination, airspace.topology_revision());
+    let intact = known.unwrap_or_else(|| {
+        let computed = Arc::new(searcher.tree(topology, destination));
+        trees.insert(computed.clone(), airspace.topology_revision());
+        computed
+    });
     if airspace.closed().blocked_segment_count() == 0 {
+        trees.drop_taken_in(destination);
         return;
     }
     let nothing_more = RequestClosures::new(topology);

@@ -109,6 +109,14 @@ impl TreeCache {
         entries.topology == topology && entries.by_destination.contains_key(&destination.0)
     }
 
+    /// The intact tree to `destination`, if there is one; asking counts neither as a hit nor as a use.
+    pub fn intact(&self, destination: NodeIx, topology: u64) -> Option<Arc<DestinationTree>> {
+        let entries = self.read();
+        let entry = entries.by_destination.get(&destination.0);
+        let entry = entry.filter(|_| entries.topology == topology);
+        entry.map(|entry| entry.intact.clone())
+    }
+
     /// Keeps the intact tree of a destination; trees of an earlier topology revision are dropped.
     ///
     /// A tree of an earlier revision than those held comes from a request that is still under way on it, and is not kept.
@@ -148,6 +156,21 @@ impl TreeCache {
         let after = entry.bytes();
         entries.bytes = entries.bytes + after - before;
         self.evict(&mut entries);
+    }
+
+    /// Drops all trees of a destination.
+    pub fn remove(&self, destination: NodeIx) {
+        let mut entries = self.write();
+        let removed = entries.by_destination.remove(&destination.0);
+        entries.bytes -= removed.map_or(0, |entry| entry.bytes());
+    }
+
+    /// Drops the tree of a destination that has closures worked in, which stand no more.
+    pub fn drop_taken_in(&self, destination: NodeIx) {
+        let mut entries = self.write();
+        let entry = entries.by_destination.get_mut(&destination.0);
+        let dropped = entry.and_then(|entry| entry.taken_in.take());
+        entries.bytes -= dropped.map_or(0, |(_, tree)| tree.bytes());
     }
 
     /// The topology revision of the trees held.

@@ -120,3 +120,46 @@ fn a_full_cache_evicts_by_bytes_and_who_was_evicted_is_answered_as_well() {
     }
     assert!(rerouted > 100, "only {rerouted} answers had a new path");
 }
+
+#[test]
+fn a_change_of_the_airspace_computes_no_intact_table_and_uses_none() {
+    let topology = topology(7);
+    let closed = with_closures(&topology);
+    let now = jiff::Timestamp::UNIX_EPOCH;
+    let open = Airspace::open(
+        topology.clone(),
+        1,
+        now,
+        jiff::SignedDuration::from_mins(60),
+    );
+    let mut scratch = Scratch::new(&topology);
+    let connected: Vec<NodeIx> = Components::of(&topology).largest().collect();
+    let [first, second, third] = [connected[0], connected[1], connected[2]];
+    let one_table = scratch.searcher().tree(&topology, first).bytes();
+    // Two with closures worked in, and not three.
+    let trees = TreeCache::new(4 * one_table);
+    let world = |airspace| World {
+        airspace,
+        trees: Some(&trees),
+    };
+    let before = world(&open).standing();
+    prepare_table(&world(&open), first, scratch.searcher());
+    prepare_table(&world(&open), second, scratch.searcher());
+    let intact = [first, second].map(|node| trees.get(node, before).expect("a table"));
+    // The one of the first node was used last.
+    assert!(trees.get(first, before).is_some());
+    for &node in &[first, second] {
+        prepare_table(&world(&closed), node, scratch.searcher());
+    }
+    for (node, intact) in [first, second].into_iter().zip(&intact) {
+        let now = trees.get(node, before).expect("a table");
+        assert!(Arc::ptr_eq(&now, intact), "it was computed anew");
+    }
+    assert!(trees.get(first, before).is_some());
+    for &node in &[first, second] {
+        prepare_table(&world(&closed), node, scratch.searcher());
+    }
+    prepare_table(&world(&closed), third, scratch.searcher());
+    let held = [first, second, third].map(|node| trees.holds(node, 1));
+    assert_eq!(held, [true, false, true], "the least recently used went");
+}
