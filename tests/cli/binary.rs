@@ -52,7 +52,7 @@ impl Run {
     }
 }
 
-fn command(arguments: &[&str]) -> Command {
+pub(crate) fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_skyway"));
     command.args(arguments).env_clear();
     command
