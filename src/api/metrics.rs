@@ -49,6 +49,8 @@ pub enum ShedReason {
     Streams,
     /// Requests wait too long for a worker.
     Wait,
+    /// As many connections are open as may be, of all or of its subject.
+    Connections,
 }
 
 /// Why a connection is closed by the server.
@@ -56,6 +58,8 @@ pub enum ShedReason {
 pub enum CloseReason {
     /// There were as many as may be already.
     Cap,
+    /// There were as many from its address as may be.
+    Address,
     /// It did not say in time which protocol it speaks.
     Preface,
     /// It did not finish the head of a request in time.
@@ -73,6 +77,7 @@ impl CloseReason {
     pub fn name(self) -> &'static str {
         match self {
             Self::Cap => "cap",
+            Self::Address => "address",
             Self::Preface => "preface",
             Self::Header => "header",
             Self::Idle => "idle",
@@ -280,6 +285,7 @@ impl RequestMetrics {
             ShedReason::Slots => "slots",
             ShedReason::Streams => "streams",
             ShedReason::Wait => "wait",
+            ShedReason::Connections => "connections",
         };
         let labels = ShedLabels {
             class: class.name(),

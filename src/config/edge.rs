@@ -44,6 +44,13 @@ settings! {
     limits: Limits {
         /// Connections.
         connections: usize = 10_000, 1..=1_000_000;
+        /// Of these, connections of one address on which nobody has shown a token yet. Where there are no tokens, or a
+        /// proxy keeps many connections open ahead of requests, all of one address count here.
+        connections_per_address: usize = 2_500, 1..=1_000_000;
+        /// Of these, connections of one subject, as its token says.
+        connections_per_subject: usize = 2_500, 1..=1_000_000;
+        /// And so many more on which only probes are answered (/livez, /readyz, health), when all others are taken.
+        connections_for_probes: usize = 32, 0..=10_000;
         /// Streams in a connection of HTTP/2.
         streams_per_connection: usize = 128, 1..=10_000;
         /// Failure reports being answered.
@@ -73,6 +80,8 @@ settings! {
         commit: Duration = 2 * SECOND, Duration::from_millis(10)..=MINUTE;
         /// Streams of events.
         event_streams: usize = 256, 0..=100_000;
+        /// Streams of health, for which nobody has to show a token.
+        health_streams: usize = 64, 0..=100_000;
     }
     /// How the edge ends when it is told to.
     drain: Drain {

@@ -153,6 +153,7 @@ fn gate(config: &RegistryConfig, listener: Listener, authentication: Authenticat
             other: slots(limits.in_flight_other),
             follows: slots(limits.follows),
             streams: 0,
+            watches: 0,
         },
         // Its requests wait for the database, which their places bound.
         queue_wait: Arc::new(QueueWait::unbounded()),
@@ -168,6 +169,9 @@ fn server(config: &RegistryConfig) -> ServerConfig {
     // A connection with an edge that waits for changes is in use, and as long as it may wait.
     ServerConfig {
         connections_max: limits.connections,
+        connections_per_address: limits.connections_per_address,
+        connections_per_subject: limits.connections_per_subject,
+        connections_for_probes: limits.connections_for_probes,
         streams_per_connection: u32::try_from(limits.streams_per_connection).unwrap_or(u32::MAX),
         header_bytes_max: u32::try_from(limits.header.bytes()).unwrap_or(u32::MAX),
         preface_deadline: limits.preface_deadline,

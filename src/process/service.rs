@@ -252,6 +252,7 @@ fn gate(
             // Nobody follows an edge by asking again and again: it has streams of events.
             follows: 0,
             streams: slots(limits.event_streams),
+            watches: slots(limits.health_streams),
         },
         queue_wait: Arc::clone(queue_wait),
         body_bytes_max: limits.body.bytes(),
@@ -265,6 +266,9 @@ fn server(config: &EdgeConfig) -> ServerConfig {
     let limits = &config.limits;
     ServerConfig {
         connections_max: limits.connections,
+        connections_per_address: limits.connections_per_address,
+        connections_per_subject: limits.connections_per_subject,
+        connections_for_probes: limits.connections_for_probes,
         streams_per_connection: u32::try_from(limits.streams_per_connection).unwrap_or(u32::MAX),
         header_bytes_max: u32::try_from(limits.header.bytes()).unwrap_or(u32::MAX),
         preface_deadline: limits.preface_deadline,

@@ -52,7 +52,7 @@ impl Run {
     }
 }
 
-pub(crate) fn command(arguments: &[&str]) -> Command {
+fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_skyway"));
     command.args(arguments).env_clear();
     command
@@ -196,6 +196,30 @@ impl Drop for Server {
 /// A directory that goes away with the test.
 pub(crate) struct Desk(TempDir);
 
+/// Starts an edge over a store by one of its names; gives what it says as it ends, or nothing where it serves.
+#[cfg(all(unix, feature = "edge"))]
+pub(crate) fn starts_over(desk: &Desk, store: &str) -> Option<(i32, String)> {
+    let ports = desk.path("other-ports.json");
+    let log = std::fs::File::create(desk.path("other-log")).expect("a file");
+    let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
+    let mut edge = command(&["edge", "--store", store]);
+    edge.args(anywhere).args(["--ports-file", &ports]);
+    edge.stdin(Stdio::null()).stderr(log);
+    let mut edge = edge.spawn().expect("a binary that starts");
+    loop {
+        if let Some(status) = edge.try_wait().expect("a child") {
+            let code = status.code().expect("no signal");
+            return Some((code, desk.read("other-log")));
+        }
+        if !std::fs::read(&ports).unwrap_or_default().is_empty() {
+            edge.kill().expect("a child");
+            edge.wait().expect("a child");
+            return None;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
 impl Desk {
     pub(crate) fn new() -> Self {
         Self(TempDir::new().expect("a directory"))
@@ -219,6 +243,18 @@ impl Desk {
         use std::os::unix::fs::PermissionsExt;
         let permissions = std::fs::Permissions::from_mode(mode);
         std::fs::set_permissions(self.path(name), permissions).expect("a file of ours");
+    }
+
+    /// Makes a symbolic link in it.
+    #[cfg(all(unix, feature = "edge"))]
+    pub(crate) fn link(&self, name: &str, target: &str) {
+        std::os::unix::fs::symlink(target, self.path(name)).expect("a link");
+    }
+
+    /// Gives a file in it a second name.
+    #[cfg(feature = "edge")]
+    pub(crate) fn twin(&self, name: &str, of: &str) {
+        std::fs::hard_link(self.path(of), self.path(name)).expect("a link");
     }
 
     /// Reads a file in it.

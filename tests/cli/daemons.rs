@@ -1,6 +1,6 @@
 //! What daemons ask of the system that they run on.
 
-use crate::binary::{Desk, Server, command};
+use crate::binary::{Desk, Server, starts_over};
 
 #[test]
 fn no_request_waits_for_a_huge_page() {
@@ -17,29 +17,6 @@ fn no_request_waits_for_a_huge_page() {
     }
 }
 
-/// Starts an edge over a store by one of its names; gives what it says as it ends, or nothing where it serves.
-fn starts_over(desk: &Desk, store: &str) -> Option<(i32, String)> {
-    let ports = desk.path("other-ports.json");
-    let log = std::fs::File::create(desk.path("other-log")).expect("a file");
-    let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
-    let mut edge = command(&["edge", "--store", store]);
-    edge.args(anywhere).args(["--ports-file", &ports]);
-    edge.stdin(std::process::Stdio::null()).stderr(log);
-    let mut edge = edge.spawn().expect("a binary that starts");
-    loop {
-        if let Some(status) = edge.try_wait().expect("a child") {
-            let code = status.code().expect("no signal");
-            return Some((code, desk.read("other-log")));
-        }
-        if !std::fs::read(&ports).unwrap_or_default().is_empty() {
-            edge.kill().expect("a child");
-            edge.wait().expect("a child");
-            return None;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
-}
-
 #[test]
 #[cfg(unix)]
 fn a_store_has_one_edge_whatever_it_is_called() {
@@ -49,8 +26,8 @@ fn a_store_has_one_edge_whatever_it_is_called() {
         desk.path("link.db"),
         desk.path("chain.db"),
     );
-    std::os::unix::fs::symlink("e1.db", &link).expect("a link");
-    std::os::unix::fs::symlink(&link, &chain).expect("a link to a link");
+    desk.link("link.db", "e1.db");
+    desk.link("chain.db", &link);
     // By its link first, when there is no file yet.
     let edge = Server::start(&desk, &["edge", "--store", &link]);
     for name in [&store, &link, &chain] {
@@ -60,7 +37,7 @@ fn a_store_has_one_edge_whatever_it_is_called() {
     }
     assert_eq!(edge.end(), 0);
     // SQLite keeps its log beside one name of a file: two names are two logs.
-    std::fs::hard_link(&store, desk.path("twin.db")).expect("a link");
+    desk.twin("twin.db", "e1.db");
     let (code, told) = starts_over(&desk, &desk.path("twin.db")).expect("it does not serve");
     assert_ne!(code, 0);
     assert!(told.contains("2 names"), "{told}");

@@ -119,6 +119,7 @@ async fn an_idle_connection_is_let_go() {
 async fn beyond_the_cap_connections_are_closed_at_once() {
     let config = ServerConfig {
         connections_max: 3,
+        connections_for_probes: 0,
         ..ServerConfig::default()
     };
     let server = Options {

@@ -7,6 +7,7 @@ mod harness;
 mod limits;
 mod raw;
 mod roles;
+mod sharing;
 mod shedding;
 mod slowloris;
 mod waiting;

@@ -4,7 +4,7 @@ use crate::harness::PATIENCE;
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::{Instant, timeout};
 
 pub(crate) const PREFACE: &[u8] = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
@@ -20,6 +20,30 @@ impl Socket {
         Self {
             stream,
             opened: Instant::now(),
+        }
+    }
+
+    /// From an address of this machine.
+    pub(crate) async fn open_from(address: SocketAddr, from: &str) -> Self {
+        let socket = TcpSocket::new_v4().expect("a socket");
+        let from = format!("{from}:0").parse().expect("an address");
+        socket.bind(from).expect("an address of this machine");
+        let stream = socket.connect(address).await.expect("connects");
+        Self {
+            stream,
+            opened: Instant::now(),
+        }
+    }
+
+    /// Whether a request for `/livez` is answered, rather than its connection closed.
+    pub(crate) async fn is_answered(&mut self, request: &str) -> bool {
+        // The server may close before it has read anything.
+        let _ = self.stream.write_all(request.as_bytes()).await;
+        let mut first = [0; 8];
+        let read = timeout(PATIENCE, self.stream.read_exact(&mut first)).await;
+        match read.expect("an answer or an end") {
+            Ok(_) => first == *b"HTTP/1.1",
+            Err(_) => false,
         }
     }
 

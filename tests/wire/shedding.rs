@@ -22,6 +22,7 @@ async fn small() -> Server {
         other: 2,
         follows: 2,
         streams: 2,
+        watches: 2,
     };
     Options {
         slots,

@@ -27,21 +27,24 @@ pub enum Class {
     Other,
     /// Long polls, which wait for news longer than the deadline of the others.
     Follow,
-    /// Answers without an end, counted until they end.
+    /// Streams of events, counted until they end.
     Stream,
+    /// Streams of health, which need no token, counted until they end.
+    Watch,
     /// Probes, metrics and status: never shed.
     Health,
 }
 
 impl Class {
     /// Every class, in the order of `index`.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Failure,
         Self::ZoneWrite,
         Self::Read,
         Self::Other,
         Self::Follow,
         Self::Stream,
+        Self::Watch,
         Self::Health,
     ];
 
@@ -54,8 +57,14 @@ impl Class {
             Self::Other => "other",
             Self::Follow => "follow",
             Self::Stream => "stream",
+            Self::Watch => "watch",
             Self::Health => "health",
         }
+    }
+
+    /// Whether its answers have no end.
+    pub(crate) fn is_stream(self) -> bool {
+        matches!(self, Self::Stream | Self::Watch)
     }
 
     pub(crate) fn index(self) -> usize {

@@ -164,7 +164,7 @@ operations! {
         /// The same over gRPC.
         HealthCheck "health_check" [] Some("/grpc.health.v1.Health/Check"), Health, OPEN, MAIN;
         /// The same over gRPC, as it changes.
-        HealthWatch "health_watch" [] Some("/grpc.health.v1.Health/Watch"), Stream, OPEN, MAIN;
+        HealthWatch "health_watch" [] Some("/grpc.health.v1.Health/Watch"), Watch, OPEN, MAIN;
         /// The description of the gRPC services.
         Reflection "reflection" [] Some("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo"), Other, OPEN, MAIN;
         /// The same for older clients.

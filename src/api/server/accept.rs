@@ -5,6 +5,7 @@ use super::connection::Connections;
 use super::drain::Drain;
 use super::gate::Gate;
 use super::gate_config::GateConfig;
+use super::places::{Place, Places};
 use super::services::Services;
 use crate::api::metrics::{CloseReason, RequestMetrics};
 use std::io;
@@ -16,6 +17,9 @@ use tokio_util::task::TaskTracker;
 
 /// How long to wait after an error of the machine, such as too many open files.
 const BACK_OFF: Duration = Duration::from_millis(100);
+
+/// How long a connection lives that has a place for probes.
+const PROBE_WITHIN: Duration = Duration::from_secs(2);
 
 /// How a drain ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,13 +51,8 @@ pub async fn serve(
     )?;
     let connections = Arc::new(Connections::new(&config, Arc::new(gate), drain.clone()));
     let tasks = TaskTracker::new();
-    let accepting = accept_all(
-        &listener,
-        &connections,
-        &tasks,
-        config.connections_max,
-        &metrics,
-    );
+    let places = Arc::new(Places::new(&config));
+    let accepting = accept_all(&listener, &connections, &tasks, &places, &metrics);
     let stop = async {
         drain.begun().await;
         sleep(config.drain_delay).await;
@@ -79,12 +78,12 @@ async fn accept_all(
     listener: &TcpListener,
     connections: &Arc<Connections>,
     tasks: &TaskTracker,
-    connections_max: usize,
+    places: &Arc<Places>,
     metrics: &Arc<RequestMetrics>,
 ) {
     loop {
-        let stream = match listener.accept().await {
-            Ok((stream, _)) => stream,
+        let (stream, address) = match listener.accept().await {
+            Ok(accepted) => accepted,
             Err(error) => {
                 metrics.accept_failed();
                 if let Some(pause) = pause_after(&error) {
@@ -94,23 +93,34 @@ async fn accept_all(
                 continue;
             }
         };
-        if tasks.len() >= connections_max {
-            metrics.closed(CloseReason::Cap);
-            continue;
+        match places.take(address.ip()) {
+            Ok(place) => {
+                let (connections, metrics) = (Arc::clone(connections), Arc::clone(metrics));
+                tasks.spawn(serve_one(connections, stream, place, metrics));
+            }
+            Err(reason) => metrics.closed(reason),
         }
-        tasks.spawn(serve_one(
-            Arc::clone(connections),
-            stream,
-            Arc::clone(metrics),
-        ));
     }
 }
 
-async fn serve_one(connections: Arc<Connections>, stream: TcpStream, metrics: Arc<RequestMetrics>) {
+async fn serve_one(
+    connections: Arc<Connections>,
+    stream: TcpStream,
+    place: Place,
+    metrics: Arc<RequestMetrics>,
+) {
     // Answers are small and awaited. Where it fails, the connection is gone already, and serving it finds out.
     let _ = stream.set_nodelay(true);
     metrics.connections().inc();
-    let cut = connections.serve(stream).await;
+    let is_for_probes = place.is_for_probes();
+    let serving = connections.serve(stream, Arc::new(place));
+    let cut = match is_for_probes {
+        // Whoever is slow would keep the next probe out.
+        true => timeout(PROBE_WITHIN, serving)
+            .await
+            .unwrap_or(Some(CloseReason::Cap)),
+        false => serving.await,
+    };
     metrics.connections().dec();
     if let Some(reason) = cut {
         metrics.closed(reason);

@@ -4,6 +4,7 @@ use super::ServerConfig;
 use super::bodies::AnswerBody;
 use super::drain::{Drain, Phase};
 use super::gate::Gate;
+use super::places::Place;
 use super::watch::{Deadlines, Pulse, Verdict, Visit, Watch, WatchedStream};
 use crate::api::metrics::CloseReason;
 use http::{Request, Response};
@@ -56,14 +57,18 @@ impl Connections {
     }
 
     /// Serves one connection to its end; answers why it was cut, if it was.
-    pub(crate) async fn serve(self: Arc<Self>, stream: TcpStream) -> Option<CloseReason> {
+    pub(crate) async fn serve(
+        self: Arc<Self>,
+        stream: TcpStream,
+        place: Arc<Place>,
+    ) -> Option<CloseReason> {
         let pulse = Arc::new(Pulse::default());
         let io = TokioIo::new(WatchedStream::new(stream, Arc::clone(&pulse)));
         let gate = Arc::clone(&self.gate);
         let visited = Arc::clone(&pulse);
         let service = service_fn(move |request: Request<Incoming>| {
             let visit = Visit::begin(&visited);
-            let answered = gate.enter(request);
+            let answered = gate.enter(request, &place);
             // In a box: hyper moves the future several times before it runs, and it holds all of a request.
             Box::pin(async move {
                 let answer = answered.await;

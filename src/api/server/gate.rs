@@ -9,17 +9,18 @@ use super::bodies::{AnswerBody, BoundedBody, Permit};
 use super::drain::Drain;
 use super::gate_config::{Authentication, GateConfig};
 use super::hosts::Hosts;
+use super::places::Place;
 use super::refuse::{self, Finding};
-use super::request::{RequestContext, RequestId, X_REQUEST_ID, grpc_timeout};
+use super::request::{RequestContext, RequestId, X_REQUEST_ID, bearer, dialect, grpc_timeout};
 use super::services::{Content, Services};
 use super::spans;
-use crate::access::Caller;
+use crate::access::{Caller, Role};
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
 use crate::api::operations::{Access, Class, Operation, Unresolved};
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
 use http::request::Parts;
-use http::{HeaderValue, Request, Response, header};
+use http::{HeaderValue, Request, Response, Version, header};
 use http_body::Body as _;
 use hyper::body::Incoming;
 use std::future::poll_fn;
@@ -106,6 +107,7 @@ impl Gate {
     pub(crate) fn enter(
         self: &Arc<Self>,
         request: Request<Incoming>,
+        place: &Place,
     ) -> impl Future<Output = Response<AnswerBody>> + Send + use<> {
         let (head, body) = request.into_parts();
         let mut known = Known {
@@ -115,13 +117,19 @@ impl Gate {
             arrived: Instant::now(),
             span: Span::none(),
         };
-        let checked = self.check(head, body, &mut known);
+        let checked = self.check(head, body, place, &mut known);
         let gate = Arc::clone(self);
+        let is_last = place.is_for_probes() && known.dialect == Dialect::Rest;
         async move {
-            match checked {
+            let mut answer = match checked {
                 Ok(passed) => gate.answer(passed, known).await,
                 Err(refused) => gate.finish(refused, &known).map(AnswerBody::whole),
+            };
+            if is_last && answer.version() <= Version::HTTP_11 {
+                let close = HeaderValue::from_static("close");
+                answer.headers_mut().insert(header::CONNECTION, close);
             }
+            answer
         }
     }
 
@@ -139,6 +147,7 @@ impl Gate {
         &self,
         head: Parts,
         body: Incoming,
+        place: &Place,
         known: &mut Known,
     ) -> Result<Passed, Response<Content>> {
         let operation = self.resolve(&head, known.dialect).map_err(|unresolved| {
@@ -151,7 +160,8 @@ impl Gate {
         })?;
         known.operation = Some(operation);
         known.span = spans::of_request(operation, known.dialect, &known.request_id, &head.headers);
-        self.admit(head, body, operation, known).map_err(|refusal| {
+        let admitted = self.admit(head, body, (operation, place), known);
+        admitted.map_err(|refusal| {
             refuse::answer(&refusal, known.dialect, &known.request_id.to_string())
         })
     }
@@ -174,12 +184,13 @@ impl Gate {
         &self,
         mut head: Parts,
         body: Incoming,
-        operation: Operation,
+        (operation, place): (Operation, &Place),
         known: &Known,
     ) -> Result<Passed, Refusal> {
         let class = operation.row().class;
         self.queue(class, known.arrived)?;
         let caller = self.caller(&head, operation)?;
+        self.may_come_over(place, &caller, class)?;
         let body_bytes_max = self.body_bytes_max(operation);
         let (body, exceeded) = bounded(&head, body, known.dialect, body_bytes_max)?;
         let permit = self.place(class)?;
@@ -265,13 +276,36 @@ impl Gate {
         Err(Refusal::new(Code::Overloaded, detail).retry_after_s(RETRY_AFTER_S))
     }
 
+    /// Refuses who holds as many connections as it may; on the last ones all but probes.
+    fn may_come_over(&self, place: &Place, caller: &Caller, class: Class) -> Result<(), Refusal> {
+        if place.is_for_probes() && class != Class::Health {
+            self.metrics.shed(class, ShedReason::Connections);
+            let detail = "as many connections are open as may be; only probes are answered on more";
+            return Err(Refusal::new(Code::Overloaded, detail).retry_after_s(RETRY_AFTER_S));
+        }
+        // Where there are no tokens nobody says who calls.
+        if caller.role == Role::Anyone {
+            return Ok(());
+        }
+        place.belongs_to(caller).map_err(|limit| {
+            self.metrics.shed(class, ShedReason::Connections);
+            let detail = format!(
+                "'{}' has {limit} connections open, as many as may be; use those",
+                caller.subject
+            );
+            Refusal::new(Code::LimitReached, detail).retry_after_s(RETRY_AFTER_S)
+        })
+    }
+
     fn place(&self, class: Class) -> Result<Permit, Refusal> {
         let limit = self.config.slots.of(class);
         if let Some(permit) = Permit::take(self.metrics.in_flight(class), limit) {
             return Ok(permit);
         }
         let (code, reason) = match class {
-            Class::Stream | Class::Follow => (Code::LimitReached, ShedReason::Streams),
+            Class::Stream | Class::Watch | Class::Follow => {
+                (Code::LimitReached, ShedReason::Streams)
+            }
             _ => (Code::Overloaded, ShedReason::Slots),
         };
         self.metrics.shed(class, reason);
@@ -296,7 +330,7 @@ impl Gate {
             Outcome::Answered(_) if was_exceeded => too_large(self.body_bytes_max(operation)),
             Outcome::Answered(response) => {
                 let response = self.finish(response, &known);
-                if operation.row().class == Class::Stream {
+                if operation.row().class.is_stream() {
                     return response
                         .map(|body| AnswerBody::stream(body, permit, known.dialect, &self.drain));
                 }
@@ -444,20 +478,6 @@ fn bounded(
     }
     let (body, exceeded) = BoundedBody::new(body, limit_bytes);
     Ok((body, Some(exceeded)))
-}
-
-fn dialect(head: &Parts) -> Dialect {
-    let media_type = head.headers.get(header::CONTENT_TYPE);
-    if media_type.is_some_and(|media_type| media_type.as_bytes().starts_with(b"application/grpc")) {
-        return Dialect::Grpc;
-    }
-    Dialect::Rest
-}
-
-fn bearer(head: &Parts) -> Option<&str> {
-    let text = head.headers.get(header::AUTHORIZATION)?.to_str().ok()?;
-    let (scheme, token) = text.split_once(' ')?;
-    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
 }
 
 fn too_large(limit_bytes: usize) -> Refusal {

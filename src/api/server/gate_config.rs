@@ -31,8 +31,10 @@ pub struct Slots {
     pub other: u32,
     /// Long polls.
     pub follows: u32,
-    /// Streams of events and of health.
+    /// Streams of events.
     pub streams: u32,
+    /// Streams of health, for which nobody has to say who they are.
+    pub watches: u32,
 }
 
 impl Default for Slots {
@@ -44,6 +46,7 @@ impl Default for Slots {
             other: 64,
             follows: 1024,
             streams: 256,
+            watches: 64,
         }
     }
 }
@@ -57,6 +60,7 @@ impl Slots {
             Class::Other => i64::from(self.other),
             Class::Follow => i64::from(self.follows),
             Class::Stream => i64::from(self.streams),
+            Class::Watch => i64::from(self.watches),
             Class::Health => i64::MAX,
         }
     }

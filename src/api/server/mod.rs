@@ -2,7 +2,7 @@
 //!
 //! `accept` owns the loop and the drain, `connection` the deadlines of one connection, and `gate` what
 //! happens to a request before and after its handler, which `services` finds. `queue_wait` tells how long requests wait
-//! before they get so far, and `shares` whom to refuse then.
+//! before they get so far, and `shares` whom to refuse then. `places` counts connections by address and subject.
 
 mod accept;
 mod bodies;
@@ -11,6 +11,7 @@ mod drain;
 mod gate;
 mod gate_config;
 mod hosts;
+mod places;
 mod queue_wait;
 mod refuse;
 mod request;
@@ -31,8 +32,14 @@ use std::time::Duration;
 /// What connections may take.
 #[derive(Clone, Debug)]
 pub struct ServerConfig {
-    /// How many connections may be open; beyond that, new ones are closed at once.
+    /// How many connections may be open; beyond that, only probes are answered on new ones.
     pub connections_max: usize,
+    /// How many of them one address may hold on which nobody has said yet, by a token, who calls.
+    pub connections_per_address: usize,
+    /// How many one subject may hold, once its token was shown.
+    pub connections_per_subject: usize,
+    /// How many more may be open for probes alone; beyond that, new ones are closed at once.
+    pub connections_for_probes: usize,
     /// How many streams one HTTP/2 connection may have open.
     pub streams_per_connection: u32,
     /// How large the head of a request may be, in bytes; at least 8,192.
@@ -59,6 +66,9 @@ impl Default for ServerConfig {
     fn default() -> Self {
         Self {
             connections_max: 10_000,
+            connections_per_address: 2_500,
+            connections_per_subject: 2_500,
+            connections_for_probes: 32,
             streams_per_connection: 128,
             header_bytes_max: 16 * 1024,
             preface_deadline: Duration::from_secs(3),

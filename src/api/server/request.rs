@@ -1,8 +1,10 @@
 //! What the gate knows of a request, for its handler: who calls what, under which id, until when.
 
 use crate::access::Caller;
+use crate::api::metrics::Dialect;
 use crate::api::operations::Operation;
-use http::{HeaderMap, HeaderName, HeaderValue};
+use http::request::Parts;
+use http::{HeaderMap, HeaderName, HeaderValue, header};
 use std::fmt;
 use std::time::Duration;
 use tokio::time::Instant;
@@ -101,6 +103,22 @@ pub(crate) fn grpc_timeout(headers: &HeaderMap) -> Option<Duration> {
         "n" => Some(Duration::from_nanos(number)),
         _ => None,
     }
+}
+
+/// The dialect that a request is in.
+pub(super) fn dialect(head: &Parts) -> Dialect {
+    let media_type = head.headers.get(header::CONTENT_TYPE);
+    if media_type.is_some_and(|media_type| media_type.as_bytes().starts_with(b"application/grpc")) {
+        return Dialect::Grpc;
+    }
+    Dialect::Rest
+}
+
+/// The bearer token that a request shows.
+pub(super) fn bearer(head: &Parts) -> Option<&str> {
+    let text = head.headers.get(header::AUTHORIZATION)?.to_str().ok()?;
+    let (scheme, token) = text.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim())
 }
 
 #[cfg(test)]
