@@ -1,0 +1,54 @@
+"""Plans of other drones, which take pads and legs: asked of the edge, and read as it tells them."""
+
+import random
+
+from flown import instant
+from talk import Edge
+from world import World
+
+PLANS = 10
+
+
+def keep(edge: Edge, dice: random.Random, world: World, are_new: bool) -> None:
+    """Has plans composed where there are none yet, and puts what all of them take into the world."""
+    network = world.network
+    if are_new:
+        goals = [node for node in network.nodes.values() if node.pads == 1] or list(network.nodes.values())
+        for number in range(PLANS):
+            goal = dice.choice(goals)
+            source = dice.choice(sorted(network.nodes))
+            if source == goal.id:
+                continue
+            body = {"id": f"p{number}", "source": source, "destination": goal.id, "drone_id": f"other:{number}"}
+            body |= {"payload_kg": 0.25, "battery_fraction": dice.choice([0.5, 0.9])}
+            # Without a way there is no plan.
+            edge.rest.call("POST", "/v1/plans", body)
+    for number in range(PLANS):
+        told = edge.rest.call("GET", f"/v1/plans/p{number}")
+        if told.code is None:
+            world.plans.append(taken_by(told.body))
+
+
+def taken_by(plan: dict) -> dict:
+    """Pads with their times, and segments, of all that its drone may be flying."""
+    names = ("current", "proposed", "reported", "wanted")
+    versions = [plan[name] for name in names if plan.get(name)]
+    versions += [version for version in plan.get("versions") or [] if isinstance(version, dict) and "path" in version]
+    stays, segments, ends = [], set(), set()
+    for version in versions:
+        path = version["path"]
+        segments |= set(path["segments"])
+        if path["nodes"]:
+            ends.add(str(path["nodes"][-1]))
+        for stop in (version.get("flight") or {}).get("stops") or []:
+            stays.append((str(stop["node"]), stop["pad"], instant(stop["lands_at"]), instant(stop["takes_off_at"])))
+    flown = versions[0] if versions else {"path": {"nodes": []}}
+    nodes = [str(node) for node in flown["path"]["nodes"]]
+    return {
+        "id": plan["id"],
+        "segments": segments,
+        "stays": stays,
+        "ends": ends,
+        "nodes": nodes,
+        "drone": plan.get("drone_id"),
+    }
