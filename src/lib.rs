@@ -12,6 +12,8 @@ pub mod access;
 pub mod airspace;
 #[cfg(feature = "edge")]
 pub mod api;
+pub mod checked;
+pub mod checker;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "edge")]
@@ -34,7 +36,6 @@ pub mod geo;
 pub mod intake;
 pub mod itinerary;
 pub mod network;
-#[cfg(feature = "edge")]
 pub mod planted;
 #[cfg(feature = "edge")]
 pub mod process;

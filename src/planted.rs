@@ -37,11 +37,31 @@ pub enum Bug {
     StaleAnswer,
     /// An edge passes over the deletions of the pages that it follows.
     PassOverTombstone,
+    /// The figures of one way back into the network beside the path of another.
+    SwappedStart,
+    /// What closes the leg of a drone is forgotten where its ways back are looked for.
+    DroppedCause,
+    /// A leg that the network does not have counts as open.
+    RemovedLegOpen,
+    /// The margin of a window is that of the entry to a leg, whenever the drone leaves it.
+    MarginAtEntry,
+    /// The battery that a drone reports is passed over for that of its plan.
+    PlansBattery,
+    /// The first stretch is left out of an answer.
+    StretchForgotten,
+    /// Every answer says that it leaves a zone.
+    FlagWithoutGround,
+    /// Pads that other plans have reserved count as free.
+    PadTwice,
+    /// Ways back lead to closed nodes, too.
+    ClosedNodeEntered,
+    /// A drone on the ground in a zone is answered as one in the air.
+    GroundSentUp,
 }
 
 impl Bug {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 24] = [
         Self::AcknowledgeBeforeCommit,
         Self::HalfBatch,
         Self::SkipTombstone,
@@ -56,6 +76,16 @@ impl Bug {
         Self::CursorFirst,
         Self::StaleAnswer,
         Self::PassOverTombstone,
+        Self::SwappedStart,
+        Self::DroppedCause,
+        Self::RemovedLegOpen,
+        Self::MarginAtEntry,
+        Self::PlansBattery,
+        Self::StretchForgotten,
+        Self::FlagWithoutGround,
+        Self::PadTwice,
+        Self::ClosedNodeEntered,
+        Self::GroundSentUp,
     ];
 
     /// The name by which it is chosen.
@@ -75,6 +105,16 @@ impl Bug {
             Self::CursorFirst => "cursor-first",
             Self::StaleAnswer => "stale-answer",
             Self::PassOverTombstone => "pass-over-tombstone",
+            Self::SwappedStart => "swapped-start",
+            Self::DroppedCause => "dropped-cause",
+            Self::RemovedLegOpen => "removed-leg-open",
+            Self::MarginAtEntry => "margin-at-entry",
+            Self::PlansBattery => "plans-battery",
+            Self::StretchForgotten => "stretch-forgotten",
+            Self::FlagWithoutGround => "flag-without-ground",
+            Self::PadTwice => "pad-twice",
+            Self::ClosedNodeEntered => "closed-node-entered",
+            Self::GroundSentUp => "ground-sent-up",
         }
     }
 }

@@ -7,6 +7,7 @@ use super::output::{
 };
 use super::stop::Stop;
 use crate::airspace::Airspace;
+use crate::checked::{self, Alternatives, Known};
 use crate::formats::{self, ReadWarning, warning_text};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, Severance, World, recompose};
@@ -18,6 +19,8 @@ pub(super) struct Answered {
     pub(super) recomposition: Recomposition,
     /// The construction of search areas included, optima and explanations not.
     pub(super) elapsed_us: f64,
+    /// What was wrong with the answer that this one stands in for.
+    pub(super) refused: Option<String>,
 }
 
 /// Answers a request, and measures the answer alone: what is asked for beside it is computed afterwards.
@@ -29,12 +32,28 @@ pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch
     };
     let (recomposition, elapsed) = clock::timed(|| recompose(world, &bare, scratch));
     let asks_for_more = request.optimum || request.explain;
+    let found = match asks_for_more {
+        true => recompose(world, request, scratch),
+        false => recomposition,
+    };
+    let alternatives = Alternatives {
+        reported: request.report.remaining_path.as_deref(),
+        ..Alternatives::default()
+    };
+    let airspace = world.airspace;
+    let checked = checked::pass(
+        airspace,
+        request,
+        &Known::default(),
+        alternatives,
+        found,
+        scratch,
+    );
+    let topology = airspace.topology();
     Answered {
-        recomposition: match asks_for_more {
-            true => recompose(world, request, scratch),
-            false => recomposition,
-        },
+        recomposition: checked.answer,
         elapsed_us: clock::microseconds(elapsed),
+        refused: checked.case.map(|case| case.fault.text(topology)),
     }
 }
 
@@ -47,6 +66,9 @@ impl Answered {
     ) -> Result<Map<String, Value>, Stop> {
         let mut fields = answer_fields(world.airspace, &self.recomposition, warnings)?;
         fields.insert("elapsed_us".to_owned(), json!(self.elapsed_us));
+        if let Some(refused) = &self.refused {
+            fields.insert("checker_case".to_owned(), json!(refused));
+        }
         Ok(fields)
     }
 }
@@ -95,6 +117,10 @@ pub(super) fn print(
     }
     for warning in &answer.warnings {
         let (_, message) = warning_text(topology, warning);
+        output.warn(&message);
+    }
+    if let Some(refused) = &answered.refused {
+        let message = format!("the checker did not let another answer pass: {refused}");
         output.warn(&message);
     }
     Ok(())

@@ -8,6 +8,7 @@ use super::edge::runtime;
 use super::files;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
+use crate::checked::{self, Alternatives, Known};
 use crate::edge::{SqliteFile, StoreFile, read_decision, read_network};
 use crate::formats::{flight_cause_text, load_network, read_flight_question, recorded_question};
 use crate::network::{NodeIx, Topology};
@@ -273,7 +274,22 @@ fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Again, Stop>
         airspace: &airspace,
         trees: None,
     };
-    let answer = recompose(&world, &read.request, &mut Scratch::new(topology));
+    let mut scratch = Scratch::new(topology);
+    let found = recompose(&world, &read.request, &mut scratch);
+    let alternatives = Alternatives {
+        reported: read.request.report.remaining_path.as_deref(),
+        ..Alternatives::default()
+    };
+    let (request, known) = (&read.request, Known::default());
+    let answer = checked::pass(
+        &airspace,
+        request,
+        &known,
+        alternatives,
+        found,
+        &mut scratch,
+    )
+    .answer;
     Ok(Again {
         outcome: answer.outcome,
         length_m: answer.remaining_length_m,

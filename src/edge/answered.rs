@@ -2,6 +2,7 @@
 
 use super::Edge;
 use super::given::Given;
+use super::guard::case_view;
 use super::records::AnswerRecord;
 use super::store::ReportReply;
 use super::views;
@@ -400,6 +401,7 @@ pub(super) fn wire_record<'a>(
             flight: record.flight_question(),
         },
         certificate,
+        checker_case: record.case.as_ref().map(|case| case_view(topology, case)),
     }
 }
 

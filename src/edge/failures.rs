@@ -6,7 +6,7 @@
 
 use super::Edge;
 use super::alarms::AlarmDraft;
-use super::answered::Answered;
+use super::answered::{Answered, Standing};
 use super::fleet;
 use super::given::Given;
 use super::orders::Order;
@@ -219,7 +219,8 @@ impl Edge {
             drone_id: own.as_deref(),
             now,
         };
-        let recomposed = self.recompose(&case, &mut read);
+        let passed = self.recompose_checked(&case, &mut read);
+        let (recomposed, snapshot) = (passed.recomposed, passed.snapshot);
         let mut record = AnswerRecord {
             epoch: self.epoch,
             number: self.records.next_number(),
@@ -231,6 +232,7 @@ impl Edge {
             read,
             settled,
             answer: recomposed.answer,
+            case: passed.case.map(Box::new),
             flown: recomposed.flown,
             drone_id,
             published: Published::nothing("dry_run"),
@@ -247,15 +249,31 @@ impl Edge {
         }
         let record = Arc::new(record);
         traces::tell(&span, &record);
-        self.records.keep(&record);
-        let standing = self.standing(&snapshot);
-        // What if: it changes nothing, and must not push what was decided out of a log that has a bound.
-        if !dry_run {
-            self.store.note_decision(&record, standing);
-        }
-        self.tell_recomposed(&record);
+        let standing = self.keep(&record, &snapshot, plan.as_deref());
         let elapsed_us = stopwatch.elapsed_us();
         Ok(Answered::fresh(record, standing, elapsed_us))
+    }
+
+    /// Keeps an answer and tells of it; says how current the edge is.
+    fn keep(
+        &self,
+        record: &Arc<AnswerRecord>,
+        snapshot: &Snapshot,
+        plan: Option<&PlanEntry>,
+    ) -> Standing {
+        self.records.keep(record);
+        if let Some(case) = &record.case {
+            let plan = plan.map(|plan| &*plan.id);
+            let subjects = (Some(record.id()), plan, record.drone_id.as_deref());
+            self.tell_case(snapshot, case, subjects, record.answered_at);
+        }
+        let standing = self.standing(snapshot);
+        // What if: it changes nothing, and must not push what was decided out of a log that has a bound.
+        if !record.dry_run {
+            self.store.note_decision(record, standing);
+        }
+        self.tell_recomposed(record);
+        standing
     }
 
     /// What the edge knows of the drone.

@@ -102,8 +102,13 @@ fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 15] {
 }
 
 /// Names, meanings and values of what only goes up.
-fn counters(status: &Status) -> [(&'static str, &'static str, u64); 7] {
+fn counters(status: &Status) -> [(&'static str, &'static str, u64); 8] {
     [
+        (
+            "checker_cases",
+            "Answers that the checker did not let pass, and that were not sent",
+            status.checker_cases,
+        ),
         (
             "store_commits",
             "Transactions that were stored",

@@ -8,6 +8,7 @@
 mod alarms;
 mod answered;
 mod background;
+mod checking;
 mod clock_steps;
 mod closures;
 mod decisions;
@@ -17,6 +18,7 @@ mod failures;
 mod fleet;
 mod flights;
 mod given;
+mod guard;
 mod metrics;
 mod network;
 mod new_network;
@@ -39,6 +41,7 @@ mod state_affected;
 mod state_airspace;
 mod state_alarms;
 mod state_carried_plans;
+mod state_checked;
 mod state_clock;
 mod state_fleet;
 mod state_holds;
@@ -93,6 +96,7 @@ use bytes::Bytes;
 use drones::Drones;
 use events::Events;
 use flights::Flights;
+use guard::Guard;
 use off_plan::OffPlan;
 use orders::{Order, Outcome};
 use records::Records;
@@ -125,6 +129,8 @@ pub struct Edge {
     drones: Arc<Drones>,
     /// The flight model, where it is on.
     flights: Option<Arc<Flights>>,
+    /// What the checker has not let pass.
+    guard: Arc<Guard>,
     records: Records,
     off_plan: OffPlan,
     report_replies: ReportReplies,
@@ -232,7 +238,9 @@ impl Edge {
             }),
             registry_age_s: age.map(|age| age.as_secs_f64()),
             freshness: match cursor {
-                _ if has_stepped => wire::Freshness::Degraded,
+                _ if has_stepped || self.guard.is_degraded(self.clock.now()) => {
+                    wire::Freshness::Degraded
+                }
                 Some(_) => self
                     .contact
                     .freshness(settings.stale_after, settings.degraded_after),

@@ -179,7 +179,7 @@ impl Opening {
     fn begin(self, mut state: State, store: Store, identity: Identity) -> io::Result<Arc<Edge>> {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (trees, drones) = (state.trees.clone(), state.drones.clone());
-        let flights = state.flights.clone();
+        let (flights, guard) = (state.flights.clone(), state.guard.clone());
         let events = Arc::new(Events::new(
             epoch,
             settings.events_max,
@@ -236,6 +236,7 @@ impl Opening {
             events,
             drones,
             flights,
+            guard,
             off_plan: OffPlan::default(),
             trees,
             tables,

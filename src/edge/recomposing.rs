@@ -3,7 +3,7 @@
 use super::Edge;
 use super::failures::{DEFAULT_AIRSPEED_MPS, as_reported};
 use super::fleet;
-use super::flights::{FlownVersion, Reporter, Scene};
+use super::flights::{Flights, FlownVersion, ReportedFlight, Reporter, ReportingDrone, Scene};
 use super::records::{Flown, PlanChange};
 use super::snapshot::{FIRST_TOPOLOGY, PlanEntry, Snapshot};
 use super::traces;
@@ -83,36 +83,25 @@ impl Edge {
             sighting: sighting.as_ref(),
         };
         let drone = flights.reporting(scene, case.report, case.request, reporter, read)?;
-        let (answer, flight) = flights.answer_report(scene, &drone, case.request);
-        let version = flight.version.as_ref();
-        if version.is_some_and(|(version, _)| version.reserve_used) {
-            let message = "the plan draws on the reserve of the battery, to reach a safe node";
-            read.push(ReadWarning::new("reserve_used", message));
-        }
-        let remaining_time_s = version.map(|(_, way)| {
-            let until_departure = flight.departs_at.duration_since(case.now);
-            until_departure.as_secs_f64() + way.flight_time_s
-        });
-        let changed = case.plan.filter(|_| case.may_change);
-        let change = changed.map(|plan| {
-            // Also where it flies on as it was: its legs, its stops and their pads are at other times now.
-            change_of(
-                plan,
-                flight.departs_at,
-                version.map(|(version, way)| (Some(version.clone()), way.clone())),
-            )
-        });
-        Some(Recomposed {
-            answer,
-            plan: change,
-            remaining_time_s,
-            flown: Some(Flown {
-                flight,
-                drone,
-                flights: flights.clone(),
-                snapshot: case.snapshot.clone(),
-            }),
-        })
+        let told = flights.answer_report(scene, &drone, case.request);
+        Some(flown(case, flights, drone, told, read))
+    }
+
+    /// The answer that a drone in flight would get without any table: the baseline of the flight model.
+    pub(super) fn recompose_without_tables(
+        &self,
+        case: &Case<'_>,
+        refused: &Flown,
+        read: &mut Vec<ReadWarning>,
+    ) -> Recomposed {
+        let scene = Scene {
+            snapshot: case.snapshot,
+            airspace: &case.snapshot.airspace,
+            now: case.now,
+        };
+        let flights = &refused.flights;
+        let told = flights.answer_without_tables(scene, &refused.drone, case.request);
+        flown(case, flights, refused.drone.clone(), told, read)
     }
 
     fn recompose_by_distance(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Recomposed {
@@ -124,20 +113,27 @@ impl Edge {
         };
         let mut scratch = self.scratches.take(case.snapshot.topology());
         let answer = recompose(&world, case.request, &mut scratch);
-        let changed = case.plan.filter(|_| case.may_change);
-        let change = changed.map(|plan| {
-            let way = new_way(
-                plan,
-                case.request,
-                &answer,
-                airspace,
-                &mut scratch,
-                case.now,
-            );
-            change_of(plan, case.now, way.map(|way| (None, way)))
-        });
         self.scratches.give_back(scratch);
         self.tables.want(case.request.report.destination, &world);
+        self.by_distance(case, answer, read)
+    }
+
+    /// What comes with an answer by distance.
+    pub(super) fn by_distance(
+        &self,
+        case: &Case<'_>,
+        answer: Recomposition,
+        read: &mut Vec<ReadWarning>,
+    ) -> Recomposed {
+        let airspace = &case.snapshot.airspace;
+        let changed = case.plan.filter(|_| case.may_change);
+        let change = changed.map(|plan| {
+            let mut scratch = self.scratches.take(case.snapshot.topology());
+            let (request, now) = (case.request, case.now);
+            let way = new_way(plan, request, &answer, airspace, &mut scratch, now);
+            self.scratches.give_back(scratch);
+            change_of(plan, now, way.map(|way| (None, way)))
+        });
         let airspeed_mps = airspeed_mps(case.report, case.plan.map(|plan| &**plan));
         let has_path = !answer.path.nodes.is_empty();
         let remaining_time_s = has_path.then(|| {
@@ -164,6 +160,45 @@ impl Edge {
             let horizon = self.settings.horizon;
             Arc::new(Airspace::open(topology, FIRST_TOPOLOGY, case.now, horizon))
         })
+    }
+}
+
+/// What comes with an answer in flight.
+fn flown(
+    case: &Case<'_>,
+    flights: &Arc<Flights>,
+    drone: ReportingDrone,
+    (answer, flight): (Recomposition, ReportedFlight),
+    read: &mut Vec<ReadWarning>,
+) -> Recomposed {
+    let version = flight.version.as_ref();
+    if version.is_some_and(|(version, _)| version.reserve_used) {
+        let message = "the plan draws on the reserve of the battery, to reach a safe node";
+        read.push(ReadWarning::new("reserve_used", message));
+    }
+    let remaining_time_s = version.map(|(_, way)| {
+        let until_departure = flight.departs_at.duration_since(case.now);
+        until_departure.as_secs_f64() + way.flight_time_s
+    });
+    let changed = case.plan.filter(|_| case.may_change);
+    let change = changed.map(|plan| {
+        // Also where it flies on as it was: its legs, its stops and their pads are at other times now.
+        change_of(
+            plan,
+            flight.departs_at,
+            version.map(|(version, way)| (Some(version.clone()), way.clone())),
+        )
+    });
+    Recomposed {
+        answer,
+        plan: change,
+        remaining_time_s,
+        flown: Some(Flown {
+            flight,
+            drone,
+            flights: flights.clone(),
+            snapshot: case.snapshot.clone(),
+        }),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::flights::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
+use crate::checked::Case;
 use crate::compose::Composition;
 use crate::formats::{ReadWarning, Settled};
 use crate::recompose::Recomposition;
@@ -69,6 +70,8 @@ pub(super) struct AnswerRecord {
     pub(super) read: Vec<ReadWarning>,
     pub(super) settled: Settled,
     pub(super) answer: Recomposition,
+    /// The answer that did not pass, where this one stands in for it.
+    pub(super) case: Option<Box<Case>>,
     /// How it is flown; `None` where it was answered by distance.
     pub(super) flown: Option<Flown>,
     pub(super) airspace: Arc<Airspace>,

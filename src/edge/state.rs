@@ -8,6 +8,7 @@ use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
 use super::flights::Flights;
+use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
@@ -48,6 +49,8 @@ pub(super) struct State {
     pub(super) trees: Arc<TreeCache>,
     /// The flight model, where it is on.
     pub(super) flights: Option<Arc<Flights>>,
+    /// What the checker has not let pass.
+    pub(super) guard: Arc<Guard>,
     /// How the store stands: what must not be lost is refused while it fails.
     pub(super) store: Arc<Health>,
     pub(super) scratch: Scratch,
@@ -98,6 +101,7 @@ impl State {
             drones,
             trees,
             flights: None,
+            guard: Arc::default(),
             store: Arc::default(),
             timers: Timers::default(),
             now,

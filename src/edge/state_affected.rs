@@ -147,7 +147,8 @@ impl State {
             flights: self.flights.as_deref(),
             now,
         };
-        let mut detour = fleet::detour(plan, &progress, &means, &mut self.scratch);
+        let detour = fleet::detour(plan, &progress, &means, &mut self.scratch);
+        let mut detour = self.checked(detour, airspace, now);
         let version = self.version_of(&detour, airspace, now);
         detour.version = version.as_ref().map(|version| version.number);
         let marked = Arc::new(PlanEntry {

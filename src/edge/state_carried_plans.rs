@@ -209,6 +209,7 @@ impl State {
                 now,
             };
             let detour = fleet::detour(&plan, &progress, &means, &mut self.scratch);
+            let detour = self.checked(detour, &airspace, now);
             self.version_of(&detour, &airspace, now)
         });
         let plan = self.replace_proposal(&plan, version);
@@ -243,6 +244,7 @@ impl State {
                 }),
                 ..detour
             };
+            let on_network = self.checked(on_network, &airspace, now);
             self.version_of(&on_network, &airspace, now)
         });
         let Some(imposed) = version else {

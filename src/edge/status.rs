@@ -56,6 +56,8 @@ pub struct Status {
     pub edge_id: String,
     /// What of all this survives a restart.
     pub store: StoreStatus,
+    /// How many answers the checker has not let pass.
+    pub checker_cases: u64,
     /// How often the wall clock has stepped.
     pub clock_steps: u64,
     /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
@@ -106,6 +108,7 @@ impl Edge {
             table_misses: tables.misses,
             edge_id: self.id.clone(),
             store: self.store.status(),
+            checker_cases: self.guard.cases(),
             clock_steps: clock.steps,
             clock_apart_s: clock.apart.map(|apart| apart.as_secs_f64()),
             registry: self

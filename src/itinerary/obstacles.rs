@@ -8,6 +8,7 @@ use super::grouped::Grouped;
 use super::request::FlightWorld;
 use crate::flight::{FlightRules, Situation};
 use crate::network::{NodeIx, Topology};
+use crate::planted::{self, Bug};
 
 /// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
 /// seconds, does not.
@@ -83,6 +84,11 @@ impl Span {
         // Entered at t, the leg is left at l = t + occupied: the window reaches from a - m - g (l - began) to b + m + g (l - began).
         let before_s = window.from_s - margin_s + growth * self.began_s;
         let leaves_later_s = growth * (self.occupied_s - self.began_s);
+        if planted::is(Bug::MarginAtEntry) {
+            let after_s = window.until_s + margin_s - growth * self.began_s + self.takes_off_s;
+            let until_s = after_s / (1.0 - growth);
+            return ((before_s - self.occupied_s) / (1.0 + growth), until_s);
+        }
         let after_s = window.until_s + margin_s + leaves_later_s + self.takes_off_s;
         // A margin that grows as fast as the time is never left behind.
         let until_s = match growth < 1.0 {

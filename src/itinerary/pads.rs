@@ -4,6 +4,7 @@ use super::grouped::Grouped;
 use crate::airspace::Bits;
 use crate::flight::Situation;
 use crate::network::{NodeIx, Topology};
+use crate::planted::{self, Bug};
 
 /// A stretch of `T`: landing from here on, a drone may stay until then.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +47,8 @@ impl PadTimes {
     /// Compiles reservations and closed pads of a situation.
     pub fn of(topology: &Topology, situation: &Situation) -> Self {
         let mut taken = Vec::new();
-        for reservation in &situation.reservations {
+        let reservations = situation.reservations.iter();
+        for reservation in reservations.filter(|_| !planted::is(Bug::PadTwice)) {
             let stay = Taken {
                 pad: Some(reservation.pad),
                 closure: None,

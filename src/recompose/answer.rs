@@ -51,6 +51,8 @@ pub enum Fallback {
     RepairFailed,
     /// This drone, with its battery, cannot fly what the strategy finds.
     NotFlyable,
+    /// The checker did not let its answer pass.
+    Checker,
     /// A parameter makes the strategy impossible.
     Parameter {
         /// What is wrong with it.
@@ -66,6 +68,7 @@ impl std::fmt::Display for Fallback {
             Self::OffLeg => "the drone is off its leg",
             Self::RepairFailed => "no repair reconnects the old plan",
             Self::NotFlyable => "this drone cannot fly what the strategy finds",
+            Self::Checker => "checker",
             Self::Parameter { message } => message,
         })
     }
@@ -199,7 +202,7 @@ pub struct Recomposition {
 
 impl Recomposition {
     /// An answer with nothing filled in yet.
-    pub(super) fn unanswered(strategy: Strategy) -> Self {
+    pub fn without_path(strategy: Strategy) -> Self {
         Self {
             outcome: Outcome::NoRoute,
             path: Way::default(),

@@ -13,6 +13,7 @@ use super::starts::{self, Leg, Starts};
 use crate::airspace::{Airspace, Closed, RequestClosures};
 use crate::flight::{FailureType, Reentry, StretchKind};
 use crate::network::{NodeIx, Topology};
+use crate::planted::{self, Bug};
 use crate::routing::{
     Arrival, Baseline, DestinationTree, Searcher, Standing, Start, TreeCache, Way,
 };
@@ -140,7 +141,7 @@ pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) ->
         starts,
         plan,
         local,
-        answer: Recomposition::unanswered(request.strategy),
+        answer: Recomposition::without_path(request.strategy),
     };
     task.answer();
     task.answer
@@ -259,7 +260,10 @@ impl Task<'_> {
         let number = self
             .searcher
             .append_way(arrival, self.tree, &mut self.answer.path);
-        let reentry = self.starts.ways[number];
+        let mut reentry = self.starts.ways[number];
+        if planted::is(Bug::SwappedStart) {
+            reentry.stretch.length_m = self.leg.length_m - reentry.stretch.length_m;
+        }
         self.answer.outcome = outcome;
         self.begin_with(reentry);
         let first_stretch_m = reentry.stretch.length_m;
@@ -277,6 +281,13 @@ impl Task<'_> {
         }
         if reentry.stretch.kind == StretchKind::Straight {
             self.answer.flags.push(Flag::Unverified);
+        }
+        if planted::is(Bug::FlagWithoutGround) {
+            self.answer.flags.push(Flag::LeavingZone);
+        }
+        if planted::is(Bug::StretchForgotten) {
+            self.answer.reentry = Some(Reentry::at_node(reentry.node, reentry.stretch.begin, None));
+            self.answer.first_stretch_m = 0.0;
         }
     }
 

@@ -51,6 +51,8 @@ pub enum UnsafeCode {
     Unverified,
     /// The battery would fall below the reserve or the floor.
     BelowReserve,
+    /// No answer passed the checker; this is the nearer end of the leg.
+    Checker,
 }
 
 impl UnsafeCode {
@@ -61,6 +63,7 @@ impl UnsafeCode {
             Self::EndsClosed => "ends_closed",
             Self::Unverified => "unverified",
             Self::BelowReserve => "below_reserve",
+            Self::Checker => "checker",
         }
     }
 
@@ -77,6 +80,7 @@ impl UnsafeCode {
                 "the drone is off its leg, and every straight line to a near node crosses an active zone"
             }
             Self::BelowReserve => "the battery does not last for it",
+            Self::Checker => "no answer passed the checker; this is the nearer end of the leg",
         }
     }
 }

@@ -35,6 +35,8 @@ pub enum EventKind {
     PlanUnacknowledged,
     /// A plan was cancelled or its time is over.
     PlanEnded,
+    /// An answer did not pass the checker and was not sent: why, and what went instead.
+    CheckerCase,
     /// A report brought something that an operator is to decide.
     ProposalMade,
     /// An operator decided it, or its time is over.

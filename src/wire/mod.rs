@@ -41,9 +41,9 @@ pub use plan::{
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{
-    Answer, AreaStage, BatchAnswer, BatchEntry, FailureType, Outcome, Path, PlanReference,
-    Publication, PublicationState, Recomposition, Recompositions, Record, RecordSummary,
-    RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
+    Answer, AreaStage, BatchAnswer, BatchEntry, CheckerCase, FailureType, Outcome, Path,
+    PlanReference, Publication, PublicationState, Recomposition, Recompositions, Record,
+    RecordSummary, RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
 };
 pub use registry::{
     ChangeOperation, ChangesPage, EdgeReport, EdgeStatus, EdgeStatuses, LoggedChange, Nack,

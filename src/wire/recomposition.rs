@@ -441,4 +441,31 @@ pub struct Record<'a> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
     pub certificate: Option<Value>,
+    /// The answer that the checker did not let pass, which this one stands in for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checker_case: Option<CheckerCase<'a>>,
+}
+
+/// An answer that the checker did not let pass, and what went instead.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct CheckerCase<'a> {
+    /// The rule that it breaks: a stable code.
+    pub rule: Cow<'a, str>,
+    /// Where it breaks it, for people.
+    pub place: Cow<'a, str>,
+    /// What is wrong with it, for people.
+    pub message: Cow<'a, str>,
+    /// The figure that it stated, where the rule is about one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stated: Option<f64>,
+    /// What that figure is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub found: Option<f64>,
+    /// What it would have told.
+    pub outcome: Outcome,
+    /// The nodes that it would have led over.
+    pub nodes: Vec<Id<'a>>,
+    /// What went instead: `baseline`, `reported`, `contingency`, `alternate` or `no_route`.
+    pub fallback: Cow<'a, str>,
 }

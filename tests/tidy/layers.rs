@@ -5,8 +5,9 @@ use crate::rust::{macros_called, paths};
 
 /// Each module of `src/`, from the ground up, and the modules it may use.
 ///
-/// The arrows go down only: what a row names stands in a row above it. `verify` checks the answers
-/// of `routing` and `recompose`, and shares no code with them, so that they cannot share a mistake.
+/// The arrows go down only: what a row names stands in a row above it. `verify` and `checker` check the
+/// answers of `routing`, `itinerary` and `recompose`, and share no code with them, so that they cannot
+/// share a mistake.
 const LAYERS: &[(&str, &str)] = &[
     ("wire", ""),
     ("planted", ""),
@@ -16,14 +17,19 @@ const LAYERS: &[(&str, &str)] = &[
     ("airspace", "geo network"),
     ("flight", "geo network"),
     ("routing", "geo network airspace flight"),
-    ("itinerary", "geo network airspace flight"),
-    ("recompose", "geo network airspace flight routing"),
+    ("itinerary", "planted geo network airspace flight"),
+    ("recompose", "planted geo network airspace flight routing"),
     ("compose", "geo network airspace flight routing recompose"),
     (
         "delivery",
         "geo network airspace flight routing itinerary recompose compose",
     ),
     ("verify", "geo network airspace flight"),
+    ("checker", "geo network airspace flight"),
+    (
+        "checked",
+        "geo network airspace flight routing itinerary recompose compose delivery checker",
+    ),
     (
         "formats",
         "wire geo network airspace flight routing itinerary recompose compose delivery",
@@ -40,7 +46,7 @@ const LAYERS: &[(&str, &str)] = &[
     ("demo", "wire geo clock"),
     (
         "edge",
-        "wire planted access geo network airspace flight routing itinerary recompose compose delivery formats refusal intake clock config",
+        "wire planted access geo network airspace flight routing itinerary recompose compose delivery checker checked formats refusal intake clock config",
     ),
     (
         "registry",
@@ -57,7 +63,7 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "cli",
-        "wire access geo network airspace flight routing itinerary recompose compose delivery verify formats draw evaluate clock config demo edge registry api process",
+        "wire access geo network airspace flight routing itinerary recompose compose delivery verify checker checked formats draw evaluate clock config demo edge registry api process",
     ),
     ("main", "cli"),
 ];

@@ -26,6 +26,7 @@ mirror_enum!(EventKind {
     PlanAcknowledged,
     PlanUnacknowledged,
     PlanEnded,
+    CheckerCase,
     ProposalMade,
     ProposalDecided,
     HoldMade,

@@ -225,6 +225,18 @@ mirror!(wire::Record<'_> => Record {
     answer: message,
     world: message,
     certificate: maybe_json,
+    checker_case: plain,
+});
+
+mirror!(wire::CheckerCase<'_> => CheckerCase {
+    rule: plain,
+    place: plain,
+    message: plain,
+    stated: plain,
+    found: plain,
+    outcome: plain,
+    nodes: plain,
+    fallback: plain,
 });
 
 mirror!(wire::Fault => Fault {

@@ -6,6 +6,7 @@
 mod answering;
 mod carrying;
 mod causes;
+mod checked;
 mod composing;
 mod flown;
 mod others;
@@ -21,6 +22,7 @@ pub(super) use reported::{ReportedFlight, Reporter, ReportingDrone};
 use super::settings::{FlightSettings, Settings};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
+use crate::checker::ClosedTimes;
 use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
@@ -79,6 +81,8 @@ struct Sky {
     skies: Skies,
     /// Any kind of drone in it: what is in the way is the same for all.
     setting: OnceLock<FlightSetting>,
+    /// What is closed when, for the checker.
+    closed_times: OnceLock<ClosedTimes>,
     swap_stations: Vec<NodeIx>,
     /// When something closes or opens that is closed or open now.
     until: Option<Timestamp>,
@@ -222,6 +226,7 @@ impl Flights {
             until: skies.now().next_change(),
             skies,
             setting: OnceLock::new(),
+            closed_times: OnceLock::new(),
             swap_stations: stations.filter_map(|id| topology.node(id)).collect(),
         });
         let mut kept = self.lock();
@@ -312,6 +317,21 @@ impl Flights {
 }
 
 impl Ground {
+    /// The same without tables, so that nothing which was worked out before counts.
+    pub(super) fn without_tables(self) -> Self {
+        let compiled = &self.compiled;
+        Self {
+            compiled: Arc::new(Compiled {
+                kind: compiled.kind.clone(),
+                topology: compiled.topology.clone(),
+                weather: compiled.weather.clone(),
+                setting: compiled.setting.clone(),
+                tables: FlightTables::new(TABLE_BYTES),
+            }),
+            ..self
+        }
+    }
+
     /// What deliveries are computed in.
     pub(super) fn world(&self) -> DeliveryWorld<'_> {
         DeliveryWorld {

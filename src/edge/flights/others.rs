@@ -21,7 +21,7 @@ pub(in crate::edge) struct PadKey {
 }
 
 impl PadKey {
-    fn first_of(node: u32) -> Self {
+    pub(super) fn first_of(node: u32) -> Self {
         Self {
             node,
             plan: Arc::from(""),

@@ -11,6 +11,7 @@ use crate::edge::snapshot::PlanEntry;
 use crate::formats::{FlightQuestion, ReadWarning, Stand, write_flight_question};
 use crate::itinerary::Objective;
 use crate::network::NodeIx;
+use crate::planted::{self, Bug};
 use crate::recompose::{Recomposition, Request, Severance};
 use crate::routing::Way;
 use crate::wire;
@@ -36,7 +37,7 @@ pub(in crate::edge) struct Reporter<'a> {
 /// A drone that reports, and whose battery is known.
 #[derive(Clone, Debug)]
 pub(in crate::edge) struct ReportingDrone {
-    kind: DroneKind,
+    pub(super) kind: DroneKind,
     battery: BatteryNow,
     objective: Objective,
     /// The latest landing, in seconds, where one is to be kept.
@@ -45,7 +46,14 @@ pub(in crate::edge) struct ReportingDrone {
     planned_stops: Option<Vec<NodeIx>>,
     stand: Option<Stand>,
     /// Its plan, whose legs and pads are in nobody's way but its own.
-    plan: Option<Arc<str>>,
+    pub(super) plan: Option<Arc<str>>,
+}
+
+impl ReportingDrone {
+    /// The node on whose pad it stands; `None` in the air.
+    pub(in crate::edge) fn stands_at(&self) -> Option<NodeIx> {
+        self.stand.map(|stand| stand.node)
+    }
 }
 
 /// How a drone that reported is to fly.
@@ -208,6 +216,27 @@ impl Flights {
         request: &Request,
     ) -> (Recomposition, ReportedFlight) {
         let ground = self.ground_of_report(scene, drone);
+        self.answer_on(&ground, scene, drone, request)
+    }
+
+    /// The same without the tables that searches are guided by.
+    pub(in crate::edge) fn answer_without_tables(
+        &self,
+        scene: Scene<'_>,
+        drone: &ReportingDrone,
+        request: &Request,
+    ) -> (Recomposition, ReportedFlight) {
+        let ground = self.ground_of_report(scene, drone).without_tables();
+        self.answer_on(&ground, scene, drone, request)
+    }
+
+    fn answer_on(
+        &self,
+        ground: &Ground,
+        scene: Scene<'_>,
+        drone: &ReportingDrone,
+        request: &Request,
+    ) -> (Recomposition, ReportedFlight) {
         let world = ground.world();
         let told = self.with_scratch(scene.airspace.topology(), |scratch| match drone.stand {
             Some(stand) => {
@@ -223,14 +252,14 @@ impl Flights {
         let flight = ReportedFlight {
             version: composition.map(|composition| {
                 let (flown, way) =
-                    FlownVersion::of(&ground, composition, (&told).into(), departs_at);
+                    FlownVersion::of(ground, composition, (&told).into(), departs_at);
                 (Arc::new(flown), way)
             }),
             departs_at,
             causes: ground.causes(&told.causes),
             opens: told.opens.and_then(|opens| ground.opening(opens)),
         };
-        (without_flight(&ground, &told), flight)
+        (without_flight(ground, &told), flight)
     }
 
     /// Whether an answer of an instant can still be flown: its times can be kept, in the same wind, and nothing has closed on its
@@ -315,7 +344,8 @@ fn battery(
     reporter: Reporter<'_>,
     now: Timestamp,
 ) -> Option<BatteryNow> {
-    if let Some(stated) = facts.battery_fraction.filter(is_fraction) {
+    let stated = facts.battery_fraction.filter(is_fraction);
+    if let Some(stated) = stated.filter(|_| !planted::is(Bug::PlansBattery)) {
         return Some(BatteryNow::Given(stated));
     }
     let lately = reporter.sighting.filter(|sighting| {

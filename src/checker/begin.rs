@@ -1,0 +1,266 @@
+//! That a path begins where the drone is, and that the way to its first node passes nothing.
+
+use super::claim::{Claim, Drone, Flag, Sky, Stretch, StretchKind, Whereabouts};
+use super::fault::{Fault, Place, Rule};
+use super::lines::{OnLeg, is_in_zone, nearest_fraction, zone_parts};
+use crate::airspace::Cause;
+use crate::geo::{AltitudeBand, Point};
+use crate::network::NodeIx;
+
+/// A drone farther from its leg than this, in metres, is off it.
+const OFF_LEG_M: f64 = 50.0;
+/// Lengths and places this much apart, in metres, count as the same.
+const SAME_M: f64 = 1e-2;
+/// A drone that is in a zone by less than this, in metres, may count as outside.
+const EDGE_M: f64 = 1.0;
+
+/// Where an answer begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begun {
+    /// How it comes to the path.
+    pub(super) stretch: Stretch,
+    /// Whether the drone is well inside an active zone on its leg.
+    pub(super) is_in_zone: bool,
+    /// Whether the overrun enters something closed.
+    pub(super) overruns: bool,
+}
+
+/// The way along the leg to one of its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    Back,
+    On,
+}
+
+pub(super) fn check(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> Result<Begun, Fault> {
+    let elsewhere = Fault::new(Rule::BeginsAtDrone, Place::FirstStretch);
+    let (Some(stretch), Some(&first)) = (claim.stretch, claim.nodes.first()) else {
+        return Err(elsewhere);
+    };
+    let states_other_leg = stretch.leg.is_some_and(|leg| leg != drone.leg);
+    if stretch.enters != first || states_other_leg {
+        return Err(elsewhere);
+    }
+    if !(stretch.overrun_m >= 0.0 && stretch.overrun_m <= drone.stopping_m + SAME_M) {
+        let (stated, most) = (stretch.overrun_m, drone.stopping_m);
+        return Err(Fault::figures(
+            Rule::BeginsAtDrone,
+            Place::FirstStretch,
+            stated,
+            most,
+        ));
+    }
+    let leg = OnLeg::of(drone, sky);
+    if let Some(node) = drone.stands_at {
+        let stands = first == node && stretch.length_m <= SAME_M;
+        return if stands {
+            Ok(Begun::at(stretch))
+        } else {
+            Err(elsewhere)
+        };
+    }
+    let is_there = is_at(drone, &leg, sky, first);
+    if stretch.kind == StretchKind::None || (is_there && stretch.length_m <= SAME_M) {
+        if !is_there || stretch.length_m > SAME_M {
+            return Err(elsewhere);
+        }
+        return Ok(Begun::at(stretch));
+    }
+    if sky.closes_node(first) {
+        return Err(Fault::new(Rule::ClosedNode, Place::Node(first)));
+    }
+    match stretch.kind {
+        StretchKind::Straight => straight(&stretch, drone, &leg, sky),
+        StretchKind::Leg | StretchKind::None => along(&stretch, drone, &leg, sky),
+    }
+}
+
+impl Begun {
+    fn at(stretch: Stretch) -> Self {
+        Self {
+            stretch,
+            is_in_zone: false,
+            overruns: false,
+        }
+    }
+}
+
+/// Whether the drone is at a node.
+fn is_at(drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>, node: NodeIx) -> bool {
+    let at_end = |fraction: f64, end: NodeIx| {
+        let off_end_m = |flown: f64| (flown - fraction).abs() * leg.length_m;
+        let is_near = leg.flown.is_some_and(|flown| off_end_m(flown) <= SAME_M);
+        end == node && leg.off_m <= OFF_LEG_M && is_near
+    };
+    let is_over = match drone.at {
+        Whereabouts::At(place) => {
+            place.distance_m(sky.airspace.topology().position(node)) <= SAME_M
+        }
+        Whereabouts::LegStart | Whereabouts::Unknown => false,
+    };
+    is_over || at_end(0.0, drone.leg.0) || at_end(1.0, drone.leg.1)
+}
+
+/// Along the leg: to its start or to its end.
+fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Result<Begun, Fault> {
+    let elsewhere = Fault::new(Rule::BeginsAtDrone, Place::FirstStretch);
+    if leg.off_m > OFF_LEG_M + SAME_M {
+        return Err(elsewhere);
+    }
+    let way = match stretch.enters {
+        node if node == drone.leg.0 => Way::Back,
+        node if node == drone.leg.1 => Way::On,
+        _ => return Err(elsewhere),
+    };
+    let length_m = along_m(way, stretch, drone, leg);
+    let tolerance_m = SAME_M + 1e-6 * length_m;
+    if (stretch.length_m - length_m).abs() > tolerance_m {
+        return Err(Fault::figures(
+            Rule::Length,
+            Place::FirstStretch,
+            stretch.length_m,
+            length_m,
+        ));
+    }
+    let zones = leg.zones(sky);
+    passes_nothing(way, leg, sky, &zones)?;
+    let (Some(flown), true) = (leg.flown, leg.length_m > 0.0) else {
+        return Ok(Begun::at(*stretch));
+    };
+    let edge = EDGE_M / leg.length_m;
+    let is_inside = |part: &(f64, f64)| part.0 + edge < flown && flown < part.1 - edge;
+    let turn = flown + stretch.overrun_m / leg.length_m;
+    let entered = |part: &&(f64, f64)| part.0 > flown && part.0 <= turn;
+    let causes_met = stretch.overrun_m > 0.0 && cause_between(leg, sky, flown, turn);
+    Ok(Begun {
+        stretch: *stretch,
+        is_in_zone: zones.iter().any(is_inside),
+        overruns: causes_met || zones.iter().find(entered).is_some(),
+    })
+}
+
+/// How long the way to an end of the leg is: for the way back an old place counts as farther on.
+fn along_m(way: Way, stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg) -> f64 {
+    let Some(flown) = leg.flown else {
+        return leg.length_m;
+    };
+    let flown_m = flown * leg.length_m;
+    match way {
+        Way::Back => (flown_m + drone.drift_m).min(leg.length_m) + 2.0 * stretch.overrun_m,
+        Way::On => leg.length_m - flown_m,
+    }
+}
+
+/// That neither a cause nor a zone that is entered from outside lies on the way to an end of the leg.
+fn passes_nothing(way: Way, leg: &OnLeg, sky: &Sky<'_>, zones: &[(f64, f64)]) -> Result<(), Fault> {
+    let same = match leg.length_m > 0.0 {
+        true => SAME_M / leg.length_m,
+        false => 1.0,
+    };
+    // Where nobody knows, the whole leg may lie on either way.
+    let flown = leg.flown.unwrap_or(match way {
+        Way::Back => 1.0,
+        Way::On => 0.0,
+    });
+    let enters = match way {
+        Way::Back => zones.iter().any(|part| part.1 < flown - same),
+        Way::On => zones.iter().any(|part| part.0 > flown + same),
+    };
+    if enters {
+        return Err(Fault::new(Rule::EntersZone, Place::FirstStretch));
+    }
+    let passed = Fault::new(Rule::PassesCause, Place::FirstStretch);
+    let own = sky.own.cause.map(|cause| nearest_fraction(leg.ends, cause));
+    let own = own.filter(|_| sky.own.closes_leg);
+    let passes = match way {
+        // What the drone itself cannot pass does not lie behind a drone of which nobody knows where it is.
+        Way::Back => leg.flown.is_some() && own.is_some_and(|cause| cause < flown - same),
+        Way::On => {
+            let own_ahead = sky.own.closes_leg && own.is_none_or(|cause| cause >= flown + same);
+            leg.segment.is_none() || own_ahead || has_unplaced_cause(leg, sky)
+        }
+    };
+    if passes { Err(passed) } else { Ok(()) }
+}
+
+/// Whether something without a known place closes the leg for everyone: an operator's closure, a report.
+fn has_unplaced_cause(leg: &OnLeg, sky: &Sky<'_>) -> bool {
+    let Some(segment) = leg.segment else {
+        return true;
+    };
+    if !sky.airspace.closed().closes_segment(segment) {
+        return false;
+    }
+    let mut causes = sky.airspace.in_force();
+    causes.any(|closure| {
+        let has_shape = matches!(closure.cause, Cause::Zone(_));
+        !has_shape && closure.hits.segments.binary_search(&segment).is_ok()
+    })
+}
+
+/// Whether the cause of the report lies between two fractions of the leg.
+fn cause_between(leg: &OnLeg, sky: &Sky<'_>, from: f64, until: f64) -> bool {
+    let own = sky.own.cause.map(|cause| nearest_fraction(leg.ends, cause));
+    own.is_some_and(|cause| cause >= from && cause <= until)
+}
+
+/// Straight, over whatever is there: for a drone off its leg, or in a zone that it cannot leave along its leg.
+fn straight(
+    stretch: &Stretch,
+    drone: &Drone<'_>,
+    leg: &OnLeg,
+    sky: &Sky<'_>,
+) -> Result<Begun, Fault> {
+    let topology = sky.airspace.topology();
+    let place = match drone.at {
+        Whereabouts::At(place) => place,
+        Whereabouts::LegStart => leg.ends.0,
+        Whereabouts::Unknown => {
+            return Err(Fault::new(Rule::BeginsAtDrone, Place::FirstStretch));
+        }
+    };
+    let end = topology.position(stretch.enters);
+    let length_m = place.distance_m(end);
+    if (stretch.length_m - length_m).abs() > SAME_M + 1e-6 * length_m {
+        return Err(Fault::figures(
+            Rule::Length,
+            Place::FirstStretch,
+            stretch.length_m,
+            length_m,
+        ));
+    }
+    let is_off = leg.off_m > OFF_LEG_M - SAME_M;
+    if !is_off && !is_shut_in(drone, leg, sky, place) {
+        return Err(Fault::new(
+            Rule::FlagWithoutGround(Flag::Unverified),
+            Place::FirstStretch,
+        ));
+    }
+    // No lower than the leg.
+    let band = AltitudeBand {
+        upper: None,
+        ..leg.band
+    };
+    let parts = zone_parts(sky, (place, end), &band);
+    let same = SAME_M / length_m.max(SAME_M);
+    if parts.iter().any(|part| part.0 > same) {
+        return Err(Fault::new(Rule::EntersZone, Place::FirstStretch));
+    }
+    let edge = EDGE_M / length_m.max(EDGE_M);
+    Ok(Begun {
+        stretch: *stretch,
+        is_in_zone: parts.iter().any(|part| part.1 > edge),
+        overruns: false,
+    })
+}
+
+/// Whether the drone is in a zone, and neither end of its leg can be reached along it.
+fn is_shut_in(drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>, place: Point) -> bool {
+    let zones = leg.zones(sky);
+    let is_shut = |way: Way, end: NodeIx| {
+        sky.closes_node(end) || passes_nothing(way, leg, sky, &zones).is_err()
+    };
+    is_in_zone(sky, place, &leg.band)
+        && is_shut(Way::Back, drone.leg.0)
+        && is_shut(Way::On, drone.leg.1)
+}

@@ -1,0 +1,54 @@
+//! What the drones of plans are to be told is shown to the checker before it becomes a version.
+
+use super::checking::PlanWays;
+use super::events::Happening;
+use super::fleet::{Detour, DetourAnswer};
+use super::guard::{alarms_of, case_data};
+use super::state::State;
+use crate::airspace::Airspace;
+use crate::checked::{self, Checked, Known};
+use crate::wire::EventKind;
+use jiff::Timestamp;
+
+impl State {
+    /// A detour that may be told: this one, or the first of those in its place that passes.
+    pub(super) fn checked(
+        &mut self,
+        mut detour: Detour,
+        airspace: &Airspace,
+        now: Timestamp,
+    ) -> Detour {
+        let DetourAnswer::Shortest { request, answer } = detour.answer else {
+            return detour;
+        };
+        let ways = PlanWays::of_plan(&detour.plan, request.report.leg).unwrap_or_default();
+        let Checked { answer, case } = checked::pass(
+            airspace,
+            &request,
+            &Known::default(),
+            ways.alternatives(),
+            *answer,
+            &mut self.scratch,
+        );
+        let answer = Box::new(answer);
+        detour.answer = DetourAnswer::Shortest { request, answer };
+        if let Some(case) = case {
+            self.tell_case(&detour, &case, now);
+        }
+        detour
+    }
+
+    /// Tells of a version that did not pass.
+    fn tell_case(&mut self, detour: &Detour, case: &checked::Case, now: Timestamp) {
+        let becomes_degraded = self.guard.note(now);
+        let plan = &detour.plan;
+        let subjects = (None, Some(&*plan.id), plan.drone_id.as_deref());
+        let topology = self.next.topology().clone();
+        let data = case_data(&topology, case, subjects.clone());
+        self.events
+            .push(Happening::new(EventKind::CheckerCase, data));
+        for alarm in alarms_of(&topology, case, subjects, becomes_degraded) {
+            self.raise_alarm(alarm, now);
+        }
+    }
+}
