@@ -13,6 +13,7 @@
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
 mod airspace;
+mod checked;
 mod oracle;
 mod percentiles;
 mod queries;
@@ -43,6 +44,7 @@ fn engine(criterion: &mut Criterion) {
         let workload = Workload::new(nodes, destinations);
         workload.describe();
         queries::measure(&workload);
+        checked::measure(&workload);
         airspace::measure(&workload);
         if !table_only {
             queries::criterion(&workload, criterion);
