@@ -57,6 +57,12 @@ class Case:
         return self.verdict.expect(right, rule, text)
 
     @property
+    def holds_on_ground(self) -> bool:
+        """It is told as a drone that stands: because it does, or beside `if_airborne` because it may."""
+        stands = self.report.airborne is False or (self.report.airborne is None and self.answer.get("if_airborne"))
+        return self.outcome == "hold" and bool(stands)
+
+    @property
     def stretch_m(self) -> float:
         return self.answer.get("first_stretch_m") or 0.0
 

@@ -259,7 +259,7 @@ class Reading:
             self.starts.append(Start(self.a, 0.0, "yes", "none"))
         else:
             back = weaker(self.enterable(self.a), self.free(0.0, self.far_m))
-            if self.at_m <= AT_NODE_M:
+            if self.where == "leg" and self.at_m <= AT_NODE_M:
                 back = "maybe"
             if self.where == "unknown" and self.zone_parts(False):
                 # Nobody knows on which side of the zone it is, or whether it is inside.

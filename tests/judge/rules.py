@@ -13,7 +13,7 @@ from flags import check_flags, check_flags_known
 from outcomes import check_ground, check_outcome
 from reading import is_finite
 from reports import Report
-from stretch import check_stretch
+from stretch import check_held, check_stretch
 from world import World
 
 REVISION = re.compile(r"\d+-\d+")
@@ -50,14 +50,17 @@ def look_at(case: Case) -> None:
     elif case.nodes:
         check_path(case)
         if case.is_whole:
-            check_stretch(case)
+            if case.holds_on_ground:
+                check_held(case)
+            else:
+                check_stretch(case)
             check_lengths(case)
     else:
         case.expect(case.outcome == "hold", "path", f"{case.outcome} has none")
     check_ground(case)
-    if not case.reading.on_ground or case.outcome != "hold":
+    if not case.holds_on_ground:
         check_outcome(case)
-    if case.is_whole:
+    if case.is_whole and not case.holds_on_ground:
         check_flags(case)
     if case.world.flown:
         flown.check(case)

@@ -20,16 +20,20 @@ import time
 
 import bent
 import plans
+from replaced import judge_replaced
 from reports import Report, Reporter, scale_of
 from rules import judge
-from talk import ROOT, Edge, told
+from talk import Edge, told
 from world import NOW_S, World, make_airspace, make_network, text_of
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 BINARY = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/skyway"
 SEED = 20261122
 ANSWERS = 2000
 # How many airspaces a network gets, and how many reports each of them.
 AIRSPACES, REPORTS = 4, 50
+# How many answers there are for each network that is replaced while drones fly.
+ANSWERS_PER_REPLACED = 2000
 SHARE = 0.02
 FLOWN_SHARE = 0.3
 COVERED = (
@@ -105,6 +109,8 @@ def judge_many(given) -> int:
     with concurrent.futures.ProcessPoolExecutor(given.processes) as pool:
         for outcome in pool.map(judge_network, jobs):
             total.add(outcome)
+    for number in range(max(1, given.answers // ANSWERS_PER_REPLACED)):
+        total.add(judge_new_network(given.binary, given.seed, number))
     took = time.monotonic() - began
     print(total.told(SHOWN))
     missed = []
@@ -149,6 +155,17 @@ def judge_network(job) -> Outcome:
                     hold_against(outcome, world, report, answer, where, verbose)
                 clear(edge, world)
             outcome.checker_cases = edge.checker_cases()
+    return outcome
+
+
+def judge_new_network(binary: pathlib.Path, seed: int, number: int) -> Outcome:
+    """Drones whose leg a new network does not have."""
+    outcome = Outcome()
+
+    def against(world: World, report: Report, answer: dict, where: str) -> None:
+        hold_against(outcome, world, report, answer, f"{where} (replaced)", False)
+
+    judge_replaced(binary, seed, number, against)
     return outcome
 
 

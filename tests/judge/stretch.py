@@ -6,6 +6,18 @@ from reading import Start, is_finite
 from world import DOUBT_M
 
 
+AT_NODE_M = 15.0
+
+
+def check_held(case: Case) -> None:
+    """Who holds on the ground stands at the first node of its path."""
+    place, node = case.reading.report.place, case.world.network.nodes[case.nodes[0]]
+    stands = place is not None and distance(place, node.at) <= AT_NODE_M
+    case.expect(stands, "ground", f"it holds at {node.id}, where it does not stand")
+    case.expect(case.stretch_m <= AT_NODE_M, "first_stretch", f"{case.stretch_m} m to where it holds")
+    case.expect(not case.flags or case.flags == ["pad_occupied"], "flag", f"{case.flags} on the ground")
+
+
 def check_stretch(case: Case) -> None:
     """It begins where the drone is or may be, and leads to the path's first node by an allowed way."""
     reading, stretch = case.reading, case.stretch
@@ -110,7 +122,7 @@ def check_geometry(case: Case) -> None:
         case.expect(line is not None, "first_stretch", "it has no geometry")
         return
     points = line
-    if not case.expect(all(len(point) == 3 for point in points), "first_stretch", f"the geometry {line}"):
+    if not case.expect(all(len(point) in (2, 3) for point in points), "first_stretch", f"the geometry {line}"):
         return
     plane, node = case.world.network.plane, case.world.network.nodes[case.nodes[0]]
     end = plane.to_plane((points[-1][0], points[-1][1]))

@@ -7,7 +7,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "contract"))
 
 from dialects import Grpc, Rest  # noqa: E402  (the clients of the contract tests)
-from edge_process import ROOT, EdgeProcess  # noqa: E402
+from edge_process import EdgeProcess  # noqa: E402
 
 ENUMS = {
     "outcome": "OUTCOME_",
@@ -96,7 +96,14 @@ def as_place(place) -> dict:
 class Edge:
     """An edge over one network, asked in both dialects."""
 
-    def __init__(self, binary: pathlib.Path, network_file: pathlib.Path, flown: bool, planted: str | None) -> None:
+    def __init__(
+        self,
+        binary: pathlib.Path,
+        network_file: pathlib.Path | None,
+        flown: bool,
+        planted: str | None,
+        more: dict[str, str] | None = None,
+    ) -> None:
         from world import HORIZON_S, NOW_TEXT
 
         settings = {
@@ -108,11 +115,12 @@ class Edge:
         }
         if flown:
             settings |= {"flight.airframe": "phantom3", "flight.airframes": "m100"}
-        arguments = [f"--network={network_file}"]
-        for name, value in settings.items():
+        arguments = [f"--network={network_file}"] if network_file is not None else []
+        for name, value in (settings | (more or {})).items():
             arguments += ["--set", f"{name}={value}"]
         self._process = EdgeProcess(binary, *arguments)
-        self._planted = planted
+        if planted is not None:
+            self._process._command = ["env", f"SKYWAY_PLANTED_BUG={planted}", *self._process._command]
 
     def __enter__(self) -> "Edge":
         self._process.__enter__()
@@ -153,6 +161,21 @@ class Edge:
         page = requests.get(f"http://127.0.0.1:{self._process.admin_port}/metrics", timeout=30).text
         lines = [line for line in page.splitlines() if line.startswith("skyway_checker_cases_total")]
         return sum(float(line.rsplit(" ", 1)[1]) for line in lines) if lines else None
+
+
+def registry(binary: pathlib.Path, folder: pathlib.Path) -> EdgeProcess:
+    """A registry over a file, as a process."""
+    process = EdgeProcess(binary)
+    process._command = [
+        str(binary),
+        "registry",
+        f"--store={folder / 'registry.db'}",
+        "--listen=127.0.0.1:0",
+        "--admin-listen=127.0.0.1:0",
+        f"--ports-file={process._ports_file}",
+        "--log=error",
+    ]
+    return process
 
 
 def told(value) -> str:
