@@ -1,12 +1,23 @@
-"""What the judge asks of answers with the flight model: battery, times, stops, and that nothing better was left aside."""
+"""What the judge asks of answers with the flight model: battery, times, stops, and that nothing better is left aside."""
 
 import datetime
 import heapq
 import math
 
-from energy import FLOOR, FULL, M100, PHANTOM3, RESERVE, TAU_S, Drone, Heights, Stretch, fly
-from reading import is_finite
 from case import WITHOUT_PADS, Case
+from energy import (
+    FLOOR,
+    FULL,
+    M100,
+    PHANTOM3,
+    RESERVE,
+    TAU_S,
+    Drone,
+    Heights,
+    Stretch,
+    fly,
+)
+from reading import is_finite
 from world import NOW_S
 
 STOP_S = 60.0

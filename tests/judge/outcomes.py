@@ -76,7 +76,7 @@ def check_flies_on(case: Case, clean: dict[str, float]) -> None:
     case.expect(
         case.total_m <= limit,
         "operational",
-        f"{case.outcome} over {case.total_m} m, no figure shows that it can be flown, and one can land after {limit:.1f}",
+        f"{case.outcome} over {case.total_m} m without a figure that shows it, and one can land after {limit:.1f}",
     )
 
 

@@ -20,6 +20,7 @@ import time
 
 import bent
 import plans
+import planted
 from replaced import judge_replaced
 from reports import Report, Reporter, scale_of
 from rules import judge
@@ -54,12 +55,15 @@ def main() -> int:
     arguments.add_argument("--world", help="SEED.NUMBER of one world")
     arguments.add_argument("--verbose", action="store_true")
     arguments.add_argument("--self-test", action="store_true")
+    arguments.add_argument("--planted", action="store_true", help="of a binary with the feature `planted`")
     given = arguments.parse_args()
     if given.world:
         seed, number = given.world.split(".")
         outcome = judge_network((given.binary, int(seed), int(number), None, given.verbose))
         print(outcome.told(SHOWN if not given.verbose else 10**6))
         return 1 if outcome.faults else 0
+    if given.planted:
+        return planted.find_all(given.binary, given.seed, judge_network)
     failed = bent.self_test()
     if given.self_test:
         return failed
@@ -126,15 +130,14 @@ def judge_many(given) -> int:
     if total.checker_cases:
         print(f"FAILED: the checker had {total.checker_cases:.0f} cases")
     cases = "no counter" if total.checker_cases is None else f"{total.checker_cases:.0f}"
-    print(
-        f"judge, seed {given.seed}: {total.answers} answers, {len(total.faults)} faults, checker cases: {cases}, {took:.0f} s"
-    )
+    figures = f"{total.answers} answers, {len(total.faults)} faults, checker cases: {cases}, {took:.0f} s"
+    print(f"judge, seed {given.seed}: {figures}")
     return 1 if total.faults or missed or total.checker_cases else 0
 
 
 def judge_network(job) -> Outcome:
     """One edge over one network: airspace after airspace, batch after batch."""
-    binary, seed, number, planted, verbose = job
+    binary, seed, number, bug, verbose = job
     dice = random.Random(f"{seed}.{number}")
     flown = number % 5 in (1, 3)
     network = make_network(dice, dice.choice([600.0, 1200.0, 2500.0]) * (2.5 if flown and dice.random() < 0.5 else 1))
@@ -142,7 +145,7 @@ def judge_network(job) -> Outcome:
     with tempfile.TemporaryDirectory(prefix="skyway-judge-") as folder:
         file = pathlib.Path(folder) / "network.json"
         file.write_text(json.dumps(network.document()))
-        with Edge(binary, file, flown, planted) as edge:
+        with Edge(binary, file, flown, bug) as edge:
             for index in range(AIRSPACES):
                 world = make_airspace(dice, network, flown, scale_of(network))
                 put(edge, world)

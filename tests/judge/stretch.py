@@ -5,7 +5,6 @@ from geometry import distance
 from reading import Start, is_finite
 from world import DOUBT_M
 
-
 AT_NODE_M = 15.0
 
 

@@ -4,6 +4,8 @@ import json
 import pathlib
 import sys
 
+from planted import Planted
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "contract"))
 
 from dialects import Grpc, Rest  # noqa: E402  (the clients of the contract tests)
@@ -101,7 +103,7 @@ class Edge:
         binary: pathlib.Path,
         network_file: pathlib.Path | None,
         flown: bool,
-        planted: str | None,
+        planted: Planted | None,
         more: dict[str, str] | None = None,
     ) -> None:
         from world import HORIZON_S, NOW_TEXT
@@ -120,7 +122,7 @@ class Edge:
             arguments += ["--set", f"{name}={value}"]
         self._process = EdgeProcess(binary, *arguments)
         if planted is not None:
-            self._process._command = ["env", f"SKYWAY_PLANTED_BUG={planted}", *self._process._command]
+            self._process._command = ["env", *planted.environment(), *self._process._command]
 
     def __enter__(self) -> "Edge":
         self._process.__enter__()

@@ -251,7 +251,6 @@ WINDOWS = {
     "always": [],
     "now": [(-1800.0, 1800.0)],
     "now_open": [(-1800.0, None)],
-    "soon": [(240.0, 2400.0)],
     "later": [(5 * 3600.0, 6 * 3600.0)],
     "over": [(-7200.0, -3600.0)],
     "two": [(-7200.0, -3600.0), (-300.0, 900.0)],
@@ -283,7 +282,9 @@ def make_zone(dice: random.Random, network: Network, identity: str, scale_m: flo
         if upper is not None:
             properties |= {"upper_m": upper, "upper_reference": references[1]}
     name = dice.choice(["always", "always", "always", "now", "now", "now_open", "soon", "later", "over", "two"])
-    windows = [tuple(None if end is None else NOW_S + end for end in window) for window in WINDOWS[name]]
+    ahead = [(float(dice.randint(90, 400)), 2400.0)]
+    chosen = ahead if name == "soon" else WINDOWS[name]
+    windows = [tuple(None if end is None else NOW_S + end for end in window) for window in chosen]
     if windows:
         properties["windows"] = [
             {word: text_of(end) for word, end in zip(("from", "until"), window) if end is not None}
