@@ -1,4 +1,4 @@
-"""What the judge asks of answers with the flight model: battery, times, stops, and that nothing better is left aside."""
+"""What the judge asks of answers with the flight model: battery, times, stops, and that nothing better was left out."""
 
 import datetime
 import heapq
