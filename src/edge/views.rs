@@ -8,7 +8,9 @@ use super::snapshot::{
 };
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::compose::{Composition, Contingency};
-use crate::formats::zone_to_feature;
+use crate::flight::LegCourse;
+use crate::formats::{waypoint, zone_to_feature};
+use crate::geo::AltitudeReference;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Outcome;
 use crate::routing::Way;
@@ -234,6 +236,18 @@ fn contingency(
     }
 }
 
+/// A course by its corners.
+fn geometry(topology: &Topology, course: &LegCourse) -> Vec<wire::Waypoint> {
+    let corners = course.corners.iter();
+    let waypoints = corners.map(|corner| waypoint(topology, corner.place, corner.height_m));
+    waypoints.collect()
+}
+
+/// What a height is measured from, by its name on the wire.
+pub(super) fn reference_name(reference: AltitudeReference) -> Cow<'static, str> {
+    Cow::Borrowed(reference.name())
+}
+
 /// The legs of a composition that departs at an instant, with how they are flown where that was computed.
 pub(super) fn legs(
     topology: &Topology,
@@ -245,11 +259,22 @@ pub(super) fn legs(
         let ends = flown.and_then(|flown| flown.ends.get(number)).copied();
         let ends = ends.unwrap_or_default();
         let told = |end: Option<DetourEnd>| end.map(|end| end.told(departs_at));
+        let course = LegCourse::of(topology, leg.from, leg.to, leg.segment);
+        let time_s = leg.arrival_s - leg.departure_s;
         wire::Leg {
             from: node_id(topology, leg.from),
             to: node_id(topology, leg.to),
             segment: Cow::Owned(topology.segment_id(leg.segment).into_owned()),
             length_m: leg.length_m,
+            length_air_m: course.length_air_m,
+            geometry: geometry(topology, &course),
+            height_reference: course.reference.map(reference_name),
+            speed_mps: match time_s > 0.0 {
+                true => leg.length_m / time_s,
+                false => 0.0,
+            },
+            speed_limit_mps: topology.speed_limit_mps(leg.segment),
+            climb_m: course.climb_m,
             departs_at: instant(later(departs_at, leg.departure_s)),
             arrives_at: instant(later(departs_at, leg.arrival_s)),
             if_closed: contingency(topology, &leg.if_closed, told(ends.if_closed)),

@@ -13,6 +13,11 @@ const GRAVITY_MPS2: f64 = 9.81;
 /// A leg flown slower than this over ground, in metres per second, is unflyable.
 const MIN_GROUND_SPEED_MPS: f64 = 0.5;
 
+/// How hard a drone brakes of which nothing else is stated, in metres per second squared.
+const DEFAULT_ACCELERATION_MPS2: f64 = 3.5;
+/// How long such a drone takes until it brakes, in seconds.
+const DEFAULT_REACTION_S: f64 = 2.0;
+
 /// How many watts an airframe takes in cruise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "model", rename_all = "snake_case", deny_unknown_fields)]
@@ -57,8 +62,20 @@ pub struct Airframe {
     pub battery_wh: f64,
     /// The airspeed it cruises at, in metres per second.
     pub airspeed_mps: f64,
-    /// Climbing and descending, in metres per second.
+    /// Climbing and descending on the spot, in metres per second: at take-off, landing and between bands.
     pub vertical_speed_mps: f64,
+    /// Climbing under way, in metres per second; [`vertical_speed_mps`](Self::vertical_speed_mps) where none is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub climb_mps: Option<f64>,
+    /// Descending under way, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub descent_mps: Option<f64>,
+    /// How hard it brakes, in metres per second squared; 3.5 where nothing is stated.
+    #[serde(default = "default_acceleration_mps2")]
+    pub acceleration_mps2: f64,
+    /// How long it takes until it brakes, in seconds; 2 where nothing is stated.
+    #[serde(default = "default_reaction_s")]
+    pub reaction_s: f64,
     /// Share of the battery's energy that becomes height, 0 to 1.
     pub climb_efficiency: f64,
     /// The strongest gust it flies in, in metres per second.
@@ -69,6 +86,14 @@ pub struct Airframe {
     pub charge_tau_s: f64,
     /// What counts as full when recharging, as a fraction.
     pub full_charge: f64,
+}
+
+fn default_acceleration_mps2() -> f64 {
+    DEFAULT_ACCELERATION_MPS2
+}
+
+fn default_reaction_s() -> f64 {
+    DEFAULT_REACTION_S
 }
 
 /// Why an airframe is refused.
@@ -173,6 +198,10 @@ impl Airframe {
             battery_wh: 68.1,
             airspeed_mps: 16.0,
             vertical_speed_mps: 3.0,
+            climb_mps: Some(3.0),
+            descent_mps: Some(3.0),
+            acceleration_mps2: DEFAULT_ACCELERATION_MPS2,
+            reaction_s: DEFAULT_REACTION_S,
             climb_efficiency: 0.5,
             max_wind_mps: 10.0,
             gust_factor: 1.4,
@@ -244,6 +273,10 @@ impl Airframe {
                 300.0,
             ),
             ("vertical_speed_mps", self.vertical_speed_mps, 0.0, 100.0),
+            ("climb_mps", self.climb_speed_mps(), 0.0, 100.0),
+            ("descent_mps", self.descent_speed_mps(), 0.0, 100.0),
+            ("acceleration_mps2", self.acceleration_mps2, 0.0, 100.0),
+            ("reaction_s", self.reaction_s, SMALL, 60.0),
             ("climb_efficiency", self.climb_efficiency, 0.0, 1.0),
             ("max_wind_mps", self.max_wind_mps, SMALL, 120.0),
             ("gust_factor", self.gust_factor, 0.0, 10.0),
@@ -360,6 +393,29 @@ impl Airframe {
             });
         }
         Ok(())
+    }
+
+    /// How fast it climbs under way, in metres per second.
+    pub fn climb_speed_mps(&self) -> f64 {
+        self.climb_mps.unwrap_or(self.vertical_speed_mps)
+    }
+
+    /// How fast it descends under way, in metres per second.
+    pub fn descent_speed_mps(&self) -> f64 {
+        self.descent_mps.unwrap_or(self.vertical_speed_mps)
+    }
+
+    /// The least time for so many metres up, or down where they are below 0, in seconds.
+    pub fn slope_s(&self, up_m: f64) -> f64 {
+        match up_m > 0.0 {
+            true => up_m / self.climb_speed_mps(),
+            false => -up_m / self.descent_speed_mps(),
+        }
+    }
+
+    /// How far it flies on at a speed before it can turn, in metres: `v t + v² / (2 a)`.
+    pub fn stopping_m(&self, speed_mps: f64) -> f64 {
+        speed_mps * self.reaction_s + speed_mps * speed_mps / (2.0 * self.acceleration_mps2)
     }
 
     /// How the battery of this airframe charges.

@@ -274,7 +274,7 @@ impl Airframe {
         }
         let climbs = vertical.climbs(topology, segment, from, to);
         let level = worst.unwrap_or(LegCost::UNFLYABLE);
-        let under_way_s = climbs.under_way_m / self.vertical_speed_mps;
+        let under_way_s = self.slope_s(climbs.under_way_m);
         Ok(LegCost {
             time_s: level.time_s.max(under_way_s) + climbs.at_nodes_m / self.vertical_speed_mps,
             energy: level.energy + self.climb_energy(payload_kg, climbs.up_m),

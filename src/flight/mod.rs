@@ -5,6 +5,7 @@
 
 mod airframe;
 mod battery;
+mod course;
 mod first_stretch;
 mod legs;
 mod measured;
@@ -18,6 +19,7 @@ mod wind;
 
 pub use airframe::{Airframe, AirframeFault, LegCost, PowerModel, Unflyable};
 pub use battery::Charging;
+pub use course::{Corner, LegCourse, crossing_height};
 pub use first_stretch::{FirstStretch, Reentry, StretchKind, StretchLeg};
 pub use legs::{FlightLeg, FlightLegs};
 pub use measured::{

@@ -23,7 +23,7 @@ pub struct Climbs {
     pub up_m: f64,
     /// Up and down at the two nodes, on the spot.
     pub at_nodes_m: f64,
-    /// Up or down under way.
+    /// Under way, from one end to the other: above 0 where it goes up.
     pub under_way_m: f64,
 }
 
@@ -34,18 +34,7 @@ impl Vertical {
         let mut crossing = Vec::with_capacity(topology.node_count());
         for node in topology.nodes() {
             let site = topology.node_altitude(node);
-            let in_bands = topology.arcs(node).iter().map(|arc| {
-                let band = topology.segment_band(arc.segment);
-                site.and_then(|site| nearest_in_band(site, &band))
-            });
-            let mut highest = site;
-            for altitude in in_bands {
-                highest = match (highest, altitude) {
-                    (Some(one), Some(other)) if other.value_m > one.value_m => Some(other),
-                    (Some(one), Some(_)) => Some(one),
-                    _ => None,
-                };
-            }
+            let highest = crossing_altitude(topology, node);
             crossing_m.push(match (site, highest) {
                 (Some(site), Some(highest)) => highest.value_m - site.value_m,
                 _ => unknown_climb_m,
@@ -73,27 +62,42 @@ impl Vertical {
     ) -> Climbs {
         let band = topology.segment_band(segment);
         let ends = (self.crossing[from.at()], self.crossing[to.at()]);
-        let (Some(start), Some(end)) = ends else {
+        let Some([start_m, first_m, last_m, end_m]) = heights_between(ends.0, ends.1, &band) else {
             return Climbs::default();
         };
-        let in_band = (nearest_in_band(start, &band), nearest_in_band(end, &band));
-        let (Some(first), Some(last)) = in_band else {
-            return Climbs::default();
-        };
-        if start.reference != end.reference {
-            return Climbs::default();
-        }
-        let steps_m = [
-            first.value_m - start.value_m,
-            last.value_m - first.value_m,
-            end.value_m - last.value_m,
-        ];
+        let steps_m = [first_m - start_m, last_m - first_m, end_m - last_m];
         Climbs {
             up_m: steps_m.iter().map(|step_m| step_m.max(0.0)).sum(),
             at_nodes_m: steps_m[0].abs() + steps_m[2].abs(),
-            under_way_m: steps_m[1].abs(),
+            under_way_m: steps_m[1],
         }
     }
+}
+
+/// The crossing altitude of a node; `None` where altitudes are unknown or cannot be compared.
+pub(super) fn crossing_altitude(topology: &Topology, node: NodeIx) -> Option<Altitude> {
+    let mut highest = topology.node_altitude(node)?;
+    let site = highest;
+    for arc in topology.arcs(node) {
+        let altitude = nearest_in_band(site, &topology.segment_band(arc.segment))?;
+        if altitude.value_m > highest.value_m {
+            highest = altitude;
+        }
+    }
+    Some(highest)
+}
+
+/// The heights that a leg passes between two crossing altitudes: the first one, in its band at both ends, and the last one. `None` where
+/// they are unknown or cannot be compared.
+pub(super) fn heights_between(
+    start: Option<Altitude>,
+    end: Option<Altitude>,
+    band: &AltitudeBand,
+) -> Option<[f64; 4]> {
+    let (start, end) = (start?, end?);
+    let (first, last) = (nearest_in_band(start, band)?, nearest_in_band(end, band)?);
+    let is_comparable = start.reference == end.reference;
+    is_comparable.then_some([start.value_m, first.value_m, last.value_m, end.value_m])
 }
 
 /// The altitude in a band that is nearest to another one; `None` where the references differ.

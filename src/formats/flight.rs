@@ -2,11 +2,13 @@
 
 use super::answer::warning_text;
 use super::identifier::{node_id_json, segment_id_json};
+use super::safety::waypoint;
 use crate::delivery::{
     DroneDeliveryService, FlightComposition, FlightRecomposition, FlownDetour, Haven,
     LegContingency, NoDelivery, Proof, Skies, severance,
 };
-use crate::flight::{FlightPlan, FlownLeg, Stop, StopKind};
+use crate::flight::{FlightPlan, FlownLeg, LegCourse, Stop, StopKind};
+use crate::geo::AltitudeReference;
 use crate::itinerary::{FlightCause, FlightOpening, FlightSetting, LegFigures, StopFigures};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Severance;
@@ -161,11 +163,17 @@ impl FlightWriter<'_> {
         cost_usd: f64,
         contingency: &LegContingency,
     ) -> Value {
+        let course = LegCourse::of(self.topology(), leg.from, leg.to, leg.segment);
         json!({
             "from": self.id(leg.from),
             "to": self.id(leg.to),
             "segment": segment_id_json(self.topology(), leg.segment),
             "length_m": figures.length_m,
+            "length_air_m": course.length_air_m,
+            "geometry": self.geometry(&course),
+            "height_reference": course.reference.map(AltitudeReference::name),
+            "speed_limit_mps": self.topology().speed_limit_mps(leg.segment),
+            "climb_m": course.climb_m,
             "departure": self.time(leg.enters_s),
             "arrival": self.time(leg.leaves_s),
             "airspeed_mps": figures.airspeed_mps,
@@ -177,6 +185,13 @@ impl FlightWriter<'_> {
             "if_closed": self.detour(&contingency.if_closed),
             "nearest_safe_node": contingency.safe.as_ref().map(|safe| self.haven(safe)),
         })
+    }
+
+    /// The corners of a course, with heights where they are known.
+    fn geometry(&self, course: &LegCourse) -> Value {
+        let corners = course.corners.iter();
+        let corners = corners.map(|one| json!(waypoint(self.topology(), one.place, one.height_m)));
+        corners.collect()
     }
 
     fn detour(&self, detour: &FlownDetour) -> Value {

@@ -55,7 +55,7 @@ pub use report_parse::{ParsedReport, lenient_report, parse_report};
 pub use report_problem::{ReadWarning, ReportProblem};
 pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, settle_report};
 pub use report_settled::settled_report;
-pub use safety::{first_stretch, unsafe_way};
+pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
 pub use weather::wind_field;
 pub use zones::{

@@ -1,12 +1,17 @@
 //! The first stretch, flags and the least bad way in the words of the wire.
 
 use super::identifier::node_id;
-use crate::flight::{FirstStretch, Reentry, StretchKind};
+use crate::flight::{FirstStretch, LegCourse, Reentry, StretchKind, crossing_height};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Flag, Near, Recomposition, UnsafeWay};
 use crate::wire;
 use std::borrow::Cow;
+
+/// Longitudes and latitudes are written in parts of a degree, a tenth of a millimetre each.
+const STEPS_PER_DEGREE: f64 = 1e9;
+/// Metres are written to the millimetre.
+const STEPS_PER_M: f64 = 1e3;
 
 impl From<StretchKind> for wire::StretchKind {
     fn from(kind: StretchKind) -> Self {
@@ -66,7 +71,7 @@ fn line_of(topology: &Topology, reentry: &Reentry) -> Vec<wire::Waypoint> {
         line.push(waypoint(
             topology,
             node,
-            node_height(topology, reentry.node),
+            crossing_height(topology, reentry.node),
         ));
     }
     line
@@ -87,28 +92,32 @@ fn turning_point(topology: &Topology, reentry: &Reentry) -> Option<Point> {
     (ahead_m > 0.0).then(|| stretch.begin.towards(end, share))
 }
 
-/// The height where a stretch begins: between those of the leg's ends, else that of the node.
+/// The height where a stretch begins: that of the leg there; off every leg, and where the network has none, that at which the node is
+/// passed.
 fn height_of(topology: &Topology, stretch: &FirstStretch, node: NodeIx) -> Option<f64> {
-    let Some(leg) = stretch.leg else {
-        return node_height(topology, node);
+    let on_leg = stretch.leg.and_then(|leg| Some((leg, leg.segment?)));
+    match on_leg {
+        Some((leg, segment)) => {
+            LegCourse::of(topology, leg.from, leg.to, segment).height_m(leg.fraction)
+        }
+        None => crossing_height(topology, node),
+    }
+}
+
+/// A place with its height as it is written: on the earth to a tenth of a millimetre, heights to a millimetre.
+pub fn waypoint(topology: &Topology, point: Point, height_m: Option<f64>) -> wire::Waypoint {
+    let frame = topology.frame();
+    let steps = match frame.is_geographic() {
+        true => STEPS_PER_DEGREE,
+        false => STEPS_PER_M,
     };
-    let (from, to) = (
-        topology.node_altitude(leg.from)?,
-        topology.node_altitude(leg.to)?,
-    );
-    let comparable = from.reference == to.reference;
-    comparable.then_some(from.value_m + leg.fraction * (to.value_m - from.value_m))
-}
-
-fn node_height(topology: &Topology, node: NodeIx) -> Option<f64> {
-    topology
-        .node_altitude(node)
-        .map(|altitude| altitude.value_m)
-}
-
-fn waypoint(topology: &Topology, point: Point, height_m: Option<f64>) -> wire::Waypoint {
-    let [x, y] = topology.frame().from_plane(point);
-    wire::Waypoint { x, y, height_m }
+    let rounded = |number: f64, steps: f64| (number * steps).round() / steps;
+    let [x, y] = frame.from_plane(point).map(|number| rounded(number, steps));
+    wire::Waypoint {
+        x,
+        y,
+        height_m: height_m.map(|height_m| rounded(height_m, STEPS_PER_M)),
+    }
 }
 
 /// What holds of the way told, as it is written.

@@ -15,6 +15,17 @@ pub enum AltitudeReference {
     Wgs84,
 }
 
+impl AltitudeReference {
+    /// The name on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Agl => "agl",
+            Self::Amsl => "amsl",
+            Self::Wgs84 => "wgs84",
+        }
+    }
+}
+
 /// An altitude with its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Altitude {

@@ -1,5 +1,6 @@
 //! Delivery requests and composition plans.
 
+use super::first_stretch::Waypoint;
 use super::flight::{DetourFlight, Flight, LegFlight};
 use super::id::{Id, Place};
 use super::recomposition::{Outcome, Path, Warning};
@@ -112,8 +113,27 @@ pub struct Leg<'a> {
     pub to: Id<'a>,
     /// Its segment.
     pub segment: Cow<'a, str>,
-    /// Length in metres.
+    /// Length over ground in metres, as the network states it.
     pub length_m: f64,
+    /// Length through the air in metres, up and down included.
+    #[serde(default)]
+    pub length_air_m: f64,
+    /// Its corners, from the height at which the first node is passed to that of the last.
+    #[serde(default)]
+    #[cfg_attr(feature = "edge", schema(value_type = Vec<Vec<f64>>))]
+    pub geometry: Vec<Waypoint>,
+    /// What heights are measured from: `agl`, `amsl` or `wgs84`; absent where they are unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_reference: Option<Cow<'a, str>>,
+    /// Mean speed over ground that keeps its times, in metres per second.
+    #[serde(default)]
+    pub speed_mps: f64,
+    /// The speed limit over ground, in metres per second, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed_limit_mps: Option<f64>,
+    /// Metres climbed on it, in all.
+    #[serde(default)]
+    pub climb_m: f64,
     /// When it starts, RFC 3339.
     pub departs_at: Cow<'a, str>,
     /// When it ends, RFC 3339.

@@ -7,6 +7,7 @@
 )]
 
 mod checker;
+mod course;
 mod decisions;
 mod events;
 mod grid;
