@@ -204,6 +204,7 @@ fn a_search_with_time_and_battery_allocates_its_plan_alone() {
                 on_ground: false,
                 flown_m: 0.0,
                 drawn: 0.0,
+                stretch: None,
             };
             let request = FlightRequest {
                 starts: &[start],

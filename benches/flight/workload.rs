@@ -159,6 +159,7 @@ impl Workload {
             on_ground: false,
             flown_m: 0.0,
             drawn: 0.0,
+            stretch: None,
         };
         let query = Query {
             start: [start],
@@ -214,6 +215,7 @@ impl Workload {
                 on_ground: !under_way,
                 flown_m: 0.0,
                 drawn: 0.0,
+                stretch: None,
             };
             queries.push(Query {
                 start: [start],

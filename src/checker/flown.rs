@@ -252,7 +252,8 @@ impl Flyer<'_> {
     fn keeps_reserve(&self, claim: &Claim<'_>, place: Place, level: f64) -> Result<(), Fault> {
         let rules = self.world.rules;
         let least = match (claim.told, self.drone.need) {
-            (Told::Diverted, Need::Ground) => 0.0,
+            // Nobody knows what is left: it lands whatever that is.
+            (Told::Diverted, Need::Ground | Need::Pad { shown: false }) => f64::NEG_INFINITY,
             (Told::Diverted, _) => rules.floor,
             _ => rules.reserve,
         };

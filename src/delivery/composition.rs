@@ -200,6 +200,7 @@ impl DeliveryRequest {
             on_ground: true,
             flown_m: 0.0,
             drawn: 0.0,
+            stretch: None,
         }
     }
 

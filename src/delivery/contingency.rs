@@ -105,6 +105,7 @@ fn at_start_of(leg: &FlownLeg) -> FlightStart {
         on_ground: false,
         flown_m: 0.0,
         drawn: 0.0,
+        stretch: None,
     }
 }
 

@@ -1,19 +1,23 @@
 //! The answer to a failure in flight, with time, battery and pads.
 
 use super::composition::{FlightComposition, Proof, equip};
-use super::in_flight::{battery_now, starts};
+use super::in_flight::{Beginnings, battery_now};
+use super::landing::{Landing, land};
 use super::local::{Local, answer_locally, on_way_alone};
+use super::nearby::tell_what_is_near;
 use super::skies::Skies;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
 use crate::airspace::{Cause, Closure};
 use crate::compose::planned_nodes;
-use crate::flight::{FailureType, FlightPlan, FlightStart, TimedClosure};
+use crate::flight::{FailureType, FlightPlan, FlightStart, StretchKind, TimedClosure};
 use crate::itinerary::{
-    FlightCause, FlightDecision, FlightOpening, FlightOutcome, Objective, timed_closures,
+    FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightSetting, Objective,
+    timed_closures,
 };
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::{
-    Fallback, Outcome, Request, Severance, Stage, Strategy, Warning, WaysBack, World, ways_back,
+    Fallback, Flag, Near, Outcome, Request, Severance, Stage, Strategy, UnsafeWay, Warning,
+    WaysBack, World, ways_back,
 };
 use std::sync::Arc;
 
@@ -46,6 +50,8 @@ pub struct FlightFailure<'a> {
     pub deadline_s: Option<f64>,
     /// Where the old plan was going to stop, if anybody knows; else where it would have.
     pub planned_stops: Option<&'a [NodeIx]>,
+    /// Where the drone has to land, of which nothing that it reports shows that it can fly on.
+    pub landing: Option<Landing>,
 }
 
 /// A wait on a pad, where the way is not open yet.
@@ -80,6 +86,14 @@ pub struct FlightRecomposition {
     pub battery: f64,
     /// From where the drone is to the first node of the plan, in metres.
     pub first_stretch_m: f64,
+    /// What holds of the way told; rising.
+    pub flags: Vec<Flag>,
+    /// False where nobody knows whether the battery suffices.
+    pub is_energy_checked: bool,
+    /// Without a plan: the least bad way.
+    pub unsafe_way: Option<UnsafeWay>,
+    /// Without a plan: what is near, the nearest first.
+    pub near: Vec<Near>,
     /// How certain it is that no plan is better, or that there is none.
     pub proof: Proof,
     /// The strategy asked for.
@@ -117,7 +131,7 @@ pub(super) struct Case<'a> {
     pub(super) world: DeliveryWorld<'a>,
     pub(super) failure: &'a FlightFailure<'a>,
     pub(super) question: Question<'a>,
-    ways: &'a WaysBack,
+    pub(super) ways: &'a WaysBack,
     /// The world before the report.
     before: DeliveryWorld<'a>,
 }
@@ -126,9 +140,32 @@ pub(super) struct Case<'a> {
 pub(super) struct Found {
     pub(super) outcome: Outcome,
     pub(super) plan: Option<FlightPlan>,
-    pub(super) starts: Vec<FlightStart>,
     pub(super) decision: FlightDecision,
     pub(super) proof: Proof,
+    /// The least battery at a node of the plan.
+    pub(super) reserve: f64,
+    /// What holds of the plan beside what the way back and the reserve say.
+    pub(super) flags: Vec<Flag>,
+}
+
+impl Found {
+    /// What a search for a plan to the destination has found.
+    pub(super) fn of(setting: &FlightSetting, decision: FlightDecision) -> Self {
+        let rules = setting.rules();
+        Self {
+            outcome: outcome_of(&decision.outcome),
+            plan: decision.answer.plan.clone(),
+            proof: Proof::of(&decision.answer),
+            reserve: match decision.outcome {
+                FlightOutcome::Diverted {
+                    reserve_used: true, ..
+                } => rules.floor,
+                _ => rules.reserve,
+            },
+            flags: Vec::new(),
+            decision,
+        }
+    }
 }
 
 /// Answers a drone in flight.
@@ -157,10 +194,7 @@ pub fn answer_failure(
         setting: own_setting.as_ref().unwrap_or(world.setting),
         ..*world
     };
-    let (starts, grounded) = match starts(world.setting, failure, &ways, battery) {
-        Ok(starts) => (starts, Vec::new()),
-        Err(causes) => (Vec::new(), causes),
-    };
+    let beginnings = Beginnings::of(own_world.setting, failure, &ways);
     let closes_leg = request.report.failure.closes_leg();
     let closed: Vec<SegmentIx> = ways.segment.filter(|_| closes_leg).into_iter().collect();
     let latest_s = failure.at_s + DEFAULT_DEADLINE_S;
@@ -168,7 +202,7 @@ pub fn answer_failure(
         world: own_world,
         failure,
         question: Question {
-            starts: &starts,
+            starts: &beginnings.starts,
             destination: request.report.destination,
             objective: failure.objective,
             began_s: failure.at_s,
@@ -181,13 +215,19 @@ pub fn answer_failure(
         ways: &ways,
         before: *world,
     };
-    let mut answer = match request.strategy {
-        Strategy::Exact => exactly(&case, scratch),
-        _ => by_strategy(&case, scratch),
+    let all = beginnings.all();
+    let mut answer = match (failure.landing, request.strategy) {
+        (Some(landing), _) => land(&case, landing, &all, scratch),
+        (None, Strategy::Exact) => exactly(&case, scratch),
+        (None, _) => by_strategy(&case, scratch),
     };
     answer.battery = battery;
-    if !grounded.is_empty() {
-        answer.causes = grounded;
+    answer.is_energy_checked = failure.landing.is_none();
+    if failure.landing.is_none() && beginnings.starts.is_empty() {
+        answer.causes = beginnings.causes;
+    }
+    if answer.outcome == Outcome::NoRoute {
+        tell_what_is_near(&case, &all, &mut answer, scratch);
     }
     answer
 }
@@ -221,20 +261,12 @@ fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
 /// The answer of `exact`.
 fn exactly(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecomposition {
     let decision = case.world.decide(&case.question, scratch);
-    let outcome = outcome_of(&decision.outcome);
-    let proof = Proof::of(&decision.answer);
-    let mut found = Found {
-        outcome,
-        plan: decision.answer.plan.clone(),
-        starts: case.question.starts.to_vec(),
-        decision,
-        proof,
-    };
+    let mut found = Found::of(case.world.setting, decision);
     let closes_leg = case.failure.request.report.failure.closes_leg();
-    if outcome == Outcome::Rerouted && (!closes_leg || case.ways.only_ahead) {
+    if found.outcome == Outcome::Rerouted && (!closes_leg || case.ways.only_ahead) {
         prefer_old_plan(case, &mut found, scratch);
     }
-    conclude(case, found, scratch)
+    conclude(case, &case.question, found, scratch)
 }
 
 /// What the search says in the words of an answer.
@@ -306,7 +338,6 @@ fn prefer_old_plan(case: &Case<'_>, found: &mut Found, scratch: &mut DeliveryScr
         lower_bound: found.proof.lower_bound,
         ..Proof::of(&old.answer)
     };
-    found.starts = start.to_vec();
     found.plan = old.answer.plan;
 }
 
@@ -318,22 +349,16 @@ fn by_strategy(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecompos
             let Local {
                 outcome,
                 decision,
-                start,
                 stage,
                 warnings,
             } = local;
-            let found = Found {
+            let mut found = Found {
                 outcome,
-                plan: decision.answer.plan.clone(),
-                starts: vec![start],
-                // What is best on this way need not be best of all.
-                proof: Proof {
-                    proved: false,
-                    ..Proof::of(&decision.answer)
-                },
-                decision,
+                ..Found::of(case.world.setting, decision)
             };
-            let mut answer = conclude(case, found, scratch);
+            // What is best on this way need not be best of all.
+            found.proof.proved = false;
+            let mut answer = conclude(case, &case.question, found, scratch);
             answer.stage = stage;
             answer.unflyable_stages = unflyable_stages;
             answer.warnings = warnings;
@@ -349,12 +374,22 @@ fn by_strategy(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecompos
 }
 
 /// Puts an outcome into the answer to a failure.
-fn conclude(case: &Case<'_>, found: Found, scratch: &mut DeliveryScratch) -> FlightRecomposition {
+pub(super) fn conclude(
+    case: &Case<'_>,
+    asked: &Question<'_>,
+    found: Found,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
     let strategy = case.failure.request.strategy;
-    let mut answer = put_into_words(&case.world, &case.question, found, strategy, scratch);
+    let mut answer = put_into_words(&case.world, asked, found, strategy, scratch);
     answer
         .warnings
         .splice(0..0, case.ways.warnings.iter().cloned());
+    let is_told = answer.composition.is_some();
+    if is_told && case.ways.leaves_zone {
+        answer.flags.push(Flag::LeavingZone);
+    }
+    answer.flags.sort_unstable();
     answer
 }
 
@@ -366,22 +401,17 @@ pub(super) fn put_into_words(
     strategy: Strategy,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
-    let rules = world.setting.rules();
     let (diverted_to, reserve_used) = match found.decision.outcome {
         FlightOutcome::Diverted { node, reserve_used } => (Some(node), reserve_used),
         _ => (None, false),
     };
     let question = Question {
-        starts: &found.starts,
         destination: diverted_to.unwrap_or(asked.destination),
         deadline_s: match diverted_to {
             Some(_) => f64::INFINITY,
             None => asked.deadline_s,
         },
-        reserve: match reserve_used {
-            true => rules.floor,
-            false => rules.reserve,
-        },
+        reserve: found.reserve,
         ..*asked
     };
     let proof = found.proof;
@@ -401,9 +431,22 @@ pub(super) fn put_into_words(
     let start = composition
         .as_ref()
         .map(|composition| composition.plan.start);
+    let stretch = start.and_then(|start| start.stretch);
+    let mut flags = found.flags;
+    if stretch.is_some_and(|stretch| stretch.kind == StretchKind::Straight) {
+        flags.push(Flag::Unverified);
+    }
+    if reserve_used {
+        flags.push(Flag::ReserveUsed);
+    }
+    flags.sort_unstable();
     FlightRecomposition {
         outcome: found.outcome,
         first_stretch_m: start.map_or(0.0, |start| start.flown_m),
+        flags,
+        is_energy_checked: true,
+        unsafe_way: None,
+        near: Vec::new(),
         composition,
         hold,
         reserve_used,

@@ -1,20 +1,33 @@
 //! Where a drone in flight re-enters the network: when, and with how much battery.
 
 use super::failure::{BatteryNow, FlightFailure};
-use crate::flight::{FlightStart, Location, Unflyable};
-use crate::itinerary::{FlightCause, FlightSetting, UnderWay};
-use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::flight::{FlightStart, Location, Reentry};
+use crate::itinerary::{FlightCause, FlightSetting};
+use crate::network::Topology;
 use crate::recompose::WaysBack;
 
 /// The battery of a drone now: as it says, or as its plan has it where it is.
 pub(super) fn battery_now(topology: &Topology, failure: &FlightFailure<'_>) -> f64 {
-    match failure.battery {
+    battery_after(failure.battery, fraction_flown(topology, failure))
+}
+
+/// The battery after a fraction of the leg.
+fn battery_after(battery: BatteryNow, flown: f64) -> f64 {
+    match battery {
         BatteryNow::Given(battery) => battery,
-        BatteryNow::ByPlan { before, after } => {
-            let flown = fraction_flown(topology, failure);
-            before - flown * (before - after)
-        }
+        BatteryNow::ByPlan { before, after } => before - flown * (before - after),
     }
+}
+
+/// The battery where a way back begins: nobody may know where a drone is, and then every way begins where it is worst for it.
+fn battery_where(topology: &Topology, failure: &FlightFailure<'_>, reentry: &Reentry) -> f64 {
+    let leg = reentry.stretch.leg;
+    let on_leg = leg.filter(|leg| (leg.from, leg.to) == failure.request.report.leg);
+    let flown = on_leg.map_or_else(
+        || fraction_flown(topology, failure),
+        |leg| leg.fraction.clamp(0.0, 1.0),
+    );
+    battery_after(failure.battery, flown)
 }
 
 /// The fraction of its leg that the drone has flown; all of it where nobody knows.
@@ -38,85 +51,58 @@ fn fraction_flown(topology: &Topology, failure: &FlightFailure<'_>) -> f64 {
     share.clamp(0.0, 1.0)
 }
 
-/// The starts of a request, one for each way back that can be flown in this wind, down to the floor; where there is none, why.
-pub(super) fn starts(
-    setting: &FlightSetting,
-    failure: &FlightFailure<'_>,
-    ways: &WaysBack,
-    battery: f64,
-) -> Result<Vec<FlightStart>, Vec<FlightCause>> {
-    let (mut starts, mut causes) = (Vec::new(), Vec::new());
-    for way in &ways.ways {
-        let start = match ways.segment.filter(|_| !ways.off_leg) {
-            Some(segment) => {
-                let length_m = setting.topology().segment(segment).length_m;
-                let share = way.stretch.length_m / length_m;
-                along_the_leg(setting, failure, segment, way.node, share, battery)
+/// The starts of a request, one for each way back that can be flown in this wind.
+#[derive(Debug, Default)]
+pub(super) struct Beginnings {
+    /// Those that are reached with the floor, or where the drone is already.
+    pub(super) starts: Vec<FlightStart>,
+    /// Those that are reached with less, if at all.
+    pub(super) short: Vec<FlightStart>,
+    /// Why there are no others.
+    pub(super) causes: Vec<FlightCause>,
+}
+
+impl Beginnings {
+    /// The starts of all ways back.
+    pub(super) fn of(
+        setting: &FlightSetting,
+        failure: &FlightFailure<'_>,
+        ways: &WaysBack,
+    ) -> Self {
+        let mut found = Self::default();
+        for reentry in &ways.ways {
+            let battery = battery_where(setting.topology(), failure, reentry);
+            match setting.start_by(reentry, battery, failure.at_s) {
+                // A drone that is at the node need not draw on anything to get there.
+                Ok(start) if start.battery < setting.rules().floor && start.flown_m > 0.0 => {
+                    found.causes.push(FlightCause::BelowReserve);
+                    found.short.push(start);
+                }
+                Ok(start) => found.starts.push(start),
+                Err(why) => {
+                    let segment = reentry.stretch.leg.and_then(|leg| leg.segment);
+                    found
+                        .causes
+                        .extend(segment.map(|segment| FlightCause::Unflyable {
+                            from: failure.request.report.leg.0,
+                            segment,
+                            why,
+                            legs: 1,
+                        }));
+                }
             }
-            None => straight(setting, failure, way.node, battery),
-        };
-        let floor = setting.rules().floor;
-        match (start, ways.segment) {
-            // A drone that is at the node need not draw on anything to get there.
-            (Ok(start), _) if start.battery < floor && start.flown_m > 0.0 => {
-                causes.push(FlightCause::BelowReserve);
-            }
-            (Ok(start), _) => starts.push(start),
-            (Err(why), Some(segment)) => causes.push(FlightCause::Unflyable {
-                from: failure.request.report.leg.0,
-                segment,
-                why,
-                legs: 1,
-            }),
-            (Err(_), None) => {}
         }
+        found.causes.dedup();
+        // A way that closes before it is flown is taken where there is no other.
+        let stays_open = |start: &FlightStart| !setting.closes_on_stretch(start, failure.at_s);
+        if found.starts.iter().any(stays_open) {
+            found.starts.retain(stays_open);
+        }
+        found
     }
-    causes.dedup();
-    match starts.is_empty() {
-        true => Err(causes),
-        false => Ok(starts),
-    }
-}
 
-/// The start at an end of the leg that is so far ahead, as a share of the leg.
-fn along_the_leg(
-    setting: &FlightSetting,
-    failure: &FlightFailure<'_>,
-    segment: SegmentIx,
-    node: NodeIx,
-    share: f64,
-    battery: f64,
-) -> Result<FlightStart, Unflyable> {
-    let (from, to) = failure.request.report.leg;
-    let is_ahead = node == to;
-    let drone = UnderWay {
-        from,
-        to,
-        segment,
-        flown: if is_ahead { 1.0 - share } else { share },
-        battery,
-        at_s: failure.at_s,
-    };
-    match is_ahead {
-        true => setting.start_ahead(&drone),
-        false => setting.start_behind(&drone),
+    /// All of them, for a drone that has to land whatever its battery.
+    pub(super) fn all(&self) -> Vec<FlightStart> {
+        self.starts.iter().chain(&self.short).copied().collect()
     }
-}
-
-fn straight(
-    setting: &FlightSetting,
-    failure: &FlightFailure<'_>,
-    node: NodeIx,
-    battery: f64,
-) -> Result<FlightStart, Unflyable> {
-    let topology = setting.topology();
-    let report = &failure.request.report;
-    let place = match report.location {
-        Location::At(place) => place,
-        Location::LegStart => topology.position(report.leg.0),
-        // The other end is the worst.
-        Location::Unknown if node == report.leg.0 => topology.position(report.leg.1),
-        Location::Unknown => topology.position(report.leg.0),
-    };
-    setting.start_straight(place, node, battery, failure.at_s)
 }

@@ -2,7 +2,6 @@
 
 use super::failure::{Case, outcome_of};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::flight::FlightStart;
 use crate::itinerary::FlightDecision;
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::{
@@ -13,7 +12,6 @@ use crate::recompose::{
 pub(super) struct Local {
     pub(super) outcome: Outcome,
     pub(super) decision: FlightDecision,
-    pub(super) start: FlightStart,
     pub(super) stage: Stage,
     pub(super) warnings: Vec<Warning>,
 }
@@ -74,7 +72,6 @@ fn flown(case: &Case<'_>, local: &Recomposition, scratch: &mut DeliveryScratch) 
     Some(Local {
         outcome,
         decision,
-        start,
         stage: local.stage,
         warnings: local.warnings.clone(),
     })

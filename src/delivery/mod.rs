@@ -8,7 +8,9 @@ mod composition;
 mod contingency;
 mod failure;
 mod in_flight;
+mod landing;
 mod local;
+mod nearby;
 mod skies;
 mod standing;
 mod tables;
@@ -22,6 +24,7 @@ pub use contingency::{FlownDetour, Haven, LegContingency, contingencies_of};
 pub use failure::{
     BatteryNow, FlightFailure, FlightRecomposition, Hold, answer_failure, severance,
 };
+pub use landing::{Landing, ReportedFigures, Trouble};
 pub use skies::{OtherPlans, Skies};
 pub use standing::answer_standing;
 pub use tables::FlightTables;

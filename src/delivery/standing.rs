@@ -1,17 +1,19 @@
 //! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
 
-use super::composition::{DeliveryRequest, Proof};
-use super::failure::{FlightRecomposition, Found, outcome_of, put_into_words};
+use super::composition::DeliveryRequest;
+use super::failure::{FlightRecomposition, Found, put_into_words};
+use super::landing::{Landing, landed};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::recompose::Strategy;
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
 /// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at a safe node, or
-/// goes to a safe node.
+/// goes to a safe node. One that has to land stays where its pad is free.
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,
+    landing: Option<Landing>,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
     let starts = [request.start()];
@@ -19,17 +21,14 @@ pub fn answer_standing(
         in_flight: true,
         ..request.question(world, &starts)
     };
-    let decision = world.decide(&question, scratch);
-    let found = Found {
-        outcome: outcome_of(&decision.outcome),
-        plan: decision.answer.plan.clone(),
-        starts: starts.to_vec(),
-        proof: Proof::of(&decision.answer),
-        decision,
+    let found = match landing {
+        Some(landing) => landed(world, &question, landing, scratch),
+        None => Found::of(world.setting, world.decide(&question, scratch)),
     };
     let answer = put_into_words(world, &question, found, Strategy::Exact, scratch);
     FlightRecomposition {
         battery: request.battery,
+        is_energy_checked: landing.is_none(),
         ..answer
     }
 }

@@ -122,7 +122,7 @@ pub(super) fn recomposition(
         }),
     };
     let mut told = answer(&record.airspace, &record.answer, &record.read);
-    if flown.is_some() {
+    if flown.is_some_and(|flight| flight.is_energy_checked) {
         told.energy = Cow::Borrowed("checked");
     }
     wire::Recomposition {
@@ -150,7 +150,7 @@ pub(super) fn recomposition(
         legs: legs.unwrap_or_default(),
         flight: flown
             .zip(version)
-            .map(|(flight, (version, _))| version.told(topology, flight.departs_at)),
+            .and_then(|(flight, (version, _))| version.told(topology, flight.departs_at)),
         causes: flown.map_or_else(Vec::new, |flight| flight.causes.clone()),
         opens: flown.and_then(|flight| flight.opens.clone()),
         replayed,

@@ -306,7 +306,7 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         legs: legs(topology, composition, flown, version.departs_at),
         recomposition_id: version.recomposition_id.as_deref().map(text),
         acknowledge_by: version.acknowledge_by.map(instant),
-        flight: flown.map(|flown| flown.told(topology, version.departs_at)),
+        flight: flown.and_then(|flown| flown.told(topology, version.departs_at)),
         warnings: warnings
             .map(|(code, message)| warning(code.clone(), message))
             .collect(),
@@ -334,7 +334,14 @@ pub(super) fn plan(
     });
     let order = entry.order.as_ref();
     let versions = std::iter::once(&entry.current).chain(&entry.proposed);
-    let is_flown = versions.into_iter().all(|version| version.flight.is_some());
+    let flights: Vec<_> = versions
+        .into_iter()
+        .map(|one| one.flight.as_deref())
+        .collect();
+    let is_flown = flights.iter().all(Option::is_some);
+    let is_checked = flights
+        .iter()
+        .all(|flight| flight.is_some_and(|flight| flight.is_energy_checked));
     wire::Plan {
         id: text(&entry.id),
         state: entry.state,
@@ -353,7 +360,7 @@ pub(super) fn plan(
             .map(|proposed| version(topology, proposed)),
         affected_by: entry.affected_by.iter().map(|id| text(id)).collect(),
         conflicts: conflicts.collect(),
-        energy: Cow::Borrowed(if is_flown { "checked" } else { "unchecked" }),
+        energy: Cow::Borrowed(if is_checked { "checked" } else { "unchecked" }),
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),
         stamp,
     }

@@ -1,5 +1,6 @@
 //! A plan with times and battery: what a search finds and a checker checks.
 
+use super::first_stretch::{FirstStretch, Reentry};
 use crate::network::{NodeIx, SegmentIx};
 
 /// Where a plan may begin.
@@ -18,6 +19,19 @@ pub struct FlightStart {
     pub flown_m: f64,
     /// Energy drawn before; it counts.
     pub drawn: f64,
+    /// How the drone comes there, where it was under way; the metres, the time and the energy are in the figures above.
+    pub stretch: Option<FirstStretch>,
+}
+
+impl FlightStart {
+    /// The way back into the network that it ends, of a drone that was under way.
+    pub fn reentry(&self) -> Option<Reentry> {
+        let stretch = self.stretch?;
+        Some(Reentry {
+            node: self.node,
+            stretch,
+        })
+    }
 }
 
 /// A leg as it is to be flown. Times are those at the crossing altitudes of its ends.

@@ -2,7 +2,7 @@
 
 use super::answer::warning_text;
 use super::identifier::{node_id_json, segment_id_json};
-use super::safety::waypoint;
+use super::safety::{first_stretch, near, unsafe_way, waypoint};
 use crate::delivery::{
     DroneDeliveryService, FlightComposition, FlightRecomposition, FlownDetour, Haven,
     LegContingency, NoDelivery, Proof, Skies, severance,
@@ -307,10 +307,15 @@ impl FlightWriter<'_> {
         });
         let fallback = answer.fallback.as_ref().map(ToString::to_string);
         let plan = answer.composition.as_ref();
+        let reentry = plan.and_then(|plan| plan.plan.start.reentry());
         let fields = json!({
             "outcome": answer.outcome,
             "battery_fraction": answer.battery,
             "first_stretch_m": answer.first_stretch_m,
+            "first_stretch": reentry.map(|reentry| first_stretch(self.topology(), &reentry)),
+            "flags": answer.flags.iter().map(|flag| flag.name()).collect::<Vec<_>>(),
+            "unsafe_way": answer.unsafe_way.as_ref().map(|way| unsafe_way(self.topology(), way)),
+            "near": answer.near.iter().map(|one| near(self.topology(), one)).collect::<Vec<_>>(),
             "remaining_length_m": plan.map(|plan| plan.plan.distance_m),
             "hold": hold,
             "reserve_used": answer.reserve_used,
@@ -320,6 +325,10 @@ impl FlightWriter<'_> {
             "strategy_used": answer.strategy_used,
             "fallback_reason": fallback,
             "stage": answer.stage,
+            "energy": match answer.is_energy_checked {
+                true => "checked",
+                false => "unchecked",
+            },
             "unflyable_stages": answer.unflyable_stages,
             "warnings": warnings,
             "plan": plan.map(|plan| self.composition(plan)),

@@ -9,7 +9,7 @@ use super::weather::wind_field;
 use crate::airspace::{Airspace, Change};
 use crate::delivery::{
     BatteryNow, DeliveryRequest, DeliveryScratch, DeliveryWorld, FlightFailure,
-    FlightRecomposition, FlightTables, Skies, answer_failure, answer_standing,
+    FlightRecomposition, FlightTables, Landing, Skies, answer_failure, answer_standing,
 };
 use crate::flight::{Airframe, Situation, Tariff, Wind};
 use crate::itinerary::{FlightSetting, Limits, Objective};
@@ -65,6 +65,7 @@ pub struct ReadQuestion {
     deadline_s: Option<f64>,
     planned_stops: Option<Vec<NodeIx>>,
     stand: Option<Stand>,
+    landing: Option<Landing>,
     refuge_stay_s: f64,
 }
 
@@ -90,7 +91,7 @@ impl ReadQuestion {
         match self.stand {
             Some(stand) => {
                 let delivery = stand.delivery(request, self.objective, self.deadline_s);
-                answer_standing(&world, &delivery, &mut scratch)
+                answer_standing(&world, &delivery, self.landing, &mut scratch)
             }
             None => {
                 let failure = FlightFailure {
@@ -100,6 +101,7 @@ impl ReadQuestion {
                     objective: self.objective,
                     deadline_s: self.deadline_s,
                     planned_stops: self.planned_stops.as_deref(),
+                    landing: self.landing,
                 };
                 answer_failure(&world, &failure, &mut scratch)
             }
@@ -158,6 +160,9 @@ struct Written {
     planned_stops: Option<Vec<Value>>,
     /// Null for a drone in the air.
     stand: Option<WrittenStand>,
+    /// Where a drone had to land of which nothing showed that it could fly on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    landing: Option<String>,
     /// What blows where the weather states nothing.
     base_wind: WrittenWind,
     /// As it was stated; null where it never was.
@@ -237,6 +242,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
             at_s: stand.at_s,
             battery_fraction: stand.battery,
         }),
+        landing: failure.landing.map(|landing| landing.name().to_owned()),
         base_wind: WrittenWind {
             east_mps: base.east_mps,
             north_mps: base.north_mps,
@@ -311,7 +317,13 @@ impl Written {
                 battery: stand.battery_fraction,
             })
         });
+        let landing = self.landing.as_deref().map(|name| {
+            let mut all = [Landing::FreePad, Landing::AnyNode].into_iter();
+            let found = all.find(|landing| landing.name() == name);
+            found.ok_or_else(|| unreadable(format!("the landing '{name}'")))
+        });
         Ok(ReadQuestion {
+            landing: landing.transpose()?,
             setting: self.setting(airspace, situation.clone(), zero)?,
             skies: self.skies(airspace, situation, zero),
             at_s: self.at_s,

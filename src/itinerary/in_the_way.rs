@@ -1,6 +1,6 @@
 //! What a plan that was made before meets in another state of the world.
 
-use super::obstacles::{Entry, Forbids};
+use super::obstacles::{Entry, Forbids, Leaving};
 use super::rim::FlightCause;
 use super::setting::FlightSetting;
 use crate::flight::{FlightPlan, FlownLeg, LegCost, StopKind};
@@ -23,12 +23,17 @@ impl FlightSetting {
             .first()
             .is_some_and(|stop| stop.before_leg == 0 && stop.kind != StopKind::Start);
         for (number, leg) in plan.legs.iter().enumerate().skip(from_leg) {
+            let leaving = match number == 0 && !has_landed_first {
+                true if plan.start.on_ground => Leaving::FromTheGround,
+                true => Leaving::FromTheAir,
+                false => Leaving::OnItsWay,
+            };
             let entry = Entry {
                 segment: leg.segment.0,
                 from: leg.from,
                 to: leg.to,
                 time_s: leg.leaves_s - leg.enters_s,
-                leaves_start: number == 0 && !has_landed_first,
+                leaving,
             };
             let obstacles = world.obstacles;
             obstacles.each_forbidden(&world, began_s, entry, |forbids, from_s, until_s| {

@@ -12,6 +12,7 @@ mod figures;
 mod grouped;
 mod in_the_way;
 mod memory;
+mod near;
 mod obstacles;
 mod openings;
 mod pads;
@@ -31,10 +32,11 @@ mod walk;
 pub use decision::{FlightDecision, FlightOpening, FlightOrder, FlightOutcome, decide};
 pub use figures::{LegFigures, PlanFigures, StopFigures};
 pub use memory::ItineraryScratch;
+pub use near::{Nearby, find_near};
 pub use obstacles::Obstacles;
 pub use pads::PadTimes;
 pub use potentials::Potentials;
-pub use refuge::{Refuge, find_refuge};
+pub use refuge::{Refuge, find_nearest, find_refuge};
 pub use request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Limits, Objective, Step, Unproved, Value,
 };
@@ -42,7 +44,6 @@ pub use rim::FlightCause;
 pub use search::{find, find_plainly};
 pub use setting::FlightSetting;
 pub use timed::timed_closures;
-pub use under_way::UnderWay;
 
 /// A plan begins at one of at most this many starts; more are not looked at.
 pub const MAX_STARTS: usize = 16;

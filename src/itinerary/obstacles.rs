@@ -51,8 +51,31 @@ pub(super) struct Entry {
     pub(super) from: NodeIx,
     pub(super) to: NodeIx,
     pub(super) time_s: f64,
-    /// True for a drone that leaves the node where its plan begins: closures of that node let it.
-    pub(super) leaves_start: bool,
+    pub(super) leaving: Leaving,
+}
+
+/// How a drone comes to the node that a leg starts from, and so what of that node's closures binds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Leaving {
+    /// It has come by a leg or a stop: all of them.
+    OnItsWay,
+    /// Its plan begins there in the air: none of them.
+    FromTheAir,
+    /// Its plan begins there on the ground: zones, which it waits for.
+    FromTheGround,
+}
+
+impl Leaving {
+    /// Whether a window of the node binds it.
+    #[inline]
+    fn is_bound_by(self, window: &ClosedWindow) -> bool {
+        match self {
+            Self::OnItsWay => true,
+            Self::FromTheAir => false,
+            // The windows of zones are widened, and no others.
+            Self::FromTheGround => window.widened,
+        }
+    }
 }
 
 /// What forbids an entry.
@@ -180,19 +203,17 @@ impl Obstacles {
             takes_off_s: world.legs.vertical_s(entry.from),
             occupied_s: entry.time_s + world.legs.vertical_s(entry.to),
         };
-        let mut close = |windows: &[ClosedWindow]| {
-            for window in windows {
+        let mut close = |windows: &[ClosedWindow], leaving: Leaving| {
+            for window in windows.iter().filter(|window| leaving.is_bound_by(window)) {
                 let (from_s, until_s) = span.forbidden(window, world.rules);
                 if from_s < until_s {
                     take(Forbids::Closure(window.closure as usize), from_s, until_s);
                 }
             }
         };
-        close(self.by_segment.of_index(entry.segment));
-        close(self.by_node.of_index(entry.to.0));
-        if !entry.leaves_start {
-            close(self.by_node.of_index(entry.from.0));
-        }
+        close(self.by_segment.of_index(entry.segment), Leaving::OnItsWay);
+        close(self.by_node.of_index(entry.to.0), Leaving::OnItsWay);
+        close(self.by_node.of_index(entry.from.0), entry.leaving);
         if world.rules.headway_s > 0.0 {
             for other in self.traffic.of_index(entry.segment) {
                 let (from_s, until_s) = other.forbidden(entry, world.rules.headway_s);
@@ -218,6 +239,32 @@ impl Obstacles {
         windows
             .map(|window| span.forbidden(window, world.rules))
             .any(|(from_s, until_s)| from_s < at_s && at_s < until_s)
+    }
+
+    /// True where a drone that flies over part of a segment to one of its nodes, between two instants, would still be there when something
+    /// closes that is not closed at the first of them.
+    pub(super) fn closes_meanwhile(
+        &self,
+        world: &FlightWorld<'_>,
+        (segment, to): (u32, NodeIx),
+        from_s: f64,
+        until_s: f64,
+    ) -> bool {
+        let leaves_s = until_s + world.legs.vertical_s(to);
+        let begins_meanwhile = |window: &ClosedWindow| {
+            let (margin_s, grown_s) = match window.widened {
+                true => {
+                    let growth = world.rules.time_margin_growth;
+                    (world.rules.time_margin_s, growth * (leaves_s - from_s))
+                }
+                false => (0.0, 0.0),
+            };
+            let begins_s = window.from_s - margin_s;
+            from_s < begins_s && begins_s - grown_s < leaves_s
+        };
+        let over = self.by_segment.of_index(segment).iter();
+        let mut windows = over.chain(self.by_node.of_index(to.0));
+        windows.any(begins_meanwhile)
     }
 
     /// The segments whose entry may be forbidden at some time.

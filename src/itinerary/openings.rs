@@ -5,7 +5,7 @@
 //! still use.
 
 use super::family::Family;
-use super::obstacles::Entry;
+use super::obstacles::{Entry, Leaving};
 use super::potentials::Potentials;
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::flight::FlightLegs;
@@ -95,7 +95,7 @@ impl Openings {
                         from,
                         to,
                         time_s,
-                        leaves_start: false,
+                        leaving: Leaving::OnItsWay,
                     };
                     world
                         .obstacles

@@ -31,6 +31,26 @@ pub fn find_refuge(
     stay_s: f64,
     scratch: &mut ItineraryScratch,
 ) -> Option<Refuge> {
+    find_landing(setting, request, Goal::Refuge { stay_s }, scratch)
+}
+
+/// Finds the node that is not closed and is reached with most battery, with or without pads.
+///
+/// The same holds of the request as for [`find_refuge`].
+pub fn find_nearest(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    scratch: &mut ItineraryScratch,
+) -> Option<Refuge> {
+    find_landing(setting, request, Goal::AnyNode, scratch)
+}
+
+fn find_landing(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    goal: Goal,
+    scratch: &mut ItineraryScratch,
+) -> Option<Refuge> {
     let world = setting.world();
     let nodes = world.topology.node_count();
     let first = request.starts.first()?;
@@ -44,14 +64,14 @@ pub fn find_refuge(
     let potentials = Potentials::nowhere(nodes, Objective::Energy);
     let terms = Terms::new(&world, &request, &potentials);
     let mut effort = Effort::default();
-    let standing = standing_safely(&terms, stay_s);
+    let standing = standing_safely(&terms, goal);
     scratch.best.clear();
     let (value, reason) = match standing {
         Some((number, value)) => {
             scratch.best.push(How::Start(number));
             (value, None)
         }
-        None => fly_on(&terms, stay_s, scratch, &mut effort),
+        None => fly_on(&terms, goal, scratch, &mut effort),
     };
     if value == Value::NONE {
         return None;
@@ -79,7 +99,7 @@ pub fn find_refuge(
 /// The search for a safe node; its best steps are in the scratch.
 fn fly_on(
     terms: &Terms<'_>,
-    stay_s: f64,
+    goal: Goal,
     scratch: &mut ItineraryScratch,
     effort: &mut Effort,
 ) -> (Value, Option<Unproved>) {
@@ -96,7 +116,7 @@ fn fly_on(
     let mut run = Run {
         terms: *terms,
         mode: Mode::Exact,
-        goal: Goal::Refuge { stay_s },
+        goal,
         scratch,
         effort,
         best: Value::NONE,
@@ -113,12 +133,16 @@ fn fly_on(
     (best, end.stopped_by)
 }
 
-/// A drone that stands on a pad that stays free is safe where it is.
-fn standing_safely(terms: &Terms<'_>, stay_s: f64) -> Option<(u8, Value)> {
+/// A drone that stands on a pad that stays free is safe where it is; where pads do not matter, one that stands.
+fn standing_safely(terms: &Terms<'_>, goal: Goal) -> Option<(u8, Value)> {
     let starts = terms.request.starts.iter().take(super::MAX_STARTS);
     let mut safe = starts.enumerate().filter(|(_, start)| {
         let stays_until_s = terms.world.pads.stay_until_s(start.node, start.at_s);
-        start.on_ground && stays_until_s >= start.at_s + stay_s
+        let may_stay = match goal {
+            Goal::Refuge { stay_s } => stays_until_s >= start.at_s + stay_s,
+            Goal::AnyNode | Goal::Destination | Goal::Nowhere | Goal::Near => true,
+        };
+        start.on_ground && may_stay
     });
     let (number, start) = safe.next()?;
     let value = Value {

@@ -50,6 +50,11 @@ pub struct FlightRequest<'a> {
     pub limits: Limits<'a>,
 }
 
+impl FlightRequest<'_> {
+    /// A reserve that no battery falls below: for who has to land whatever is left.
+    pub const NO_RESERVE: f64 = -1_000.0;
+}
+
 /// What bounds a search; past a bound the best plan so far is the answer.
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {

@@ -1,7 +1,7 @@
 //! What cuts a drone off: the causes along the rim of all that it can reach in time, with this battery, in this wind.
 
-use super::memory::{How, ItineraryScratch};
-use super::obstacles::{Entry, Forbids};
+use super::memory::ItineraryScratch;
+use super::obstacles::{Entry, Forbids, Leaving};
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
@@ -59,7 +59,7 @@ struct Reached {
     battery: f64,
     /// It has stopped there, or cannot.
     has_stopped: bool,
-    leaves_start: bool,
+    leaving: Leaving,
 }
 
 /// What cuts a drone off from a destination that it cannot reach: closures, other plans and taken pads first, then wind, energy
@@ -122,12 +122,15 @@ fn reached(terms: &Terms<'_>, scratch: &ItineraryScratch) -> Vec<Option<Reached>
             earliest_s: f64::INFINITY,
             battery: f64::NEG_INFINITY,
             has_stopped: false,
-            leaves_start: true,
+            leaving: terms.leaving(label.how),
         });
         there.earliest_s = there.earliest_s.min(label.family.lo_s);
         there.battery = there.battery.max(battery);
         there.has_stopped |= !terms.may_stop(label.how);
-        there.leaves_start &= matches!(label.how, How::Start(_));
+        let leaving = terms.leaving(label.how);
+        if leaving != there.leaving {
+            there.leaving = Leaving::OnItsWay;
+        }
     }
     reached
 }
@@ -253,7 +256,7 @@ impl Rim<'_> {
             from,
             to: flight.to,
             time_s: flight.least.time_s,
-            leaves_start: there.leaves_start,
+            leaving: there.leaving,
         };
         let found = &mut self.found;
         let began_s = request.began_s;

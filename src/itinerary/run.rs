@@ -32,8 +32,22 @@ pub(super) enum Goal {
     /// At the first node that has a pad free for so many seconds from the landing on. There is no stop on the way: it would
     /// be such a node.
     Refuge { stay_s: f64 },
+    /// At the first node where landing is not forbidden, whatever its pads. There is no stop on the way.
+    AnyNode,
     /// When all that can be reached has been.
     Nowhere,
+    /// When all that can be reached without a stop has been.
+    Near,
+}
+
+impl Goal {
+    /// Whether who is under way may stop and recharge.
+    fn allows_stops(self) -> bool {
+        match self {
+            Self::Destination | Self::Nowhere => true,
+            Self::Refuge { .. } | Self::AnyNode | Self::Near => false,
+        }
+    }
 }
 
 /// A search within a request.
@@ -166,17 +180,28 @@ impl Run<'_, '_> {
                     ..arrived
                 })
             }
-            Goal::Nowhere => None,
+            Goal::AnyNode => {
+                let is_start = matches!(taken.how, How::Start(_));
+                (!is_start || self.may_land_at_start(taken)).then_some(arrived)
+            }
+            Goal::Nowhere | Goal::Near => None,
         }
+    }
+
+    /// A label that has come by a leg had to be let in.
+    fn may_land_at_start(&self, taken: &Label) -> bool {
+        let Terms { world, request, .. } = self.terms;
+        let (began_s, at_s) = (request.began_s, taken.family.lo_s);
+        let obstacles = world.obstacles;
+        !obstacles.forbids_landing(world, began_s, taken.node, at_s)
     }
 
     /// The earliest landing of a label on a pad that is free for so many seconds from then on.
     fn lands_safely_s(&self, taken: &Label, stay_s: f64) -> Option<f64> {
-        let Terms { world, request, .. } = self.terms;
+        let Terms { world, .. } = self.terms;
         let (node, family) = (taken.node, &taken.family);
         let is_start = matches!(taken.how, How::Start(_));
-        let (obstacles, began_s) = (world.obstacles, request.began_s);
-        if is_start && obstacles.forbids_landing(world, began_s, node, family.lo_s) {
+        if is_start && !self.may_land_at_start(taken) {
             return None;
         }
         let vertical_s = world.legs.vertical_s(node);
@@ -267,7 +292,7 @@ impl Run<'_, '_> {
         let departure = Departure {
             family: &taken.family,
             from: node,
-            leaves_start: matches!(taken.how, How::Start(_)),
+            leaving: self.terms.leaving(taken.how),
         };
         for leg in self.terms.world.legs.from(node) {
             offers.clear();
@@ -287,7 +312,7 @@ impl Run<'_, '_> {
         // Where hovering is free, who stands there may also land there: so nothing that comes back later can do more.
         let may_stop = self.terms.may_stop(taken.how)
             || (self.mode == Mode::Hovering && matches!(taken.how, How::Start(_)));
-        let stops_here = may_stop && !matches!(self.goal, Goal::Refuge { .. });
+        let stops_here = may_stop && self.goal.allows_stops();
         if self.terms.world.pads.is_station(node) && stops_here {
             offers.clear();
             let mut room = Room {

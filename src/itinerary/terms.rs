@@ -6,7 +6,7 @@
 
 use super::family::Family;
 use super::memory::How;
-use super::obstacles::Entry;
+use super::obstacles::{Entry, Leaving};
 use super::potentials::{Potentials, energy_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;
@@ -39,7 +39,7 @@ pub(super) struct Terms<'a> {
 pub(super) struct Departure<'f> {
     pub(super) family: &'f Family,
     pub(super) from: NodeIx,
-    pub(super) leaves_start: bool,
+    pub(super) leaving: Leaving,
 }
 
 /// Where new families and forbidden times are put.
@@ -242,7 +242,7 @@ impl<'a> Terms<'a> {
                 from,
                 to: flight.to,
                 time_s: legs.cost(leg, period).time_s,
-                leaves_start: departure.leaves_start,
+                leaving: departure.leaving,
             };
             room.intervals.clear();
             obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
@@ -352,7 +352,7 @@ impl<'a> Terms<'a> {
                 from,
                 to: flight.to,
                 time_s: cost.time_s,
-                leaves_start: departure.leaves_start,
+                leaving: departure.leaving,
             };
             room.intervals.clear();
             obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
@@ -415,6 +415,18 @@ impl<'a> Terms<'a> {
         match how {
             How::Leg { leg, period } => self.world.legs.cost(leg, usize::from(period)).time_s,
             How::Start(_) | How::Stop { .. } => 0.0,
+        }
+    }
+
+    /// How a drone leaves the node that it came to like this.
+    #[inline]
+    pub(super) fn leaving(&self, how: How) -> Leaving {
+        match how {
+            How::Start(start) if self.request.starts[usize::from(start)].on_ground => {
+                Leaving::FromTheGround
+            }
+            How::Start(_) => Leaving::FromTheAir,
+            How::Leg { .. } | How::Stop { .. } => Leaving::OnItsWay,
         }
     }
 

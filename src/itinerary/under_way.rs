@@ -1,116 +1,127 @@
-//! Where a drone in the middle of a leg can begin: the two ends of the leg, or any node by a straight line.
+//! Where a drone under way can begin: along its leg to one of the ends, or by a straight line to any node.
 
 use super::setting::FlightSetting;
-use crate::flight::{FlightStart, Unflyable};
+use crate::flight::{FlightStart, Reentry, StretchKind, StretchLeg, Unflyable};
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 
-/// A drone on a leg.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnderWay {
-    /// The node behind it.
-    pub from: NodeIx,
-    /// The node ahead.
-    pub to: NodeIx,
-    /// The segment.
-    pub segment: SegmentIx,
-    /// The fraction of the leg that is flown, 0 to 1.
-    pub flown: f64,
-    /// Its battery, as a fraction.
-    pub battery: f64,
-    /// When that is, in seconds.
-    pub at_s: f64,
-}
-
 impl FlightSetting {
-    /// The start at the node ahead: the rest of the leg in the wind of now.
+    /// The start at the end of a way back into the network, begun with a battery at an instant: its metres, its time and what it draws in
+    /// the wind of then.
+    ///
+    /// Part of a leg takes that part of its time and energy. An overrun is flown on along the leg and back. What is no part of a
+    /// segment is flown level.
     ///
     /// # Errors
-    /// Where the rest cannot be flown.
-    pub fn start_ahead(&self, drone: &UnderWay) -> Result<FlightStart, Unflyable> {
-        let direction = (drone.from, drone.to, drone.segment);
-        self.start_by_share(drone, direction, 1.0 - drone.flown)
-    }
-
-    /// The start at the node behind: back along the leg, against the wind that was behind.
-    ///
-    /// # Errors
-    /// Where the way back cannot be flown.
-    pub fn start_behind(&self, drone: &UnderWay) -> Result<FlightStart, Unflyable> {
-        let direction = (drone.to, drone.from, drone.segment);
-        self.start_by_share(drone, direction, drone.flown)
-    }
-
-    /// A share of a leg takes that share of its time and energy.
-    fn start_by_share(
+    /// Where it cannot be flown.
+    pub fn start_by(
         &self,
-        drone: &UnderWay,
-        direction: (NodeIx, NodeIx, SegmentIx),
-        share: f64,
-    ) -> Result<FlightStart, Unflyable> {
-        let share = share.clamp(0.0, 1.0);
-        let length_m = self.topology().segment(drone.segment).length_m;
-        let mut start = FlightStart {
-            node: direction.1,
-            at_s: drone.at_s,
-            battery: drone.battery,
-            on_ground: false,
-            flown_m: share * length_m,
-            drawn: 0.0,
-        };
-        if share > 0.0 {
-            let cost = self.airframe().leg(
-                self.topology(),
-                self.vertical(),
-                self.wind(),
-                self.payload_kg(),
-                direction,
-                drone.at_s,
-            )?;
-            start.at_s += share * cost.time_s;
-            start.battery -= share * cost.energy;
-            start.drawn = share * cost.energy;
-        }
-        Ok(start)
-    }
-
-    /// The start at a node by a straight line from anywhere, level, in the wind of now: for a drone that is off its leg.
-    ///
-    /// # Errors
-    /// Where the line cannot be flown.
-    pub fn start_straight(
-        &self,
-        place: Point,
-        node: NodeIx,
+        reentry: &Reentry,
         battery: f64,
         at_s: f64,
     ) -> Result<FlightStart, Unflyable> {
-        let end = self.topology().position(node);
-        let straight_m = place.distance_m(end);
+        let stretch = reentry.stretch;
         let mut start = FlightStart {
-            node,
+            node: reentry.node,
             at_s,
             battery,
             on_ground: false,
-            flown_m: straight_m,
+            flown_m: stretch.length_m,
             drawn: 0.0,
+            stretch: Some(stretch),
         };
-        if straight_m > 0.0 {
-            let course = Point::new(
-                (end.x - place.x) / straight_m,
-                (end.y - place.y) / straight_m,
-            );
-            let (airframe, payload_kg) = (self.airframe(), self.payload_kg());
-            for wind in self.wind().on_leg(place, end, at_s) {
-                airframe.within_limits(payload_kg, wind)?;
-                let cost = airframe.level_leg(payload_kg, straight_m, course, wind, None)?;
-                if cost.energy >= start.drawn {
-                    start.drawn = cost.energy;
-                    start.at_s = at_s + cost.time_s;
-                }
+        if stretch.kind == StretchKind::None {
+            return Ok(start);
+        }
+        match stretch.leg.and_then(|leg| Some((leg, leg.segment?))) {
+            Some((leg, segment)) => {
+                let length_m = self.topology().segment(segment).length_m;
+                let overrun = match length_m > 0.0 {
+                    true => stretch.overrun_m / length_m,
+                    false => 0.0,
+                };
+                self.fly_along(&mut start, leg, segment, overrun)?;
             }
-            start.battery -= start.drawn;
+            None => self.fly_straight(&mut start, stretch.begin)?,
         }
         Ok(start)
+    }
+
+    /// Whether something closes on the way of a drone along its leg that is open when it sets out at an instant.
+    pub fn closes_on_stretch(&self, start: &FlightStart, at_s: f64) -> bool {
+        let leg = start.stretch.and_then(|stretch| stretch.leg);
+        let Some(segment) = leg.and_then(|leg| leg.segment) else {
+            return false;
+        };
+        let world = self.world();
+        let way = (segment.0, start.node);
+        let obstacles = world.obstacles;
+        obstacles.closes_meanwhile(&world, way, at_s, start.at_s)
+    }
+
+    /// Flies a drone along its leg to one of the ends, a share of the leg too far ahead first.
+    fn fly_along(
+        &self,
+        start: &mut FlightStart,
+        leg: StretchLeg,
+        segment: SegmentIx,
+        overrun: f64,
+    ) -> Result<(), Unflyable> {
+        let ahead = (leg.from, leg.to, segment);
+        let back = (leg.to, leg.from, segment);
+        if start.node == leg.to {
+            return self.fly_share(start, ahead, 1.0 - leg.fraction);
+        }
+        self.fly_share(start, ahead, overrun)?;
+        self.fly_share(start, back, leg.fraction + overrun)
+    }
+
+    fn fly_share(
+        &self,
+        start: &mut FlightStart,
+        direction: (NodeIx, NodeIx, SegmentIx),
+        share: f64,
+    ) -> Result<(), Unflyable> {
+        let share = share.clamp(0.0, 1.0);
+        if share <= 0.0 {
+            return Ok(());
+        }
+        let cost = self.airframe().leg(
+            self.topology(),
+            self.vertical(),
+            self.wind(),
+            self.payload_kg(),
+            direction,
+            start.at_s,
+        )?;
+        start.at_s += share * cost.time_s;
+        start.battery -= share * cost.energy;
+        start.drawn += share * cost.energy;
+        Ok(())
+    }
+
+    /// Flies a drone level and straight to its node.
+    fn fly_straight(&self, start: &mut FlightStart, place: Point) -> Result<(), Unflyable> {
+        let end = self.topology().position(start.node);
+        let straight_m = place.distance_m(end);
+        if straight_m <= 0.0 {
+            return Ok(());
+        }
+        let course = Point::new(
+            (end.x - place.x) / straight_m,
+            (end.y - place.y) / straight_m,
+        );
+        let (airframe, payload_kg) = (self.airframe(), self.payload_kg());
+        let began_s = start.at_s;
+        for wind in self.wind().on_leg(place, end, began_s) {
+            airframe.within_limits(payload_kg, wind)?;
+            let cost = airframe.level_leg(payload_kg, straight_m, course, wind, None)?;
+            if cost.energy >= start.drawn {
+                start.drawn = cost.energy;
+                start.at_s = began_s + cost.time_s;
+            }
+        }
+        start.battery -= start.drawn;
+        Ok(())
     }
 }

@@ -107,7 +107,7 @@ fn without_stops(
         let departure = Departure {
             family: &family,
             from: node,
-            leaves_start: matches!(how, How::Start(_)),
+            leaving: terms.leaving(how),
         };
         terms.fly(departure, leg, room);
         let &[(flown, how)] = room.offers.as_slice() else {
@@ -243,7 +243,7 @@ impl Pass<'_, '_, '_> {
             let departure = Departure {
                 family: &family,
                 from,
-                leaves_start: matches!(how, How::Start(_)),
+                leaving: terms.leaving(how),
             };
             terms.fly(departure, leg, room);
             for &(flown, how) in room.offers.iter() {

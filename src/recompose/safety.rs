@@ -109,6 +109,8 @@ pub enum WhyNot {
     CutOff,
     /// It has no pads that are open.
     NoPads,
+    /// All of its pads are taken when the drone could land.
+    PadsTaken,
     /// The battery at it would be below the reserve.
     BelowReserve,
     /// The battery at it would be below the floor.
@@ -124,6 +126,7 @@ impl WhyNot {
             Self::Closed => "closed",
             Self::CutOff => "cut_off",
             Self::NoPads => "no_pads",
+            Self::PadsTaken => "pads_taken",
             Self::BelowReserve => "below_reserve",
             Self::BelowFloor => "below_floor",
             Self::Unflyable => "unflyable",

@@ -8,7 +8,7 @@ use skyway::flight::Airframe;
 use skyway::wire::{self, Outcome, PlanState};
 
 /// A drone that flies from a to d since six in the evening; it is over the second leg at two and a half minutes past.
-async fn flying(dialect: Dialect) -> Town {
+pub(crate) async fn flying(dialect: Dialect) -> Town {
     let town = Town::open(dialect, "18:00").await;
     let request = json!({
         "id": "p", "source": "a", "destination": "d", "drone_id": "drone-1", "payload_kg": 0.25,
@@ -21,7 +21,7 @@ async fn flying(dialect: Dialect) -> Town {
 }
 
 /// A report from the middle of the second leg.
-fn report(failure: &str, more: Value) -> Value {
+pub(crate) fn report(failure: &str, more: Value) -> Value {
     let mut report = json!({
         "type": failure, "service": {"plan_id": "p", "leg": 1}, "location": {"x": 2250, "y": 0},
         "timestamp": "2026-11-27T18:02:30Z", "drone": {"id": "drone-1", "battery_fraction": 0.75},
@@ -35,7 +35,7 @@ fn drone(battery: f64) -> Value {
     json!({"drone": {"id": "drone-1", "battery_fraction": battery}})
 }
 
-fn nodes(path: &wire::Path<'_>) -> Vec<String> {
+pub(crate) fn nodes(path: &wire::Path<'_>) -> Vec<String> {
     path.nodes.iter().map(|id| id.text().into_owned()).collect()
 }
 
@@ -176,6 +176,27 @@ async fn an_empty_battery_reaches_nothing_and_says_so() {
     assert_eq!(answer.answer.outcome, Outcome::NoRoute);
     assert!(answer.answer.path.nodes.is_empty() && answer.flight.is_none());
     assert_eq!(causes(&answer), [("below_reserve".to_owned(), None)]);
+    // It is told what is near, and the least bad way, which is no path.
+    let near: Vec<String> = answer
+        .answer
+        .near
+        .iter()
+        .map(|near| near.node.to_string())
+        .collect();
+    assert_eq!(near[..2], ["b", "c"]);
+    assert!(
+        answer
+            .answer
+            .near
+            .iter()
+            .all(|near| near.why_not == "below_floor")
+    );
+    let least_bad = answer.answer.unsafe_way.expect("the least bad way");
+    assert_eq!(
+        (&*least_bad.code, least_bad.length_m),
+        ("below_reserve", 750.0)
+    );
+    assert!(least_bad.battery_fraction.expect("it is reckoned") < 0.08);
 }
 
 #[tokio::test]

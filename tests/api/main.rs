@@ -6,6 +6,7 @@ mod clock;
 mod description;
 mod events;
 mod flights;
+mod flights_told;
 mod harness;
 mod idempotency;
 mod stories;

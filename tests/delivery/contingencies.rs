@@ -48,6 +48,7 @@ fn check_contingencies(town: &Town, composition: &FlightComposition) {
             on_ground: false,
             flown_m: 0.0,
             drawn: 0.0,
+            stretch: None,
         };
         let detour = &contingency.if_closed;
         let flight = detour.flight.as_ref().expect("a way out of every leg");

@@ -4,8 +4,8 @@ use jiff::{SignedDuration, Timestamp};
 use skyway::airspace::{Airspace, Change, Closure, Hits, Window, Zone, ZoneDraft, ZoneGeometry};
 use skyway::delivery::{
     BatteryNow, DEFAULT_REFUGE_STAY_S, DeliveryRequest, DeliveryScratch, DeliveryWorld,
-    FlightComposition, FlightFailure, FlightRecomposition, FlightTables, NoDelivery, OtherPlans,
-    Skies, answer_failure, compose,
+    FlightComposition, FlightFailure, FlightRecomposition, FlightTables, Landing, NoDelivery,
+    OtherPlans, Skies, answer_failure, compose,
 };
 use skyway::flight::{
     Airframe, FailureReport, FailureType, FlightPlan, FlightRules, FlightStart, Location,
@@ -99,6 +99,22 @@ impl Town {
         self
     }
 
+    /// A no-fly zone over a node and its segments, for good.
+    pub(crate) fn closed_node(mut self, id: &str) -> Self {
+        let zone = Arc::new(zone("over", Vec::new(), &self.topology));
+        let node = self.node(id);
+        let arcs = self.topology.arcs(node).iter();
+        let segments = arcs
+            .filter(|arc| self.topology.node_id(arc.to) != "b")
+            .map(|arc| arc.segment);
+        let closure = Closure {
+            hits: Hits::new(segments.collect(), vec![node]),
+            ..Closure::of_zone(&self.topology, zone)
+        };
+        self.changes.push(Change::Put(Arc::new(closure)));
+        self
+    }
+
     /// All pads of a node are another plan's, for a day.
     pub(crate) fn taken(mut self, id: &str) -> Self {
         let node = self.node(id);
@@ -167,10 +183,13 @@ impl Town {
         let asked = FlightFailure {
             request: &request,
             at_s: 0.0,
-            battery: BatteryNow::Given(failure.battery),
+            battery: failure
+                .by_plan
+                .unwrap_or(BatteryNow::Given(failure.battery)),
             objective: Objective::Distance,
             deadline_s: self.deadline_s,
             planned_stops: None,
+            landing: failure.landing,
         };
         let mut scratch = DeliveryScratch::new(&self.topology);
         let answer = answer_failure(&world, &asked, &mut scratch);
@@ -269,6 +288,9 @@ pub(crate) struct Failure<'a> {
     /// Where the cause is, likewise.
     pub(crate) cause: Option<f64>,
     pub(crate) battery: f64,
+    /// What its plan has of the battery, where it does not tell.
+    pub(crate) by_plan: Option<BatteryNow>,
+    pub(crate) landing: Option<Landing>,
     pub(crate) strategy: Strategy,
 }
 
@@ -282,6 +304,8 @@ impl Failure<'_> {
             flown: Some(0.0),
             cause: None,
             battery: 0.9,
+            by_plan: None,
+            landing: None,
             strategy: Strategy::Exact,
         }
     }

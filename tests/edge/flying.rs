@@ -160,6 +160,7 @@ fn start_of(topology: &Topology, version: &wire::PlanVersion<'_>) -> FlightStart
         on_ground: true,
         flown_m: 0.0,
         drawn: 0.0,
+        stretch: None,
     }
 }
 

@@ -52,8 +52,8 @@ struct Standing {
     /// Level on the pad at the time that `ready_s` belongs to, where it charges.
     charging_from: Option<f64>,
     climb: f64,
-    /// True for the start of the plan.
-    is_start: bool,
+    /// At the start of the plan, whether it stands there.
+    is_start: Option<bool>,
 }
 
 /// A walk from where the drone stands.
@@ -157,7 +157,7 @@ impl<'a> Events<'a> {
                 battery: start.battery,
                 charging_from: None,
                 climb: 0.0,
-                is_start: true,
+                is_start: Some(start.on_ground),
             };
             if !start.on_ground {
                 self.arrive(&there, start.at_s);
@@ -195,7 +195,7 @@ impl<'a> Events<'a> {
                         ready_s: swapped_s,
                         battery: self.world.airframe.full_charge - climb,
                         // The search lets nothing but the first battery leave a closed start.
-                        is_start: false,
+                        is_start: None,
                         ..waiting
                     };
                     self.go_on(&swapped, &mut Walk::default());
@@ -315,7 +315,7 @@ impl<'a> Events<'a> {
                     let Some((time_s, draws)) = self.cost(leg, begins_s) else {
                         continue;
                     };
-                    for (_, until_s) in self.forbidden(leg, time_s, false) {
+                    for (_, until_s) in self.forbidden(leg, time_s, None) {
                         candidates_s.push(until_s - offset_s);
                     }
                     further.push((offset_s + time_s, energy + draws, period));
@@ -372,7 +372,7 @@ impl<'a> Events<'a> {
         };
         for (place, &leg) in walk.legs.iter().enumerate() {
             let (time_s, energy) = self.cost(leg, flight.at_s + EPSILON_S)?;
-            let leaves_start = from.is_start && place == 0;
+            let leaves_start = from.is_start.filter(|_| place == 0);
             let enters_s = flight.at_s;
             let forbidden = self.forbidden(leg, time_s, leaves_start);
             flight.is_forbidden |= forbidden.into_iter().any(|(from_s, until_s)| {
@@ -410,7 +410,7 @@ impl<'a> Events<'a> {
         &self,
         (from, to, segment): (NodeIx, NodeIx, SegmentIx),
         time_s: f64,
-        leaves_start: bool,
+        leaves_start: Option<bool>,
     ) -> Vec<(f64, f64)> {
         let rules = &self.world.rules;
         let (before_s, after_s) = (self.vertical_s(from), time_s + self.vertical_s(to));
@@ -418,7 +418,8 @@ impl<'a> Events<'a> {
         for closure in &self.world.situation.closures {
             let hits = closure.segments.contains(&segment)
                 || closure.nodes.contains(&to)
-                || (closure.nodes.contains(&from) && !leaves_start);
+                || (closure.nodes.contains(&from)
+                    && leaves_start.is_none_or(|on_ground| on_ground && closure.widened));
             if !hits {
                 continue;
             }
@@ -433,7 +434,6 @@ impl<'a> Events<'a> {
                 0.0
             };
             let began_s = self.world.began_s;
-            // The margin is that of the end of the landing, when the zone has been left for certain.
             let first_s = (closure.from_s - margin_s + growth * began_s) / (1.0 + growth) - after_s;
             let last_s = (closure.until_s + margin_s + before_s + growth * (after_s - began_s))
                 / (1.0 - growth);
@@ -482,7 +482,7 @@ impl<'a> Events<'a> {
                 battery: level - climb,
                 charging_from: (!swaps).then_some(level),
                 climb,
-                is_start: false,
+                is_start: None,
             };
             self.go_on(&standing, &mut Walk::default());
         }

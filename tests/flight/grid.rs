@@ -203,10 +203,12 @@ impl<'a> Grid<'a> {
         time_s: f64,
         leaves_start: bool,
     ) -> bool {
+        let stands = self.world.starts[0].on_ground;
         let hits = |closure: &&skyway::flight::TimedClosure| {
+            let lets_out = leaves_start && !(stands && closure.widened);
             closure.segments.contains(&segment)
                 || closure.nodes.contains(&to)
-                || (closure.nodes.contains(&from) && !leaves_start)
+                || (closure.nodes.contains(&from) && !lets_out)
         };
         let mut closures = self.world.situation.closures.iter().filter(hits);
         self.world.closed_segments.contains(&segment)

@@ -14,5 +14,6 @@ mod grid;
 mod margins;
 mod model;
 mod optimality;
+mod refuges;
 mod stories;
 mod world;

@@ -83,3 +83,45 @@ fn the_margin_is_that_of_the_end_of_the_leg() {
         assert_eq!(is_flown(&world), expected, "{from_s} to {until_s}");
     }
 }
+
+#[test]
+fn whoever_stands_in_a_zone_waits_for_its_end_and_whoever_flies_leaves_it() {
+    // The zone lies over the roof alone.
+    let over = |world: &mut World, widened: bool| {
+        world.situation.closures[0] = TimedClosure {
+            segments: Vec::new(),
+            nodes: vec![world.starts[0].node],
+            widened,
+            ..world.situation.closures[0].clone()
+        };
+    };
+    let leaves_s = |stands: bool, pads: u16, widened: bool| {
+        let mut world = World {
+            starts: vec![FlightStart {
+                on_ground: stands,
+                ..long_leg(0.0, 0.0, 0.0).starts[0]
+            }],
+            ..along_with(pads)
+        };
+        over(&mut world, widened);
+        let answer = world.answer(Objective::Time, false);
+        let plan = answer.plan?;
+        assert_eq!(world.check(&plan), Ok(()));
+        Some(plan.legs[0].enters_s)
+    };
+    assert_eq!(leaves_s(false, 1, true), Some(0.0));
+    let opens_s = leaves_s(true, 1, true).expect("it waits on its pad");
+    assert!((opens_s - (1_860.0 + 0.05 * (opens_s + 600.0))).abs() < 1e-6);
+    assert_eq!(leaves_s(true, 0, true), None);
+    // What an operator closes lets it go.
+    assert_eq!(leaves_s(true, 1, false), Some(0.0));
+}
+
+/// The leg of 600 s with pads where it starts, and a zone until half past.
+fn along_with(pads: u16) -> World {
+    World {
+        rules: long_leg(0.0, 0.0, 0.0).rules,
+        situation: long_leg(-600.0, 1_800.0, 0.0).situation,
+        ..along(&[9_600.0], &[pads, 0])
+    }
+}

@@ -54,6 +54,7 @@ fn begin(source: NodeIx, payload_kg: f64) -> World {
             on_ground: true,
             flown_m: 0.0,
             drawn: 0.0,
+            stretch: None,
         }],
         destination: source,
         began_s: 0.0,

@@ -422,6 +422,7 @@ fn starts(draw: &mut Draw, topology: &Topology, began_s: f64, on_grid: bool) -> 
                 512.0 * draw.below(4) as f64
             },
             drawn: 0.0,
+            stretch: None,
         })
         .collect()
 }

@@ -6,11 +6,11 @@ use crate::cli::answer_table::node_text;
 use crate::cli::output::{Output, facts_table, metres};
 use crate::cli::stop::Stop;
 use crate::delivery::{
-    BatteryNow, DeliveryScratch, FlightComposition, FlightFailure, FlightRecomposition,
-    answer_failure,
+    BatteryNow, DeliveryScratch, FlightComposition, FlightFailure, FlightRecomposition, Landing,
+    Trouble, answer_failure,
 };
 use crate::formats::warning_text;
-use crate::recompose::{Outcome, Request};
+use crate::recompose::{Outcome, Request, UnsafeWay};
 use serde_json::Value;
 
 /// Answers a report and tells the answer.
@@ -27,6 +27,7 @@ pub(in crate::cli) fn answer(
         objective: flight.objective,
         deadline_s: Some(flight.deadline_s),
         planned_stops: None,
+        landing: Landing::of(request.report.failure, Trouble::Unknown, flight.reported),
     };
     let mut scratch = DeliveryScratch::new(flight.skies.topology());
     let answer = answer_failure(&flight.world(), &failure, &mut scratch);
@@ -59,11 +60,19 @@ fn print(flight: &Flight, answer: &FlightRecomposition, output: &Output) -> Resu
         let causes = table::causes_text(flight, &answer.causes, answer.opens);
         facts.push(("cut off by", causes));
     }
+    if let Some(way) = &answer.unsafe_way {
+        facts.push(("near", near_text(flight, answer)));
+        facts.push(("least bad", unsafe_text(flight, way)));
+    }
     facts.push(("strategy", strategy_text(answer)));
     facts.push(("battery now", table::battery_text(answer.battery)));
     facts.push(("first stretch", metres(answer.first_stretch_m)));
     if let Some(composition) = &answer.composition {
         facts.extend(table::facts(flight, composition));
+    }
+    if !answer.flags.is_empty() {
+        let flags: Vec<&str> = answer.flags.iter().map(|flag| flag.name()).collect();
+        facts.push(("flags", flags.join(", ")));
     }
     output.table(&facts_table(facts))?;
     for warning in &answer.warnings {
@@ -71,6 +80,35 @@ fn print(flight: &Flight, answer: &FlightRecomposition, output: &Output) -> Resu
         output.warn(&message);
     }
     Ok(())
+}
+
+/// What is near a drone that has no way, a line for each node.
+fn near_text(flight: &Flight, answer: &FlightRecomposition) -> String {
+    let topology = flight.skies.topology();
+    let lines = answer.near.iter().map(|near| {
+        let battery = near.battery.unwrap_or_default();
+        format!(
+            "{}: {}, {} pads, {:.1} % left, {}",
+            node_text(topology, near.node),
+            metres(near.length_m),
+            near.pads,
+            100.0 * battery,
+            near.why_not.name()
+        )
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The least bad way of a drone that has no safe one.
+fn unsafe_text(flight: &Flight, way: &UnsafeWay) -> String {
+    let topology = flight.skies.topology();
+    let nodes = way.nodes.iter().map(|&node| node_text(topology, node));
+    format!(
+        "{} by {}: {}",
+        metres(way.length_m),
+        nodes.collect::<Vec<_>>().join(", "),
+        way.code.reason()
+    )
 }
 
 fn outcome_text(flight: &Flight, answer: &FlightRecomposition) -> String {

@@ -16,7 +16,7 @@ use super::stop::Stop;
 use crate::airspace::Airspace;
 use crate::delivery::{
     DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryWorld, FlightComposition, FlightTables,
-    OtherPlans, Skies,
+    OtherPlans, ReportedFigures, Skies,
 };
 use crate::draw::DrawnFlight;
 use crate::flight::{Airframe, FailureReport, FlightRules, Location, Tariff, Wind, WindField};
@@ -133,6 +133,8 @@ pub(super) struct Flight {
     tables: FlightTables,
     pub(super) objective: Objective,
     pub(super) battery: f64,
+    /// Which figures were named, and are not defaults.
+    pub(super) reported: ReportedFigures,
     pub(super) start_s: f64,
     pub(super) deadline_s: f64,
 }
@@ -216,6 +218,10 @@ impl FlightArguments {
             tables: FlightTables::new(TABLE_BYTES),
             objective: self.objective.unwrap_or(Objective::Distance),
             battery,
+            reported: ReportedFigures {
+                battery: self.battery.is_some(),
+                payload: self.payload_kg.is_some() && self.battery.is_some(),
+            },
             start_s,
             deadline_s,
         })

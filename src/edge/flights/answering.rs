@@ -193,7 +193,7 @@ impl Flights {
             deadline_s: self.deadline_s(plan, scene.now),
         };
         let answer = self.with_scratch(scene.airspace.topology(), |scratch| {
-            answer_standing(&ground.world(), &request, scratch)
+            answer_standing(&ground.world(), &request, None, scratch)
         });
         FlownAnswer::of(&ground, &answer, stand.from)
     }
@@ -216,6 +216,7 @@ impl Flights {
             objective: self.objective_of(plan),
             deadline_s: self.deadline_s(plan, now),
             planned_stops: planned_stops.as_deref(),
+            landing: None,
         };
         let answer = self.with_scratch(scene.airspace.topology(), |scratch| {
             answer_failure(&ground.world(), &failure, scratch)

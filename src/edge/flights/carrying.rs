@@ -114,6 +114,7 @@ fn plan_carried(plan: &FlightPlan, change: &Change<'_>, legs: Range<usize>) -> O
             on_ground: false,
             flown_m: 0.0,
             drawn: 0.0,
+            stretch: None,
         },
         None => FlightStart {
             node: node(plan.start.node)?,

@@ -68,6 +68,8 @@ pub(in crate::edge) struct FlownVersion {
     pub(in crate::edge) refuge: Option<Reservation>,
     /// Whether its pads are surely its own: no other edge gives them away.
     pub(in crate::edge) is_confirmed: bool,
+    /// False where nobody knows whether the battery suffices: its levels mean nothing then.
+    pub(in crate::edge) is_energy_checked: bool,
 }
 
 /// What a drone is told beside its plan.
@@ -76,6 +78,7 @@ pub(in crate::edge) struct Told {
     pub(in crate::edge) is_diverted: bool,
     pub(in crate::edge) reserve_used: bool,
     pub(in crate::edge) hold: Option<Hold>,
+    pub(in crate::edge) is_energy_unchecked: bool,
 }
 
 impl From<&FlightRecomposition> for Told {
@@ -84,6 +87,7 @@ impl From<&FlightRecomposition> for Told {
             is_diverted: answer.outcome == Outcome::Diverted,
             reserve_used: answer.reserve_used,
             hold: answer.hold,
+            is_energy_unchecked: !answer.is_energy_checked,
         }
     }
 }
@@ -119,6 +123,7 @@ impl FlownVersion {
                 .then(|| refuge(ground, composition, departs_s))
                 .flatten(),
             is_confirmed: ground.is_alone,
+            is_energy_checked: !told.is_energy_unchecked,
             composition: FlightComposition {
                 contingencies: Vec::new(),
                 ..later_by(composition, -departs_s)

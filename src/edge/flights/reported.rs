@@ -4,7 +4,8 @@ use super::answering::stops_ahead;
 use super::{DroneKind, Flights, FlownVersion, Ground, Scene};
 use crate::compose::Composition;
 use crate::delivery::{
-    BatteryNow, FlightFailure, FlightRecomposition, answer_failure, answer_standing, severance,
+    BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
+    answer_failure, answer_standing, severance,
 };
 use crate::edge::drones::Sighting;
 use crate::edge::snapshot::PlanEntry;
@@ -45,6 +46,8 @@ pub(in crate::edge) struct ReportingDrone {
     /// Where its plan was going to stop, if it has one.
     planned_stops: Option<Vec<NodeIx>>,
     stand: Option<Stand>,
+    /// Where it has to land, of which nothing that it reports shows that it can fly on.
+    landing: Option<Landing>,
     /// Its plan, whose legs and pads are in nobody's way but its own.
     pub(super) plan: Option<Arc<str>>,
 }
@@ -67,6 +70,8 @@ pub(in crate::edge) struct ReportedFlight {
     pub(in crate::edge) causes: Vec<wire::FlightCause<'static>>,
     /// The plan that there would be but for the deadline.
     pub(in crate::edge) opens: Option<wire::Opening<'static>>,
+    /// False where nobody knows whether the battery suffices.
+    pub(in crate::edge) is_energy_checked: bool,
 }
 
 impl Flights {
@@ -83,7 +88,21 @@ impl Flights {
         let facts = report.drone.clone().unwrap_or_default();
         let plan = reporter.plan;
         let leg = leg_of(request, reporter);
-        let Some(battery) = battery(&facts, leg, reporter, scene.now) else {
+        let known = battery(&facts, leg, reporter, scene.now);
+        let landing = Landing::of(
+            request.report.failure,
+            Trouble::Unknown,
+            ReportedFigures {
+                battery: facts
+                    .battery_fraction
+                    .is_some_and(|share| is_fraction(&share)),
+                payload: facts.payload_kg.is_some_and(|kg| is_payload(&kg))
+                    && matches!(known, Some(BatteryNow::Given(_))),
+            },
+        );
+        // Who has to land lands whatever is left.
+        let reckoned = landing.map(|_| BatteryNow::Given(self.settings.airframe.full_charge));
+        let Some(battery) = known.or(reckoned) else {
             read.push(ReadWarning::new(
                 "battery_unknown",
                 "nobody knows the drone's battery, so that the answer is the shortest way and may not be flyable; \
@@ -110,6 +129,7 @@ impl Flights {
             deadline_s: self.deadline_of_report(report, plan, scene.now, read),
             planned_stops: plan.zip(leg).and_then(|(plan, leg)| stops_ahead(plan, leg)),
             stand,
+            landing,
             plan: plan.map(|plan| plan.id.clone()),
         })
     }
@@ -148,7 +168,7 @@ impl Flights {
             }
         };
         let stated_kg = facts.payload_kg.filter(|kg| {
-            let is_weight = (0.0..=PAYLOAD_MAX_KG).contains(kg);
+            let is_weight = is_payload(kg);
             if !is_weight {
                 let message = format!(
                     "'drone.payload_kg' is {kg}, not within 0 and {PAYLOAD_MAX_KG}, and is ignored"
@@ -241,7 +261,7 @@ impl Flights {
         let told = self.with_scratch(scene.airspace.topology(), |scratch| match drone.stand {
             Some(stand) => {
                 let delivery = stand.delivery(request, drone.objective, drone.deadline_s);
-                answer_standing(&world, &delivery, scratch)
+                answer_standing(&world, &delivery, drone.landing, scratch)
             }
             None => answer_failure(&world, &self.failure(drone, request, scene.now), scratch),
         });
@@ -258,6 +278,7 @@ impl Flights {
             departs_at,
             causes: ground.causes(&told.causes),
             opens: told.opens.and_then(|opens| ground.opening(opens)),
+            is_energy_checked: told.is_energy_checked,
         };
         (without_flight(ground, &told), flight)
     }
@@ -318,12 +339,17 @@ impl Flights {
             objective: drone.objective,
             deadline_s: drone.deadline_s,
             planned_stops: drone.planned_stops.as_deref(),
+            landing: drone.landing,
         }
     }
 }
 
 fn is_fraction(fraction: &f64) -> bool {
     (0.0..=1.0).contains(fraction)
+}
+
+fn is_payload(payload_kg: &f64) -> bool {
+    (0.0..=PAYLOAD_MAX_KG).contains(payload_kg)
 }
 
 /// The leg of its plan that a report is about: the one that the drone is on, if that is it, else the first of these ends.
@@ -385,10 +411,10 @@ fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition 
         recomposed_length_m: remaining_length_m.map(|length_m| length_m - told.first_stretch_m),
         remaining_length_m,
         first_stretch_m: told.first_stretch_m,
-        reentry: None,
-        flags: Vec::new(),
-        unsafe_way: None,
-        near: Vec::new(),
+        reentry: plan.and_then(|plan| plan.plan.start.reentry()),
+        flags: told.flags.clone(),
+        unsafe_way: told.unsafe_way.clone(),
+        near: told.near.clone(),
         if_airborne: None,
         strategy: told.strategy,
         strategy_used: told.strategy_used,

@@ -11,12 +11,12 @@ use jiff::Timestamp;
 use std::borrow::Cow;
 
 impl FlownVersion {
-    /// The whole flight of a version that departs at an instant.
+    /// The whole flight of a version that departs at an instant; `None` where nobody knows whether the battery suffices.
     pub(in crate::edge) fn told(
         &self,
         topology: &Topology,
         departs_at: Timestamp,
-    ) -> wire::Flight<'static> {
+    ) -> Option<wire::Flight<'static>> {
         let composition = &self.composition;
         let proof = &composition.proof;
         let hold = self.hold.map(|hold| wire::PadHold {
@@ -24,7 +24,7 @@ impl FlownVersion {
             pad: hold.pad,
             until: instant(later(departs_at, hold.until_s)),
         });
-        wire::Flight {
+        self.is_energy_checked.then(|| wire::Flight {
             airframe: text(&self.airframe),
             objective: Cow::Borrowed(composition.objective.name()),
             battery_at_departure_fraction: composition.plan.start.battery,
@@ -39,7 +39,7 @@ impl FlownVersion {
             unproved_reason: proof.reason.map(|reason| Cow::Borrowed(reason.name())),
             hold,
             stops: self.stops(topology, departs_at),
-        }
+        })
     }
 
     /// A value in the unit of the objective.
@@ -86,7 +86,8 @@ impl FlownVersion {
         topology: &Topology,
         number: usize,
     ) -> Option<wire::LegFlight<'static>> {
-        let leg = self.composition.plan.legs.get(number)?;
+        let legs = self.composition.plan.legs.get(number);
+        let leg = legs.filter(|_| self.is_energy_checked)?;
         let figures = self.composition.figures.legs.get(number)?;
         let cost_usd = self.composition.leg_costs_usd.get(number)?;
         Some(wire::LegFlight {

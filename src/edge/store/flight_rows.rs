@@ -87,6 +87,8 @@ pub(super) struct StoredFlight {
     proof: StoredProof,
     #[serde(default, skip_serializing_if = "is_false")]
     reserve_used: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    energy_unchecked: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     hold: Option<StoredStay>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -243,6 +245,7 @@ pub(super) fn store_flight(
         cost_usd: composition.figures.cost_usd,
         proof: store_proof(&composition.proof),
         reserve_used: flown.reserve_used,
+        energy_unchecked: !flown.is_energy_checked,
         hold,
         refuge,
     }
@@ -326,6 +329,7 @@ pub(super) fn read_flight(
             on_ground: start.on_ground,
             flown_m: start.flown_m,
             drawn: start.drawn,
+            stretch: None,
         },
         legs: legs.iter().zip(&stored.legs).map(flown_leg).collect(),
         stops: read_stops(places, &stored.stops)?,
@@ -352,6 +356,7 @@ pub(super) fn read_flight(
         hold: read_hold(places, stored.hold.as_ref())?,
         refuge: read_refuge(places, stored.refuge.as_ref())?,
         is_confirmed: stored.confirmed,
+        is_energy_checked: !stored.energy_unchecked,
         composition: FlightComposition {
             destination: places.node(stored.destination)?,
             objective: stored.objective.into(),

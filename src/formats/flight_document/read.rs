@@ -73,6 +73,7 @@ impl Reader<'_> {
             on_ground: start.on_ground,
             flown_m: start.flown_m,
             drawn: start.drawn_fraction,
+            stretch: None,
         };
         Ok(FlightDocument {
             zero,

@@ -1,0 +1,179 @@
+//! Drones that have to land: of which no reported figure shows that they can fly on, or which cannot wait for one.
+
+use super::composition::Proof;
+use super::failure::{Case, FlightRecomposition, Found, conclude};
+use super::world::{DeliveryScratch, DeliveryWorld, Question};
+use crate::flight::{FailureType, FlightPlan, FlightStart};
+use crate::itinerary::{
+    FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, Objective, Refuge, Step, Value,
+    find_nearest, find_refuge,
+};
+use crate::network::NodeIx;
+use crate::recompose::{Flag, Outcome};
+
+/// A node with a free pad is taken instead of the nearest one where it costs at most this many times as much.
+const WORTH_A_PAD: f64 = 1.2;
+
+/// Where a drone has to land.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Landing {
+    /// At the node with a free pad that takes least energy: nobody knows how much is left.
+    FreePad,
+    /// At the node that takes least energy and is not closed, with or without pads: it cannot fly far. One with a free pad where that
+    /// costs at most a fifth more.
+    AnyNode,
+}
+
+/// What fails of a drone that reports `operational`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// It does not say.
+    Unknown,
+    /// The battery.
+    Battery,
+    /// The payload.
+    Payload,
+    /// It cannot be kept in the air for long, or has to come down at once.
+    Urgent,
+}
+
+/// Which figures a report itself states, of those that show whether its drone can fly on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReportedFigures {
+    /// The battery.
+    pub battery: bool,
+    /// The payload, with a battery that the drone has told of lately.
+    pub payload: bool,
+}
+
+impl Landing {
+    /// Where a drone has to land; `None` where its failure, or a figure in its report, leaves that to the search.
+    ///
+    /// What failed is what the plan believed, so that only what the report states counts.
+    pub fn of(failure: FailureType, trouble: Trouble, figures: ReportedFigures) -> Option<Self> {
+        if failure != FailureType::Operational {
+            return None;
+        }
+        let shows_it = match trouble {
+            Trouble::Unknown => figures.battery || figures.payload,
+            Trouble::Battery => figures.battery,
+            Trouble::Payload => figures.payload,
+            Trouble::Urgent => return Some(Self::AnyNode),
+        };
+        (!shows_it).then_some(Self::FreePad)
+    }
+
+    /// The name in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FreePad => "free_pad",
+            Self::AnyNode => "any_node",
+        }
+    }
+}
+
+/// Leads a drone to where it has to land, whatever is left in its battery.
+pub(super) fn land(
+    case: &Case<'_>,
+    landing: Landing,
+    starts: &[FlightStart],
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let question = Question {
+        starts,
+        reserve: 0.0,
+        ..case.question
+    };
+    let found = landed(&case.world, &question, landing, scratch);
+    conclude(case, &question, found, scratch)
+}
+
+/// The flight to where a drone has to land.
+pub(super) fn landed(
+    world: &DeliveryWorld<'_>,
+    question: &Question<'_>,
+    landing: Landing,
+    scratch: &mut DeliveryScratch,
+) -> Found {
+    let request = FlightRequest {
+        starts: question.starts,
+        destination: question.destination,
+        objective: Objective::Energy,
+        began_s: question.began_s,
+        deadline_s: f64::INFINITY,
+        reserve: FlightRequest::NO_RESERVE,
+        closed_segments: question.closed_segments,
+        limits: world.limits,
+    };
+    let stay_s = world.refuge_stay_s;
+    let itinerary = &mut scratch.itinerary;
+    let with_pad = find_refuge(world.setting, &request, stay_s, itinerary);
+    let refuge = match landing {
+        Landing::FreePad => with_pad,
+        Landing::AnyNode => {
+            let nearest = find_nearest(world.setting, &request, itinerary);
+            let is_near = |padded: &Refuge| {
+                let least = nearest.as_ref().map(|nearest| nearest.answer.value.weight);
+                least.is_none_or(|least| padded.answer.value.weight <= WORTH_A_PAD * least)
+            };
+            with_pad.filter(is_near).or(nearest)
+        }
+    };
+    found(world, refuge)
+}
+
+/// A landing as an outcome; nothing to reach is one, too.
+fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>) -> Found {
+    let Some(Refuge { node, answer }) = refuge else {
+        let answer = FlightAnswer {
+            plan: None,
+            value: Value::NONE,
+            proved: true,
+            lower_bound: Value::NONE,
+            reason: None,
+            step: Step::Exact,
+            effort: crate::itinerary::Effort::default(),
+        };
+        return Found {
+            outcome: Outcome::NoRoute,
+            plan: None,
+            proof: Proof::of(&answer),
+            reserve: 0.0,
+            flags: Vec::new(),
+            decision: FlightDecision {
+                outcome: FlightOutcome::NoRoute,
+                answer,
+                causes: Vec::new(),
+                opens: None,
+            },
+        };
+    };
+    let plan = answer.plan.clone();
+    let reserve = world.setting.rules().reserve;
+    let reserve_used = plan
+        .as_ref()
+        .is_some_and(|plan| plan.battery_at_arrival < reserve);
+    let is_taken = plan
+        .as_ref()
+        .is_some_and(|plan| is_pad_taken(world, node, plan));
+    Found {
+        outcome: Outcome::Diverted,
+        plan,
+        proof: Proof::of(&answer),
+        reserve: 0.0,
+        flags: is_taken.then_some(Flag::PadOccupied).into_iter().collect(),
+        decision: FlightDecision {
+            outcome: FlightOutcome::Diverted { node, reserve_used },
+            answer,
+            causes: Vec::new(),
+            opens: None,
+        },
+    }
+}
+
+/// Whether a node has pads, and none of them is free for the stay of a safe node.
+fn is_pad_taken(world: &DeliveryWorld<'_>, node: NodeIx, plan: &FlightPlan) -> bool {
+    let lands_s = plan.arrives_s;
+    let stays_until_s = world.setting.pads().stay_until_s(node, lands_s);
+    world.setting.topology().pads(node) > 0 && stays_until_s < lands_s + world.refuge_stay_s
+}
