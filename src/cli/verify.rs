@@ -5,7 +5,10 @@ use super::files;
 use super::network_source::NetworkArguments;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::formats::{FlightDocument, is_flight_document, read_flight_document};
+use crate::formats::{
+    DifferingPremise, FlightDocument, differing_premises, is_flight_document, premises_lines,
+    read_flight_document,
+};
 use crate::network::Topology;
 use crate::verify::{self, FlightFault, FlightPremises, NetworkFacts, verify_flight};
 use clap::Args;
@@ -89,9 +92,13 @@ impl Verify {
                 closed_segments: &document.closed_segments,
             },
         );
-        match self.json {
-            true => output.json(&flight_json(&document, topology, &checked))?,
-            false => output.line(&flight_text(&document, topology, &checked))?,
+        let differing = differing_premises(&document).map_err(Stop::failed)?;
+        if self.json {
+            output.json(&flight_json(
+                &document, topology, &checked, &differing, text,
+            ))?;
+        } else {
+            output.line(&flight_text(&document, topology, &checked, &differing))?;
         }
         Ok(match checked {
             Ok(()) => Verdict::Done,
@@ -105,40 +112,61 @@ fn flight_text(
     document: &FlightDocument,
     topology: &Topology,
     checked: &Result<(), FlightFault>,
+    differing: &[DifferingPremise],
 ) -> String {
     if let Err(fault) = checked {
         return format!("cannot be flown as it says: {fault}");
     }
     let plan = &document.plan;
     let [from, to] = [document.start.node, document.destination].map(|node| topology.node_id(node));
-    let closed = match document.closure_ids.is_empty() {
-        true => "nothing closed".to_owned(),
-        false => format!("closures {}", document.closure_ids.join(", ")),
-    };
-    format!(
-        "can be flown: {} legs and {} stays from node '{from}' to node '{to}', {:.1} m, {:.0} % of the battery left\n\
-         if: {} with {} kg and {:.0} % of its battery, wind {:.1} m/s, {closed}, {} reserved pads, {} legs of other \
-         plans, and never less than {:.0} %",
-        plan.legs.len(),
-        plan.stops.len(),
+    let mut text = format!(
+        "can be flown: {} and {} from node '{from}' to node '{to}', {:.1} m, {:.0} % of the battery left",
+        counted(plan.legs.len(), "leg"),
+        counted(plan.stops.len(), "stay"),
         plan.distance_m,
         100.0 * plan.battery_at_arrival,
-        document.airframe.name,
-        document.payload_kg,
-        100.0 * document.start.battery,
-        document.wind.base.speed_mps(),
-        document.situation.reservations.len(),
-        document.situation.traffic.len(),
-        100.0 * document.reserve,
-    )
+    );
+    text.push_str("\nif these premises, which the plan states itself, are those of the world:");
+    for line in premises_lines(document, topology) {
+        text.push_str(&format!("\n  {line}"));
+    }
+    match differing {
+        [] => text.push_str("\nairframe and rules are the bundled ones"),
+        _ => text.push_str("\nairframe and rules differ from the bundled ones:"),
+    }
+    for premise in differing {
+        let DifferingPremise {
+            name,
+            value,
+            default,
+        } = premise;
+        text.push_str(&format!("\n  {name} is {value}, by default {default}"));
+    }
+    text
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
 }
 
 fn flight_json(
     document: &FlightDocument,
     topology: &Topology,
     checked: &Result<(), FlightFault>,
+    differing: &[DifferingPremise],
+    text: &str,
 ) -> Value {
     let fault = checked.as_ref().err().map(ToString::to_string);
+    let differing = differing.iter().map(
+        |premise| json!({"name": premise.name, "value": premise.value, "default": premise.default}),
+    );
+    // The document again, but for the plan that is checked.
+    let mut premises: Value = serde_json::from_str(text).unwrap_or_default();
+    if let Some(members) = premises.as_object_mut() {
+        members.remove("plan");
+        members.remove("format");
+    }
     json!({
         "flyable": checked.is_ok(),
         "fault": fault,
@@ -150,6 +178,8 @@ fn flight_json(
         "destination": topology.node_id(document.destination),
         "closures": document.closure_ids,
         "length_m": document.plan.distance_m,
+        "differing_premises": differing.collect::<Vec<Value>>(),
+        "premises": premises,
     })
 }
 

@@ -9,6 +9,7 @@ use super::settings::{
 };
 use super::tokens::read_bearer;
 use super::value::{HttpUrl, LogFilter, LogFormat, Names, Size, Value};
+use crate::flight::{FigureRange, FlightRules};
 use crate::itinerary::Objective;
 use jiff::Timestamp;
 use std::net::SocketAddr;
@@ -121,7 +122,7 @@ settings! {
         /// Active plans at once.
         active_max: usize = 20_000, 1..=1_000_000;
         /// The time between two drones at one place below which their plans conflict.
-        headway: Duration = 30 * SECOND, Duration::ZERO..=HOUR;
+        headway: Duration = 30 * SECOND, seconds(FlightRules::HEADWAY_S);
         /// How long a drone has to acknowledge a new version of its plan.
         acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
     }
@@ -137,21 +138,21 @@ settings! {
         /// What is made least where a request does not say: distance, time or energy.
         objective: Objective = Objective::Distance;
         /// What has to be left in the battery at every node.
-        reserve_fraction: f64 = 0.2, 0.0..=0.9;
+        reserve_fraction: f64 = 0.2, numbers(FlightRules::RESERVE);
         /// What has to be left where a drone in flight can only reach a safe node.
-        floor_fraction: f64 = 0.08, 0.0..=0.9;
+        floor_fraction: f64 = 0.08, numbers(FlightRules::RESERVE);
         /// Handling at every recharging stop.
-        stop: Duration = MINUTE, Duration::ZERO..=HOUR;
+        stop: Duration = MINUTE, seconds(FlightRules::STOP_S);
         /// Swapping batteries at a swap station.
-        swap: Duration = 3 * MINUTE, SECOND..=DAY;
+        swap: Duration = 3 * MINUTE, seconds(FlightRules::SWAP_S);
         /// The nodes that swap batteries instead of charging them: their ids, with commas between them.
         swap_stations: Names = Names::default();
         /// By how much the windows of zones are widened on both sides.
-        time_margin: Duration = MINUTE, Duration::ZERO..=HOUR;
+        time_margin: Duration = MINUTE, seconds(FlightRules::TIME_MARGIN_S);
         /// And by which part of the time since the plan began.
-        time_margin_growth: f64 = 0.05, 0.0..=1.0;
+        time_margin_growth: f64 = 0.05, numbers(FlightRules::TIME_MARGIN_GROWTH);
         /// The climb to the crossing altitude where altitudes are not known, in metres.
-        unknown_climb_m: f64 = 30.0, 0.0..=1_000.0;
+        unknown_climb_m: f64 = 30.0, numbers(FlightRules::UNKNOWN_CLIMB_M);
         /// For how long a pad of a safe node has to be free for a drone that is diverted to it.
         refuge_stay: Duration = 30 * MINUTE, Duration::ZERO..=DAY;
         /// The wind where and when the weather states none, in metres per second.
@@ -393,4 +394,14 @@ fn host_of(url: &str) -> Option<(Transport, &str)> {
 fn is_this_machine(host: &str) -> bool {
     let address = host.parse::<std::net::IpAddr>();
     host == "localhost" || address.is_ok_and(|address| address.to_canonical().is_loopback())
+}
+
+/// The bounds of a figure that both the configuration and documents state; all of them include their ends.
+const fn numbers(range: FigureRange) -> RangeInclusive<f64> {
+    range.least..=range.most
+}
+
+/// The same of a time in seconds.
+fn seconds(range: FigureRange) -> RangeInclusive<Duration> {
+    Duration::from_secs_f64(range.least)..=Duration::from_secs_f64(range.most)
 }

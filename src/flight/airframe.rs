@@ -3,6 +3,7 @@
 //! The wind triangle at constant airspeed gives the ground speed, a power model the watts in cruise; climbing
 //! costs its potential energy over the efficiency, descending nothing.
 
+use super::figure::{Figure, FigureRange};
 use super::wind::Wind;
 use crate::geo::Point;
 use serde::{Deserialize, Serialize};
@@ -106,20 +107,12 @@ pub enum AirframeFault {
         reason: String,
     },
     /// A number is out of range.
-    #[error(
-        "{field} of airframe {airframe:?} is {value}; give a number above {above} and up to {limit}"
-    )]
+    #[error("{}; give {}", Figure::said(&format!("{} of airframe {airframe:?}", figure.name), figure.value), figure.range)]
     OutOfRange {
         /// The airframe's name.
         airframe: String,
-        /// The field.
-        field: &'static str,
-        /// What it says.
-        value: f64,
-        /// Not allowed itself, except where it is below 0.
-        above: f64,
-        /// The largest value.
-        limit: f64,
+        /// The figure.
+        figure: Figure,
     },
 }
 
@@ -241,60 +234,67 @@ impl Airframe {
     }
 
     fn check(&self) -> Result<(), AirframeFault> {
-        const SMALL: f64 = -1e-300;
-        let model: &[(&'static str, f64, f64, f64)] = match &self.power {
+        let mut figures = self.figures().into_iter();
+        match figures.find(|figure| !figure.is_valid()) {
+            Some(figure) => Err(AirframeFault::OutOfRange {
+                airframe: self.name.clone(),
+                figure,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Every figure with what it may be, by the names that documents have; those of its power first.
+    pub fn figures(&self) -> Vec<Figure> {
+        const FRACTION: FigureRange = FigureRange::above(0.0, 1.0);
+        const WATTS: FigureRange = FigureRange::between(0.0, 1e5);
+        let mut figures = match &self.power {
             PowerModel::Dandrea2014 {
                 lift_to_drag,
                 efficiency,
                 avionics_w,
-            } => &[
-                ("lift_to_drag", *lift_to_drag, 0.0, 100.0),
-                ("efficiency", *efficiency, 0.0, 1.0),
-                ("avionics_w", *avionics_w, SMALL, 1e5),
+            } => vec![
+                Figure::new("power.lift_to_drag", *lift_to_drag, above_0(100.0)),
+                Figure::new("power.efficiency", *efficiency, FRACTION),
+                Figure::new("power.avionics_w", *avionics_w, WATTS),
             ],
             PowerModel::Rodrigues2022 {
                 slope,
                 intercept_w,
                 air_density_kg_m3,
-            } => &[
-                ("slope", *slope, 0.0, 1e4),
-                ("intercept_w", *intercept_w, SMALL, 1e5),
-                ("air_density_kg_m3", *air_density_kg_m3, 0.0, 10.0),
+            } => vec![
+                Figure::new("power.slope", *slope, above_0(1e4)),
+                Figure::new("power.intercept_w", *intercept_w, WATTS),
+                Figure::new("power.air_density_kg_m3", *air_density_kg_m3, above_0(10.0)),
             ],
         };
-        let frame = [
-            ("mass_kg", self.mass_kg, 0.0, 1e4),
-            ("max_payload_kg", self.max_payload_kg, SMALL, 1e4),
-            ("battery_wh", self.battery_wh, 0.0, 1e7),
-            (
-                "airspeed_mps",
-                self.airspeed_mps,
-                MIN_GROUND_SPEED_MPS,
-                300.0,
+        let airspeed = FigureRange::above(MIN_GROUND_SPEED_MPS, 300.0);
+        let payload = FigureRange::between(0.0, 1e4);
+        let wind = FigureRange::between(0.0, 120.0);
+        let reaction = FigureRange::between(0.0, 60.0);
+        // Gusts are never weaker than the mean that they are taken from.
+        let gusts = FigureRange::between(1.0, 10.0);
+        figures.extend([
+            Figure::new("mass_kg", self.mass_kg, above_0(1e4)),
+            Figure::new("max_payload_kg", self.max_payload_kg, payload),
+            Figure::new("battery_wh", self.battery_wh, above_0(1e7)),
+            Figure::new("airspeed_mps", self.airspeed_mps, airspeed),
+            Figure::new(
+                "vertical_speed_mps",
+                self.vertical_speed_mps,
+                above_0(100.0),
             ),
-            ("vertical_speed_mps", self.vertical_speed_mps, 0.0, 100.0),
-            ("climb_mps", self.climb_speed_mps(), 0.0, 100.0),
-            ("descent_mps", self.descent_speed_mps(), 0.0, 100.0),
-            ("acceleration_mps2", self.acceleration_mps2, 0.0, 100.0),
-            ("reaction_s", self.reaction_s, SMALL, 60.0),
-            ("climb_efficiency", self.climb_efficiency, 0.0, 1.0),
-            ("max_wind_mps", self.max_wind_mps, SMALL, 120.0),
-            ("gust_factor", self.gust_factor, 0.0, 10.0),
-            ("charge_tau_s", self.charge_tau_s, 0.0, 1e6),
-            ("full_charge", self.full_charge, 0.0, 0.999),
-        ];
-        for &(field, value, above, limit) in model.iter().chain(&frame) {
-            if !(value > above && value <= limit) {
-                return Err(AirframeFault::OutOfRange {
-                    airframe: self.name.clone(),
-                    field,
-                    value,
-                    above: above.max(0.0),
-                    limit,
-                });
-            }
-        }
-        Ok(())
+            Figure::new("climb_mps", self.climb_speed_mps(), above_0(100.0)),
+            Figure::new("descent_mps", self.descent_speed_mps(), above_0(100.0)),
+            Figure::new("acceleration_mps2", self.acceleration_mps2, above_0(100.0)),
+            Figure::new("reaction_s", self.reaction_s, reaction),
+            Figure::new("climb_efficiency", self.climb_efficiency, FRACTION),
+            Figure::new("max_wind_mps", self.max_wind_mps, wind),
+            Figure::new("gust_factor", self.gust_factor, gusts),
+            Figure::new("charge_tau_s", self.charge_tau_s, above_0(1e6)),
+            Figure::new("full_charge", self.full_charge, above_0(0.999)),
+        ]);
+        figures
     }
 
     /// Power in cruise at an airspeed, in watts.
@@ -425,4 +425,8 @@ impl Airframe {
             full: self.full_charge,
         }
     }
+}
+
+const fn above_0(most: f64) -> FigureRange {
+    FigureRange::above(0.0, most)
 }

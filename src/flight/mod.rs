@@ -6,6 +6,7 @@
 mod airframe;
 mod battery;
 mod course;
+mod figure;
 mod first_stretch;
 mod legs;
 mod measured;
@@ -20,6 +21,7 @@ mod wind;
 pub use airframe::{Airframe, AirframeFault, LegCost, PowerModel, Unflyable};
 pub use battery::Charging;
 pub use course::{Corner, LegCourse, crossing_height};
+pub use figure::{Figure, FigureRange};
 pub use first_stretch::{FirstStretch, Reentry, StretchKind, StretchLeg};
 pub use legs::{FlightLeg, FlightLegs};
 pub use measured::{

@@ -1,5 +1,7 @@
 //! What a plan keeps to, whatever the airframe.
 
+use super::figure::{Figure, FigureRange};
+
 /// Margins and overheads of planning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlightRules {
@@ -33,5 +35,44 @@ impl Default for FlightRules {
             headway_s: 30.0,
             unknown_climb_m: 30.0,
         }
+    }
+}
+
+impl FlightRules {
+    /// What `reserve` may be; the floor too.
+    pub const RESERVE: FigureRange = FigureRange::between(0.0, 0.9);
+    /// What `stop_s` may be.
+    pub const STOP_S: FigureRange = FigureRange::between(0.0, 3_600.0);
+    /// What `swap_s` may be.
+    pub const SWAP_S: FigureRange = FigureRange::between(1.0, 86_400.0);
+    /// What `time_margin_s` may be.
+    pub const TIME_MARGIN_S: FigureRange = FigureRange::between(0.0, 3_600.0);
+    /// What `time_margin_growth` may be.
+    pub const TIME_MARGIN_GROWTH: FigureRange = FigureRange::between(0.0, 1.0);
+    /// What `headway_s` may be.
+    pub const HEADWAY_S: FigureRange = FigureRange::between(0.0, 3_600.0);
+    /// What `unknown_climb_m` may be.
+    pub const UNKNOWN_CLIMB_M: FigureRange = FigureRange::between(0.0, 1_000.0);
+
+    /// Every figure with what it may be, by the names that documents have.
+    pub fn figures(&self) -> [Figure; 8] {
+        [
+            Figure::new("reserve_fraction", self.reserve, Self::RESERVE),
+            Figure::new("floor_fraction", self.floor, Self::RESERVE),
+            Figure::new("stop_s", self.stop_s, Self::STOP_S),
+            Figure::new("swap_s", self.swap_s, Self::SWAP_S),
+            Figure::new("time_margin_s", self.time_margin_s, Self::TIME_MARGIN_S),
+            Figure::new(
+                "time_margin_growth",
+                self.time_margin_growth,
+                Self::TIME_MARGIN_GROWTH,
+            ),
+            Figure::new("headway_s", self.headway_s, Self::HEADWAY_S),
+            Figure::new(
+                "unknown_climb_m",
+                self.unknown_climb_m,
+                Self::UNKNOWN_CLIMB_M,
+            ),
+        ]
     }
 }

@@ -39,8 +39,8 @@ pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
 pub use flight::{FlightWriter, flight_cause_text, stop_kind_name};
 pub use flight_document::{
-    FlightDocument, FlightDocumentFault, is_flight_document, read_flight_document,
-    write_flight_document,
+    DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
+    premises_lines, read_flight_document, write_flight_document,
 };
 pub use flight_question::{
     FlightQuestion, ReadQuestion, Stand, read_flight_question, write_flight_question,

@@ -5,6 +5,7 @@
 //! rule; that none is better is not.
 
 use super::flight_fault::{FlightFault, LegAt, StayAt};
+use super::premises;
 use crate::flight::{
     Airframe, FlightPlan, FlightRules, FlightStart, FlownLeg, LegCost, Situation, Stop, StopKind,
     Vertical, WindField,
@@ -47,11 +48,12 @@ pub struct FlightPremises<'a> {
     pub closed_segments: &'a [SegmentIx],
 }
 
-/// Checks that a plan can be flown as it says and keeps every rule.
+/// Checks that a plan can be flown as it says and keeps every rule, in a world that can be.
 ///
 /// # Errors
-/// The first thing found that does not hold.
+/// The first thing found that does not hold; a premise that is out of its range before all else.
 pub fn verify_flight(plan: &FlightPlan, premises: &FlightPremises<'_>) -> Result<(), FlightFault> {
+    premises::check(plan, premises)?;
     let start = &plan.start;
     if !premises.starts.contains(start) {
         return Err(FlightFault::Start {

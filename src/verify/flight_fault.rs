@@ -1,5 +1,6 @@
 //! Why a plan cannot be flown as it says.
 
+use crate::flight::{Figure, FigureRange};
 use std::fmt::{Display, Formatter};
 use thiserror::Error;
 
@@ -55,6 +56,16 @@ impl Display for StayAt {
 /// The first thing found that does not hold.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FlightFault {
+    /// A premise is what no world has.
+    #[error("{}, and has to be {range}; ask whoever made the plan for another", Figure::said(path, *value))]
+    Premise {
+        /// Its place in the document.
+        path: String,
+        /// What it says.
+        value: f64,
+        /// What it may be.
+        range: FigureRange,
+    },
     /// There is no such start.
     #[error(
         "the plan begins at {node}, at {at_s:.3} s with {level:.6} of a battery, where the request has no start"

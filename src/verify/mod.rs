@@ -22,6 +22,7 @@ mod facts;
 mod fault;
 mod flight;
 mod flight_fault;
+mod premises;
 mod verdict;
 
 pub use facts::NetworkFacts;

@@ -10,6 +10,7 @@ mod daemons;
 mod demo;
 mod evaluate;
 mod flights;
+mod forged;
 mod help;
 mod input;
 #[cfg(feature = "edge")]

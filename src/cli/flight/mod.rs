@@ -61,7 +61,7 @@ pub(super) struct FlightArguments {
     #[arg(long, value_name = "TIME|DURATION", value_parser = deadline)]
     deadline: Option<Deadline>,
     /// No node is reached with less than this fraction of the battery [default: 0.2]
-    #[arg(long, value_name = "FRACTION", value_parser = fraction)]
+    #[arg(long, value_name = "FRACTION", value_parser = reserve)]
     reserve: Option<f64>,
     /// Nodes that swap batteries instead of charging them; can be given more than once
     #[arg(long, value_name = "NODE")]
@@ -95,6 +95,16 @@ fn fraction(text: &str) -> Result<f64, String> {
             percent / 100.0
         )),
         _ => Err("give a fraction between 0 and 1".to_owned()),
+    }
+}
+
+/// A fraction that the rules allow, so that whoever checks the plan allows it too.
+fn reserve(text: &str) -> Result<f64, String> {
+    let reserve = fraction(text)?;
+    if FlightRules::RESERVE.contains(reserve) {
+        Ok(reserve)
+    } else {
+        Err(format!("give {}", FlightRules::RESERVE))
     }
 }
 

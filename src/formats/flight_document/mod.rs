@@ -1,11 +1,13 @@
 //! A plan with times and battery as a document: with all that it was made for, so that a checker needs the network alone.
 
 mod read;
+mod told;
 mod write;
 mod written;
 
 pub(super) use read::Reader;
 pub use read::read_flight_document;
+pub use told::{DifferingPremise, differing_premises, premises_lines};
 pub(super) use write::Writer;
 pub use write::write_flight_document;
 pub(super) use written::{WrittenClosure, WrittenReservation, WrittenRules, WrittenTraffic};

@@ -155,7 +155,7 @@ impl Reader<'_> {
             node: self.node("reservations", &stay.node)?,
             pad: stay.pad,
             from_s: stay.from_s,
-            until_s: stay.until_s,
+            until_s: stay.until_s.unwrap_or(f64::INFINITY),
         })
     }
 

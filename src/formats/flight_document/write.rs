@@ -136,7 +136,7 @@ impl Writer<'_> {
                 node: self.id(stay.node),
                 pad: stay.pad,
                 from_s: stay.from_s,
-                until_s: stay.until_s,
+                until_s: finite(stay.until_s),
             })
             .collect()
     }

@@ -70,7 +70,8 @@ pub(in crate::formats) struct WrittenReservation {
     pub(super) node: Value,
     pub(super) pad: u16,
     pub(super) from_s: f64,
-    pub(super) until_s: f64,
+    /// Null where it has no end.
+    pub(super) until_s: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
