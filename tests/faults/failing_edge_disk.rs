@@ -9,7 +9,7 @@
 
 use crate::daemon::{Daemon, Plan};
 use crate::edge::holding_of;
-use crate::failing_disk::{Ballast, RECOVERY, is_root, small_disk};
+use crate::failing_disk::{Ballast, RECOVERY, is_root, left_out, small_disk};
 use crate::history::{Outcome, Recorder, objects};
 use crate::outcome::Came;
 use crate::registry_client::{Answer, Client};
@@ -129,7 +129,7 @@ async fn judge(plan: &Plan, daemon: Daemon, recorder: &Recorder, came: &mut Came
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_full_disk_keeps_no_airspace_from_closing() {
     if !is_root() {
-        println!("a small disk is for root to mount: left out");
+        left_out("a small disk, which is for root to mount");
         return;
     }
     let folder = TempDir::new().expect("a folder");
@@ -223,7 +223,7 @@ async fn failing(bug: Option<&'static str>, times: usize) -> Came {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_failed_sync_is_no_success() {
     if !tracing::is_there() {
-        println!("no strace: left out");
+        left_out("strace");
         return;
     }
     let times = rounds(20).div_ceil(10).min(20);
@@ -251,7 +251,7 @@ async fn unsynced(bug: Option<&'static str>, zones: usize) -> usize {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_acknowledged_zone_is_on_the_disk() {
     if !tracing::is_there() {
-        println!("no strace: left out");
+        left_out("strace");
         return;
     }
     let zones = rounds(20);
