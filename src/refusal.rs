@@ -174,7 +174,9 @@ impl From<ReportProblem> for Refusal {
             ReportProblem::NotJson { .. }
             | ReportProblem::NotAnObject
             | ReportProblem::CannotClose { .. } => Code::BodyInvalid,
-            ReportProblem::NotLocated | ReportProblem::UnknownNode { .. } => Code::ReportNotLocated,
+            ReportProblem::NotLocated { .. } | ReportProblem::UnknownNode { .. } => {
+                Code::ReportNotLocated
+            }
         };
         let fault = Fault {
             code: problem.code().to_owned(),

@@ -3,9 +3,10 @@
 use super::clock;
 use super::files;
 use super::names;
+use super::output::Output;
 use super::stop::Stop;
 use crate::airspace::{Airspace, Change, Closure, Zone};
-use crate::formats::{CloseTarget, read_zones};
+use crate::formats::{CloseTarget, miss_hint, read_zones};
 use crate::geo::Frame;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use clap::Args;
@@ -38,8 +39,8 @@ pub(super) struct AirspaceArguments {
 
 impl AirspaceArguments {
     /// The airspace with all of this applied.
-    pub(super) fn open(&self, topology: &Arc<Topology>) -> Result<Airspace, Stop> {
-        self.open_at(topology, None)
+    pub(super) fn open(&self, topology: &Arc<Topology>, output: &Output) -> Result<Airspace, Stop> {
+        self.open_at(topology, None, output)
     }
 
     /// The same at another time where it names none itself.
@@ -47,11 +48,16 @@ impl AirspaceArguments {
         &self,
         topology: &Arc<Topology>,
         otherwise: Option<Timestamp>,
+        output: &Output,
     ) -> Result<Airspace, Stop> {
         let as_of = self.at.or(otherwise).unwrap_or_else(clock::now);
         let mut changes = Vec::new();
         for zone in zones_in(&self.zones, topology.frame())? {
-            let closure = Closure::of_zone(topology, zone);
+            let closure = Closure::of_zone(topology, zone.clone());
+            if closure.hits.segments.is_empty() && closure.hits.nodes.is_empty() {
+                let hint = miss_hint(&zone, topology);
+                output.warn(&format!("zone '{}': {hint}", zone.id()));
+            }
             changes.push(Change::Put(Arc::new(closure)));
         }
         let targets = self.close.iter();
@@ -111,7 +117,8 @@ pub(super) fn closing(airspace: &Airspace, targets: &[CloseTarget]) -> Airspace 
     airspace.apply(&[Change::Put(Arc::new(closure))], airspace.as_of())
 }
 
-fn duration(text: &str) -> Result<SignedDuration, String> {
+/// A duration as seconds, or with its units.
+pub(super) fn duration(text: &str) -> Result<SignedDuration, String> {
     let duration = match text.parse::<f64>() {
         Ok(seconds) => {
             SignedDuration::try_from_secs_f64(seconds).map_err(|error| error.to_string())

@@ -118,7 +118,7 @@ impl Compare {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let network = self.network.load(output)?;
         let topology = &network.topology;
-        let airspace = self.airspace.open(topology)?;
+        let airspace = self.airspace.open(topology, output)?;
         let failure = Request {
             parameters: self.parameters.checked()?,
             optimum: true,

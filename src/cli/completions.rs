@@ -2,7 +2,7 @@
 
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use clap::{Args, CommandFactory};
+use clap::Args;
 use clap_complete::Shell;
 
 const EXAMPLES: &str = "\
@@ -22,7 +22,7 @@ pub(super) struct Completions {
 impl Completions {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let mut script = Vec::new();
-        let mut command = super::Arguments::command();
+        let mut command = super::definition();
         clap_complete::generate(self.shell, &mut command, "skyway", &mut script);
         output.raw(&script)?;
         Ok(Verdict::Done)

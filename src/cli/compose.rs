@@ -82,7 +82,7 @@ impl Compose {
             let problem = "--certificate and --svg take a plan that is flown; name a drone, such as --airframe phantom3";
             return Err(Stop::Usage(problem.to_owned()));
         }
-        let airspace = self.airspace.open(topology)?;
+        let airspace = self.airspace.open(topology, output)?;
         let tables = plan::tables();
         let world = World {
             airspace: &airspace,
@@ -111,7 +111,7 @@ impl Compose {
         ends: (NodeIx, NodeIx),
         output: &Output,
     ) -> Result<Verdict, Stop> {
-        let airspace = self.flight.airspace(&self.airspace, topology)?;
+        let airspace = self.flight.airspace(&self.airspace, topology, output)?;
         let flight = self.flight.flight(&airspace, output)?;
         let wanted = Wanted {
             json: self.json,

@@ -26,6 +26,28 @@ limits.body is SKYWAY_EDGE_LIMITS_BODY, that of a registry SKYWAY_REGISTRY_LIMIT
 Exit codes: 0 when all is well, 78 for a configuration that is not valid, 2 for arguments that
 make no sense.";
 
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  skyway config check --config edge.toml
+  skyway config check --set limits.body=2MiB --network corridor
+  skyway config check --registry --config registry.toml
+
+Exit codes: 0 when all is well, 78 for a configuration that is not valid, 2 for arguments that
+make no sense.";
+
+const SHOW_EXAMPLES: &str = "\
+Examples:
+  skyway config show --origin --config edge.toml   what holds, and who said so
+  skyway config show --json
+
+Exit codes: 0 when it is shown, 78 for a configuration that is not valid, 2 for arguments that
+make no sense.";
+
+const SAMPLE_EXAMPLES: &str = "\
+Examples:
+  skyway config sample > edge.toml
+  skyway config sample --registry > registry.toml";
+
 /// The commands of `skyway config`.
 #[derive(Debug, Subcommand)]
 #[command(after_help = EXAMPLES)]
@@ -48,6 +70,7 @@ pub(super) struct Whose {
 
 /// Arguments of `skyway config sample`.
 #[derive(Debug, Args)]
+#[command(after_help = SAMPLE_EXAMPLES)]
 pub(super) struct Sample {
     #[command(flatten)]
     whose: Whose,
@@ -55,6 +78,7 @@ pub(super) struct Sample {
 
 /// Arguments of `skyway config check`.
 #[derive(Debug, Args)]
+#[command(after_help = CHECK_EXAMPLES)]
 pub(super) struct Check {
     #[command(flatten)]
     whose: Whose,
@@ -64,6 +88,7 @@ pub(super) struct Check {
 
 /// Arguments of `skyway config show`.
 #[derive(Debug, Args)]
+#[command(after_help = SHOW_EXAMPLES)]
 pub(super) struct Show {
     #[command(flatten)]
     whose: Whose,

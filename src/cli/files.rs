@@ -15,6 +15,8 @@ use std::path::Path;
 const MAX_FILE_BYTES: u64 = 4 << 30;
 /// The two bytes that every gzip file begins with (RFC 1952).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
+/// What some editors put before UTF-8 text; it says nothing that a reader does not know.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 /// What stands for standard input or output.
 const STANDARD_STREAM: &str = "-";
 
@@ -37,7 +39,7 @@ pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
     })
 }
 
-/// Opens a file to read it piece by piece.
+/// Opens a file to read it piece by piece, without the byte order mark that it may begin with.
 pub(super) fn open(path: &Path) -> Result<Box<dyn BufRead>, Stop> {
     let mut raw: Box<dyn BufRead> = if path.as_os_str() == STANDARD_STREAM {
         standard_input()
@@ -45,10 +47,16 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn BufRead>, Stop> {
         open_file(path).map_err(|error| cannot_read(path, &error))?
     };
     let head = raw.fill_buf().map_err(|error| cannot_read(path, &error))?;
-    if head.starts_with(&GZIP_MAGIC) {
-        return Ok(Box::new(BufReader::new(MultiGzDecoder::new(raw))));
+    let mut text: Box<dyn BufRead> = if head.starts_with(&GZIP_MAGIC) {
+        Box::new(BufReader::new(MultiGzDecoder::new(raw)))
+    } else {
+        raw
+    };
+    let head = text.fill_buf().map_err(|error| cannot_read(path, &error))?;
+    if head.starts_with(BYTE_ORDER_MARK) {
+        text.consume(BYTE_ORDER_MARK.len());
     }
-    Ok(raw)
+    Ok(text)
 }
 
 /// True when there is a file of this name.

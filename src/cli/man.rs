@@ -3,7 +3,7 @@
 use super::files;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use clap::{Args, CommandFactory};
+use clap::Args;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -22,7 +22,7 @@ pub(super) struct Man {
 
 impl Man {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
-        let command = super::Arguments::command();
+        let command = super::definition();
         let Some(directory) = &self.dir else {
             let mut page = Vec::new();
             clap_mangen::Man::new(command)

@@ -43,7 +43,7 @@ mod stop;
 mod token;
 mod verify;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use output::{Color, Output};
 use std::process::ExitCode;
 use stop::{Stop, Verdict};
@@ -57,6 +57,10 @@ Examples:
 
 Exit codes: 0 for any outcome, 1 for a failure, 2 for arguments that make no sense,
 78 for a configuration that is not valid.";
+
+/// The end of every help that has no codes of its own.
+const EXIT_CODES: &str =
+    "Exit codes: 0 when it is done, 1 for a failure, 2 for arguments that make no sense.";
 
 /// Exact, sub-millisecond recomposition of drone delivery routes on a skyway network
 ///
@@ -108,7 +112,7 @@ enum Command {
     /// Check a certificate, or a plan that is flown; exit code 0 when it holds, 1 when not
     Verify(verify::Verify),
     /// Make, inspect, convert and draw networks
-    #[command(subcommand)]
+    #[command(subcommand, after_help = network::EXAMPLES)]
     Network(network::Network),
     /// Check and show the configuration of an edge or a registry
     #[cfg(feature = "edge")]
@@ -125,7 +129,9 @@ enum Command {
 
 /// Runs the command that the arguments name and tells with which code to exit.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let parsed = definition().try_get_matches();
+    let parsed = parsed.and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = match parsed {
         Ok(arguments) => arguments,
         Err(refusal) => return refuse(&refusal),
     };
@@ -139,6 +145,22 @@ pub fn main() -> ExitCode {
             stop.exit_code()
         }
     }
+}
+
+/// The definition of the command line, with the exit codes in every help.
+fn definition() -> clap::Command {
+    with_exit_codes(Arguments::command())
+}
+
+fn with_exit_codes(command: clap::Command) -> clap::Command {
+    let command = command.mut_subcommands(with_exit_codes);
+    let told = command.get_after_help().map(ToString::to_string);
+    let text = match told {
+        None => EXIT_CODES.to_owned(),
+        Some(told) if told.contains("Exit codes:") => return command,
+        Some(told) => format!("{told}\n\n{EXIT_CODES}"),
+    };
+    command.after_help(text)
 }
 
 /// Help and version are asked for and go to standard output; all else is an error of usage.
@@ -177,10 +199,9 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_definition_of_the_command_line_is_consistent() {
-        Arguments::command().debug_assert();
+        definition().debug_assert();
     }
 }

@@ -68,7 +68,10 @@ pub(super) fn load_with_text(name: &str, output: &Output) -> Result<(Topology, S
     let text = match name {
         SYDNEY => bundled::SYDNEY_CBD.to_owned(),
         CORRIDOR => bundled::CORRIDOR.to_owned(),
-        file => files::read_text(Path::new(file))?,
+        file => {
+            check_there(Path::new(file))?;
+            files::read_text(Path::new(file))?
+        }
     };
     if looks_like_csv(&text) || is_foreign(&text) {
         return Err(Stop::failed(format!(
@@ -85,13 +88,19 @@ pub(super) fn load_with_text(name: &str, output: &Output) -> Result<(Topology, S
     Ok((topology, text))
 }
 
-fn load_file(path: &Path, edges: Option<&Path>) -> Result<LoadedNetwork, Stop> {
-    if !files::exists(path) && path.extension().is_none() && path.as_os_str() != "-" {
-        return Err(Stop::failed(format!(
-            "there is no file {}; the bundled networks are {SYDNEY} and {CORRIDOR}",
-            path.display()
-        )));
+/// A name that is no file may be a slip in that of a bundled network.
+fn check_there(path: &Path) -> Result<(), Stop> {
+    if files::exists(path) || path.extension().is_some() || path.as_os_str() == "-" {
+        return Ok(());
     }
+    Err(Stop::failed(format!(
+        "there is no file {}; the bundled networks are {SYDNEY} and {CORRIDOR}",
+        path.display()
+    )))
+}
+
+fn load_file(path: &Path, edges: Option<&Path>) -> Result<LoadedNetwork, Stop> {
+    check_there(path)?;
     let text = files::read_text(path)?;
     let refused = |error: LoadError| Stop::all_of(&path.display().to_string(), &error.lines());
     if edges.is_none() && !looks_like_csv(&text) {
@@ -104,11 +113,11 @@ fn load_file(path: &Path, edges: Option<&Path>) -> Result<LoadedNetwork, Stop> {
     load_csv_network(&text, &files::read_text(&edges)?).map_err(refused)
 }
 
-/// True for a text whose first line has commas and is not JSON.
+/// True for a text whose first line has columns and is neither JSON nor XML.
 fn looks_like_csv(text: &str) -> bool {
-    let head = text.trim_start_matches('\u{feff}').trim_start();
+    let head = text.trim_start();
     let first_line = head.lines().next().unwrap_or_default();
-    !head.starts_with(['{', '[', '"']) && first_line.contains(',')
+    !head.starts_with(['{', '[', '"', '<']) && first_line.contains([',', ';', '\t'])
 }
 
 /// The edges that belong to a file of nodes: `x_nodes.csv` and `x_edges.csv`, or `x.csv` and `x_edges.csv`.
@@ -148,8 +157,9 @@ fn introduce(loaded: &Loaded, output: &Output) {
     output.note(&text);
     let repairs = loaded.repairs.len();
     if repairs > 0 {
+        let plural = if repairs == 1 { "" } else { "s" };
         output.note(&format!(
-            "{repairs} repairs to the data; the file is left as it is"
+            "{repairs} repair{plural} to the data; the file is left as it is"
         ));
     }
     for repair in loaded.repairs.iter().take(MAX_REPAIRS_SHOWN) {

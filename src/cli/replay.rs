@@ -226,9 +226,22 @@ fn tell_answers(
     })
 }
 
+/// What the system said: the library around it repeats the address.
+fn root_of(error: &reqwest::Error) -> String {
+    let mut root: &dyn std::error::Error = error;
+    while let Some(source) = root.source() {
+        root = source;
+    }
+    root.to_string()
+}
+
 async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result<Vec<u8>, Stop> {
-    let unreachable =
-        |error: reqwest::Error| Stop::Unreachable(format!("cannot reach {url}: {error}"));
+    let unreachable = |error: reqwest::Error| {
+        Stop::Unreachable(format!(
+            "cannot reach {url}: {}; start an edge with skyway edge, name another one with --edge, or read the file that one keeps with --store edge.db",
+            root_of(&error)
+        ))
+    };
     let mut request = client.get(url);
     if let Some(token) = token {
         request = request.bearer_auth(token.trim());

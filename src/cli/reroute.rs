@@ -83,7 +83,9 @@ pub(super) struct Reroute {
 impl Reroute {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let network = self.network.load(output)?;
-        let airspace = self.flight.airspace(&self.airspace, &network.topology)?;
+        let airspace = self
+            .flight
+            .airspace(&self.airspace, &network.topology, output)?;
         if let Some(file) = &self.requests {
             return requests::answer_all(file, &airspace, output);
         }

@@ -24,7 +24,9 @@ Examples:
   skyway verify plan.json --network corridor
 
 What is checked of a plan is that it can be flown as it says: battery, pads, closures, other plans, times.
-The network is to be the very file that the answer was computed on: the certificate names its SHA-256.";
+The network is to be the very file that the answer was computed on: the certificate names its SHA-256.
+
+Exit codes: 0 when it holds, 1 when it does not or cannot be read, 2 for arguments that make no sense.";
 
 /// Arguments of `skyway verify`.
 #[derive(Debug, Args)]

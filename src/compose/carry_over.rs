@@ -1,6 +1,7 @@
 //! A composition on another network: what of its way is flown there as it was.
 
 use super::composition::{Composition, Contingency, Leg, SafeNode, leg_time_s};
+use crate::geo::total_m;
 use crate::network::{Correspondence, NodeIx, Topology};
 use crate::routing::Way;
 use std::ops::Range;
@@ -78,7 +79,7 @@ impl Composition {
             });
         }
         let segments = carried.iter().map(|leg| leg.segment).collect();
-        let flown_m: f64 = carried.iter().map(|leg| leg.length_m).sum();
+        let flown_m = total_m(carried.iter().map(|leg| leg.length_m));
         let stretch_m = match legs.start {
             0 => first_stretch_m,
             _ => 0.0,

@@ -64,7 +64,7 @@ pub enum ConfigFault {
         nearest: Option<String>,
     },
     /// A section is written as a value, or a setting as a section.
-    #[error("{origin}: {name} is {found}, not {expected}")]
+    #[error("{}is {found}, not {expected}", said(origin, name, " "))]
     WrongKind {
         /// Where.
         origin: Origin,
@@ -76,7 +76,7 @@ pub enum ConfigFault {
         expected: String,
     },
     /// The text is no value of the setting.
-    #[error("{origin}: {name}: '{text}' is not {expected}")]
+    #[error("{}'{text}' is not {expected}", said(origin, name, ": "))]
     Unreadable {
         /// Where.
         origin: Origin,
@@ -88,7 +88,7 @@ pub enum ConfigFault {
         expected: &'static str,
     },
     /// The value is outside its bounds.
-    #[error("{origin}: {name}: {text} is not from {least} to {most}")]
+    #[error("{}{text} is not from {least} to {most}", said(origin, name, ": "))]
     OutOfBounds {
         /// Where.
         origin: Origin,
@@ -102,7 +102,7 @@ pub enum ConfigFault {
         most: String,
     },
     /// Two flags say what one setting is.
-    #[error("{origin}: {name} is set twice; keep one of the flags")]
+    #[error("{}is set twice; keep one of the flags", said(origin, name, " "))]
     Twice {
         /// The second flag.
         origin: Origin,
@@ -174,7 +174,10 @@ pub enum ConfigFault {
         address: SocketAddr,
     },
     /// One threshold is beyond the other.
-    #[error("{origin}: freshness.degraded_after is not longer than freshness.stale_after")]
+    #[error(
+        "{}is not longer than freshness.stale_after",
+        said(origin, "freshness.degraded_after", " ")
+    )]
     Freshness {
         /// Who said the later threshold.
         origin: Origin,
@@ -191,8 +194,9 @@ pub enum ConfigFault {
     },
     /// Token and airspace would cross the network in the clear.
     #[error(
-        "{origin}: registry.url: {host} may be another machine, and http does not encrypt; write https, or set \
-         registry.allow_plaintext = true where the network is trusted"
+        "{}{host} may be another machine, and http does not encrypt; write https, or set \
+         registry.allow_plaintext = true where the network is trusted",
+        said(origin, "registry.url", ": ")
     )]
     RegistryPlainText {
         /// Who said so.
@@ -201,7 +205,7 @@ pub enum ConfigFault {
         host: String,
     },
     /// A name stands for no airframe.
-    #[error("{origin}: {setting}: {error}")]
+    #[error("{}{error}", said(origin, setting, ": "))]
     Airframe {
         /// Who named it.
         origin: Origin,
@@ -220,7 +224,8 @@ pub enum ConfigFault {
     },
     /// There is nothing to fly where a request does not say.
     #[error(
-        "{origin}: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none"
+        "{}names airframes, and flight.airframe none; name the one that flies where a request names none",
+        said(origin, "flight.airframes", " ")
     )]
     NoDefaultAirframe {
         /// Who named the others.
@@ -228,7 +233,8 @@ pub enum ConfigFault {
     },
     /// The floor is what the reserve may be drawn down to.
     #[error(
-        "{origin}: flight.floor_fraction is more than flight.reserve_fraction, which it is the rest of"
+        "{}is more than flight.reserve_fraction, which it is the rest of",
+        said(origin, "flight.floor_fraction", " ")
     )]
     Floor {
         /// Who said what the floor is.
@@ -243,7 +249,10 @@ pub enum ConfigFault {
         error: AuthoritiesError,
     },
     /// An edge that waits for news would seem to have lost its registry.
-    #[error("{origin}: registry.poll_wait and a fifth is not shorter than freshness.stale_after")]
+    #[error(
+        "{}and a fifth is not shorter than freshness.stale_after",
+        said(origin, "registry.poll_wait", " ")
+    )]
     PollWait {
         /// Who said how long to wait.
         origin: Origin,
@@ -301,6 +310,15 @@ impl ConfigFault {
             _ => 0,
         }
     }
+}
+
+/// Who said what a setting is, and the setting, unless whoever said so has named it already.
+fn said(origin: &Origin, name: &str, joint: &str) -> String {
+    let told = origin.to_string();
+    if told.rsplit(' ').next() == Some(name) {
+        return format!("{told}{joint}");
+    }
+    format!("{told}: {name}{joint}")
 }
 
 fn did_you_mean(nearest: &Option<String>) -> String {

@@ -275,12 +275,12 @@ fn what_is_wrong_in_the_environment_and_in_flags_is_told_all_at_once() {
     env SKYWAY_EDGE_NETWORK: network: ' ' is not a name or path of at least one character
     flag --set limits.bodi: there is no setting 'limits.bodi'; did you mean limits.body?
     flag --set body: there is no setting 'body'; did you mean limits.body?
-    flag --set drain.timeout: drain.timeout: 2h is not from 0s to 1h
-    flag --set drain.delay: drain.delay: '-5s' is not a duration such as 500ms, 30s, 5min or 24h
-    flag --set plans.headway: plans.headway is set twice; keep one of the flags
-    flag --set log.format: log.format: 'xml' is not text or json
-    flag --set clock.rate: clock.rate: 'inf' is not a number such as 0.5
-    flag --set log.filter: log.filter: '=debug' is not a log filter: off, error, warn, info, debug or trace, and for a module MODULE=LEVEL, as in info,skyway::api=debug
+    flag --set drain.timeout: 2h is not from 0s to 1h
+    flag --set drain.delay: '-5s' is not a duration such as 500ms, 30s, 5min or 24h
+    flag --set plans.headway is set twice; keep one of the flags
+    flag --set log.format: 'xml' is not text or json
+    flag --set clock.rate: 'inf' is not a number such as 0.5
+    flag --set log.filter: '=debug' is not a log filter: off, error, warn, info, debug or trace, and for a module MODULE=LEVEL, as in info,skyway::api=debug
     ");
 }
 
@@ -439,13 +439,13 @@ fn an_edge_starts_only_where_nothing_is_exposed() {
     flag --set admin_listen: admin_listen = 10.0.0.4:80 is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1
     flag --set clock.rate: a simulated clock is for loopback only, and admin_listen = 10.0.0.4:80 is not; leave clock.start and clock.rate out
     [freshness.degraded_after=30s]
-    flag --set freshness.degraded_after: freshness.degraded_after is not longer than freshness.stale_after
+    flag --set freshness.degraded_after is not longer than freshness.stale_after
     [listen=127.0.0.1:0 admin_listen=127.0.0.1:0]
     starts
     [registry.url=http://localhost:8180]
     starts
     [registry.url=http://registry.example]
-    flag --set registry.url: registry.url: registry.example may be another machine, and http does not encrypt; write https, or set registry.allow_plaintext = true where the network is trusted
+    flag --set registry.url: registry.example may be another machine, and http does not encrypt; write https, or set registry.allow_plaintext = true where the network is trusted
     [registry.url=http://registry.example registry.allow_plaintext=true]
     starts
     [registry.url=https://registry.example]

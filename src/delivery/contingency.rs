@@ -4,6 +4,7 @@ use super::composition::{FlightComposition, nodes_of};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::compose::{Contingency, SafeNode};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg};
+use crate::geo::total_m;
 use crate::itinerary::{FlightOutcome, FlightRequest, Limits, find_refuge};
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::Outcome;
@@ -168,7 +169,7 @@ fn length_m(world: &DeliveryWorld<'_>, legs: &[FlownLeg]) -> f64 {
     let lengths = legs
         .iter()
         .map(|leg| topology.segment(leg.segment).length_m);
-    lengths.sum()
+    total_m(lengths)
 }
 
 /// The best safe node of a drone in flight, with the reserve, else with the floor.

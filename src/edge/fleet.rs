@@ -6,7 +6,7 @@ use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
 use crate::airspace::{Airspace, Closure};
 use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
 use crate::flight::{FailureReport, FailureType, Location};
-use crate::geo::Point;
+use crate::geo::{Point, total_m};
 use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
 use crate::routing::{TreeCache, Way};
@@ -133,7 +133,7 @@ pub(super) fn progress(
 }
 
 fn length_after(legs: &[Leg], leg: usize) -> f64 {
-    legs[leg + 1..].iter().map(|leg| leg.length_m).sum()
+    total_m(legs[leg + 1..].iter().map(|leg| leg.length_m))
 }
 
 /// The leg that a place is nearest to; of equally near ones the earliest.

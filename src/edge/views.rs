@@ -9,7 +9,7 @@ use super::snapshot::{
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::compose::{Composition, Contingency};
 use crate::flight::LegCourse;
-use crate::formats::{waypoint, zone_to_feature};
+use crate::formats::{miss_hint, waypoint, zone_to_feature};
 use crate::geo::AltitudeReference;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Outcome;
@@ -430,6 +430,8 @@ pub(super) fn effect(
     let topology = airspace.topology();
     let (segments, nodes) = (&closure.hits.segments, &closure.hits.nodes);
     let told = detours.iter().take(PLANS_TOLD_MAX);
+    let meets_nothing = segments.is_empty() && nodes.is_empty();
+    let zone = closure.zone().filter(|_| meets_nothing);
     wire::ZoneEffect {
         in_force: airspace.is_in_force(&closure.id),
         segment_count: segments.len(),
@@ -438,5 +440,6 @@ pub(super) fn effect(
         nodes: node_ids(topology, &nodes[..nodes.len().min(IDS_MAX)]),
         plan_count: detours.len(),
         plans: told.map(|detour| affected_plan(topology, detour)).collect(),
+        hint: zone.map(|zone| Cow::Owned(miss_hint(zone, topology))),
     }
 }

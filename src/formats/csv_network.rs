@@ -4,6 +4,7 @@
 //! the length, and columns nobody knows are ignored.
 
 use super::error::{FormatError, FormatErrors};
+use super::mark::without_mark;
 use crate::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 use csv::{ReaderBuilder, StringRecord};
 
@@ -45,6 +46,12 @@ pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<Fo
             Ok(())
         },
     );
+    if errors.is_empty() && draft.segments.is_empty() {
+        let error = FormatError::new("edges", "has no rows, so that nothing could be flown");
+        let columns =
+            "give a header with the columns u, v and length_m, and a row for each segment";
+        errors.push(error.hint(columns));
+    }
     errors.or(draft)
 }
 
@@ -65,8 +72,10 @@ fn read_table(
     names: &ColumnNames,
     mut take: impl FnMut(&[Option<usize>], &StringRecord) -> Result<(), String>,
 ) {
-    let mut reader =
-        ReaderBuilder::new().from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let text = without_mark(text.as_bytes());
+    let mut reader = ReaderBuilder::new()
+        .delimiter(delimiter(text))
+        .from_reader(text);
     let header = match reader.headers() {
         Ok(header) => header.clone(),
         Err(error) => return errors.push(FormatError::new(table, error.to_string())),
@@ -94,6 +103,19 @@ fn read_table(
     }
 }
 
+/// What stands between the cells, by the first line: spreadsheets write semicolons where the comma is the decimal mark.
+fn delimiter(text: &[u8]) -> u8 {
+    let mut header = text.split(|&byte| byte == b'\n');
+    let header = header.next().unwrap_or_default();
+    let count = |delimiter: u8| header.iter().filter(|&&byte| byte == delimiter).count();
+    let delimiters = [b',', b';', b'\t'].into_iter();
+    // Of equally many the last would be taken, and the comma is the usual one.
+    delimiters
+        .rev()
+        .max_by_key(|&delimiter| count(delimiter))
+        .unwrap_or(b',')
+}
+
 fn cell<'r>(columns: &[Option<usize>], row: &'r StringRecord, wanted: usize) -> Option<&'r str> {
     let text = row.get(columns[wanted]?)?.trim();
     (!text.is_empty()).then_some(text)
@@ -102,6 +124,9 @@ fn cell<'r>(columns: &[Option<usize>], row: &'r StringRecord, wanted: usize) -> 
 fn number(text: &str, name: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
+        _ if text.contains(',') => Err(format!(
+            "'{name}' is '{text}', not a finite number; write a point for the decimals, not a comma"
+        )),
         _ => Err(format!("'{name}' is '{text}', not a finite number")),
     }
 }

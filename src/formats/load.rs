@@ -2,6 +2,7 @@
 
 use super::csv_network::read_csv_network;
 use super::error::FormatError;
+use super::foreign::ForeignFormat;
 use super::network_geojson::read_network;
 use super::node_link::read_node_link;
 use crate::network::{NetworkDraft, NetworkError, Repair, Topology};
@@ -53,9 +54,20 @@ pub fn load_network(text: &str) -> Result<LoadedNetwork, LoadError> {
             build_foreign(draft, fingerprint(&[text]))
         }
         false => {
-            let draft = read_network(text).map_err(LoadError::Format)?;
+            let draft = read_network(text).map_err(|errors| named(text, errors))?;
             build(draft, fingerprint(&[text]), Vec::new())
         }
+    }
+}
+
+/// The errors of a text, or the one that names what it is: of another format every member is wrong.
+fn named(text: &str, errors: Vec<FormatError>) -> LoadError {
+    match ForeignFormat::of_text(text) {
+        Some(foreign) => {
+            let error = FormatError::new("", foreign.instead_of_network());
+            LoadError::Format(vec![error])
+        }
+        None => LoadError::Format(errors),
     }
 }
 

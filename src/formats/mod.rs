@@ -9,8 +9,10 @@ mod error;
 mod flight;
 mod flight_document;
 mod flight_question;
+mod foreign;
 mod identifier;
 mod load;
+mod mark;
 mod network_geojson;
 mod node_link;
 mod place;
@@ -45,8 +47,10 @@ pub use flight_document::{
 pub use flight_question::{
     FlightQuestion, ReadQuestion, Stand, read_flight_question, write_flight_question,
 };
+pub use foreign::ForeignFormat;
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
+pub use mark::without_mark;
 pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
 pub use recorded_world::{RecordError, recorded_question};
@@ -59,6 +63,6 @@ pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
 pub use weather::wind_field;
 pub use zones::{
-    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, read_zones, write_zones, zone_from_feature,
-    zone_to_feature,
+    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, miss_hint, read_zones, write_zones,
+    zone_from_feature, zone_to_feature,
 };

@@ -57,7 +57,7 @@ impl Clues<'_> {
         warnings: &mut Vec<ReadWarning>,
     ) -> Result<SettledLeg, ReportProblem> {
         let Some((nodes, source)) = self.leg(warnings) else {
-            return Err(self.names.problem());
+            return Err(self.names.problem(warnings));
         };
         let stated_path = self.names.path.whole.take();
         let is_stated = stated_path.is_some();

@@ -1,6 +1,6 @@
 //! The nodes that a failure report names, found in the network.
 
-use super::report_problem::{ReadWarning, ReportProblem, cut};
+use super::report_problem::{ReadWarning, ReportProblem, cut, reasons};
 use crate::network::{NodeIx, Topology};
 use crate::wire::{FailureReport, Id};
 
@@ -85,13 +85,17 @@ impl Names {
     }
 
     /// What is wrong with a report of which nothing locates the drone.
-    pub(super) fn problem(self) -> ReportProblem {
+    ///
+    /// `warnings` say why what it names does not count.
+    pub(super) fn problem(self, warnings: &[ReadWarning]) -> ReportProblem {
+        let why = reasons(warnings);
         match self.unknown {
             Some((pointer, id)) => ReportProblem::UnknownNode {
                 pointer: pointer.to_owned(),
                 id,
+                why,
             },
-            None => ReportProblem::NotLocated,
+            None => ReportProblem::NotLocated { why },
         }
     }
 }

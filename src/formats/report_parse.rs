@@ -3,6 +3,7 @@
 //! A drone always gets an outcome: a field that cannot be read is left out with a warning, and never spoils
 //! the others. Nothing is looked up here; that is `report_settle`.
 
+use super::mark::without_mark;
 use super::report_problem::{ReadWarning, ReportProblem, cut, shown};
 use super::suggestion::nearest;
 use crate::wire::{DroneFacts, FailureReport, Id, Parameters, Place, Service};
@@ -61,6 +62,7 @@ pub struct ParsedReport {
 /// # Errors
 /// [`ReportProblem::NotJson`] or [`ReportProblem::NotAnObject`].
 pub fn parse_report(body: &[u8]) -> Result<ParsedReport, ReportProblem> {
+    let body = without_mark(body);
     // A list in the order of the fields is no object, though the derived reader would take it for one.
     let opens_object = body.trim_ascii_start().starts_with(b"{");
     if opens_object && let Ok(report) = serde_json::from_slice(body) {

@@ -3,6 +3,8 @@
 use serde_json::Value;
 use thiserror::Error;
 
+/// The warnings of what would have located the drone.
+const LOCATING: [&str; 3] = ["remaining_path_ignored", "unknown_plan", "unknown_leg"];
 /// Text from a report is shown up to this many characters.
 const MAX_SHOWN: usize = 64;
 
@@ -36,6 +38,27 @@ pub(super) fn cut(text: &str) -> String {
     }
 }
 
+/// The warnings that say why a place, a plan or a path does not count.
+pub(super) fn reasons(warnings: &[ReadWarning]) -> Vec<String> {
+    let locating = warnings.iter().filter(|warning| {
+        let of_location =
+            warning.code == "location_ignored" && warning.message.contains("'location'");
+        of_location || LOCATING.contains(&warning.code)
+    });
+    // Where nothing else locates the drone, nothing is answered from what else there is.
+    let why = |message: &str| message.split("; it is answered").next().map(str::to_owned);
+    locating
+        .filter_map(|warning| why(&warning.message))
+        .collect()
+}
+
+fn because(why: &[String]) -> String {
+    if why.is_empty() {
+        return String::new();
+    }
+    format!(": {}", why.join(", and "))
+}
+
 /// A body that cannot be taken for a failure report.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ReportProblem {
@@ -54,18 +77,25 @@ pub enum ReportProblem {
     NotAnObject,
     /// Names nothing that locates the drone.
     #[error(
-        "names nothing that locates the drone; give 'service' with the nodes 'from' and 'to', a 'remaining_path', or a 'location'"
+        "names nothing that locates the drone{}; give 'service' with the nodes 'from' and 'to', a 'remaining_path', or a 'location'",
+        because(why)
     )]
-    NotLocated,
+    NotLocated {
+        /// Why what it names does not count.
+        why: Vec<String>,
+    },
     /// Names a node that the network does not have, and nothing else that locates the drone.
     #[error(
-        "names the node '{id}' at {pointer}, which the network does not have, and nothing else that locates the drone; give a 'location' or a 'remaining_path'"
+        "names the node '{id}' at {pointer}, which the network does not have, and nothing else that locates the drone{}; give a 'location' or a 'remaining_path'",
+        because(why)
     )]
     UnknownNode {
         /// JSON Pointer of the name.
         pointer: String,
         /// The id.
         id: String,
+        /// Why what else it names does not count.
+        why: Vec<String>,
     },
     /// An entry of `close` that names neither a node nor a segment.
     #[error(
@@ -100,7 +130,7 @@ impl ReportProblem {
         match self {
             Self::NotJson { .. } => "report_not_json",
             Self::NotAnObject => "report_not_an_object",
-            Self::NotLocated => "report_not_located",
+            Self::NotLocated { .. } => "report_not_located",
             Self::UnknownNode { .. } => "report_unknown_node",
             Self::CannotClose { .. } => "report_cannot_close",
         }
@@ -109,7 +139,7 @@ impl ReportProblem {
     /// JSON Pointer of the place; empty for the body as a whole.
     pub fn pointer(&self) -> &str {
         match self {
-            Self::NotJson { .. } | Self::NotAnObject | Self::NotLocated => "",
+            Self::NotJson { .. } | Self::NotAnObject | Self::NotLocated { .. } => "",
             Self::UnknownNode { pointer, .. } | Self::CannotClose { pointer } => pointer,
         }
     }

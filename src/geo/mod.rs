@@ -7,6 +7,7 @@ mod altitude;
 mod plane;
 mod point;
 mod shape;
+mod total;
 
 pub use altitude::{Altitude, AltitudeBand, AltitudeReference};
 pub use plane::{Frame, LocalPlane};
@@ -18,3 +19,4 @@ pub use shape::{
 
 /// The tolerance of every shape: inside means inside or within this distance of the boundary, in metres.
 pub const TOLERANCE_M: f64 = 1e-6;
+pub use total::total_m;

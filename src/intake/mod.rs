@@ -5,6 +5,7 @@
 
 mod closure;
 mod fields;
+mod lost_store;
 mod network;
 mod pages;
 mod version;
@@ -13,6 +14,7 @@ mod zone;
 
 pub(crate) use closure::{ClosureIds, read_closure};
 pub(crate) use fields::Faults;
+pub(crate) use lost_store::{EMPTY_STORE, is_empty_file};
 pub(crate) use network::{network_refusal, network_rejected};
 pub use pages::PageRequest;
 pub(crate) use pages::{Page, filtered, read_token, slice, token};

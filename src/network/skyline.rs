@@ -118,12 +118,29 @@ pub enum LineOfSightError {
     NoBuildings,
     /// No two roofs that qualify see each other.
     #[error(
-        "no two of the {rooftops} roofs that qualify see each other; widen the heights, the roof area, the reach or the extract"
+        "no two of the {rooftops} roofs that qualify see each other; {}",
+        remedy(*rooftops, *unknown_heights, *buildings)
     )]
     NoSegments {
         /// How many roofs qualify.
         rooftops: usize,
+        /// Of how many buildings the height is unknown: none of them qualifies, and all are in the way.
+        unknown_heights: usize,
+        /// How many buildings there are.
+        buildings: usize,
     },
+}
+
+/// What to do where no two roofs see each other: heights first, as without them every building is a wall.
+fn remedy(rooftops: usize, unknown_heights: usize, buildings: usize) -> String {
+    let widen = "widen the heights, the roof area, the reach or the extract";
+    if unknown_heights * 2 > buildings || (rooftops == 0 && unknown_heights > 0) {
+        return format!(
+            "{unknown_heights} of {buildings} heights are unknown, and such a building counts as reaching the ceiling: \
+             state them as the property height_m, or {widen}"
+        );
+    }
+    widen.to_owned()
 }
 
 /// What the builder met.
@@ -215,6 +232,8 @@ impl LineOfSight {
         let network = self.draft(buildings, &rooftops.chosen, &is_joined, &lines);
         let network = network.ok_or(LineOfSightError::NoSegments {
             rooftops: report.rooftops,
+            unknown_heights: report.unknown_heights,
+            buildings: report.buildings,
         })?;
         Ok(Skyline { network, report })
     }

@@ -11,7 +11,10 @@ impl From<StoreError> for Refusal {
         let code = match error {
             StoreError::Unavailable { .. } | StoreError::Contended => Code::StoreUnavailable,
             StoreError::Full { .. } => Code::StoreFull,
-            StoreError::Damaged { .. } | StoreError::Newer { .. } | StoreError::Unusable { .. } => {
+            StoreError::Damaged { .. }
+            | StoreError::Newer { .. }
+            | StoreError::Unusable { .. }
+            | StoreError::Empty { .. } => {
                 tracing::error!(%error, "the store");
                 Code::Internal
             }

@@ -26,6 +26,7 @@ mod upkeep;
 
 use super::sql::Trouble;
 use super::store::StoreError;
+use crate::intake::is_empty_file;
 use sqlx::pool::PoolOptions;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
 use sqlx::{Pool, Sqlite, SqliteConnection, Transaction};
@@ -82,6 +83,11 @@ impl SqlStore {
     /// # Errors
     /// When the file cannot be opened, is no store, or was made by a later version.
     pub async fn open(file: &Path, fresh_id: &str) -> Result<Self, StoreError> {
+        if is_empty_file(file).await {
+            return Err(StoreError::Empty {
+                name: file.display().to_string(),
+            });
+        }
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(true)

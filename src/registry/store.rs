@@ -52,6 +52,12 @@ pub enum StoreError {
         /// What is wrong with it.
         message: String,
     },
+    /// Its file is there, and has nothing in it.
+    #[error("{name}: {}", crate::intake::EMPTY_STORE)]
+    Empty {
+        /// The name.
+        name: String,
+    },
     /// Others wrote the same at the same time, again and again.
     #[error("others wrote the same at the same time; try again")]
     Contended,

@@ -1,5 +1,6 @@
 //! A way through the network: what a search finds and an answer says.
 
+use crate::geo::total_m;
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// A walk in the network: one segment fewer than nodes.
@@ -15,9 +16,7 @@ impl Way {
     /// The sum of the segments' lengths, in metres.
     pub fn length_m(&self, topology: &Topology) -> f64 {
         let lengths = self.segments.iter();
-        lengths
-            .map(|&segment| topology.segment(segment).length_m)
-            .sum()
+        total_m(lengths.map(|&segment| topology.segment(segment).length_m))
     }
 
     /// Adds a segment and the node it leads to.

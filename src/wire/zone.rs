@@ -43,6 +43,9 @@ pub struct ZoneEffect<'a> {
     pub plan_count: usize,
     /// Those plans; at most as many as a page has, the rest by `GET /v1/plans?affected_by=`.
     pub plans: Vec<AffectedPlan<'a>>,
+    /// What to look at where a zone meets neither node nor segment; absent otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hint: Option<Cow<'a, str>>,
 }
 
 /// The answer to a write or a preview of a zone.

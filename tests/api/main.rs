@@ -9,6 +9,7 @@ mod flights;
 mod flights_told;
 mod harness;
 mod idempotency;
+mod messages;
 mod stories;
 mod town;
 mod versions;

@@ -243,6 +243,7 @@ impl Town {
             Dialect::Grpc => {
                 let weather: wire::Weather = serde_json::from_value(weather).expect("weather");
                 let message = proto::PutWeatherRequest {
+                    clear: weather.wind.is_empty(),
                     wind: weather.wind.into_proto(),
                     etag: etag.map(str::to_owned),
                 };

@@ -49,6 +49,35 @@ fn every_fault_is_told_and_the_exit_code_is_that_of_configurations() {
 }
 
 #[test]
+fn a_flag_that_names_its_setting_does_not_name_it_twice() {
+    let of = |set: &[&str]| {
+        let run = skyway(&[&["config", "check"], set].concat()).exits(78);
+        run.stderr
+    };
+    assert_eq!(
+        of(&["--set", "limits.body=x"]),
+        "error: flag --set limits.body: 'x' is not a size such as 512B, 16KiB, 1MiB or 1GiB\n"
+    );
+    assert_eq!(
+        of(&["--set", "flight.reserve_fraction=-1"]),
+        "error: flag --set flight.reserve_fraction: -1 is not from 0 to 0.9\n"
+    );
+    assert_eq!(
+        of(&["--set", "flight.stop=2h"]),
+        "error: flag --set flight.stop: 2h is not from 0s to 1h\n"
+    );
+    assert_eq!(
+        of(&["--set", "limits.batch=7", "--set", "limits.batch=8"]),
+        "error: flag --set limits.batch is set twice; keep one of the flags\n"
+    );
+    let named = of(&["--log", "loud"]);
+    assert!(
+        named.starts_with("error: flag --log: log.filter: 'loud' is not"),
+        "{named}"
+    );
+}
+
+#[test]
 fn who_said_what_is_told_line_by_line_and_as_json() {
     let desk = Desk::new();
     let file = desk.write("edge.toml", "[limits]\nbatch = 7\n");

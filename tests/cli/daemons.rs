@@ -1,6 +1,6 @@
 //! What daemons ask of the system that they run on.
 
-use crate::binary::{Desk, Server, starts_over};
+use crate::binary::{Desk, Server, skyway, starts_over};
 
 #[test]
 fn no_request_waits_for_a_huge_page() {
@@ -41,4 +41,46 @@ fn a_store_has_one_edge_whatever_it_is_called() {
     let (code, told) = starts_over(&desk, &desk.path("twin.db")).expect("it does not serve");
     assert_ne!(code, 0);
     assert!(told.contains("2 names"), "{told}");
+}
+
+#[test]
+fn an_empty_store_is_not_taken_for_a_new_one() {
+    for role in ["edge", "registry"] {
+        let desk = Desk::new();
+        let store = desk.write("store.db", "");
+        let ports = ["--listen=127.0.0.1:0", "--admin-listen=127.0.0.1:0"];
+        let arguments = [&[role, "--quiet", "--store", &store][..], &ports].concat();
+        let run = skyway(&arguments).exits(1);
+        assert!(run.stderr.contains("it is empty"), "{role}: {run:?}");
+        let remedy = "restore it from a backup, or remove the file to begin with a new one";
+        assert!(run.stderr.contains(remedy), "{role}: {run:?}");
+        assert_eq!(desk.read("store.db"), "", "{role}: it is left as it is");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_told_with_what_to_do() {
+    let desk = Desk::new();
+    let store = desk.path("edge.db");
+    let nowhere = [
+        "edge",
+        "--quiet",
+        "--network=nothere",
+        "--listen=127.0.0.1:0",
+        "--store",
+        &store,
+    ];
+    let run = skyway(&nowhere).exits(1);
+    assert!(
+        run.stderr
+            .contains("there is no file nothere; the bundled networks are sydney and corridor"),
+        "{run:?}"
+    );
+    let run = skyway(&["replay", "1-1", "--edge", "http://127.0.0.1:1"]).exits(4);
+    assert!(
+        run.stderr.contains("start an edge with skyway edge"),
+        "{run:?}"
+    );
+    assert!(run.stderr.contains("--store"), "{run:?}");
+    assert_eq!(run.stderr.matches("127.0.0.1:1/").count(), 1, "{run:?}");
 }

@@ -139,10 +139,13 @@ fn a_zone_that_leaves_no_way_around_is_waited_out_on_a_pad() {
     insta::assert_snapshot!(fly_past("12:10", &zones, &[]).stdout);
     // Who has no time to wait is told what is in the way, and from when on it would not be.
     let late = fly_past("12:10", &zones, &["--deadline", "15min"]).stdout;
+    let in_seconds = fly_past("12:10", &zones, &["--deadline", "900"]).stdout;
+    assert_eq!(in_seconds, late);
     assert!(late.starts_with("no route: "), "{late}");
+    assert!(late.contains(" by 2026-11-27T12:25:00Z\n"), "{late}");
     assert!(late.contains("closure 'parade'"), "{late}");
     assert!(
-        late.contains("without the deadline a plan would leave at 12:"),
+        late.contains("without the deadline a plan would leave at 2026-11-27T12:"),
         "{late}"
     );
 }
@@ -338,6 +341,7 @@ fn flights_that_make_no_sense_are_refused_with_what_to_write() {
     assert!(refused(&["--wind", "7"]).contains("such as 225/7"));
     assert!(refused(&["--deadline", "soon"]).contains("such as 6h"));
     assert!(refused(&["--payload-kg=-1"]).contains("0 or more"));
+    assert!(refused(&["--reserve", "0.95"]).contains("from 0 to 0.9"));
     assert!(refused(&["--certificate", "plan.json"]).contains("name a drone"));
     let heavy = compose(&["--destination", "37", "--payload-kg", "3"]);
     assert!(heavy.stdout.contains("payload of 3 kg"), "{heavy:?}");

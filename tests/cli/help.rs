@@ -44,6 +44,8 @@ fn help_of_every_command() {
         let run = skyway(&arguments).exits(0);
         assert_eq!(run.stderr, "");
         let name = ["help", &command.join("-")].join("-");
+        assert!(run.stdout.contains("\nExamples:\n"), "{command:?}");
+        assert!(run.stdout.contains("\nExit codes: 0"), "{command:?}");
         insta::assert_snapshot!(name.trim_end_matches('-'), run.stdout);
     }
 }

@@ -10,6 +10,7 @@ mod daemons;
 mod demo;
 mod evaluate;
 mod flights;
+mod foreign;
 mod forged;
 mod help;
 mod input;

@@ -193,7 +193,7 @@ fn a_network_in_csv_finds_its_edges() {
     assert_eq!(repairs.len(), 1, "{repairs:?}");
     let run = skyway(&["network", "info", "--network", &nodes]).exits(0);
     assert!(
-        run.stderr.contains("1 repairs to the data"),
+        run.stderr.contains("1 repair to the data"),
         "{}",
         run.stderr
     );

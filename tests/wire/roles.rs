@@ -175,3 +175,28 @@ async fn the_admin_listener_has_nothing_but_its_own() {
         }
     }
 }
+
+#[tokio::test]
+async fn two_tokens_in_one_request_are_none() {
+    let main = Options::with_tokens().start().await;
+    let row = TABLE.iter().find(|row| row.name == "list_zones");
+    let (method, path) = &row.expect("a row").rest[0];
+    for tokens in [
+        ["operator", "drone"],
+        ["operator", "operator"],
+        ["nobody", "operator"],
+    ] {
+        let mut request = ask(&rest(), method.clone(), main.url(path), "");
+        for token in tokens {
+            request = request.header("authorization", format!("Bearer {token}"));
+        }
+        let response = request.send().await.expect("an answer");
+        assert_eq!(response.status().as_u16(), 401, "{tokens:?}");
+        let problem = response.text().await.expect("a body");
+        assert!(
+            problem.contains("more than one Authorization header"),
+            "{problem}"
+        );
+        assert!(problem.contains("send one"), "{problem}");
+    }
+}

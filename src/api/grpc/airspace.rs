@@ -4,7 +4,7 @@ use super::convert::{FromProto, IntoProto, NodeIds, instant_text};
 use super::convert_zone::{feature_of, zone_of};
 use super::proto::{self, airspace_server};
 use super::requests::{idempotency, invalid, opened, page, told};
-use crate::edge::{Decision, Edge, Refusal, ZoneWrite};
+use crate::edge::{Code, Decision, Edge, Refusal, ZoneWrite};
 use crate::wire;
 use serde_json::Value;
 use std::pin::Pin;
@@ -241,6 +241,7 @@ impl airspace_server::Airspace for Service {
         request: Request<proto::PutWeatherRequest>,
     ) -> Result<Response<proto::WeatherAnswer>, Status> {
         let (caller, message) = opened(request)?;
+        told(check_stated(&message))?;
         let etag = message.etag;
         let weather = told(weather(message.wind, self.node_ids()))?;
         let answer = self.edge.put_weather(&caller, weather, etag).await;
@@ -311,4 +312,18 @@ pub(super) fn closure_change(message: &proto::ChangeClosureRequest) -> wire::Clo
         confirmed: message.confirmed,
         until: message.until.as_ref().map(instant_text),
     }
+}
+
+/// As REST refuses a body without `wind`; here nobody could tell it from an empty one.
+fn check_stated(message: &proto::PutWeatherRequest) -> Result<(), Refusal> {
+    if message.clear || !message.wind.is_empty() {
+        return Ok(());
+    }
+    let fault = wire::Fault {
+        code: "missing_field".to_owned(),
+        pointer: "/wind".to_owned(),
+        message: "the field 'wind' is missing".to_owned(),
+        hint: Some("state a wind, or set 'clear' where nothing is known of it any more".to_owned()),
+    };
+    Err(Refusal::at(Code::BodyInvalid, fault))
 }

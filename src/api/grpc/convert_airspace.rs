@@ -76,6 +76,7 @@ mirror!(wire::ZoneEffect<'_> => ZoneEffect {
     nodes: plain,
     plan_count: plain,
     plans: plain,
+    hint: plain,
 });
 
 mirror!(wire::ZoneAck<'_> => ZoneAck {

@@ -5,7 +5,7 @@
 use super::answer::Refused;
 use super::unique::Unique;
 use crate::edge::{Code, Refusal};
-use crate::formats::{ReportProblem, nearest};
+use crate::formats::{ReportProblem, nearest, without_mark};
 use crate::wire::Fault;
 use axum::body::{Body, to_bytes};
 use axum::extract::FromRequest;
@@ -17,6 +17,14 @@ use serde_path_to_error::{Path, Segment, Track};
 
 /// How much of a reader's message is told; it may quote what was sent.
 const MESSAGE_CHARACTERS_MAX: usize = 200;
+
+/// What clients say of a body where nobody said what it is.
+const UNCHOSEN: [&str; 4] = [
+    "",
+    "text/plain",
+    "application/octet-stream",
+    "application/x-www-form-urlencoded",
+];
 
 /// The body of a request whose media type is JSON, or is not said.
 pub(in crate::api) struct Sent(pub(in crate::api) Bytes);
@@ -30,13 +38,19 @@ impl<S: Sync> FromRequest<S> for Sent {
     }
 }
 
-/// The body of a drone's request, whatever it calls itself: a drone in need is not refused for a header.
+/// The body of a drone's request. A drone in need is not refused for a header that nobody chose: what libraries say where
+/// no type is set is read as JSON, as is a body that states none. A type of something else was chosen, and so it is not JSON.
 pub(in crate::api) struct SentByDrone(pub(in crate::api) Bytes);
 
 impl<S: Sync> FromRequest<S> for SentByDrone {
     type Rejection = Refused;
 
     async fn from_request(request: Request<Body>, _: &S) -> Result<Self, Refused> {
+        let stated = media_type(request.headers());
+        let is_unchosen = stated.is_none_or(|essence| UNCHOSEN.contains(&essence.as_str()));
+        if !is_unchosen {
+            check_media_type(request.headers())?;
+        }
         whole_body(request).await.map(Self)
     }
 }
@@ -53,28 +67,29 @@ async fn whole_body(request: Request<Body>) -> Result<Bytes, Refused> {
 }
 
 fn check_media_type(headers: &HeaderMap) -> Result<(), Refusal> {
-    let Some(stated) = headers.get(header::CONTENT_TYPE) else {
+    let Some(essence) = media_type(headers) else {
         return Ok(());
     };
-    let text = stated.to_str().unwrap_or_default();
-    let essence = text
-        .split(';')
-        .next()
-        .unwrap_or_default()
-        .trim()
-        .to_ascii_lowercase();
     if essence == "application/json" || essence.ends_with("+json") {
         return Ok(());
     }
     let detail = format!(
-        "the media type '{}' is not read here; send application/json",
-        cut(text)
+        "the media type '{}' is not read here; send JSON, and Content-Type: application/json",
+        cut(&essence)
     );
     Err(Refusal::new(Code::MediaTypeUnsupported, detail))
 }
 
+/// The media type that is stated, without its parameters.
+fn media_type(headers: &HeaderMap) -> Option<String> {
+    let stated = headers.get(header::CONTENT_TYPE)?;
+    let essence = stated.to_str().unwrap_or_default().split(';').next();
+    Some(essence.unwrap_or_default().trim().to_ascii_lowercase())
+}
+
 /// Reads a body, of which `what` says what it is.
 pub(in crate::api) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, Refusal> {
+    let bytes = without_mark(bytes);
     check_object(bytes, what)?;
     let mut reader = serde_json::Deserializer::from_slice(bytes);
     let mut track = Track::new();
@@ -86,7 +101,7 @@ pub(in crate::api) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Res
 
 /// Reads a body as it is; a member that is there twice is refused, as nobody knows which one was meant.
 pub(in crate::api) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
-    let mut reader = serde_json::Deserializer::from_slice(bytes);
+    let mut reader = serde_json::Deserializer::from_slice(without_mark(bytes));
     let mut track = Track::new();
     let tracked = serde_path_to_error::Deserializer::new(&mut reader, &mut track);
     let read = Unique
@@ -167,12 +182,29 @@ pub(in crate::api) fn query_fault(told: &str) -> Fault {
         Some((name, message)) if is_name(name) => (name, message),
         _ => ("", told),
     };
-    let fault = fault(message, "");
+    let fault = fault(&in_words(message), "");
     let named = fault.pointer.strip_prefix('/').unwrap_or(name);
     Fault {
         pointer: format!("?{named}"),
         ..fault
     }
+}
+
+/// What the standard library says of a text that is no number, as what to write instead.
+fn in_words(message: &str) -> String {
+    let expected = match message {
+        "invalid digit found in string" => "it is not a whole number of 0 or more",
+        "cannot parse integer from empty string" => {
+            "it is empty; give a whole number, or leave it out"
+        }
+        "number too large to fit in target type" => "it is too large a number",
+        "number too small to fit in target type" => "it is too small a number",
+        "invalid float literal" => "it is not a number such as 0.5",
+        "cannot parse float from empty string" => "it is empty; give a number, or leave it out",
+        "provided string was not `true` or `false`" => "it is neither true nor false",
+        told => told,
+    };
+    expected.to_owned()
 }
 
 /// The fault in a derived reader's message: the reader names fields between backticks.
@@ -282,7 +314,7 @@ mod tests {
             "{\"source\": 1e999}",
             "{} x",
             "{\"source\": 1,}",
-            "\u{feff}{}",
+            "\u{feff}",
         ] {
             let (code, ..) = of(broken);
             assert!(
@@ -291,6 +323,9 @@ mod tests {
             );
         }
         assert_eq!(of("{\"source\": 1e999}").0, "not_json");
+        let marked = "\u{feff}{\"source\": 1, \"destination\": 2}";
+        assert!(body::<DeliveryRequest>(marked.as_bytes(), "test").is_ok());
+        assert_eq!(value(b"\xef\xbb\xbf{}"), Ok(serde_json::json!({})));
         let deep = format!("{{\"source\": {}", "[".repeat(10_000));
         assert_eq!(fault_of::<DeliveryRequest>(&deep).1, "/source");
     }

@@ -4,6 +4,7 @@
     reason = "these types describe what `formats` reads, and are never made"
 )]
 
+use crate::geo::MAX_VERTICES;
 use crate::wire::Stamp;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -41,22 +42,22 @@ enum ZoneGeometry {
     Point(Point),
 }
 
-/// A polygon: its outer ring, then its holes. Rings are closed.
+/// A polygon: its outer ring, then its holes. Rings are closed; together they have at most 1,000 vertices.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 struct Polygon {
     r#type: PolygonType,
-    #[schema(min_items = 1)]
+    #[schema(min_items = 1, max_items = 333)]
     coordinates: Vec<Ring>,
     bbox: Option<Value>,
 }
 
-/// Several polygons.
+/// Several polygons, with at most 1,000 vertices together.
 #[derive(Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 struct MultiPolygon {
     r#type: MultiPolygonType,
-    #[schema(min_items = 1)]
+    #[schema(min_items = 1, max_items = 333)]
     coordinates: Vec<Vec<Ring>>,
     bbox: Option<Value>,
 }
@@ -97,7 +98,10 @@ impl PartialSchema for Ring {
         let ring = ArrayBuilder::new()
             .items(Ref::from_schema_name(Position::name()))
             .min_items(Some(4))
-            .description(Some("Positions of which the last is the first again."));
+            .max_items(Some(MAX_VERTICES + 1))
+            .description(Some(
+                "Positions of which the last is the first again; all rings of a zone have at most 1,000 of them, the last ones not counted.",
+            ));
         ring.into()
     }
 }
@@ -155,7 +159,7 @@ struct ZoneProperties {
     #[schema(max_items = 1000)]
     windows: Option<Vec<ZoneWindow>>,
     /// Radius of a circle in metres: of a `Point`, which has to have one, and of nothing else.
-    #[schema(exclusive_minimum = 0)]
+    #[schema(exclusive_minimum = 0, maximum = 100000)]
     radius_m: Option<f64>,
     /// How far around it segments are closed, in metres; 10 where none is given.
     #[schema(minimum = 0, maximum = 10000)]

@@ -232,6 +232,13 @@ impl Gate {
         if operation.row().access == Access::Open {
             return Ok(self.anyone.clone());
         }
+        // Whoever is in front may have checked the other one.
+        if head.headers.get_all(header::AUTHORIZATION).iter().count() > 1 {
+            return Err(Refusal::new(
+                Code::Unauthenticated,
+                "there is more than one Authorization header, and nobody knows which one counts; send one",
+            ));
+        }
         let Some(token) = bearer(head) else {
             return Err(Refusal::new(
                 Code::Unauthenticated,

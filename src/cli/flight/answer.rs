@@ -121,7 +121,7 @@ fn outcome_text(flight: &Flight, answer: &FlightRecomposition) -> String {
             "hold at {}, pad {}, until {}",
             node_text(topology, hold.node),
             hold.pad,
-            table::time_of_day(&flight.skies, hold.until_s)
+            table::instant_text(&flight.skies, hold.until_s)
         ),
         (Outcome::Hold, None) => "hold".to_owned(),
         (Outcome::Rerouted, _) => "rerouted".to_owned(),

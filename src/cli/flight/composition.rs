@@ -54,7 +54,7 @@ pub(in crate::cli) fn compose(
             Ok(composition) => print(flight, composition, output)?,
             Err(refused) => {
                 let [from, to] = [source, destination].map(|node| node_text(topology, node));
-                let deadline = table::time_of_day(&flight.skies, refused.deadline_s);
+                let deadline = table::instant_text(&flight.skies, refused.deadline_s);
                 output.line(&format!(
                     "no route: no plan leads from {from} to {to} by {deadline}"
                 ))?;

@@ -7,7 +7,7 @@ mod table;
 pub(super) use answer::answer;
 pub(super) use composition::{Wanted, compose};
 
-use super::airspace_source::AirspaceArguments;
+use super::airspace_source::{AirspaceArguments, duration};
 use super::failure::one_of;
 use super::files;
 use super::output::{Output, metres};
@@ -57,7 +57,7 @@ pub(super) struct FlightArguments {
     /// When the plan starts, or the drone reports, in RFC 3339 [default: --at]
     #[arg(long, value_name = "TIME")]
     start_time: Option<Timestamp>,
-    /// The latest landing: a time in RFC 3339, or a duration after the start such as 6h [default: 2h30m]
+    /// The latest landing: a time in RFC 3339, or a duration after the start: seconds, or such as 6h [default: 2h30m]
     #[arg(long, value_name = "TIME|DURATION", value_parser = deadline)]
     deadline: Option<Deadline>,
     /// No node is reached with less than this fraction of the battery [default: 0.2]
@@ -129,10 +129,9 @@ fn deadline(text: &str) -> Result<Deadline, String> {
     if let Ok(instant) = text.parse::<Timestamp>() {
         return Ok(Deadline::At(instant));
     }
-    let duration = text.parse::<SignedDuration>().ok();
-    let after = duration.filter(|duration| duration.is_positive());
+    let after = duration(text).ok().filter(SignedDuration::is_positive);
     after.map(Deadline::After).ok_or_else(|| {
-        "give a time such as 2026-11-27T18:00:00Z, or a duration such as 6h".to_owned()
+        "give a time such as 2026-11-27T18:00:00Z, or a duration after the start: seconds, or such as 6h".to_owned()
     })
 }
 
@@ -168,8 +167,9 @@ impl FlightArguments {
         &self,
         airspace: &AirspaceArguments,
         topology: &Arc<Topology>,
+        output: &Output,
     ) -> Result<Airspace, Stop> {
-        airspace.open_at(topology, self.start_time)
+        airspace.open_at(topology, self.start_time, output)
     }
 
     /// The drone in an airspace.

@@ -35,13 +35,19 @@ pub(super) fn wind_text(wind: Wind) -> String {
     format!("wind {speed_mps:.1} m/s from {from_deg:.0}°")
 }
 
-/// The time of day of an instant, in UTC.
+/// The time of day of an instant, in UTC, for the rows of a table that has the day elsewhere.
 pub(super) fn time_of_day(skies: &Skies, seconds: f64) -> String {
     let whole = seconds.round();
     let written = skies.instant(whole).map(|instant| instant.to_string());
     // RFC 3339 has the time between T and the zone.
     let time = written.as_deref().and_then(|text| text.get(11..19));
     time.unwrap_or("-").to_owned()
+}
+
+/// An instant with its day, in RFC 3339 to the second: in a sentence nothing else says which day is meant.
+pub(super) fn instant_text(skies: &Skies, seconds: f64) -> String {
+    let instant = skies.instant(seconds.round());
+    instant.map_or_else(|| "-".to_owned(), |instant| instant.to_string())
 }
 
 /// A duration as minutes and seconds, with hours where there are any.
@@ -199,7 +205,7 @@ pub(super) fn facts(
             format!(
                 "{}, lands {}",
                 duration_text(figures.time_s),
-                time_of_day(&flight.skies, plan.arrives_s)
+                instant_text(&flight.skies, plan.arrives_s)
             ),
         ),
         (
@@ -244,7 +250,7 @@ fn least_text(flight: &Flight, objective: &str, proof: &Proof) -> String {
         (false, Some(reason)) => format!(
             "{objective}, not proved ({}); none lands before {}",
             reason.name(),
-            time_of_day(&flight.skies, proof.lower_bound.arrives_s)
+            instant_text(&flight.skies, proof.lower_bound.arrives_s)
         ),
         (false, None) => format!("{objective} on this path alone, not of all"),
     }
@@ -265,8 +271,8 @@ pub(super) fn causes_text(
     if let Some(opens) = opens {
         words.push(format!(
             "without the deadline a plan would leave at {} and land at {}",
-            time_of_day(skies, opens.leaves_s),
-            time_of_day(skies, opens.arrives_s)
+            instant_text(skies, opens.leaves_s),
+            instant_text(skies, opens.arrives_s)
         ));
     }
     words.join("; ")

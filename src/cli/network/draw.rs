@@ -50,7 +50,7 @@ impl Draw {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let network = self.network.load(output)?;
         let topology = &network.topology;
-        let airspace = self.airspace.open(topology)?;
+        let airspace = self.airspace.open(topology, output)?;
         let scene = Scene::of(&airspace)
             .with_buildings(self.picture.ground_plans(topology)?)
             .with_options(self.picture.options());

@@ -12,6 +12,15 @@ pub(super) use convert::draft_of;
 
 use clap::Subcommand;
 
+/// What is done with networks, for the help.
+pub(super) const EXAMPLES: &str = "\
+Examples:
+  skyway network info --network corridor                       what a network is like
+  skyway network build buildings.geojson -o town.geojson       from building footprints
+  skyway network generate --nodes 200 -o random.geojson        after the paper's Table 1
+  skyway network convert city.json -o city.geojson             from another format
+  skyway network draw --network corridor -o corridor.svg";
+
 /// The commands of `skyway network`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Network {

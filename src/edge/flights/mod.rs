@@ -55,7 +55,8 @@ impl DroneKind {
     /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
     pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
         // What a decimal fraction is off in binary is no gram.
-        let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0);
+        // Of two zeros the larger may be the negative one, and adding one makes it positive.
+        let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0) + 0.0;
         Self {
             airframe,
             payload_kg: grams / GRAMS,

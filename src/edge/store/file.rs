@@ -46,6 +46,12 @@ pub enum StoreFault {
         /// What is wrong with it.
         message: String,
     },
+    /// It is there, and has nothing in it.
+    #[error("{name}: {}", crate::intake::EMPTY_STORE)]
+    Empty {
+        /// The name.
+        name: String,
+    },
     /// Another process writes to it.
     #[error("another edge writes to this store; give each edge a file of its own")]
     Taken,

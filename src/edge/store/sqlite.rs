@@ -6,6 +6,7 @@
 //! is copied into the file proper, with pages that the system has to write again.
 
 use super::file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
+use crate::intake::is_empty_file;
 use crate::planted::{self, Bug};
 use sha2::{Digest, Sha256};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
@@ -44,8 +45,13 @@ impl SqliteFile {
     /// Opens a file, and makes it where there is none.
     ///
     /// # Errors
-    /// When it cannot be opened, is damaged or no store, or was made by a later version.
+    /// When it cannot be opened, is empty, damaged or no store, or was made by a later version.
     pub async fn open(path: &Path) -> Result<Self, StoreFault> {
+        if is_empty_file(path).await {
+            return Err(StoreFault::Empty {
+                name: path.display().to_string(),
+            });
+        }
         let options = SqliteConnectOptions::new()
             .filename(path)
             .create_if_missing(true)

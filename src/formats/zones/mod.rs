@@ -23,10 +23,12 @@
 //! things are read and not kept: `bbox`, which the geometry says better, and the `name` of a collection.
 
 mod geometry;
+mod miss;
 mod problem;
 mod read;
 mod write;
 
+pub use miss::miss_hint;
 pub use problem::{MAX_ZONE_PROBLEMS, ZoneCode, ZoneProblem};
 pub use read::{ZoneId, read_zones, zone_from_feature};
 pub use write::{write_zones, zone_to_feature};

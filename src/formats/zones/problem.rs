@@ -11,6 +11,8 @@ pub const MAX_ZONE_PROBLEMS: usize = 20;
 pub enum ZoneCode {
     /// The text is not JSON.
     NotJson,
+    /// A format of the field that is not read here.
+    FormatForeign,
     /// A number in the text is beyond the range of a double; its place is a line and a column.
     NumberOutOfRange,
     /// A value is of another kind than it should be.
@@ -83,8 +85,9 @@ pub enum ZoneCode {
 
 impl ZoneCode {
     /// All codes.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 36] = [
         Self::NotJson,
+        Self::FormatForeign,
         Self::NumberOutOfRange,
         Self::WrongType,
         Self::UnknownField,
@@ -125,6 +128,7 @@ impl ZoneCode {
     pub const fn code(self) -> &'static str {
         match self {
             Self::NotJson => "zone_not_json",
+            Self::FormatForeign => "zone_format_foreign",
             Self::NumberOutOfRange => "zone_number_out_of_range",
             Self::WrongType => "zone_wrong_type",
             Self::UnknownField => "zone_unknown_field",

@@ -5,6 +5,8 @@ use super::problem::{Problems, ZoneCode, ZoneProblem};
 use crate::airspace::{
     DEFAULT_MARGIN_M, Window, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneText,
 };
+use crate::formats::foreign::ForeignFormat;
+use crate::formats::mark::without_mark;
 use crate::formats::place::Place;
 use crate::formats::suggestion::nearest;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Frame};
@@ -50,6 +52,9 @@ pub fn zone_from_feature(
     id: ZoneId<'_>,
     frame: &Frame,
 ) -> Result<Zone, Vec<ZoneProblem>> {
+    if let Some(foreign) = ForeignFormat::of_json(feature) {
+        return Err(vec![foreign_format(foreign)]);
+    }
     let mut problems = Problems::default();
     let zone = read_feature(feature, id, frame, &Place::ROOT, &mut problems);
     problems.or(zone)
@@ -62,6 +67,9 @@ pub fn zone_from_feature(
 /// zones of one id.
 pub fn read_zones(json: &str, frame: &Frame) -> Result<Vec<Zone>, Vec<ZoneProblem>> {
     let document = parse(json)?;
+    if let Some(foreign) = ForeignFormat::of_json(&document) {
+        return Err(vec![foreign_format(foreign)]);
+    }
     let mut problems = Problems::default();
     let root = Place::ROOT;
     if document.get("type").and_then(Value::as_str) == Some("Feature") {
@@ -73,7 +81,10 @@ pub fn read_zones(json: &str, frame: &Frame) -> Result<Vec<Zone>, Vec<ZoneProble
 }
 
 fn parse(json: &str) -> Result<Value, Vec<ZoneProblem>> {
-    serde_json::from_str(json).map_err(|error| {
+    serde_json::from_slice(without_mark(json.as_bytes())).map_err(|error| {
+        if let Some(foreign) = ForeignFormat::of_text(json) {
+            return vec![foreign_format(foreign)];
+        }
         let message = error.to_string();
         let code = match message.starts_with("number out of range") {
             true => ZoneCode::NumberOutOfRange,
@@ -81,6 +92,11 @@ fn parse(json: &str) -> Result<Value, Vec<ZoneProblem>> {
         };
         vec![ZoneProblem::new(code, String::new(), message)]
     })
+}
+
+fn foreign_format(foreign: ForeignFormat) -> ZoneProblem {
+    let message = foreign.instead_of_zones();
+    ZoneProblem::new(ZoneCode::FormatForeign, String::new(), message)
 }
 
 fn read_collection(

@@ -225,7 +225,10 @@ fn a_zone_keeps_lines_out_and_hears_where_they_fly() {
     };
     let rules = LineOfSight::default();
     let refused = rules.build(&buildings(&[WEST, EAST]), &keep_out, &mut |_, _| {});
-    assert_eq!(refused, Err(LineOfSightError::NoSegments { rooftops: 2 }));
+    assert!(matches!(
+        refused,
+        Err(LineOfSightError::NoSegments { rooftops: 2, .. })
+    ));
 }
 
 #[test]
@@ -328,7 +331,10 @@ fn only_the_extract_gives_nodes_but_everything_is_in_the_way() {
         ..LineOfSight::default()
     };
     let refused = rules.build(&given, NO_ZONES, &mut |_, _| {});
-    assert_eq!(refused, Err(LineOfSightError::NoSegments { rooftops: 2 }));
+    assert!(matches!(
+        refused,
+        Err(LineOfSightError::NoSegments { rooftops: 2, .. })
+    ));
 }
 
 #[test]

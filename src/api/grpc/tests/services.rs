@@ -31,7 +31,7 @@ use tower::Service;
 /// |   |   |
 /// 4---5---6
 /// ```
-async fn services() -> (Routes, Health) {
+pub(super) async fn services() -> (Routes, Health) {
     let drawing = "1 2 3\n4 5 6";
     let segments = [
         ("1", "2"),
@@ -456,7 +456,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 33, "{paths:?}");
+    assert_eq!(paths.len(), 34, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");
