@@ -29,6 +29,8 @@ class Start:
     length_m: float
     allowed: str
     kind: str
+    # The leg that it is flown on, where that is not the report's.
+    leg: tuple[str, str] | None = None
 
 
 @dataclasses.dataclass
@@ -298,9 +300,32 @@ class Reading:
                 back = "no"
         self.starts.append(Start(self.a, self.far_m, back, "leg"))
         self.starts.append(Start(self.b, self.length_m - self.at_m, onward, "leg"))
+        if self.where == "node":
+            self._other_ways_out()
         if back != "yes" and onward != "yes":
             # Straight out: which of the nearest nodes is left open.
             self.starts += [Start(node, away, "maybe", "straight") for node, away in self.straight_ways(leaving=True)]
+
+    def _other_ways_out(self) -> None:
+        """A drone that hovers at a node may leave its zone over another segment too, where that leads out."""
+        network = self.world.network
+        for segment in network.beside[self.a]:
+            node = segment.other(self.a)
+            if node == self.b or self.enterable(node) == "no":
+                continue
+            ends = (self.from_at, network.nodes[node].at)
+            parts = []
+            for zone in self.zones:
+                reaches = zone.reaches(segment.lower_m, segment.upper_m, segment.reference)
+                if self.counts(zone) != "no" and reaches:
+                    parts += self.world.near(zone, *ends, -DOUBT_M)
+            is_shut = any(
+                segment.id in closure.segments and self.counts(closure) == "yes" for closure in self.world.closures
+            )
+            together = merged(parts)
+            leads_out = len(together) <= 1 and all(low <= 1e-9 and high < 1.0 for low, high in together)
+            if leads_out and not is_shut:
+                self.starts.append(Start(node, segment.length_m, "maybe", "leg", (self.a, node)))
 
     def _starts_aside(self) -> None:
         ways = self.straight_ways(leaving=self.in_zone_aside())

@@ -91,8 +91,10 @@ def check_stretch_told(case: Case) -> None:
     if kind != "leg":
         return
     ends = (str(stretch.get("from")), str(stretch.get("to")))
-    case.expect(ends == case.report.leg, "first_stretch", f"on {ends}, not on {case.report.leg}")
-    segment_id = reading.segment.id if reading.segment else None
+    leg = case.start.leg if case.start is not None and case.start.leg else case.report.leg
+    case.expect(ends == leg, "first_stretch", f"on {ends}, not on {leg}")
+    segment = case.world.network.by_ends.get(leg)
+    segment_id = segment.id if segment else None
     case.expect(
         stretch.get("segment") == segment_id,
         "first_stretch",
@@ -102,6 +104,9 @@ def check_stretch_told(case: Case) -> None:
     if not case.expect(
         is_finite(fraction) and -1e-9 <= fraction <= 1 + 1e-9, "first_stretch", f"the fraction {fraction!r}"
     ):
+        return
+    if leg != case.report.leg:
+        case.expect(fraction <= 1e-6, "first_stretch", f"it stands at {leg[0]}, and begins at {fraction} of {leg}")
         return
     begin_m = reading.far_m if case.nodes[0] == reading.a else reading.at_m
     begins = abs(fraction * reading.length_m - begin_m) <= 0.1 + 1e-6 * reading.length_m
