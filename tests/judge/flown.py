@@ -350,7 +350,7 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
     free = [node for node in least_wh if reading.pads_at(node) > 0 and not is_taken(case, node)]
     left = {node: battery - drawn / capacity for node, drawn in least_wh.items()}
     goes_on = left.get(report.destination, 0.0) >= RESERVE + SPARE and report.failure != "operational"
-    if case.outcome in ("no_route", "diverted", "hold"):
+    if case.outcome in ("no_route", "diverted"):
         case.expect(
             not goes_on,
             "needless",
@@ -405,10 +405,10 @@ def is_taken(case: Case, node: str) -> bool:
 
 
 def check_best(case: Case, battery: float, shortest: dict, least_wh: dict, capacity: float) -> None:
-    """A way that is proved to be the least is not worse than a plain one."""
+    """A way that is proved to be the least is not worse than a plain one. Waiting competes with detours."""
     flight = case.answer.get("flight") or {}
     is_exact = case.answer.get("strategy_used") == "exact" and flight.get("proved")
-    if not is_exact or case.outcome not in ("rerouted", "unaffected") or not case.is_whole:
+    if not is_exact or case.outcome not in ("rerouted", "unaffected", "hold") or not case.is_whole:
         return
     destination = case.report.destination
     if flight.get("objective") == "distance" and destination in shortest:
