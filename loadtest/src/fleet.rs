@@ -177,7 +177,7 @@ async fn flown(connections: &Connections, request: &DeliveryRequest) -> Result<O
         _ => return Err(String::from_utf8_lossy(&told.body).into_owned().into()),
     }
     let plan: Plan<'_> = serde_json::from_slice(&told.body)?;
-    let nodes = plan.current.path.nodes;
+    let nodes = plan.reported.path.nodes;
     let nodes: Vec<Id<'static>> = nodes.into_iter().map(Id::into_owned).collect();
     Ok((nodes.len() >= NODES_LEAST).then(|| FlownPlan {
         id: plan.id.into_owned(),

@@ -125,6 +125,8 @@ settings! {
         headway: Duration = 30 * SECOND, seconds(FlightRules::HEADWAY_S);
         /// How long a drone has to acknowledge a new version of its plan.
         acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
+        /// So long after its arrival, or the last sign of its drone, a plan that nobody has ended is lost.
+        lost_after: Duration = HOUR, MINUTE..=DAY;
     }
     /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free. Off where no
     /// airframe is named; plans are then the shortest open ways, and nobody checks the battery.

@@ -96,6 +96,22 @@ impl Client {
         Ok(())
     }
 
+    /// Tells where the drone of a plan has landed.
+    pub(super) async fn complete_plan(
+        &self,
+        id: &str,
+        coordinates: [f64; 2],
+    ) -> Result<(), ClientError> {
+        let path = format!("/v1/plans/{id}/complete");
+        let completion = wire::Completion {
+            location: Some(wire::Place::Pair(coordinates)),
+            ..wire::Completion::default()
+        };
+        self.ask(Method::POST, &path, |request| request.json(&completion))
+            .await?;
+        Ok(())
+    }
+
     pub(super) async fn acknowledge(&self, id: &str, ack: &wire::Ack) -> Result<(), ClientError> {
         let path = format!("/v1/plans/{id}/ack");
         self.ask(Method::POST, &path, |request| request.json(ack))

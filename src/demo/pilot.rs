@@ -147,6 +147,10 @@ impl Pilot {
             location: wire::Place::Pair(self.map.coordinates(self.place())),
             timestamp: None,
             altitude_m: None,
+            altitude_reference: None,
+            airborne: Some(matches!(self.at, At::Way(_))),
+            leg: None,
+            fraction: None,
             battery_fraction: Some(self.battery_fraction),
             ground_speed_mps: Some(speed_mps),
             heading_deg,
@@ -199,7 +203,7 @@ impl Pilot {
         delivery: Delivery,
         node: usize,
     ) -> Option<Mission> {
-        let nodes = &plan.current.path.nodes;
+        let nodes = &plan.reported.path.nodes;
         let flight = Flight::along(&self.map, self.map.position(node), nodes)?;
         let length_m = flight.remaining_m();
         let failure = delivery.failure.map(|planned| {
@@ -208,7 +212,7 @@ impl Pilot {
         });
         Some(Mission {
             plan_id: plan.id.to_string(),
-            version: plan.current.version,
+            version: plan.reported.version,
             airspeed_mps: delivery.airspeed_mps,
             destination: plan.destination.clone(),
             flight,
@@ -219,12 +223,7 @@ impl Pilot {
 
     async fn end_unknown_plans(&self) -> Result<(), ClientError> {
         let plans = self.client.plans_of(&self.drone_id).await?.plans;
-        let is_flown = |plan: &&wire::Plan<'_>| {
-            matches!(
-                plan.state,
-                wire::PlanState::Active | wire::PlanState::Affected
-            )
-        };
+        let is_flown = |plan: &&wire::Plan<'_>| plan.state != wire::PlanState::Ended;
         for plan in plans.iter().filter(is_flown) {
             self.client.end_plan(&plan.id).await?;
         }
@@ -243,27 +242,28 @@ impl Pilot {
             return Ok(());
         }
         mission.hovers = told.affected;
-        let Some(proposed) = told
-            .proposed
-            .filter(|proposed| proposed.version != mission.version)
+        let Some(wanted) = told
+            .wanted
+            .filter(|wanted| wanted.version != mission.version)
         else {
             return Ok(());
         };
-        let Some(flight) = Flight::along(&self.map, place, &proposed.path.nodes) else {
+        let Some(flight) = Flight::along(&self.map, place, &wanted.path.nodes) else {
             return Ok(());
         };
         let ack = wire::Ack {
-            version: proposed.version,
+            version: wanted.version,
             location: Some(wire::Place::Pair(self.map.coordinates(place))),
+            ..wire::Ack::default()
         };
         match self.client.acknowledge(&mission.plan_id, &ack).await {
             Ok(()) => {
-                mission.version = proposed.version;
+                mission.version = wanted.version;
                 mission.flight = flight;
                 mission.hovers = false;
                 Ok(())
             }
-            // Something newer is proposed already, or the way is open again: the next answer tells.
+            // The plan is over: the next answer tells.
             Err(error) if error.is_conflict() => Ok(()),
             Err(error) => Err(error),
         }
@@ -319,9 +319,10 @@ impl Pilot {
         if !mission.flight.is_over() {
             return Ok(());
         }
-        match self.client.end_plan(&mission.plan_id).await {
+        let place = self.map.coordinates(mission.flight.place());
+        match self.client.complete_plan(&mission.plan_id, place).await {
             Ok(()) => {}
-            // Its time was over before.
+            // Somebody has ended it before.
             Err(error) if error.is_conflict() || error.is_missing() => {}
             Err(error) => return Err(error),
         }

@@ -213,7 +213,7 @@ impl PlanWays {
 
     /// Those of a plan whose drone is on a leg between these nodes.
     pub(super) fn of_plan(plan: &PlanEntry, ends: (NodeIx, NodeIx)) -> Option<Self> {
-        let composition = &plan.current.composition;
+        let composition = &plan.reported.composition;
         let mut legs = composition.legs.iter();
         let number = legs.position(|leg| (leg.from, leg.to) == ends)?;
         let leg = &composition.legs[number];

@@ -1,6 +1,6 @@
 //! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
 
-use crate::geo::{Frame, Point};
+use crate::geo::{AltitudeReference, Frame, Point};
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
@@ -16,9 +16,38 @@ pub(super) struct Sighting {
     pub(super) battery_fraction: Option<f64>,
     pub(super) ground_speed_mps: Option<f64>,
     pub(super) heading_deg: Option<f64>,
+    /// What the altitude is measured from.
+    pub(super) altitude_reference: Option<AltitudeReference>,
+    /// Whether it says that it is in the air.
+    pub(super) airborne: Option<bool>,
+    /// Since when it rests at the end of its plan, if it does.
+    pub(super) rests: Option<Rest>,
+}
+
+/// A drone rests at the end of a version of its plan.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Rest {
+    pub(super) plan: Arc<str>,
+    pub(super) version: u32,
+    pub(super) since: Timestamp,
 }
 
 impl Sighting {
+    /// A drone of which nothing but its place is known.
+    pub(super) fn at(coordinates: [f64; 2], seen_at: Timestamp) -> Self {
+        Self {
+            coordinates,
+            seen_at,
+            altitude_m: None,
+            battery_fraction: None,
+            ground_speed_mps: None,
+            heading_deg: None,
+            altitude_reference: None,
+            airborne: None,
+            rests: None,
+        }
+    }
+
     /// Where the drone was, on a network's plane; it may be laid on another one than when the drone was seen.
     pub(super) fn position(&self, frame: &Frame) -> Point {
         frame.to_plane(self.coordinates)

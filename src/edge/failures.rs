@@ -287,7 +287,7 @@ impl Edge {
         let progress = |plan| fleet::progress(snapshot.topology(), plan, &self.drones, now);
         Known {
             plan: plan.map(|plan| KnownPlan {
-                nodes: &plan.current.composition.way.nodes,
+                nodes: &plan.reported.composition.way.nodes,
                 leg: progress(plan).map(|progress| progress.leg),
             }),
             position: drone_id
@@ -348,6 +348,8 @@ impl Edge {
         let warnings = record.answer.warnings.iter();
         Some(Version {
             number: change.version?,
+            epoch: self.epoch,
+            sent_at: record.answered_at,
             outcome: Some(record.answer.outcome),
             composition: change.composition.clone()?,
             flight: change.flight.clone(),

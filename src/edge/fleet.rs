@@ -96,7 +96,7 @@ pub(super) fn progress(
     drones: &Drones,
     now: Timestamp,
 ) -> Option<Progress> {
-    let version = &plan.current;
+    let version = &plan.reported;
     let legs = &version.composition.legs;
     let last = legs.len().checked_sub(1)?;
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
@@ -184,7 +184,7 @@ pub(super) fn is_met(
     closure: &Closure,
     means: &DetourMeans<'_>,
 ) -> bool {
-    let version = &plan.current;
+    let version = &plan.reported;
     if let Some((flights, flown)) = means.flights.zip(version.flight.as_deref()) {
         let met = flights.closures_met(means.scene(), plan, (version, flown), progress.leg);
         return met.contains(&closure.id);
@@ -200,18 +200,30 @@ pub(super) fn detour(
     means: &DetourMeans<'_>,
     scratch: &mut Scratch,
 ) -> Detour {
-    let composition = &plan.current.composition;
+    detour_for(plan, progress, None, means, scratch)
+}
+
+/// The same for a failure of the drone itself, where there is one.
+pub(super) fn detour_for(
+    plan: &Arc<PlanEntry>,
+    progress: &Progress,
+    failure: Option<FailureType>,
+    means: &DetourMeans<'_>,
+    scratch: &mut Scratch,
+) -> Detour {
+    let composition = &plan.reported.composition;
     let leg = &composition.legs[progress.leg];
     // A leg that its drone has reported stays failed for it, published or not.
     let reported = plan
-        .proposed
+        .wanted
         .as_ref()
-        .is_some_and(|proposed| proposed.recomposition_id.is_some());
+        .is_some_and(|wanted| wanted.recomposition_id.is_some());
+    let otherwise = match reported {
+        true => FailureType::Navigational,
+        false => FailureType::ServiceLevel,
+    };
     let request = Request::exact(FailureReport {
-        failure: match reported {
-            true => FailureType::Navigational,
-            false => FailureType::ServiceLevel,
-        },
+        failure: failure.unwrap_or(otherwise),
         leg: (leg.from, leg.to),
         location: progress.location,
         cause_location: None,
@@ -244,7 +256,7 @@ pub(super) fn answered(
     scratch: &mut Scratch,
 ) -> (DetourAnswer, Option<f64>) {
     if let Some(flights) = means.flights
-        && plan.current.flight.is_some()
+        && plan.reported.flight.is_some()
     {
         let drone = plan.drone_id.as_deref();
         let sighting = drone.and_then(|id| means.drones.last(id));
@@ -291,20 +303,15 @@ pub(super) struct PlanConflict {
     pub(super) conflict: Conflict,
 }
 
-/// The conflicts of a plan's versions with those of all other active plans, at most so many.
+/// The conflicts of all versions of a plan with those of all other active plans, at most so many.
 pub(super) fn conflicts_of(
     snapshot: &Snapshot,
     plan: &PlanEntry,
     headway_s: f64,
     at_most: usize,
 ) -> Vec<PlanConflict> {
-    let versions = [Some(&plan.current), plan.proposed.as_ref()];
     let mut found: Vec<PlanConflict> = Vec::new();
-    for own in versions
-        .into_iter()
-        .flatten()
-        .flat_map(|version| version.occupations())
-    {
+    for own in plan.versions().flat_map(|version| version.occupations()) {
         let first = OccupationKey::first_of(own.segment);
         let there = snapshot.occupations.range(first..);
         let there = there.take_while(|(key, _)| key.segment == own.segment.0);

@@ -66,8 +66,8 @@ impl Edge {
         now: Timestamp,
     ) -> Option<Arc<AnswerRecord>> {
         let flights = self.flights.as_deref()?;
-        let is_waiting = plan.state != wire::PlanState::Active || plan.proposed.is_some();
-        let version = &plan.current;
+        let is_waiting = !plan.is_as_planned() || plan.wanted.is_some();
+        let version = &plan.reported;
         let flown = version.flight.as_deref().filter(|_| !is_waiting)?;
         let sighting = self.drones.last(&entry.drone_id)?;
         let topology = snapshot.topology();

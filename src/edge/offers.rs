@@ -9,7 +9,6 @@ use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot, later};
 use crate::itinerary::Objective;
 use crate::recompose::Outcome;
-use crate::wire::PlanState;
 use jiff::Timestamp;
 use std::io;
 use std::sync::atomic::Ordering;
@@ -68,8 +67,8 @@ impl Edge {
         let snapshot = self.snapshot();
         let now = self.clock.now();
         let may_gain = |plan: &&Arc<PlanEntry>| {
-            let is_flown = plan.current.flight.is_some();
-            is_flown && plan.state == PlanState::Active && plan.proposed.is_none()
+            let is_flown = plan.reported.flight.is_some();
+            is_flown && plan.is_as_planned() && plan.wanted.is_none()
         };
         let plans = snapshot.plans.values().filter(may_gain);
         for plan in plans.take(PLANS_MAX) {
@@ -81,9 +80,11 @@ impl Edge {
             };
             let order = Order::OfferVersion {
                 plan: plan.id.clone(),
-                instead_of: plan.current.number,
+                instead_of: plan.reported.number,
                 version: Box::new(super::snapshot::Version {
                     number: plan.next_version.fetch_add(1, Ordering::Relaxed),
+                    epoch: self.epoch,
+                    sent_at: now,
                     acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
                     ..version
                 }),
@@ -124,13 +125,13 @@ impl Edge {
 /// Whether an answer is better than flying on by more than it costs to tell.
 fn is_better(plan: &PlanEntry, progress: &Progress, answer: &FlownAnswer) -> bool {
     let leads_there = matches!(answer.outcome, Outcome::Rerouted | Outcome::Hold);
-    let (Some((flown, way)), Some(current)) = (&answer.version, plan.current.flight.as_deref())
+    let (Some((flown, way)), Some(current)) = (&answer.version, plan.reported.flight.as_deref())
     else {
         return false;
     };
     let lands_at = later(answer.departs_at, way.flight_time_s);
     let gains_s = plan
-        .current
+        .reported
         .arrives_at()
         .duration_since(lands_at)
         .as_secs_f64();

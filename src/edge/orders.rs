@@ -4,12 +4,15 @@ use super::alarms::{AlarmDraft, AlarmEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
+use super::state_ends::Seen;
+use super::state_versions::DeclineReason;
 use super::sync::Followed;
 use super::upstream::Upstream;
 use crate::airspace::Closure;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
+use crate::wire::EndedAs;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -91,6 +94,26 @@ pub(super) enum Order {
     AcknowledgePlan {
         id: String,
         version: u32,
+    },
+    DeclinePlan {
+        id: String,
+        version: u32,
+        reason: DeclineReason,
+    },
+    /// A drone has landed.
+    CompletePlan {
+        id: String,
+        landed: EndedAs,
+    },
+    /// An operator says what became of a plan.
+    ReleasePlan {
+        id: String,
+        ended_as: EndedAs,
+    },
+    /// What telemetry shows of a plan's drone.
+    SeePlan {
+        id: Arc<str>,
+        seen: Seen,
     },
     /// A version that a failure report led to.
     ProposeVersion {

@@ -6,7 +6,7 @@ use super::flights::{DroneKind, FlightOrder, Flights, Wanted};
 use super::orders::{Done, Order};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::snapshot::{PlanEntry, PlanFlags, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;
@@ -162,26 +162,11 @@ impl Edge {
         self.told(outcome.done, &snapshot)
     }
 
-    /// A drone takes over a proposed version.
-    ///
-    /// # Errors
-    /// When there is no such plan of the caller's, or the version is neither proposed nor flown.
-    pub async fn acknowledge_plan(
-        self: &Arc<Self>,
-        caller: &Caller,
-        id: &str,
-        ack: wire::Ack,
+    pub(super) fn told(
+        &self,
+        done: Done,
+        snapshot: &Snapshot,
     ) -> Result<wire::Plan<'static>, Refusal> {
-        own_plan(&self.snapshot(), caller, id)?;
-        let order = Order::AcknowledgePlan {
-            id: id.to_owned(),
-            version: ack.version,
-        };
-        let (outcome, snapshot) = self.order(order).await?;
-        self.told(outcome.done, &snapshot)
-    }
-
-    fn told(&self, done: Done, snapshot: &Snapshot) -> Result<wire::Plan<'static>, Refusal> {
         match done {
             Done::Plan(plan) => Ok(views::plan(
                 snapshot,
@@ -305,6 +290,8 @@ impl Edge {
             .unwrap_or_else(|| format!("plan-{}-{number}", self.epoch));
         let version = Version {
             number: 1,
+            epoch: self.epoch,
+            sent_at: self.clock.now(),
             outcome: None,
             composition,
             flight: flown,
@@ -323,9 +310,14 @@ impl Edge {
             payload_kg: delivery.payload_kg,
             airspeed_mps: delivery.airspeed_mps,
             order: delivery.flight.map(|flight| flight.order),
-            state: PlanState::Active,
-            current: Arc::new(version),
-            proposed: None,
+            state: PlanState::Accepted,
+            ended_as: None,
+            flags: PlanFlags::default(),
+            reported: Arc::new(version),
+            wanted: None,
+            sent: Vec::new(),
+            holds: false,
+            declined: 0,
             affected_by: Vec::new(),
             next_version: Arc::new(AtomicU32::new(2)),
         })
@@ -383,7 +375,11 @@ fn check_start(start: Timestamp, now: Timestamp, faults: &mut Faults) {
 }
 
 /// A plan that the caller may speak for; one of others is not told from one that is not there.
-fn own_plan(snapshot: &Snapshot, caller: &Caller, id: &str) -> Result<Arc<PlanEntry>, Refusal> {
+pub(super) fn own_plan(
+    snapshot: &Snapshot,
+    caller: &Caller,
+    id: &str,
+) -> Result<Arc<PlanEntry>, Refusal> {
     let plan = snapshot.plans.get(id);
     let plan = plan.filter(|plan| may_speak_for(caller, plan));
     plan.cloned().ok_or_else(|| Refusal::not_found("plan", id))

@@ -240,10 +240,8 @@ impl Edge {
 }
 
 fn flies(plan: &PlanEntry, (from, to): (NodeIx, NodeIx)) -> bool {
-    let versions = [Some(&plan.current), plan.proposed.as_ref()];
-    let mut legs = versions
-        .into_iter()
-        .flatten()
+    let mut legs = plan
+        .versions()
         .flat_map(|version| &version.composition.legs);
     legs.any(|leg| (leg.from, leg.to) == (from, to))
 }

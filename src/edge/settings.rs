@@ -111,6 +111,8 @@ pub struct Settings {
     pub headway_s: f64,
     /// How long a recomposed version waits for its acknowledgement.
     pub acknowledge_within: SignedDuration,
+    /// So long after its arrival, or the last sign of its drone, a plan that has not ended is lost.
+    pub lost_after: SignedDuration,
     /// At most this many answers are kept.
     pub records_max: usize,
     /// At most about this many bytes of answers and of the worlds they were computed on are kept.
@@ -163,6 +165,7 @@ impl Default for Settings {
             plans_max: 20_000,
             headway_s: 30.0,
             acknowledge_within: SignedDuration::from_secs(60),
+            lost_after: SignedDuration::from_hours(1),
             records_max: 10_000,
             records_bytes_max: 64 << 20,
             decisions_bytes_max: 256 << 20,

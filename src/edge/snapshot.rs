@@ -19,8 +19,6 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// How long after its end a plan counts as flown, in seconds.
-const GRACE_S: f64 = 300.0;
 /// The topology revision of the network that an edge starts with.
 pub(super) const FIRST_TOPOLOGY: u64 = 1;
 
@@ -96,6 +94,10 @@ pub(super) struct HoldEntry {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Version {
     pub(super) number: u32,
+    /// The epoch of the edge that made it: versions are ordered by epoch, then number.
+    pub(super) epoch: u64,
+    /// When its drone could first be told of it.
+    pub(super) sent_at: Timestamp,
     /// `None` for a first version; what its drone was told for a recomposed one.
     pub(super) outcome: Option<crate::recompose::Outcome>,
     pub(super) composition: Composition,
@@ -139,12 +141,23 @@ impl Version {
         later(self.departs_at, self.composition.flight_time_s)
     }
 
-    /// When nothing of it is in anybody's way any more.
-    pub(super) fn over_at(&self) -> Timestamp {
-        let landed = later(self.arrives_at(), GRACE_S);
+    /// Where it ends.
+    pub(super) fn last_node(&self) -> Option<NodeIx> {
+        self.composition.way.nodes.last().copied()
+    }
+
+    /// Whether its drone was told to land where it was not to go.
+    pub(super) fn is_diversion(&self) -> bool {
+        self.outcome == Some(crate::recompose::Outcome::Diverted)
+    }
+
+    /// When the drone leaves the last pad on its way, in flight for the last time.
+    pub(super) fn takes_off_last_at(&self) -> Timestamp {
         let flight = self.flight.as_deref();
-        let pads = flight.map(|flight| later(self.departs_at, flight.leaves_pads_s()));
-        pads.map_or(landed, |pads| pads.max(landed))
+        let stop = flight.and_then(|flight| flight.composition.plan.stops.last());
+        stop.map_or(self.departs_at, |stop| {
+            later(self.departs_at, stop.takes_off_s)
+        })
     }
 }
 
@@ -154,6 +167,27 @@ pub(super) fn later(instant: Timestamp, seconds: f64) -> Timestamp {
     span.ok()
         .and_then(|span| instant.checked_add(span).ok())
         .unwrap_or(Timestamp::MAX)
+}
+
+/// What holds of a plan beside its state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct PlanFlags {
+    /// Something ahead of its drone has closed, or the wind leaves it short.
+    pub(super) affected: bool,
+    /// Nobody has heard that it has ended, some time after its arrival.
+    pub(super) overdue: bool,
+    /// A wanted version was not acknowledged in its time.
+    pub(super) unacknowledged: bool,
+}
+
+impl PlanFlags {
+    /// The same of a plan that is affected.
+    pub(super) fn and_affected(self) -> Self {
+        Self {
+            affected: true,
+            ..self
+        }
+    }
 }
 
 /// A composition plan.
@@ -170,9 +204,20 @@ pub(super) struct PlanEntry {
     /// What was asked for of its flight, where the flight model was on.
     pub(super) order: Option<FlightOrder>,
     pub(super) state: wire::PlanState,
-    pub(super) current: Arc<Version>,
-    pub(super) proposed: Option<Arc<Version>>,
-    /// Ids of the closures that block the current version.
+    /// What became of it, once it has ended.
+    pub(super) ended_as: Option<wire::EndedAs>,
+    pub(super) flags: PlanFlags,
+    /// What the drone says it flies.
+    pub(super) reported: Arc<Version>,
+    /// What it is to fly instead, where that is another one.
+    pub(super) wanted: Option<Arc<Version>>,
+    /// Further versions that were sent since the reported one: the drone may have taken any of them over.
+    pub(super) sent: Vec<Arc<Version>>,
+    /// Whether it has ended, and its drone may still be on its ways or its last pad: they stay taken.
+    pub(super) holds: bool,
+    /// How often its drone has declined since it last took something over.
+    pub(super) declined: u32,
+    /// Ids of the closures that block the reported version.
     pub(super) affected_by: Vec<String>,
     /// The number of the next version; shared by all states of the plan, as answers take numbers without the writer.
     pub(super) next_version: Arc<AtomicU32>,
@@ -186,9 +231,11 @@ impl PartialEq for PlanEntry {
             && (self.source, self.destination) == (other.source, other.destination)
             && (self.payload_kg, self.airspeed_mps) == (other.payload_kg, other.airspeed_mps)
             && self.order == other.order
-            && self.state == other.state
-            && self.current == other.current
-            && self.proposed == other.proposed
+            && (self.state, self.ended_as) == (other.state, other.ended_as)
+            && (self.flags, self.holds, self.declined) == (other.flags, other.holds, other.declined)
+            && self.sent == other.sent
+            && self.reported == other.reported
+            && self.wanted == other.wanted
             && self.affected_by == other.affected_by
             && numbers[0] == numbers[1]
     }
@@ -197,25 +244,34 @@ impl PartialEq for PlanEntry {
 impl PlanEntry {
     /// Whether it is still flown, or about to be.
     pub(super) fn is_active(&self) -> bool {
-        matches!(
-            self.state,
-            wire::PlanState::Active | wire::PlanState::Affected
-        )
+        self.state != wire::PlanState::Ended
     }
 
-    /// Whether its drone may simply go on flying the current version: it leads where the plan goes, and the drone
+    /// Whether it is active and nothing ahead of its drone has closed.
+    pub(super) fn is_as_planned(&self) -> bool {
+        self.is_active() && !self.flags.affected
+    }
+
+    /// Every version that its drone may be flying, or may take over yet; in their order.
+    pub(super) fn versions(&self) -> impl Iterator<Item = &Arc<Version>> {
+        let sent = self.sent.iter();
+        std::iter::once(&self.reported)
+            .chain(sent)
+            .chain(&self.wanted)
+    }
+
+    /// Whether its drone may simply go on flying the reported version: it leads where the plan goes, and the drone
     /// knows it. A change of the network may leave a version of which neither is true.
     pub(super) fn may_go_on(&self) -> bool {
-        let current = &self.current;
+        let current = &self.reported;
         let is_known = current.acknowledge_by.is_none();
         is_known && !self.falls_short()
     }
 
-    /// Whether the current version ends before the destination though nobody was told to divert.
+    /// Whether the reported version ends before the destination though nobody was told to divert.
     pub(super) fn falls_short(&self) -> bool {
-        let last = self.current.composition.way.nodes.last();
-        let is_diverted = self.current.outcome == Some(crate::recompose::Outcome::Diverted);
-        !is_diverted && last != Some(&self.destination)
+        let last = self.reported.composition.way.nodes.last();
+        !self.reported.is_diversion() && last != Some(&self.destination)
     }
 }
 

@@ -199,6 +199,14 @@ impl State {
             Order::AddPlan(plan) => self.add_plan(*plan),
             Order::CancelPlan { id } => self.cancel_plan(&id),
             Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
+            Order::DeclinePlan {
+                id,
+                version,
+                reason,
+            } => self.decline_plan(&id, version, reason),
+            Order::CompletePlan { id, landed } => self.complete_plan(&id, landed),
+            Order::ReleasePlan { id, ended_as } => self.release_plan(&id, ended_as),
+            Order::SeePlan { id, seen } => Ok(self.see_plan(&id, seen)),
             Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
             Order::OfferVersion {
                 plan,
@@ -290,7 +298,9 @@ impl State {
                 Due::Acknowledgement { plan, version } => {
                     self.miss_acknowledgement(&plan, version, now)
                 }
-                Due::Arrival { plan, version } => self.complete_plan(&plan, version, now),
+                Due::Departure(plan) => self.depart(&plan),
+                Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
+                Due::Silence(plan) => self.miss_plan(&plan, now),
             }
         }
     }

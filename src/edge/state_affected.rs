@@ -3,7 +3,7 @@
 use super::failures::as_reported;
 use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
 use super::flights::Scene;
-use super::snapshot::{PlanEntry, Version};
+use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use crate::airspace::{Airspace, Closure};
@@ -51,13 +51,13 @@ impl State {
         let active: Vec<Arc<PlanEntry>> = plans.filter(|plan| plan.is_active()).cloned().collect();
         let mut detours = Vec::new();
         for plan in active {
-            let is_flown = plan.current.flight.is_some() && self.flights.is_some();
+            let is_flown = plan.reported.flight.is_some() && self.flights.is_some();
             let announced = fresh.announced.iter().filter(|_| is_flown);
             let mut counting = fresh.in_force.iter().chain(announced);
             let is_hit =
                 touched.contains(&plan.id) || counting.any(|closure| meets(&plan, closure));
             let may_be_free = has_opened || (may_fly && is_flown);
-            if !is_hit && may_be_free && plan.state == PlanState::Affected {
+            if !is_hit && may_be_free && plan.flags.affected {
                 let is_free = self.relieve(&plan, &after, now);
                 if is_free {
                     continue;
@@ -105,34 +105,34 @@ impl State {
     ) -> Option<Detour> {
         let topology = airspace.topology();
         let progress = fleet::progress(topology, plan, &self.drones, now)?;
-        let obstruction = self.obstruction(plan, &plan.current, progress.leg, airspace, now);
+        let obstruction = self.obstruction(plan, &plan.reported, progress.leg, airspace, now);
         let current_blocked = plan.falls_short() || obstruction.is_some();
         let proposal_blocked = plan
-            .proposed
+            .wanted
             .as_ref()
             .is_some_and(|proposed| self.obstruction(plan, proposed, 0, airspace, now).is_some());
         if !current_blocked && !proposal_blocked {
             return None;
         }
-        if !current_blocked && plan.state == PlanState::Active {
-            self.withdraw_offer(plan);
+        if !current_blocked && plan.is_as_planned() {
+            self.withdraw_wanted(plan);
             return None;
         }
-        let affected_by = match plan.current.flight {
+        let affected_by = match plan.reported.flight {
             Some(_) if self.flights.is_some() => obstruction.unwrap_or_default(),
             _ => affecting(plan, airspace, &fresh.in_force, progress.leg),
         };
-        if plan.proposed.is_some() && !proposal_blocked {
+        if plan.wanted.is_some() && !proposal_blocked {
             // Its drone has been told a way that is still open, and may be about to take it over.
             let marked = PlanEntry {
-                state: PlanState::Affected,
+                flags: plan.flags.and_affected(),
                 affected_by,
                 ..(**plan).clone()
             };
             self.keep_plan(marked);
             return None;
         }
-        if plan.current.flight.is_some() && self.flights.is_some() {
+        if plan.reported.flight.is_some() && self.flights.is_some() {
             if self.recomposed >= RECOMPOSED_MAX {
                 self.put_off(plan, affected_by);
                 return None;
@@ -155,9 +155,10 @@ impl State {
             affected_by,
             ..(**plan).clone()
         });
-        let plan = self.replace_proposal(&marked, version);
+        let plan = self.replace_wanted(&marked, version);
+        let plan = self.contingent_without_way(plan);
         self.tell(EventKind::PlanAffected, &plan);
-        if plan.proposed.is_none() {
+        if plan.wanted.is_none() {
             self.alarm_without_way(&plan, now);
         }
         detour.plan = plan;
@@ -168,15 +169,15 @@ impl State {
     /// drones have been answered.
     fn put_off(&mut self, plan: &Arc<PlanEntry>, affected_by: Vec<String>) {
         self.touched_plans.insert(plan.id.clone());
-        let is_told = plan.state == PlanState::Affected && plan.affected_by == affected_by;
-        if is_told && plan.proposed.is_none() {
+        let is_told = plan.flags.affected && plan.affected_by == affected_by;
+        if is_told && plan.wanted.is_none() {
             return;
         }
         let marked = Arc::new(PlanEntry {
             affected_by,
             ..(**plan).clone()
         });
-        let plan = self.replace_proposal(&marked, None);
+        let plan = self.replace_wanted(&marked, None);
         self.tell(EventKind::PlanAffected, &plan);
     }
 
@@ -198,7 +199,7 @@ impl State {
             number: plan.next_version.fetch_add(1, Ordering::Relaxed),
             // What its drone has reported goes on to count.
             recomposition_id: plan
-                .proposed
+                .wanted
                 .as_ref()
                 .and_then(|before| before.recomposition_id.clone()),
             acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
@@ -223,6 +224,8 @@ impl State {
         // What its drone has reported stays closed in its contingencies too.
         let closes_leg = request.report.failure.closes_leg();
         let imagined = closes_leg.then(|| as_reported(airspace, request, now));
+        // Tables know worlds by their numbers, which that of an imagined one may be too.
+        let is_real = std::ptr::eq(airspace, &*self.next.airspace);
         let world = match &imagined {
             Some(airspace) => World {
                 airspace,
@@ -230,7 +233,7 @@ impl State {
             },
             None => World {
                 airspace,
-                trees: Some(&self.trees),
+                trees: is_real.then_some(&*self.trees),
             },
         };
         let composition = equip(
@@ -245,6 +248,8 @@ impl State {
         let warnings = answer.warnings.iter();
         Some(Version {
             number: 0,
+            epoch: self.next.epoch,
+            sent_at: now,
             outcome: Some(answer.outcome),
             composition,
             flight: None,
@@ -264,7 +269,7 @@ impl State {
     /// A plan whose way is open again keeps it; what its drone itself has reported stays failed. Tells whether it is.
     fn relieve(&mut self, plan: &Arc<PlanEntry>, airspace: &Arc<Airspace>, now: Timestamp) -> bool {
         let reported = plan
-            .proposed
+            .wanted
             .as_ref()
             .is_some_and(|proposed| proposed.recomposition_id.is_some());
         if reported || !plan.may_go_on() {
@@ -272,20 +277,25 @@ impl State {
         }
         let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
         let blocked = progress.is_some_and(|progress| {
-            let obstruction = self.obstruction(plan, &plan.current, progress.leg, airspace, now);
+            let obstruction = self.obstruction(plan, &plan.reported, progress.leg, airspace, now);
             obstruction.is_some()
         });
         if blocked {
             return false;
         }
-        if let Some(proposed) = &plan.proposed {
-            self.vacate(&plan.id, proposed);
-        }
+        let withdrawn = self.withdraw_wanted(plan);
         let relieved = PlanEntry {
-            state: PlanState::Active,
-            proposed: None,
+            state: match plan.state {
+                PlanState::Contingent => PlanState::Activated,
+                state => state,
+            },
+            flags: PlanFlags {
+                affected: false,
+                unacknowledged: false,
+                ..plan.flags
+            },
             affected_by: Vec::new(),
-            ..(**plan).clone()
+            ..(*withdrawn).clone()
         };
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         let plan = self.keep_plan(relieved);
@@ -307,7 +317,8 @@ fn affecting(
         .filter(|id| airspace.is_in_force(id));
     let mut ids: Vec<String> = known.cloned().collect();
     for closure in fresh {
-        if fleet::is_hit(closure, &plan.current.composition, from_leg) && !ids.contains(&closure.id)
+        if fleet::is_hit(closure, &plan.reported.composition, from_leg)
+            && !ids.contains(&closure.id)
         {
             ids.push(closure.id.clone());
         }
@@ -317,7 +328,7 @@ fn affecting(
 
 /// Whether a closure closes anything of what a plan flies or is to fly; how far its drone has come is looked at later.
 fn meets(plan: &PlanEntry, closure: &Closure) -> bool {
-    let mut versions = std::iter::once(&plan.current).chain(&plan.proposed);
+    let mut versions = std::iter::once(&plan.reported).chain(&plan.wanted);
     versions.any(|version| {
         let flown = version.flight.as_deref();
         let takes_pads = flown.is_some_and(|flown| {

@@ -102,7 +102,7 @@ impl State {
     /// Alarms an operator about a plan whose drone has no way: one that waits on a pad inside a zone without an end is
     /// grounded.
     pub(super) fn alarm_without_way(&mut self, plan: &PlanEntry, now: Timestamp) {
-        let current = &plan.current;
+        let current = &plan.reported;
         let sighting = plan.drone_id.as_deref().and_then(|id| self.drones.last(id));
         let is_seen = sighting.is_some_and(|sighting| sighting.seen_at >= current.departs_at);
         let waits = !is_seen && now < current.departs_at;

@@ -44,7 +44,7 @@ impl State {
     /// A plan that is over is still told of while all of its way is there.
     fn carry_over_ended(&mut self, plan: &Arc<PlanEntry>, change: &Change<'_>) {
         let ends = ends_over(plan, change.correspondence);
-        let current = version_carried(plan, &plan.current, change);
+        let current = version_carried(plan, &plan.reported, change);
         let Some(((source, destination), (current, _))) = ends.zip(current) else {
             self.next.plans.remove(&plan.id);
             self.over.retain(|id| *id != plan.id);
@@ -53,7 +53,7 @@ impl State {
         self.keep_plan(PlanEntry {
             source,
             destination,
-            current: Arc::new(current),
+            reported: Arc::new(current),
             ..(**plan).clone()
         });
     }
@@ -69,32 +69,32 @@ impl State {
             self.end_with_network(plan, before, "source_or_destination_gone");
             return;
         };
-        let current = version_carried(plan, &plan.current, change);
-        let proposed = plan.proposed.as_deref();
+        let current = version_carried(plan, &plan.reported, change);
+        let proposed = plan.wanted.as_deref();
         let proposed = proposed.map(|version| version_carried(plan, version, change));
-        let plan_over = |current: Version, proposed: Option<Version>| PlanEntry {
+        let plan_over = |current: Version, wanted: Option<Version>| PlanEntry {
             source,
             destination,
-            current: Arc::new(current),
-            proposed: proposed.map(Arc::new),
+            reported: Arc::new(current),
+            wanted: wanted.map(Arc::new),
             ..(**plan).clone()
         };
         match (current, proposed) {
             (Some(current), None) => {
                 let current = self.equipped(current, plan, now);
-                self.fly_on(plan_over(current, None), now);
+                self.fly_on(plan_over(current, None));
             }
             (Some(current), Some(Some(proposed))) => {
                 let current = self.equipped(current, plan, now);
                 let proposed = self.equipped(proposed, plan, now);
-                self.fly_on(plan_over(current, Some(proposed)), now);
+                self.fly_on(plan_over(current, Some(proposed)));
             }
             (Some((current, _)), Some(None)) => {
-                let remnant = plan.proposed.as_deref().map(nothing_left_of);
+                let remnant = plan.wanted.as_deref().map(nothing_left_of);
                 self.redirect(plan_over(current, remnant), now);
             }
             (None, _) => {
-                let remnant = plan.proposed.as_deref().map(nothing_left_of);
+                let remnant = plan.wanted.as_deref().map(nothing_left_of);
                 match self.legs_left(plan, before, change, now) {
                     Some(current) => self.redirect(plan_over(current, remnant), now),
                     None => self.redirect_from_place(
@@ -110,12 +110,10 @@ impl State {
     }
 
     /// A plan whose ways are as they were.
-    fn fly_on(&mut self, plan: PlanEntry, now: Timestamp) {
-        self.occupy(&plan.id, &plan.current);
-        // A proposal that was not acknowledged in time does not count any more.
-        let counts = |version: &&Arc<Version>| version.acknowledge_by.is_none_or(|by| by > now);
-        if let Some(proposed) = plan.proposed.as_ref().filter(counts) {
-            self.occupy(&plan.id, proposed);
+    fn fly_on(&mut self, plan: PlanEntry) {
+        self.occupy(&plan.id, &plan.reported);
+        for version in plan.sent.iter().chain(&plan.wanted) {
+            self.occupy(&plan.id, version);
         }
         let plan = self.keep_plan(plan);
         self.touched_plans.insert(plan.id.clone());
@@ -174,13 +172,13 @@ impl State {
         now: Timestamp,
     ) -> Option<Version> {
         let progress = fleet::progress(before.topology(), plan, &self.drones, now)?;
-        let composition = &plan.current.composition;
+        let composition = &plan.reported.composition;
         let legs = composition.legs_left(change.correspondence, progress.leg);
         if legs.is_empty() {
             return None;
         }
         let starts_as_before = legs.start == 0;
-        let (left, _) = stretch_carried(plan, &plan.current, legs, change)?;
+        let (left, _) = stretch_carried(plan, &plan.reported, legs, change)?;
         Some(Version {
             // It leads nowhere now, whatever its drone was told.
             outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
@@ -195,7 +193,7 @@ impl State {
 
     /// Proposes a way from where the drone of a plan is on what is left of its way.
     fn redirect(&mut self, plan: PlanEntry, now: Timestamp) {
-        self.occupy(&plan.id, &plan.current);
+        self.occupy(&plan.id, &plan.reported);
         let plan = self.keep_plan(plan);
         let airspace = self.next.airspace.clone();
         let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
@@ -212,10 +210,10 @@ impl State {
             let detour = self.checked(detour, &airspace, now);
             self.version_of(&detour, &airspace, now)
         });
-        let plan = self.replace_proposal(&plan, version);
+        let plan = self.replace_wanted(&plan, version);
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanAffected, &plan);
-        if plan.proposed.is_none() {
+        if plan.wanted.is_none() {
             self.alarm_without_way(&plan, now);
         }
     }
@@ -257,9 +255,9 @@ impl State {
             ..imposed.clone()
         };
         let plan = plan_over(imposed);
-        self.occupy(&plan.id, &plan.current);
-        self.time_arrival(&plan.id, &plan.current);
-        let plan = self.replace_proposal(&Arc::new(plan), Some(proposed));
+        self.occupy(&plan.id, &plan.reported);
+        self.time_arrival(&plan.id, &plan.reported);
+        let plan = self.replace_wanted(&Arc::new(plan), Some(proposed));
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanAffected, &plan);
     }
@@ -274,7 +272,7 @@ impl State {
         now: Timestamp,
     ) -> Option<Detour> {
         let flights = self.flights.as_deref();
-        let flights = flights.filter(|_| plan.current.flight.is_some())?;
+        let flights = flights.filter(|_| plan.reported.flight.is_some())?;
         let airspace = &self.next.airspace;
         let scene = Scene {
             snapshot: &self.next,
@@ -351,8 +349,9 @@ impl State {
         self.next.active_plans = self.next.active_plans.saturating_sub(1);
         self.next.plans.remove(&plan.id);
         let ended = PlanEntry {
-            state: PlanState::Cancelled,
-            proposed: None,
+            state: PlanState::Ended,
+            ended_as: Some(wire::EndedAs::Cancelled),
+            wanted: None,
             ..(**plan).clone()
         };
         let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
@@ -467,7 +466,7 @@ fn place_of(
     drones: &super::drones::Drones,
     now: Timestamp,
 ) -> Option<Point> {
-    let version = &plan.current;
+    let version = &plan.reported;
     let Some(progress) = fleet::progress(topology, plan, drones, now) else {
         let last = version.composition.way.nodes.last();
         return last.map(|&node| topology.position(node));

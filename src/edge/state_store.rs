@@ -10,7 +10,7 @@ use super::timers::Due;
 use crate::airspace::{Change, Closure};
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
-use crate::wire::PlanState;
+use crate::wire::EndedAs;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ impl State {
         }
         let mut plans = restored.plans;
         // Those that are over are forgotten in the order in which they ended, as far as that can be told.
-        plans.sort_by_cached_key(|plan| (plan.current.arrives_at(), plan.id.clone()));
+        plans.sort_by_cached_key(|plan| (plan.reported.arrives_at(), plan.id.clone()));
         for plan in plans {
             self.restore_plan(plan);
         }
@@ -80,27 +80,33 @@ impl State {
             if let Some(drone) = &plan.drone_id {
                 self.next.flown_by.insert(drone.clone(), id.clone());
             }
-            let has_no_answer = plan.state == PlanState::Affected && plan.proposed.is_none();
-            if has_no_answer && plan.current.flight.is_some() {
+            let has_no_answer = plan.flags.affected && plan.wanted.is_none();
+            if has_no_answer && plan.reported.flight.is_some() {
                 self.touched_plans.insert(id.clone());
             }
-            self.occupy(&id, &plan.current);
-            let over = plan.current.over_at();
-            let due = Due::Arrival {
-                plan: id.clone(),
-                version: plan.current.number,
-            };
-            self.timers.set(over, due);
-            if let Some(proposed) = &plan.proposed {
-                self.occupy(&id, proposed);
-                if let Some(by) = proposed.acknowledge_by {
-                    let due = Due::Acknowledgement {
-                        plan: id.clone(),
-                        version: proposed.number,
-                    };
-                    self.timers.set(by, due);
+            self.time_departure(&plan);
+            self.time_arrival(&id, &plan.reported);
+            for version in plan.versions() {
+                self.occupy(&id, version);
+            }
+            if plan.flags.overdue {
+                self.hold_pads(&plan);
+            }
+            let wanted = plan.wanted.as_ref();
+            if let Some((wanted, by)) = wanted.and_then(|it| Some((it, it.acknowledge_by?))) {
+                let due = Due::Acknowledgement {
+                    plan: id.clone(),
+                    version: wanted.number,
+                };
+                self.timers.set(by, due);
+            }
+        } else if plan.holds {
+            if plan.ended_as != Some(EndedAs::Lost) {
+                for version in plan.versions() {
+                    self.occupy(&id, version);
                 }
             }
+            self.hold_pads(&plan);
         } else {
             self.over.push_back(id.clone());
         }
@@ -130,6 +136,7 @@ impl State {
             | Order::ProposeVersion { .. }
             | Order::OfferVersion { .. }
             | Order::RaiseAlarm(_)
+            | Order::SeePlan { .. }
             | Order::Tick => true,
             Order::DeleteZone { .. }
             | Order::LiftClosure { .. }
@@ -139,7 +146,10 @@ impl State {
             | Order::AddPlan(_)
             | Order::CancelPlan { .. }
             | Order::AcknowledgePlan { .. }
-            | Order::AcknowledgeAlarm { .. } => false,
+            | Order::AcknowledgeAlarm { .. }
+            | Order::DeclinePlan { .. }
+            | Order::CompletePlan { .. }
+            | Order::ReleasePlan { .. } => false,
         };
         match only_closes_more {
             true => Ok(()),

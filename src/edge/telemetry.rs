@@ -1,10 +1,12 @@
 //! Telemetry: where drones are, and what they are told in return.
 
 use super::Edge;
+use super::conformance::rests;
 use super::drones::Sighting;
 use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
+use crate::geo::AltitudeReference;
 use crate::intake::{PageRequest, token};
 use crate::refusal::Refusal;
 use crate::wire;
@@ -79,6 +81,8 @@ impl Edge {
             location: sighting.coordinates,
             seen_at: views::instant(sighting.seen_at),
             altitude_m: sighting.altitude_m,
+            altitude_reference: sighting.altitude_reference.map(reference_name),
+            airborne: sighting.airborne,
             battery_fraction: sighting.battery_fraction,
             ground_speed_mps: sighting.ground_speed_mps,
             heading_deg: sighting.heading_deg,
@@ -122,7 +126,7 @@ impl Edge {
                 .and_then(|drone| snapshot.plan_of_drone(drone)),
             false => None,
         };
-        let proposed = plan.and_then(|plan| plan.proposed.as_deref());
+        let wanted = plan.and_then(|plan| plan.wanted.as_deref());
         let answered = match (plan, &read) {
             (Some(plan), Some(entry)) if *answers_left > 0 => {
                 self.answer_off_plan(caller, snapshot, plan, entry, now)
@@ -138,7 +142,7 @@ impl Edge {
                 accepted,
                 plan_id: plan.map(|plan| views::text(&plan.id)),
                 affected: version.is_some(),
-                proposed: version.map(|version| views::version(topology, &version)),
+                wanted: version.map(|version| views::version(topology, &version)),
                 recomposition_id: Some(Cow::Owned(record.id())),
                 warnings,
             };
@@ -147,8 +151,8 @@ impl Edge {
             drone_id: drone_id.map(Cow::Owned),
             accepted,
             plan_id: plan.map(|plan| views::text(&plan.id)),
-            affected: plan.is_some_and(|plan| plan.state == wire::PlanState::Affected),
-            proposed: proposed.map(|proposed| views::version(snapshot.topology(), proposed)),
+            affected: plan.is_some_and(|plan| plan.flags.affected),
+            wanted: wanted.map(|wanted| views::version(snapshot.topology(), wanted)),
             recomposition_id: None,
             warnings,
         }
@@ -188,8 +192,20 @@ impl Edge {
             battery_fraction: fraction(entry.battery_fraction, warnings),
             ground_speed_mps: entry.ground_speed_mps.filter(|value| value.is_finite()),
             heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
+            altitude_reference: reference(entry, warnings),
+            airborne: entry.airborne,
+            rests: None,
         };
-        let taken = self.drones.see(&entry.drone_id, sighting);
+        let plan = snapshot.plan_of_drone(&entry.drone_id);
+        let rests = plan.and_then(|plan| {
+            let before = self.drones.last(&entry.drone_id);
+            rests(snapshot.topology(), plan, &sighting, before.as_ref())
+        });
+        let sighting = Sighting { rests, ..sighting };
+        let taken = self.drones.see(&entry.drone_id, sighting.clone());
+        if let Some(plan) = plan.filter(|_| taken) {
+            self.tell_seen(snapshot, plan, &sighting, now);
+        }
         if !taken {
             let message = "a later position of this drone is known";
             warnings.push(views::warning("position_outdated", message));
@@ -203,11 +219,15 @@ fn read_entry(
     mut entry: Value,
     warnings: &mut Vec<wire::Warning<'static>>,
 ) -> Option<wire::TelemetryEntry> {
-    const FIELDS: [&str; 7] = [
+    const FIELDS: [&str; 11] = [
         "drone_id",
         "location",
         "timestamp",
         "altitude_m",
+        "altitude_reference",
+        "airborne",
+        "leg",
+        "fraction",
         "battery_fraction",
         "ground_speed_mps",
         "heading_deg",
@@ -236,7 +256,7 @@ fn read_entry(
     }
 }
 
-fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64; 2]> {
+pub(super) fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64; 2]> {
     let topology = snapshot.topology();
     let frame = topology.frame();
     let coordinates = match place {
@@ -250,6 +270,33 @@ fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64; 2]> {
     let [first, second] = coordinates;
     let is_on_earth = !frame.is_geographic() || (first.abs() <= 180.0 && second.abs() <= 90.0);
     (is_on_earth && frame.to_plane(coordinates).is_finite()).then_some(coordinates)
+}
+
+/// What a height is measured from; sea level where nothing is said.
+fn reference(
+    entry: &wire::TelemetryEntry,
+    warnings: &mut Vec<wire::Warning<'static>>,
+) -> Option<AltitudeReference> {
+    entry.altitude_m?;
+    match entry.altitude_reference.as_deref() {
+        None | Some("amsl") => Some(AltitudeReference::Amsl),
+        Some("agl") => Some(AltitudeReference::Agl),
+        Some("wgs84") => Some(AltitudeReference::Wgs84),
+        Some(other) => {
+            let message =
+                format!("'altitude_reference' is 'amsl', 'agl' or 'wgs84', not '{other}'");
+            warnings.push(views::warning("altitude_reference_ignored", &message));
+            None
+        }
+    }
+}
+
+fn reference_name(reference: AltitudeReference) -> Cow<'static, str> {
+    Cow::Borrowed(match reference {
+        AltitudeReference::Agl => "agl",
+        AltitudeReference::Amsl => "amsl",
+        AltitudeReference::Wgs84 => "wgs84",
+    })
 }
 
 fn fraction(value: Option<f64>, warnings: &mut Vec<wire::Warning<'static>>) -> Option<f64> {

@@ -13,8 +13,12 @@ pub(super) enum Due {
     Proposal(u64),
     /// The acknowledgement of a proposed version.
     Acknowledgement { plan: Arc<str>, version: u32 },
-    /// The end of a plan.
+    /// The departure of a plan.
+    Departure(Arc<str>),
+    /// A plan should have ended.
     Arrival { plan: Arc<str>, version: u32 },
+    /// A plan that has not ended was not heard of for long.
+    Silence(Arc<str>),
 }
 
 /// Timers by their instant; of the same instant in the order they were set.

@@ -297,6 +297,10 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
     let warnings = version.warnings.iter();
     wire::PlanVersion {
         version: version.number,
+        epoch: version.epoch,
+        // No edge takes a plan over yet.
+        token: 0,
+        sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
         path: path(topology, &composition.way),
         length_m: composition.length_m,
@@ -333,18 +337,21 @@ pub(super) fn plan(
         gap_s: met.conflict.gap_s,
     });
     let order = entry.order.as_ref();
-    let versions = std::iter::once(&entry.current).chain(&entry.proposed);
-    let flights: Vec<_> = versions
-        .into_iter()
-        .map(|one| one.flight.as_deref())
-        .collect();
+    let flights: Vec<_> = entry.versions().map(|one| one.flight.as_deref()).collect();
     let is_flown = flights.iter().all(Option::is_some);
     let is_checked = flights
         .iter()
         .all(|flight| flight.is_some_and(|flight| flight.is_energy_checked));
+    let versions = entry.versions().map(|version| wire::SentVersion {
+        version: version.number,
+        sent_at: instant(version.sent_at),
+        outcome: Cow::Borrowed(outcome_name(version.outcome)),
+    });
     wire::Plan {
         id: text(&entry.id),
         state: entry.state,
+        ended_as: entry.ended_as,
+        flags: flags(entry),
         drone_id: entry.drone_id.as_deref().map(text),
         source: node_id(topology, entry.source),
         destination: node_id(topology, entry.destination),
@@ -353,17 +360,31 @@ pub(super) fn plan(
         airframe: order.map(|order| text(&order.airframe)),
         objective: order.map(|order| Cow::Borrowed(order.objective.name())),
         deadline: order.and_then(|order| order.deadline).map(instant),
-        current: version(topology, &entry.current),
-        proposed: entry
-            .proposed
+        reported: version(topology, &entry.reported),
+        wanted: entry
+            .wanted
             .as_deref()
-            .map(|proposed| version(topology, proposed)),
+            .map(|wanted| version(topology, wanted)),
+        versions: match entry.is_active() {
+            true => versions.collect(),
+            false => Vec::new(),
+        },
         affected_by: entry.affected_by.iter().map(|id| text(id)).collect(),
         conflicts: conflicts.collect(),
         energy: Cow::Borrowed(if is_checked { "checked" } else { "unchecked" }),
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),
         stamp,
     }
+}
+
+fn flags(entry: &PlanEntry) -> Vec<wire::PlanFlag> {
+    let flags = [
+        (entry.flags.affected, wire::PlanFlag::Affected),
+        (entry.flags.overdue, wire::PlanFlag::Overdue),
+        (entry.flags.unacknowledged, wire::PlanFlag::Unacknowledged),
+    ];
+    let holding = flags.into_iter().filter(|(holds, _)| *holds);
+    holding.map(|(_, flag)| flag).collect()
 }
 
 /// A plan in an event: what it flies and is to fly, without legs.
@@ -383,8 +404,8 @@ pub(super) fn plan_summary(snapshot: &Snapshot, entry: &PlanEntry) -> Value {
         "id": &*entry.id,
         "state": entry.state,
         "drone_id": entry.drone_id.as_deref(),
-        "current": brief(&entry.current),
-        "proposed": entry.proposed.as_deref().map(brief),
+        "reported": brief(&entry.reported),
+        "wanted": entry.wanted.as_deref().map(brief),
         "affected_by": entry.affected_by,
     })
 }
@@ -408,8 +429,8 @@ pub(super) fn effect_with_waiting(
     detours: &[&Detour],
 ) -> wire::ZoneEffect<'static> {
     let waits = |plan: &&Arc<PlanEntry>| {
-        let is_met = plan.state == wire::PlanState::Affected && plan.proposed.is_none();
-        is_met && plan.current.flight.is_some() && plan.affected_by.contains(&closure.id)
+        let is_met = plan.flags.affected && plan.wanted.is_none();
+        is_met && plan.reported.flight.is_some() && plan.affected_by.contains(&closure.id)
     };
     let is_told = |plan: &Arc<PlanEntry>| detours.iter().any(|detour| detour.plan.id == plan.id);
     let waiting = snapshot.plans.values().filter(waits);

@@ -305,6 +305,7 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
         plans_max: config.plans.active_max,
         headway_s: config.plans.headway.as_secs_f64(),
         acknowledge_within: span(config.plans.acknowledge_within),
+        lost_after: span(config.plans.lost_after),
         records_max: config.records.count,
         records_bytes_max: config.records.bytes.bytes(),
         events_max: config.events.count,

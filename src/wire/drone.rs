@@ -32,9 +32,22 @@ pub struct TelemetryEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(format = DateTime))]
     pub timestamp: Option<String>,
-    /// Height in metres above sea level.
+    /// Height in metres above `altitude_reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub altitude_m: Option<f64>,
+    /// What the height is measured from: `amsl` where none is given, `agl` or `wgs84`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub altitude_reference: Option<String>,
+    /// Whether it is in the air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub airborne: Option<bool>,
+    /// The leg of the version that it flies, counted from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leg: Option<u32>,
+    /// How far it is on that leg, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub fraction: Option<f64>,
     /// What is left in the battery, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
@@ -60,7 +73,7 @@ pub struct Position<'a> {
     /// True when something ahead of it has closed.
     pub affected: bool,
     /// What it is asked to fly instead.
-    pub proposed: Option<PlanVersion<'a>>,
+    pub wanted: Option<PlanVersion<'a>>,
     /// The answer to this entry, which showed the drone early, late or with less battery than planned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recomposition_id: Option<Cow<'a, str>>,
@@ -89,8 +102,12 @@ pub struct DroneState<'a> {
     pub location: [f64; 2],
     /// When, RFC 3339.
     pub seen_at: Cow<'a, str>,
-    /// Height in metres above sea level.
+    /// Height in metres above `altitude_reference`.
     pub altitude_m: Option<f64>,
+    /// What the height is measured from: `amsl`, `agl` or `wgs84`.
+    pub altitude_reference: Option<Cow<'a, str>>,
+    /// Whether it was in the air, as far as it said.
+    pub airborne: Option<bool>,
     /// What was left in the battery, from 0 to 1.
     pub battery_fraction: Option<f64>,
     /// Ground speed in metres per second.

@@ -33,7 +33,11 @@ pub enum EventKind {
     PlanAcknowledged,
     /// A recomposed version was not acknowledged in time.
     PlanUnacknowledged,
-    /// A plan was cancelled or its time is over.
+    /// A drone does not take a recomposed version over.
+    PlanDeclined,
+    /// A plan has not ended some time after its arrival.
+    PlanOverdue,
+    /// A plan is over; `ended_as` says what became of it.
     PlanEnded,
     /// An answer did not pass the checker and was not sent: why, and what went instead.
     CheckerCase,

@@ -37,7 +37,8 @@ pub use flight::{
 pub use id::{Id, Place};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
-    Ack, Conflict, Contingency, DeliveryRequest, Leg, Plan, PlanState, PlanVersion, Plans, SafeNode,
+    Ack, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg, Plan, PlanFlag,
+    PlanState, PlanVersion, Plans, Release, SafeNode, SentVersion,
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{

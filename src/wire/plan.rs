@@ -59,14 +59,56 @@ pub struct DeliveryRequest {
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PlanState {
-    /// Flown, or about to be.
-    Active,
-    /// Something ahead has closed; a recomposed version is proposed where there is a way.
-    Affected,
-    /// Its time is over.
-    Completed,
-    /// Deleted by its owner.
+    /// To be flown; its drone has not departed.
+    Accepted,
+    /// Its drone has departed.
+    Activated,
+    /// Its drone was last seen off every way that it was told.
+    Nonconforming,
+    /// There is no way that its drone could be told, or it declines all of them.
+    Contingent,
+    /// Over; `ended_as` says how.
+    Ended,
+}
+
+/// What became of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum EndedAs {
+    /// Its drone has landed at the destination.
+    Delivered,
+    /// Its drone has landed elsewhere.
+    Diverted,
+    /// It was deleted, or its way is gone.
     Cancelled,
+    /// Nobody has heard of its drone for long.
+    Lost,
+}
+
+/// What holds of a plan beside its state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PlanFlag {
+    /// Something ahead of its drone has closed; a recomposed version is wanted where there is a way.
+    Affected,
+    /// Nobody has heard that it has ended, some time after its arrival.
+    Overdue,
+    /// A wanted version was not acknowledged in its time.
+    Unacknowledged,
+}
+
+/// A version that was sent to its drone and has not ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct SentVersion<'a> {
+    /// Its number.
+    pub version: u32,
+    /// When its drone could first be told of it, RFC 3339.
+    pub sent_at: Cow<'a, str>,
+    /// What the drone is to do; a first version is `composed`.
+    pub outcome: Cow<'a, str>,
 }
 
 /// What to do on a leg that closes.
@@ -169,6 +211,12 @@ pub struct Conflict<'a> {
 pub struct PlanVersion<'a> {
     /// Counted from 1.
     pub version: u32,
+    /// The epoch of the edge that made it. A drone takes only what is higher by `token`, `epoch` and `version`, in this order.
+    pub epoch: u64,
+    /// Rises when another edge takes the plan over; 0 before.
+    pub token: u64,
+    /// When the drone could first be told of it, RFC 3339.
+    pub sent_at: Cow<'a, str>,
     /// What the drone is to do; a first version is `composed`.
     pub outcome: Cow<'a, str>,
     /// The way.
@@ -186,7 +234,7 @@ pub struct PlanVersion<'a> {
     /// The recomposition it came from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recomposition_id: Option<Cow<'a, str>>,
-    /// Until when it is to be acknowledged, RFC 3339; only of a proposed version.
+    /// Until when it is to be acknowledged, RFC 3339; only of a wanted version.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledge_by: Option<Cow<'a, str>>,
     /// How it is flown, with the flight model.
@@ -204,6 +252,11 @@ pub struct Plan<'a> {
     pub id: Cow<'a, str>,
     /// How it stands.
     pub state: PlanState,
+    /// What became of it, once it has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended_as: Option<EndedAs>,
+    /// What holds beside the state.
+    pub flags: Vec<PlanFlag>,
     /// The drone, where one is named.
     pub drone_id: Option<Cow<'a, str>>,
     /// Where the delivery starts.
@@ -223,13 +276,15 @@ pub struct Plan<'a> {
     /// The latest landing that it was asked for with, RFC 3339.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline: Option<Cow<'a, str>>,
-    /// What the drone flies.
-    pub current: PlanVersion<'a>,
-    /// What it is asked to fly instead, until that is acknowledged.
-    pub proposed: Option<PlanVersion<'a>>,
-    /// Ids of the closures that affect the current version; none where it is the wind.
+    /// What the drone says it flies.
+    pub reported: PlanVersion<'a>,
+    /// The newest version, until it is acknowledged: what the drone is asked to fly instead.
+    pub wanted: Option<PlanVersion<'a>>,
+    /// All that were sent and have not ended, in their order: the drone may be flying any of them.
+    pub versions: Vec<SentVersion<'a>>,
+    /// Ids of the closures that affect the reported version; none where it is the wind.
     pub affected_by: Vec<Cow<'a, str>>,
-    /// Other plans too near; those of the proposed version included.
+    /// Other plans too near any of the versions.
     pub conflicts: Vec<Conflict<'a>>,
     /// `checked` where the battery suffices by the flight model, `unchecked` without it.
     pub energy: Cow<'a, str>,
@@ -255,7 +310,7 @@ pub struct Plans<'a> {
 }
 
 /// A drone takes over a recomposed plan: the body of `POST /v1/plans/{id}/ack`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ack {
@@ -266,6 +321,65 @@ pub struct Ack {
     /// Where the drone was then, as far as it tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<Place>,
+    /// The leg of that version that it was on, counted from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leg: Option<u32>,
+    /// How far on that leg it was, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub fraction: Option<f64>,
+}
+
+/// A drone cannot take a version over: the body of `POST /v1/plans/{id}/decline`. It flies on as it reported.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Decline {
+    /// The version declined.
+    #[serde(deserialize_with = "whole_number")]
+    #[cfg_attr(feature = "edge", schema(minimum = 1))]
+    pub version: u32,
+    /// Why: `battery`, `payload`, `propulsion`, `obstacle`, `weather`, `passed` (the way begins behind the drone); any other
+    /// text counts as a way that the drone cannot begin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(max_length = 256))]
+    pub reason: Option<String>,
+    /// Where the drone was then, as far as it tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<Place>,
+    /// The leg of the reported version that it was on, counted from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leg: Option<u32>,
+    /// How far on that leg it was, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub fraction: Option<f64>,
+}
+
+/// A drone has landed at the end of its plan: the body of `POST /v1/plans/{id}/complete`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Completion {
+    /// Where it has landed; the end of the version that it reported where it does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub location: Option<Place>,
+    /// The leg of the reported version that it was on, counted from 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub leg: Option<u32>,
+    /// How far on that leg it was, from 0 to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub fraction: Option<f64>,
+}
+
+/// An operator says what became of a plan: the body of `POST /v1/plans/{id}/release`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Release {
+    /// What became of it.
+    pub ended_as: EndedAs,
 }
 
 /// A number without a fraction, also where it is written with a point: in JSON 3 and 3.0 are one number.

@@ -171,7 +171,7 @@ async fn a_version_that_nobody_acknowledges_raises_an_alarm() {
         (&json!("p1"), &json!(["c1"]))
     );
     let plan = api.get("/v1/plans/p1").await.is(200).json();
-    let version = plan["proposed"]["version"].clone();
+    let version = plan["wanted"]["version"].clone();
     api.post("/v1/plans/p1/ack", &json!({"version": version}))
         .await
         .is(200);

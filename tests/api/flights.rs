@@ -5,7 +5,7 @@ use crate::town::{DIALECTS, Dialect, Town, at, text};
 use serde_json::{Value, json};
 use skyway::edge::FlightSettings;
 use skyway::flight::Airframe;
-use skyway::wire::{self, Outcome, PlanState};
+use skyway::wire::{self, Outcome};
 
 /// A drone that flies from a to d since six in the evening; it is over the second leg at two and a half minutes past.
 pub(crate) async fn flying(dialect: Dialect) -> Town {
@@ -61,9 +61,9 @@ async fn both(failure: &str, more: Value) -> wire::Recomposition<'static> {
         town.check(&answer).await;
         let plan = town.plan("p").await;
         let change = answer.plan.as_ref().expect("its plan");
-        let proposed = plan.proposed.as_ref().map(|proposed| proposed.version);
+        let proposed = plan.wanted.as_ref().map(|proposed| proposed.version);
         assert_eq!(change.version, proposed, "{failure}");
-        if let Some(proposed) = &plan.proposed {
+        if let Some(proposed) = &plan.wanted {
             assert_eq!(proposed.flight, answer.flight);
             assert_eq!(proposed.legs, answer.legs);
             assert_eq!(proposed.path, answer.answer.path);
@@ -246,15 +246,15 @@ async fn a_zone_of_half_an_hour_is_flown_through_before_it_and_waited_out_in_it(
         town.api.post("/v1/zones", &parade).await.is(201);
         let request = |id: &str| json!({"id": id, "source": "a", "destination": "d"});
         let before = town.deliver(request("before")).await.expect("a plan");
-        let flight = before.current.flight.as_ref().expect("a flight");
+        let flight = before.reported.flight.as_ref().expect("a flight");
         assert!(flight.stops.is_empty(), "{flight:?}");
-        assert_eq!(nodes(&before.current.path), ["a", "b", "c", "d"]);
-        assert_eq!(before.state, PlanState::Active);
+        assert_eq!(nodes(&before.reported.path), ["a", "b", "c", "d"]);
+        assert!(before.flags.is_empty());
         town.wait_until("12:10").await;
         let within = town.deliver(request("within")).await.expect("a plan");
-        let flight = within.current.flight.as_ref().expect("a flight");
+        let flight = within.reported.flight.as_ref().expect("a flight");
         assert_eq!(flight.stops.len(), 1, "{flight:?}");
-        let enters: jiff::Timestamp = within.current.legs[1]
+        let enters: jiff::Timestamp = within.reported.legs[1]
             .departs_at
             .parse()
             .expect("an instant");
@@ -279,10 +279,10 @@ async fn wind_that_is_put_is_flown_in() {
         assert_ne!(put.stamp.revision, calm.stamp.revision);
         let headwind = town.deliver(request("headwind")).await.expect("a plan");
         let energy_wh =
-            |plan: &wire::Plan<'_>| plan.current.flight.as_ref().map(|flight| flight.energy_wh);
+            |plan: &wire::Plan<'_>| plan.reported.flight.as_ref().map(|flight| flight.energy_wh);
         assert!(energy_wh(&headwind) > energy_wh(&calm));
         let ground_mps = |plan: &wire::Plan<'_>| {
-            let flight = plan.current.legs[0].flight.as_ref();
+            let flight = plan.reported.legs[0].flight.as_ref();
             flight.map(|flight| flight.ground_speed_mps.round())
         };
         assert_eq!(
@@ -417,21 +417,21 @@ async fn telemetry_off_the_plan_is_answered_by_itself_once_a_minute() {
         town.wait_until("18:04").await;
         let late = town.see(here(0.75)).await;
         let id = late.recomposition_id.clone().expect("it is late");
-        let proposed = late.proposed.clone().expect("a version");
+        let proposed = late.wanted.clone().expect("a version");
         assert!(late.affected);
         let record = town.record(&id).await;
         assert_eq!(record["report"]["type"], "service_level");
         let plan = town.plan("p").await;
-        assert_eq!(plan.proposed, Some(proposed.clone()));
+        assert_eq!(plan.wanted, Some(proposed.clone()));
         assert_eq!(
-            plan.proposed.map(|proposed| proposed.outcome),
+            plan.wanted.map(|proposed| proposed.outcome),
             Some("unaffected".into())
         );
         // While that waits for the drone nothing more is said of it.
         town.wait_until("18:04:30").await;
         let again = town.see(here(0.75)).await;
         assert_eq!(again.recomposition_id, None);
-        assert!(again.proposed.is_some());
+        assert!(again.wanted.is_some());
         told.push((late, proposed));
     }
     assert_eq!(told[0], told[1]);
@@ -445,7 +445,7 @@ async fn a_battery_lower_than_planned_is_a_failure_by_itself() {
             .see(json!({"drone_id": "drone-1", "location": {"x": 2250, "y": 0}, "battery_fraction": 0.3}))
             .await;
         assert!(low.recomposition_id.is_some(), "{low:?}");
-        let flight = low.proposed.expect("a version").flight.expect("a flight");
+        let flight = low.wanted.expect("a version").flight.expect("a flight");
         assert_eq!(flight.stops.len(), 1, "it has to charge: {flight:?}");
     }
 }
@@ -459,7 +459,7 @@ async fn a_heavier_airframe_is_named_and_draws_more() {
         let request = |id: &str, airframe: &str| json!({"id": id, "source": "a", "destination": "d", "airframe": airframe, "objective": "energy"});
         let light = town.deliver(request("light", "phantom3")).await;
         let heavy = town.deliver(request("heavy", "m100")).await;
-        let flight = |plan: wire::Plan<'static>| plan.current.flight.expect("a flight");
+        let flight = |plan: wire::Plan<'static>| plan.reported.flight.expect("a flight");
         let [light, heavy] = [light, heavy].map(|plan| flight(plan.expect("a plan")));
         assert_eq!(&*heavy.airframe, "DJI Matrice 100");
         assert!(heavy.energy_wh > 1.5 * light.energy_wh);

@@ -10,7 +10,7 @@ async fn legs_say_where_how_high_and_how_fast_they_are_flown() {
     for dialect in DIALECTS {
         let town = flying(dialect).await;
         let plan = town.plan("p").await;
-        let legs = &plan.current.legs;
+        let legs = &plan.reported.legs;
         let place = |corner: &wire::Waypoint| (corner.x, corner.y);
         let corners = legs.iter().map(|leg| {
             let (first, last) = (leg.geometry.first(), leg.geometry.last());
@@ -58,7 +58,7 @@ async fn a_place_that_nobody_knows_costs_the_leg_once() {
     for dialect in DIALECTS {
         let town = flying(dialect).await;
         let planned = town.plan("p").await;
-        let leg = planned.current.legs[1]
+        let leg = planned.reported.legs[1]
             .flight
             .as_ref()
             .expect("how it is flown");

@@ -123,8 +123,8 @@ async fn plans_are_composed_met_by_a_zone_taken_over_and_cancelled() {
         json!([])
     );
     let plan = api.get("/v1/plans/p1").await.is(200).json();
-    assert_eq!(plan["state"], "affected");
-    let version = &plan["proposed"]["version"];
+    assert_eq!(plan["flags"], json!(["affected"]));
+    let version = &plan["wanted"]["version"];
     let stale = api
         .post("/v1/plans/p1/ack", &json!({"version": 99}))
         .await
@@ -135,10 +135,10 @@ async fn plans_are_composed_met_by_a_zone_taken_over_and_cancelled() {
         .await
         .is(200)
         .json();
-    assert_eq!(taken["state"], "active");
-    assert_eq!(&taken["current"]["version"], version);
+    assert_eq!(taken["flags"], json!([]));
+    assert_eq!(&taken["reported"]["version"], version);
     let cancelled = api.ask("DELETE /v1/plans/p1", &[], "").await.is(200).json();
-    assert_eq!(cancelled["state"], "cancelled");
+    assert_eq!(cancelled["ended_as"], "cancelled");
     assert_eq!(
         api.get("/v1/plans/nobody").await.is(404).code(),
         "not_found"

@@ -206,6 +206,10 @@ impl Town {
                     battery_fraction: entry.battery_fraction,
                     ground_speed_mps: entry.ground_speed_mps,
                     heading_deg: entry.heading_deg,
+                    altitude_reference: entry.altitude_reference,
+                    airborne: entry.airborne,
+                    leg: entry.leg,
+                    fraction: entry.fraction,
                 };
                 let message = proto::ReportTelemetryRequest {
                     positions: vec![entry],

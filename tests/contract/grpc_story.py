@@ -88,7 +88,7 @@ def story(checks: Checks, rest: Rest, client: Grpc, watch: Watch) -> None:
     plan = compose(checks, rest, client, watch)
     if plan is None:
         return
-    nodes = plan["current"]["path"]["nodes"]
+    nodes = plan["reported"]["path"]["nodes"]
     before = report_on_both(checks, rest, client, "before the zone")
     zone_over_the_way(checks, rest, client, watch, nodes, before)
     after = report_on_both(checks, rest, client, "after the zone")
@@ -102,15 +102,15 @@ def compose(checks: Checks, rest: Rest, client: Grpc, watch: Watch) -> dict | No
     if not checks.equal(answer.code, None, f"a plan is composed: {answer.told()}"):
         return None
     plan = answer.body
-    nodes = plan["current"]["path"]["nodes"]
+    nodes = plan["reported"]["path"]["nodes"]
     checks.equal((nodes[0], nodes[-1]), (str(SOURCE), str(DESTINATION)), "the plan's ends")
     checks.expect(len(nodes) >= 4, f"a way of several legs: {nodes}")
-    checks.equal(len(plan["current"]["legs"]), len(nodes) - 1, "legs of the plan")
+    checks.equal(len(plan["reported"]["legs"]), len(nodes) - 1, "legs of the plan")
     event = watch.wait_for("PLAN_COMPOSED")
     checks.expect(event is not None, f"the plan is an event: {watch.seen}")
     told = rest.call("GET", f"/v1/plans/{PLAN_ID}").body
-    checks.equal([str(node) for node in told["current"]["path"]["nodes"]], nodes, "REST tells the same plan")
-    checks.equal(told["current"]["length_m"], plan["current"]["length_m"], "and its length")
+    checks.equal([str(node) for node in told["reported"]["path"]["nodes"]], nodes, "REST tells the same plan")
+    checks.equal(told["reported"]["length_m"], plan["reported"]["length_m"], "and its length")
     return plan
 
 
@@ -173,9 +173,9 @@ def zone_over_the_way(checks: Checks, rest: Rest, client: Grpc, watch: Watch, no
 def plan_is_affected(checks: Checks, client: Grpc, watch: Watch) -> None:
     checks.expect(watch.wait_for("PLAN_AFFECTED") is not None, f"the affected plan is an event: {watch.seen}")
     plan = client.call("skyway.v1.Plans", "GetPlan", {"id": PLAN_ID}).body
-    checks.equal(plan["state"], "PLAN_STATE_AFFECTED", "its state")
+    checks.equal(plan["flags"], ["PLAN_FLAG_AFFECTED"], "its flags")
     checks.equal(plan["affected_by"], [ZONE_ID], "what it is affected by")
-    checks.expect(plan.get("proposed"), "its recomposed version is ready")
+    checks.expect(plan.get("wanted"), "its recomposed version is ready")
 
 
 def real_failure(checks: Checks, rest: Rest, client: Grpc, watch: Watch, nodes: list[str]) -> None:
@@ -199,4 +199,4 @@ def real_failure(checks: Checks, rest: Rest, client: Grpc, watch: Watch, nodes: 
     lifted = client.call("skyway.v1.Airspace", "DeleteClosure", {"id": closure})
     checks.equal(lifted.code, None, f"the closure is lifted: {lifted.told()}")
     cancelled = client.call("skyway.v1.Plans", "CancelPlan", {"id": PLAN_ID})
-    checks.equal(cancelled.body.get("state"), "PLAN_STATE_CANCELLED", "the plan is cancelled")
+    checks.equal(cancelled.body.get("ended_as"), "ENDED_AS_CANCELLED", "the plan is cancelled")

@@ -62,10 +62,10 @@ def closure_facts(body: dict) -> tuple:
 
 def plan_facts(body: dict) -> tuple:
     """How a plan stands, and where it leads."""
-    current = body["current"]
+    reported = body["reported"]
     state = body["state"].removeprefix("PLAN_STATE_").lower()
-    legs = [(leg["segment"], leg["if_closed"].get("extra_m")) for leg in current["legs"]]
-    return (body["id"], state, bare(current["path"]["nodes"]), current["length_m"], legs, current["version"])
+    legs = [(leg["segment"], leg["if_closed"].get("extra_m")) for leg in reported["legs"]]
+    return (body["id"], state, bare(reported["path"]["nodes"]), reported["length_m"], legs, reported["version"])
 
 
 def node_facts(body: dict) -> tuple:
@@ -389,7 +389,7 @@ REST_OF_IT = [
         "no_route",
     ),
     Scenario(
-        "a version that was never proposed",
+        "a version that was never sent",
         ("POST", f"/v1/plans/{PLAN}/ack", {"version": 7}),
         (PLANS, "AcknowledgePlan", {"id": PLAN, "version": 7}),
         "plan_state_conflict",

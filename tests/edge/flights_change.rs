@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{Idempotency, MemoryDisk, Settings, Table, ZoneWrite};
 use skyway::network::NetworkDraft;
-use skyway::wire::{self, EventKind, PlanState};
+use skyway::wire::{self, EventKind, PlanFlag};
 use tokio_stream::StreamExt;
 
 async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
@@ -23,7 +23,7 @@ async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
 async fn acknowledge(stage: &Stage, id: &str, version: u32) -> wire::Plan<'static> {
     let ack = wire::Ack {
         version,
-        location: None,
+        ..wire::Ack::default()
     };
     let taken = stage.edge.acknowledge_plan(&stage.caller, id, ack).await;
     taken.expect("taken over")
@@ -50,12 +50,12 @@ async fn a_zone_affects_the_plans_that_are_there_in_its_window_and_no_others() {
     assert_eq!(preview.plans[0].outcome, met[0].outcome);
     assert_eq!(preview.plans[0].path, met[0].path);
     for id in ["before", "after"] {
-        assert_eq!(stage.plan(id).state, PlanState::Active, "{id}");
+        assert!(stage.plan(id).flags.is_empty(), "{id}");
     }
     let during = stage.plan("during");
-    assert_eq!(during.state, PlanState::Affected);
+    assert_eq!(during.flags, [PlanFlag::Affected]);
     assert_eq!(during.affected_by, ["match"]);
-    let proposed = during.proposed.as_ref().expect("a version is ready");
+    let proposed = during.wanted.as_ref().expect("a version is ready");
     let waits = stops(proposed);
     assert!(instant(waits[0].3) > at("09:30"), "{waits:?}");
     stage
@@ -68,7 +68,7 @@ async fn a_zone_affects_the_plans_that_are_there_in_its_window_and_no_others() {
 
     lift(&stage, &ack, "match").await;
     let free = stage.plan("during");
-    assert_eq!((free.state, free.proposed), (PlanState::Active, None));
+    assert_eq!((free.flags.len(), free.wanted), (0, None));
 }
 
 #[tokio::test]
@@ -82,24 +82,24 @@ async fn until_a_new_version_is_taken_over_both_keep_their_pads() {
     let zone = windowed(circle("match", 2_500.0, 0.0, 50.0), "06:55", "07:30");
     stage.zone(zone).await;
     let first = stage.plan("first");
-    let proposed = first.proposed.clone().expect("a version");
+    let proposed = first.wanted.clone().expect("a version");
     let second = stage
         .deliver(delivery("second", "s0", "s3"))
         .await
         .expect("a plan");
-    let both = [&first.current, &proposed];
+    let both = [&first.reported, &proposed];
     stage
-        .check_version(&second, &second.current, &both)
+        .check_version(&second, &second.reported, &both)
         .expect("it keeps off both");
     let taken = acknowledge(&stage, "first", proposed.version).await;
-    assert_eq!(stops(&taken.current), stops(&proposed));
+    assert_eq!(stops(&taken.reported), stops(&proposed));
     let third = stage
         .deliver(delivery("third", "s2", "s0"))
         .await
         .expect("a plan");
-    let flown = [&taken.current, &second.current];
+    let flown = [&taken.reported, &second.reported];
     stage
-        .check_version(&third, &third.current, &flown)
+        .check_version(&third, &third.reported, &flown)
         .expect("it keeps off what is flown");
 }
 
@@ -111,7 +111,7 @@ async fn pads_that_close_affect_the_plans_that_stop_there() {
         "start_time": "2026-11-21T07:00:00Z", "deadline": "2026-11-21T21:00:00Z",
     });
     let plan = stage.deliver(request).await.expect("a plan");
-    let third = stops(&plan.current)[3].0.clone();
+    let third = stops(&plan.reported)[3].0.clone();
     let draft = json!({"id": "works", "pads": [third.parse::<i64>().expect("a number")]});
     let draft = serde_json::from_value(draft).expect("a closure");
     let closed = stage
@@ -119,9 +119,9 @@ async fn pads_that_close_affect_the_plans_that_stop_there() {
         .close(&stage.caller, draft, Idempotency::default());
     closed.await.expect("closed");
     let plan = stage.plan("long");
-    assert_eq!(plan.state, PlanState::Affected);
+    assert_eq!(plan.flags, [PlanFlag::Affected]);
     assert_eq!(plan.affected_by, ["works"]);
-    let proposed = plan.proposed.as_ref().expect("a version");
+    let proposed = plan.wanted.as_ref().expect("a version");
     let there = |stop: &(String, u16, &str, &str)| stop.0 == third;
     assert!(!stops(proposed).iter().any(there), "{proposed:?}");
     stage
@@ -165,36 +165,36 @@ async fn a_wind_that_turns_affects_the_plans_that_it_leaves_short() {
     for id in ["there", "back"] {
         let plan = stage.plan(id);
         assert_eq!(
-            plan.state,
-            PlanState::Active,
+            plan.flags.len(),
+            0,
             "{id}: it is less than telemetry may be off"
         );
     }
 
     blow(&stage, 7.0).await;
-    assert_eq!(stage.plan("back").state, PlanState::Active);
+    assert!(stage.plan("back").flags.is_empty());
     let there = stage.plan("there");
-    assert_eq!(there.state, PlanState::Affected);
+    assert_eq!(there.flags, [PlanFlag::Affected]);
     assert!(there.affected_by.is_empty(), "no closure does");
     let short = stage.check(&there, &[]);
     assert!(short.is_err(), "the checker says so too");
-    let proposed = there.proposed.as_ref().expect("a version for this wind");
+    let proposed = there.wanted.as_ref().expect("a version for this wind");
     let back = stage.plan("back");
     stage
-        .check_version(&there, proposed, &[&back.current])
+        .check_version(&there, proposed, &[&back.reported])
         .expect("it can be flown");
-    assert!(stops(proposed).len() > stops(&there.current).len());
+    assert!(stops(proposed).len() > stops(&there.reported).len());
 
     blow(&stage, 0.2).await;
     let calm = stage.plan("there");
-    assert_eq!((calm.state, calm.proposed), (PlanState::Active, None));
+    assert_eq!((calm.flags.len(), calm.wanted), (0, None));
 
     // More than the airframe stands: everybody stays where they are.
     blow(&stage, 12.0).await;
     for id in ["there", "back"] {
         let grounded = stage.plan(id);
-        assert_eq!(grounded.state, PlanState::Affected, "{id}");
-        let proposed = grounded.proposed.as_ref().expect("what to do");
+        assert_eq!(grounded.flags, [PlanFlag::Affected], "{id}");
+        let proposed = grounded.wanted.as_ref().expect("what to do");
         assert!(proposed.legs.is_empty(), "{id}: {proposed:?}");
     }
 }
@@ -209,9 +209,9 @@ async fn a_drone_in_flight_goes_on_with_the_battery_that_it_has() {
     let zone = windowed(circle("match", 4_500.0, 0.0, 50.0), "06:00", "06:40");
     stage.zone(zone).await;
     let met = stage.plan("p");
-    let proposed = met.proposed.as_ref().expect("a version");
+    let proposed = met.wanted.as_ref().expect("a version");
     let flight = proposed.flight.as_ref().expect("a flight");
-    let full = plan.current.flight.as_ref().expect("a flight");
+    let full = plan.reported.flight.as_ref().expect("a flight");
     assert!(
         flight.battery_at_departure_fraction < full.battery_at_departure_fraction - 0.02,
         "{flight:?}"
@@ -229,7 +229,7 @@ async fn flights_and_their_pads_survive_a_restart() {
     stage.zone(cut).await;
     let request = json!({"id": "p1", "source": "a0", "destination": "a7", "objective": "time"});
     let before = stage.deliver(request).await.expect("a plan");
-    assert!(!stops(&before.current).is_empty(), "{before:?}");
+    assert!(!stops(&before.reported).is_empty(), "{before:?}");
     stage.edge.end().await;
     let stage = stage.again(disk.open()).await;
     let after = stage.plan("p1");
@@ -260,7 +260,7 @@ async fn plans_of_an_edge_without_the_flight_model_are_read_by_one_with_it() {
     let rows = disk.rows(Table::Plans);
     let row: Value = serde_json::from_str(&rows[0].1).expect("JSON");
     // As it was written before there were flights.
-    assert!(row.get("order").is_none() && row["current"].get("flight").is_none());
+    assert!(row.get("order").is_none() && row["reported"].get("flight").is_none());
     let stage = stage.again_with(disk.open(), settings()).await;
     let old = stage.plan("old");
     assert_eq!((&*old.energy, &*old.times), ("unchecked", "nominal"));
@@ -287,7 +287,7 @@ async fn what_opens_early_is_offered_and_forced_on_nobody() {
     let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
     let request = |id: &str| json!({"id": id, "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
     let around = stage.deliver(request("p")).await.expect("a plan");
-    assert_eq!(names(&around.current.path.nodes), ["s0", "north", "s2"]);
+    assert_eq!(names(&around.reported.path.nodes), ["s0", "north", "s2"]);
     let mut events = stage.edge.events(None).expect("a stream");
     lift(&stage, &ack, "fire").await;
     let offered = async || loop {
@@ -299,15 +299,15 @@ async fn what_opens_early_is_offered_and_forced_on_nobody() {
     let mut offered = offered;
     offered().await;
     let plan = stage.plan("p");
-    assert_eq!(plan.state, PlanState::Active);
-    assert_eq!(plan.current, around.current, "it is flown as it was");
-    let offer = plan.proposed.clone().expect("an offer");
+    assert!(plan.flags.is_empty());
+    assert_eq!(plan.reported, around.reported, "it is flown as it was");
+    let offer = plan.wanted.clone().expect("an offer");
     assert_eq!(names(&offer.path.nodes), ["s0", "s1", "s2"]);
     assert_eq!(offer.outcome, "rerouted");
     stage.check_version(&plan, &offer, &[]).expect("flyable");
     stage.pass(SignedDuration::from_secs(61)).await;
     let plan = stage.plan("p");
-    assert_eq!((plan.state, plan.proposed), (PlanState::Active, None));
+    assert_eq!((plan.flags.len(), plan.wanted), (0, None));
     assert_eq!(stage.edge.status().plans_unacknowledged, 0);
 }
 
@@ -320,10 +320,10 @@ async fn an_offer_may_be_taken() {
     let mut events = stage.edge.events(None).expect("a stream");
     lift(&stage, &ack, "fire").await;
     while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
-    let version = stage.plan("p").proposed.expect("an offer").version;
+    let version = stage.plan("p").wanted.expect("an offer").version;
     let plan = acknowledge(&stage, "p", version).await;
-    assert_eq!(names(&plan.current.path.nodes), ["s0", "s1", "s2"]);
-    assert_eq!(plan.state, PlanState::Active);
+    assert_eq!(names(&plan.reported.path.nodes), ["s0", "s1", "s2"]);
+    assert!(plan.flags.is_empty());
 }
 
 #[tokio::test]
@@ -333,7 +333,7 @@ async fn a_flight_goes_on_over_another_network_unless_its_pad_is_gone() {
     stage.zone(zone).await;
     let request = json!({"id": "p", "source": "s0", "destination": "s3", "start_time": "2026-11-21T07:00:00Z"});
     let before = stage.deliver(request).await.expect("a plan");
-    let waits = stops(&before.current)[0].0.clone();
+    let waits = stops(&before.reported)[0].0.clone();
     stage
         .rebuild(|draft| {
             draft.nodes.insert(0, node("new", 0.0, 900.0));
@@ -341,9 +341,9 @@ async fn a_flight_goes_on_over_another_network_unless_its_pad_is_gone() {
         })
         .await;
     let after = stage.plan("p");
-    assert_eq!(stops(&after.current), stops(&before.current));
-    assert_eq!(after.current.arrives_at, before.current.arrives_at);
-    assert_eq!(after.state, PlanState::Active);
+    assert_eq!(stops(&after.reported), stops(&before.reported));
+    assert_eq!(after.reported.arrives_at, before.reported.arrives_at);
+    assert!(after.flags.is_empty());
     stage.check(&after, &[]).expect("it can be flown still");
     let closed = |draft: &mut NetworkDraft| {
         let mut nodes = draft.nodes.iter_mut();
@@ -352,8 +352,8 @@ async fn a_flight_goes_on_over_another_network_unless_its_pad_is_gone() {
     };
     stage.rebuild(closed).await;
     let moved = stage.plan("p");
-    assert_eq!(moved.state, PlanState::Affected, "{moved:?}");
-    let proposed = moved.proposed.as_ref().expect("a version");
+    assert_eq!(moved.flags, [PlanFlag::Affected], "{moved:?}");
+    let proposed = moved.wanted.as_ref().expect("a version");
     assert_ne!(stops(proposed)[0].0, waits);
     stage
         .check_version(&moved, proposed, &[])
@@ -375,7 +375,7 @@ async fn many_plans_that_a_zone_meets_keep_off_each_other_afterwards() {
     }
     let ids: Vec<String> = (0..10).map(|number| format!("p{number}")).collect();
     let first = stage.plan("p0");
-    let middle = &first.current.legs[first.current.legs.len() / 2];
+    let middle = &first.reported.legs[first.reported.legs.len() / 2];
     let draft = json!({
         "id": "works", "segments": [middle.segment],
         "until": "2026-11-21T11:00:00Z",
@@ -390,14 +390,14 @@ async fn many_plans_that_a_zone_meets_keep_off_each_other_afterwards() {
     let plans: Vec<wire::Plan<'_>> = ids.iter().map(|id| stage.plan(id)).collect();
     let affected: Vec<&wire::Plan<'_>> = plans
         .iter()
-        .filter(|plan| plan.state == PlanState::Affected)
+        .filter(|plan| plan.flags == [PlanFlag::Affected])
         .collect();
     assert!(affected.len() > 2, "{} plans are met", affected.len());
     for plan in &affected {
-        let proposed = plan.proposed.as_ref().expect("a version");
+        let proposed = plan.wanted.as_ref().expect("a version");
         let others = plans.iter().filter(|other| other.id != plan.id);
         let counting: Vec<&wire::PlanVersion<'_>> = others
-            .flat_map(|other| std::iter::once(&other.current).chain(&other.proposed))
+            .flat_map(|other| std::iter::once(&other.reported).chain(&other.wanted))
             .collect();
         stage
             .check_version(plan, proposed, &counting)
@@ -428,9 +428,9 @@ async fn a_closure_is_in_force_before_many_drones_have_been_answered() {
     stage.settle().await;
     for number in 0..20 {
         let plan = stage.plan(&format!("p{number}"));
-        assert_eq!(plan.state, PlanState::Affected);
+        assert_eq!(plan.flags, [PlanFlag::Affected]);
         assert_eq!(plan.affected_by, ["fire"]);
-        let proposed = plan.proposed.as_ref().expect("a version");
+        let proposed = plan.wanted.as_ref().expect("a version");
         assert_eq!(names(&proposed.path.nodes), ["s0", "north", "s2"]);
         stage.check_version(&plan, proposed, &[]).expect("flyable");
     }

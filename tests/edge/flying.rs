@@ -69,8 +69,9 @@ impl Stage {
         plan: &wire::Plan<'_>,
         others: &[&wire::Plan<'_>],
     ) -> Result<(), FlightFault> {
-        let others: Vec<&wire::PlanVersion<'_>> = others.iter().map(|plan| &plan.current).collect();
-        self.check_version(plan, &plan.current, &others)
+        let others: Vec<&wire::PlanVersion<'_>> =
+            others.iter().map(|plan| &plan.reported).collect();
+        self.check_version(plan, &plan.reported, &others)
     }
 
     /// The same of any version; one that was proposed in flight begins in the air.

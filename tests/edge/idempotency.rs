@@ -62,10 +62,7 @@ async fn another_report_under_the_same_id_is_answered_and_changes_nothing() {
         "{other}"
     );
     assert!(stage.edge.closure(&stage.caller, "report:a1-a2").is_err());
-    assert_eq!(
-        stage.plan("p1").proposed.expect("the first one's").version,
-        2
-    );
+    assert_eq!(stage.plan("p1").wanted.expect("the first one's").version, 2);
 }
 
 #[tokio::test]
@@ -122,5 +119,5 @@ async fn many_sendings_at_once_have_one_effect() {
         .count();
     assert_eq!(fresh, 1, "{replayed:?}");
     stage.settle().await;
-    assert_eq!(stage.plan("p1").proposed.expect("a version").version, 2);
+    assert_eq!(stage.plan("p1").wanted.expect("a version").version, 2);
 }

@@ -13,6 +13,8 @@ mod flights_kept;
 mod flying;
 mod idempotency;
 mod journal;
+mod plan_ends;
+mod plan_versions;
 mod plans;
 mod publication;
 mod restart;

@@ -1,15 +1,14 @@
 //! Plans in flight: closed ahead, recomposed, taken over, open again, over.
 
 use crate::stage::{Stage, circle, names};
-use jiff::SignedDuration;
 use serde_json::json;
-use skyway::edge::{Code, PageRequest, PlanFilter, ZoneWrite};
-use skyway::wire::{Ack, PlanState};
+use skyway::edge::{Code, ZoneWrite};
+use skyway::wire::{Ack, EndedAs, PlanFlag};
 
 fn ack(version: u32) -> Ack {
     Ack {
         version,
-        location: None,
+        ..Ack::default()
     }
 }
 
@@ -27,9 +26,8 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
     assert_eq!(preview.effect.segments, ["a2-a3"]);
     assert_eq!(preview.effect.plans[0].plan_id, "met");
     assert!(!preview.enforced);
-    assert_eq!(
-        stage.plan("met").state,
-        PlanState::Active,
+    assert!(
+        stage.plan("met").flags.is_empty(),
         "a preview changes nothing"
     );
 
@@ -42,9 +40,9 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
         told
     });
     let plan = stage.plan("met");
-    assert_eq!(plan.state, PlanState::Affected);
+    assert_eq!(plan.flags, [PlanFlag::Affected]);
     assert_eq!(plan.affected_by, ["fire"]);
-    let proposed = plan.proposed.expect("a version is ready");
+    let proposed = plan.wanted.expect("a version is ready");
     assert!(
         !proposed.path.segments.contains(&"a2-a3".into()),
         "{proposed:?}"
@@ -52,8 +50,8 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
     assert_eq!(proposed.legs.len(), proposed.path.segments.len());
     let told = stage.see("d1", 10.0, 0.0).await.positions.remove(0);
     assert!(told.affected);
-    assert_eq!(told.proposed.expect("told").version, 2);
-    assert_eq!(stage.plan("free").state, PlanState::Active);
+    assert_eq!(told.wanted.expect("told").version, 2);
+    assert!(stage.plan("free").flags.is_empty());
 
     let write = ZoneWrite {
         id: Some("fire".to_owned()),
@@ -66,7 +64,7 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
         .await
         .expect("deleted");
     let plan = stage.plan("met");
-    assert_eq!((plan.state, plan.proposed), (PlanState::Active, None));
+    assert_eq!((plan.flags.len(), plan.wanted), (0, None));
 }
 
 #[tokio::test]
@@ -98,15 +96,15 @@ async fn a_drone_takes_over_what_it_was_told_and_nothing_else() {
         .acknowledge_plan(&stage.caller, "p1", ack(2))
         .await
         .expect("taken over");
-    assert_eq!((plan.state, plan.current.version), (PlanState::Active, 2));
-    assert_eq!(plan.current.length_m, 500.0);
-    assert_eq!(names(&plan.current.path.nodes)[..2], ["a1", "b1"]);
+    assert_eq!((plan.flags.len(), plan.reported.version), (0, 2));
+    assert_eq!(plan.reported.length_m, 500.0);
+    assert_eq!(names(&plan.reported.path.nodes)[..2], ["a1", "b1"]);
     let again = stage
         .edge
         .acknowledge_plan(&stage.caller, "p1", ack(2))
         .await
         .expect("the same again");
-    assert_eq!(again.current, plan.current);
+    assert_eq!(again.reported, plan.reported);
 }
 
 #[tokio::test]
@@ -115,11 +113,11 @@ async fn what_lies_behind_a_drone_affects_it_no_more() {
     stage.compose("p1", "d1", "a0", "a7").await;
     stage.see("d1", 450.0, 0.0).await;
     stage.zone(circle("behind", 150.0, 0.0, 10.0)).await;
-    assert_eq!(stage.plan("p1").state, PlanState::Active);
+    assert!(stage.plan("p1").flags.is_empty());
     stage.zone(circle("ahead", 650.0, 0.0, 10.0)).await;
     let plan = stage.plan("p1");
     assert_eq!(plan.affected_by, ["ahead"]);
-    let proposed = plan.proposed.expect("a way");
+    let proposed = plan.wanted.expect("a way");
     assert_eq!(
         names(&proposed.path.nodes)[0],
         "a5",
@@ -143,27 +141,7 @@ async fn opposite_plans_on_one_segment_conflict_until_one_is_cancelled() {
         .await
         .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());
-    assert_eq!(stage.plan("east").state, PlanState::Cancelled);
-}
-
-#[tokio::test]
-async fn a_plan_is_over_some_time_after_its_nominal_end() {
-    let stage = Stage::set();
-    stage.compose("p1", "d1", "a0", "a3").await;
-    stage.pass(SignedDuration::from_secs(30 + 299)).await;
-    assert_eq!(stage.plan("p1").state, PlanState::Active);
-    stage.pass(SignedDuration::from_secs(2)).await;
-    assert_eq!(stage.plan("p1").state, PlanState::Completed);
-    stage.compose("p2", "d1", "a0", "a3").await;
-    let filter = PlanFilter {
-        drone_id: Some("d1".to_owned()),
-        ..PlanFilter::default()
-    };
-    let plans = stage
-        .edge
-        .plans(&stage.caller, &PageRequest::default(), &filter)
-        .expect("a list");
-    assert_eq!(plans.plans.len(), 2);
+    assert_eq!(stage.plan("east").ended_as, Some(EndedAs::Cancelled));
 }
 
 #[tokio::test]

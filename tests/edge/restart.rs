@@ -10,7 +10,7 @@ use skyway::edge::{
     PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
 };
 use skyway::formats::load_network;
-use skyway::wire::PlanState;
+use skyway::wire::{EndedAs, PlanFlag, PlanState};
 use std::sync::Arc;
 
 /// All that clients can list, without what changes from one start to the next.
@@ -170,7 +170,7 @@ async fn nothing_is_given_twice_over_restarts() {
     stage.zone(circle("z", 650.0, 0.0, 10.0)).await;
     let (_, etag) = stage.edge.zone(&stage.caller, "z").expect("a zone");
     stage.zone(circle("over-the-plan", 150.0, 0.0, 5.0)).await;
-    let proposed = stage.plan("p1").proposed.expect("a version").version;
+    let proposed = stage.plan("p1").wanted.expect("a version").version;
     stage.edge.end().await;
 
     let stage = stage.again(disk.open()).await;
@@ -199,7 +199,7 @@ async fn nothing_is_given_twice_over_restarts() {
     stage
         .zone(circle("over-the-detour", 50.0, 100.0, 60.0))
         .await;
-    let next = stage.plan("p1").proposed.map(|version| version.version);
+    let next = stage.plan("p1").wanted.map(|version| version.version);
     assert!(
         next.is_none_or(|next| next > proposed),
         "{next:?} after {proposed}"
@@ -212,16 +212,22 @@ async fn what_was_due_while_it_was_away_happens_at_the_start() {
     let stage = Stage::over(disk.open()).await;
     live(&stage).await;
     assert!(stage.edge.closure(&stage.caller, "report:a0-a1").is_ok());
-    assert_eq!(stage.plan("p1").state, PlanState::Affected);
+    assert_eq!(stage.plan("p1").flags, [PlanFlag::Affected]);
     stage.edge.end().await;
-    // The life of what a navigational report closes is 15 minutes, plans are over long before.
+    // The life of what a navigational report closes is 15 minutes; plans are over an hour after their arrivals.
     stage.hand.advance(SignedDuration::from_mins(100));
     let stage = stage.again(disk.open()).await;
     assert!(
         stage.edge.closure(&stage.caller, "report:a0-a1").is_err(),
         "its life is over"
     );
-    assert_eq!(stage.plan("p1").state, PlanState::Completed);
+    let lost = stage.plan("p1");
+    assert_eq!(lost.state, PlanState::Ended);
+    assert_eq!(
+        lost.ended_as,
+        Some(EndedAs::Lost),
+        "nobody has heard of it for an hour"
+    );
     assert_eq!(stage.edge.status().active_plans, 0);
     assert!(
         stage.edge.snapshot().airspace().is_in_force("show"),
@@ -231,7 +237,7 @@ async fn what_was_due_while_it_was_away_happens_at_the_start() {
     // And it is stored.
     let stage = stage.again(disk.open()).await;
     assert!(stage.edge.closure(&stage.caller, "report:a0-a1").is_err());
-    assert_eq!(stage.plan("p1").state, PlanState::Completed);
+    assert_eq!(stage.plan("p1").state, PlanState::Ended);
 }
 
 #[tokio::test]
@@ -243,14 +249,14 @@ async fn life_goes_on_after_a_restart() {
     let stage = stage.again(disk.open()).await;
     let page = PageRequest::default();
     // The drone takes over what it was told before.
-    let version = stage.plan("p1").proposed.expect("a version").version;
+    let version = stage.plan("p1").wanted.expect("a version").version;
     let ack = serde_json::from_value(json!({"version": version})).expect("an ack");
     let plan = stage
         .edge
         .acknowledge_plan(&stage.caller, "p1", ack)
         .await
         .expect("taken over");
-    assert_eq!(names(&plan.current.path.nodes)[0], "a0");
+    assert_eq!(names(&plan.reported.path.nodes)[0], "a0");
     // The operator decides what waited for one, under the ids told before.
     let proposals = stage
         .edge

@@ -5,7 +5,7 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::{Code, Decision, NewNetwork, PageRequest, Settings};
 use skyway::network::{NodeDraft, Topology};
-use skyway::wire::{Ack, EventKind, PlanState};
+use skyway::wire::{Ack, EventKind, PlanFlag};
 use std::sync::Arc;
 use tokio_stream::StreamExt;
 
@@ -30,20 +30,21 @@ async fn a_plan_whose_node_ahead_goes_is_recomposed_and_those_elsewhere_fly_on()
     );
 
     let met = stage.plan("met");
-    assert_eq!((met.state, met.current.version), (PlanState::Affected, 1));
-    let left = names(&met.current.path.nodes);
+    assert_eq!(met.flags, [PlanFlag::Affected]);
+    assert_eq!(met.reported.version, 1);
+    let left = names(&met.reported.path.nodes);
     assert_eq!(left, ["a0", "a1", "a2", "a3", "a4"], "what is left of it");
-    let proposed = met.proposed.expect("a way round");
+    let proposed = met.wanted.expect("a way round");
     let nodes = names(&proposed.path.nodes);
     assert_eq!(nodes.last().map(String::as_str), Some("a7"));
     assert!(!nodes.contains(&"a5".to_owned()), "{nodes:?}");
     assert_eq!(nodes[0], "a3", "from where its drone is: {nodes:?}");
 
     let now = stage.plan("free");
-    assert_eq!((now.state, &now.proposed), (PlanState::Active, &None));
-    assert_eq!(now.current.path, free.current.path);
-    assert_eq!(now.current.length_m, free.current.length_m);
-    assert_eq!(now.current.arrives_at, free.current.arrives_at);
+    assert_eq!((now.flags.len(), &now.wanted), (0, &None));
+    assert_eq!(now.reported.path, free.reported.path);
+    assert_eq!(now.reported.length_m, free.reported.length_m);
+    assert_eq!(now.reported.arrives_at, free.reported.arrives_at);
 
     let first = events.next().await.expect("more").expect("no gap");
     assert_eq!(first.kind, EventKind::NetworkChanged);
@@ -52,21 +53,21 @@ async fn a_plan_whose_node_ahead_goes_is_recomposed_and_those_elsewhere_fly_on()
     assert_eq!(second.kind, EventKind::PlanAffected);
     let ack = Ack {
         version: proposed.version,
-        location: None,
+        ..Ack::default()
     };
     let taken = stage.edge.acknowledge_plan(&stage.caller, "met", ack).await;
-    assert_eq!(taken.expect("taken over").state, PlanState::Active);
+    assert!(taken.expect("taken over").flags.is_empty());
 }
 
 #[tokio::test]
 async fn contingencies_lead_over_nothing_that_is_gone() {
     let stage = Stage::set();
     let before = stage.compose("p", "d1", "a0", "a3").await;
-    let detour = |plan: &skyway::wire::Plan<'_>| names(&plan.current.legs[1].if_closed.nodes);
+    let detour = |plan: &skyway::wire::Plan<'_>| names(&plan.reported.legs[1].if_closed.nodes);
     assert_eq!(detour(&before), ["a1", "b1", "b2", "a2"]);
     stage.rebuild(|draft| without(draft, "b2")).await;
     let after = stage.plan("p");
-    assert_eq!(after.state, PlanState::Active, "its own way is as it was");
+    assert!(after.flags.is_empty(), "its own way is as it was");
     let detour = detour(&after);
     assert!(!detour.contains(&"b2".to_owned()), "{detour:?}");
 }
@@ -84,20 +85,20 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
         })
         .await;
     let plan = stage.plan("p");
-    assert_eq!(plan.state, PlanState::Affected);
-    let proposed = plan.proposed.expect("a way");
+    assert_eq!(plan.flags, [PlanFlag::Affected]);
+    let proposed = plan.wanted.expect("a way");
     assert_eq!(
-        proposed.path, plan.current.path,
+        proposed.path, plan.reported.path,
         "nothing is left of the old one"
     );
-    assert!(proposed.version > plan.current.version);
+    assert!(proposed.version > plan.reported.version);
     assert_eq!(
         names(&proposed.path.nodes).last().map(String::as_str),
         Some("a7")
     );
     // A zone on the new way is met as on any other.
     stage.zone(circle("fire", 550.0, 0.0, 10.0)).await;
-    let again = stage.plan("p").proposed.expect("another way");
+    let again = stage.plan("p").wanted.expect("another way");
     assert!(!again.path.segments.contains(&"a5-a6".into()), "{again:?}");
     // When it goes, the drone still has to say that it flies the way it was told.
     let zone = stage.edge.zone(&stage.caller, "fire").expect("a zone");
@@ -111,13 +112,13 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
         .delete_zone(&stage.caller, write)
         .await
         .expect("deleted");
-    assert_eq!(stage.plan("p").state, PlanState::Affected);
+    assert_eq!(stage.plan("p").flags, [PlanFlag::Affected]);
     let ack = Ack {
         version: again.version,
-        location: None,
+        ..Ack::default()
     };
     let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
-    assert_eq!(taken.expect("taken over").state, PlanState::Active);
+    assert!(taken.expect("taken over").flags.is_empty());
 }
 
 #[tokio::test]
@@ -133,7 +134,7 @@ async fn a_plan_whose_destination_goes_is_ended_with_the_reason() {
     }
     let data = &ended.expect("told").event.data;
     assert_eq!(data["why"], "source_or_destination_gone");
-    assert_eq!(data["plan"]["current"]["nodes"][7], "a7");
+    assert_eq!(data["plan"]["reported"]["nodes"][7], "a7");
     let plan = stage.edge.plan(&stage.caller, "p");
     assert_eq!(plan.expect_err("it is forgotten").code, Code::NotFound);
     stage.compose("next", "d1", "a0", "a6").await;
@@ -194,7 +195,7 @@ async fn a_zone_that_comes_to_lie_on_a_way_affects_the_plan_and_is_named() {
     stage.compose("p", "d1", "a0", "a7").await;
     // Of a segment's line only: the zone closes it when its ends come to lie on two sides.
     stage.zone(circle("mast", 450.0, -60.0, 20.0)).await;
-    assert_eq!(stage.plan("p").state, PlanState::Active);
+    assert!(stage.plan("p").flags.is_empty());
     stage
         .rebuild(|draft| {
             let moved = draft
@@ -206,8 +207,8 @@ async fn a_zone_that_comes_to_lie_on_a_way_affects_the_plan_and_is_named() {
         })
         .await;
     let plan = stage.plan("p");
-    assert_eq!(plan.state, PlanState::Affected);
-    let proposed = plan.proposed.expect("a way round");
+    assert_eq!(plan.flags, [PlanFlag::Affected]);
+    let proposed = plan.wanted.expect("a way round");
     assert!(
         !proposed.path.segments.contains(&"a4-a5".into()),
         "{proposed:?}"

@@ -4,7 +4,7 @@ use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::edge::Code;
-use skyway::wire::{EventKind, PlanState};
+use skyway::wire::{EventKind, PlanFlag};
 use tokio_stream::StreamExt;
 
 #[tokio::test]
@@ -56,7 +56,10 @@ async fn a_version_that_nobody_acknowledges_is_told() {
             EventKind::PlanUnacknowledged
         ]
     );
-    assert_eq!(stage.plan("p1").state, PlanState::Affected);
+    assert_eq!(
+        stage.plan("p1").flags,
+        [PlanFlag::Affected, PlanFlag::Unacknowledged]
+    );
 }
 
 #[tokio::test]

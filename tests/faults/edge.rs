@@ -169,7 +169,7 @@ pub(crate) async fn holding_of(client: &Client) -> Option<Holding> {
     holding.extend(listed(&closures["closures"], |it| {
         it["cause"] == "operator"
     }));
-    holding.extend(listed(&plans["plans"], |it| it["state"] != "cancelled"));
+    holding.extend(listed(&plans["plans"], |it| it["ended_as"] != "cancelled"));
     Some(holding)
 }
 

@@ -387,7 +387,7 @@ fn life_of(came: &Answer) -> Option<u64> {
 /// A plan that was cancelled can still be read.
 fn is_cancelled(body: &str) -> bool {
     let plan: Value = serde_json::from_str(body).unwrap_or_default();
-    plan["state"] == "cancelled"
+    plan["ended_as"] == "cancelled"
 }
 
 /// The version that a registry says a write has made.

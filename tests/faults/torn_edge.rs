@@ -68,7 +68,7 @@ async fn opened(file: &Path) -> Result<Holding, StoreFault> {
                 Table::Closures => {
                     tag_in(&serde_json::json!({"reason": body["closure"]["cause"]["operator"]}))
                 }
-                _ if body["state"] == "cancelled" => continue,
+                _ if body["ended_as"] == "cancelled" => continue,
                 _ => tag_in(&body),
             };
             holding.insert(id, tag);

@@ -82,7 +82,7 @@ async fn compose(outpost: &Outpost, edge: &Arc<Edge>, number: u64, chance: &mut 
     {
         Ok(plan) => {
             let plan = serde_json::to_value(plan).expect("JSON");
-            let nodes = &plan["current"]["path"]["nodes"];
+            let nodes = &plan["reported"]["path"]["nodes"];
             if plan["revision"] != *edge.stamp().revision {
                 // It was not answered until it was stored, and something has changed since.
                 return;

@@ -8,9 +8,9 @@ const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
 /// What each role may do besides what needs no token.
 fn may(role: &str) -> Vec<&'static str> {
     let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan \
-                 cancel_plan acknowledge_plan post_telemetry";
+                 cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry";
     let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
-    let operator = "create_zone put_zone delete_zone preview_zone create_closure change_closure delete_closure \
+    let operator = "release_plan create_zone put_zone delete_zone preview_zone create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold confirm_clock put_weather list_drones \
                     watch_events";
     let follower = "registry_list_networks registry_get_network registry_follow registry_snapshot registry_list_zones \

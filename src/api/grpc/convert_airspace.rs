@@ -25,6 +25,8 @@ mirror_enum!(EventKind {
     PlanOffered,
     PlanAcknowledged,
     PlanUnacknowledged,
+    PlanDeclined,
+    PlanOverdue,
     PlanEnded,
     CheckerCase,
     ProposalMade,

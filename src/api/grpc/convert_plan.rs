@@ -25,10 +25,28 @@ mirror_enum!(Outcome {
     NoRoute
 });
 mirror_enum!(PlanState {
-    Active,
+    Accepted,
+    Activated,
+    Nonconforming,
+    Contingent,
+    Ended
+});
+mirror_enum!(EndedAs {
+    Delivered,
+    Diverted,
+    Cancelled,
+    Lost
+});
+mirror_enum!(PlanFlag {
     Affected,
-    Completed,
-    Cancelled
+    Overdue,
+    Unacknowledged
+});
+
+mirror!(wire::SentVersion<'_> => SentVersion {
+    version: plain,
+    sent_at: time,
+    outcome: plain,
 });
 
 mirror!(wire::Stamp<'_> => Stamp {
@@ -100,6 +118,9 @@ mirror!(wire::Conflict<'_> => Conflict {
 
 mirror!(wire::PlanVersion<'_> => PlanVersion {
     version: plain,
+    epoch: plain,
+    token: plain,
+    sent_at: time,
     outcome: plain,
     path: message,
     length_m: plain,
@@ -116,6 +137,8 @@ mirror!(wire::PlanVersion<'_> => PlanVersion {
 mirror!(wire::Plan<'_> => Plan {
     id: plain,
     state: plain,
+    ended_as: plain,
+    flags: plain,
     drone_id: plain,
     source: plain,
     destination: plain,
@@ -124,8 +147,9 @@ mirror!(wire::Plan<'_> => Plan {
     airframe: plain,
     objective: plain,
     deadline: maybe_time,
-    current: message,
-    proposed: plain,
+    reported: message,
+    wanted: plain,
+    versions: plain,
     affected_by: plain,
     conflicts: plain,
     energy: plain,
@@ -144,7 +168,7 @@ mirror!(wire::Position<'_> => Position {
     accepted: plain,
     plan_id: plain,
     affected: plain,
-    proposed: plain,
+    wanted: plain,
     recomposition_id: plain,
     warnings: plain,
 });
@@ -159,6 +183,8 @@ mirror!(wire::DroneState<'_> => DroneState {
     location: message,
     seen_at: time,
     altitude_m: plain,
+    altitude_reference: plain,
+    airborne: plain,
     battery_fraction: plain,
     ground_speed_mps: plain,
     heading_deg: plain,
@@ -246,10 +272,24 @@ pub(super) fn telemetry_value(entry: proto::TelemetryEntry, ids: NodeIds) -> Val
         ("battery_fraction", entry.battery_fraction),
         ("ground_speed_mps", entry.ground_speed_mps),
         ("heading_deg", entry.heading_deg),
+        ("fraction", entry.fraction),
     ];
     for (name, number) in numbers {
         if let Some(number) = number {
             fields.insert(name.to_owned(), number_value(number));
+        }
+    }
+    let others = [
+        (
+            "altitude_reference",
+            entry.altitude_reference.map(Value::from),
+        ),
+        ("airborne", entry.airborne.map(Value::from)),
+        ("leg", entry.leg.map(Value::from)),
+    ];
+    for (name, value) in others {
+        if let Some(value) = value {
+            fields.insert(name.to_owned(), value);
         }
     }
     Value::Object(fields)

@@ -1,6 +1,6 @@
 //! The service `Plans`: delivery requests and the plans composed for them.
 
-use super::convert::{FromProto, IntoProto, NodeIds, instant_text};
+use super::convert::{FromProto, IntoProto, NodeIds, Unreadable, instant_text};
 use super::proto::{self, plans_server};
 use super::requests::{finite, idempotency, invalid, opened, page, told};
 use crate::edge::{Edge, PlanFilter, Refusal};
@@ -77,6 +77,49 @@ impl plans_server::Plans for Service {
         let ack = told(acknowledgement(message, self.node_ids()))?;
         answer(self.edge.acknowledge_plan(&caller, &id, ack).await)
     }
+
+    async fn decline_plan(
+        &self,
+        request: Request<proto::DeclinePlanRequest>,
+    ) -> Result<Response<proto::Plan>, Status> {
+        let (caller, message) = opened(request)?;
+        let id = message.id.clone();
+        let decline = wire::Decline {
+            version: message.version,
+            reason: message.reason,
+            location: told(place(message.location, self.node_ids()))?,
+            leg: message.leg,
+            fraction: told(finite(message.fraction, "/fraction"))?,
+        };
+        answer(self.edge.decline_plan(&caller, &id, decline).await)
+    }
+
+    async fn complete_plan(
+        &self,
+        request: Request<proto::CompletePlanRequest>,
+    ) -> Result<Response<proto::Plan>, Status> {
+        let (caller, message) = opened(request)?;
+        let id = message.id.clone();
+        let completion = wire::Completion {
+            location: told(place(message.location, self.node_ids()))?,
+            leg: message.leg,
+            fraction: told(finite(message.fraction, "/fraction"))?,
+        };
+        answer(self.edge.complete_plan(&caller, &id, completion).await)
+    }
+
+    async fn release_plan(
+        &self,
+        request: Request<proto::ReleasePlanRequest>,
+    ) -> Result<Response<proto::Plan>, Status> {
+        let (caller, message) = opened(request)?;
+        let ended_as = wire::EndedAs::from_proto(message.ended_as, self.node_ids());
+        let unreadable = |error: Unreadable| invalid("wrong_type", "/ended_as", error.to_string());
+        let release = wire::Release {
+            ended_as: told(ended_as.map_err(unreadable))?,
+        };
+        answer(self.edge.release_plan(&caller, &message.id, release).await)
+    }
 }
 
 fn answer(plan: Result<wire::Plan<'static>, Refusal>) -> Result<Response<proto::Plan>, Status> {
@@ -108,10 +151,18 @@ pub(super) fn acknowledgement(
     message: proto::AcknowledgePlanRequest,
     ids: NodeIds,
 ) -> Result<wire::Ack, Refusal> {
+    Ok(wire::Ack {
+        version: message.version,
+        location: place(message.location, ids)?,
+        leg: message.leg,
+        fraction: finite(message.fraction, "/fraction")?,
+    })
+}
+
+/// Where a drone says that it is.
+fn place(message: Option<proto::Place>, ids: NodeIds) -> Result<Option<wire::Place>, Refusal> {
     let unreadable = |message: String| invalid("wrong_type", "/location", message);
-    let location = message
-        .location
-        .map(|place| wire::Place::from_proto(place, ids));
+    let location = message.map(|place| wire::Place::from_proto(place, ids));
     let location = location
         .transpose()
         .map_err(|error| unreadable(error.to_string()))?;
@@ -119,8 +170,5 @@ pub(super) fn acknowledgement(
         finite(Some(*x), "/location")?;
         finite(Some(*y), "/location")?;
     }
-    Ok(wire::Ack {
-        version: message.version,
-        location,
-    })
+    Ok(location)
 }

@@ -76,6 +76,15 @@ operations! {
         /// A drone takes over a recomposed plan.
         AcknowledgePlan "acknowledge_plan" [(Method::POST, "/v1/plans/{id}/ack")]
             Some("/skyway.v1.Plans/AcknowledgePlan"), Other, DRONES, MAIN;
+        /// A drone does not take a recomposed plan over.
+        DeclinePlan "decline_plan" [(Method::POST, "/v1/plans/{id}/decline")]
+            Some("/skyway.v1.Plans/DeclinePlan"), Other, DRONES, MAIN;
+        /// A drone has landed.
+        CompletePlan "complete_plan" [(Method::POST, "/v1/plans/{id}/complete")]
+            Some("/skyway.v1.Plans/CompletePlan"), Other, DRONES, MAIN;
+        /// An operator says what became of a plan.
+        ReleasePlan "release_plan" [(Method::POST, "/v1/plans/{id}/release")]
+            Some("/skyway.v1.Plans/ReleasePlan"), Other, OPERATORS, MAIN;
         /// A new zone.
         CreateZone "create_zone" [(Method::POST, "/v1/zones")]
             Some("/skyway.v1.Airspace/CreateZone"), ZoneWrite, OPERATORS, MAIN;

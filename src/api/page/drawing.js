@@ -206,7 +206,7 @@ function drawChosen(context, view, chosen) {
 function drawDrone(context, view, drone, place, withName) {
   const [x, y] = view.pixels(place);
   const plan = world.plans.get(drone.plan_id);
-  const affected = plan?.state === "affected";
+  const affected = plan?.affected;
   context.save();
   context.translate(x, y);
   context.beginPath();
@@ -246,8 +246,8 @@ export function drawTraffic(canvas, view, { chosen, draft, still }) {
   for (const zone of world.zones.values()) drawZone(context, view, zone, ZONE_LOOKS[standing(zone)]);
   drawClosures(context, view);
   for (const plan of world.plans.values()) {
-    line(context, view, placesOf(plan.current.nodes), { colour: ink.plan, width: 2 });
-    if (plan.proposed) line(context, view, placesOf(plan.proposed.nodes), { colour: ink.proposed, width: 3, dash: [8, 5] });
+    line(context, view, placesOf(plan.reported.nodes), { colour: ink.plan, width: 2 });
+    if (plan.wanted) line(context, view, placesOf(plan.wanted.nodes), { colour: ink.proposed, width: 3, dash: [8, 5] });
   }
   if (chosen) drawChosen(context, view, chosen);
   if (draft) drawZone(context, view, draft, ZONE_LOOKS.draft);

@@ -81,7 +81,7 @@ export function showClock() {
 
 export function showCounts() {
   const plans = [...world.plans.values()];
-  const affected = plans.filter((plan) => plan.state === "affected").length;
+  const affected = plans.filter((plan) => plan.affected).length;
   const counts = [
     [world.drones.size + (world.dronesLeftOut ? "+" : ""), "drones"],
     [plans.length, "plans flown"],
@@ -155,13 +155,15 @@ export function sentence({ kind, data }) {
     case "closure_put": return `${data.closure.id} is closed`;
     case "closure_ended": return `${data.closure_id} is open again (${words(data.why)})`;
     case "windows_turned": return [data.began.length ? `begins: ${data.began.join(", ")}` : "", data.ended.length ? `ends: ${data.ended.join(", ")}` : ""].filter(Boolean).join("; ");
-    case "plan_composed": return `${flyer} has a plan of ${metres(plan.current.length_m)}`;
-    case "plan_affected": return plan.proposed ? `${flyer} is affected; proposed: ${metres(plan.proposed.length_m)}` : `${flyer} is affected and has no way on`;
-    case "plan_offered": return `${flyer} is offered a better way: ${metres(plan.proposed?.length_m ?? plan.current.length_m)}`;
+    case "plan_composed": return `${flyer} has a plan of ${metres(plan.reported.length_m)}`;
+    case "plan_affected": return plan.wanted ? `${flyer} is affected; wanted: ${metres(plan.wanted.length_m)}` : `${flyer} is affected and has no way on`;
+    case "plan_offered": return `${flyer} is offered a better way: ${metres(plan.wanted?.length_m ?? plan.reported.length_m)}`;
     case "plan_relieved": return `${flyer} flies on as planned`;
-    case "plan_acknowledged": return `${flyer} took version ${plan.current.version} over`;
+    case "plan_acknowledged": return `${flyer} took version ${plan.reported.version} over`;
     case "plan_unacknowledged": return `${flyer} has not acknowledged in time`;
-    case "plan_ended": return `${flyer} is done with its plan`;
+    case "plan_declined": return `${flyer} does not take a version over`;
+    case "plan_overdue": return `${flyer} has not landed in time`;
+    case "plan_ended": return `${flyer} is done with its plan: ${words(plan.ended_as)}`;
     case "proposal_made": return `an operator is to decide on ${data.proposal.id} (${words(data.proposal.reason)})`;
     case "proposal_decided": return `${data.proposal_id}: ${words(data.decision)}`;
     case "hold_made": return `${data.hold.closure_count} removals wait for an operator`;
@@ -185,7 +187,7 @@ export function showEvents() {
 function stateOf(drone, plan, now) {
   if (now - Date.parse(drone.seen_at) > 60000) return ["not heard lately", "bad"];
   if (!plan) return ["without a plan", "quiet"];
-  return plan.state === "affected" ? ["affected", "bad"] : ["in flight", "info"];
+  return plan.affected ? ["affected", "bad"] : ["in flight", "info"];
 }
 
 export function showDrones(view) {
@@ -197,7 +199,7 @@ export function showDrones(view) {
     const plan = world.plans.get(drone.plan_id);
     const [state, look] = stateOf(drone, plan, now);
     const charge = drone.battery_fraction === null ? "–" : `${Math.round(drone.battery_fraction * 100)} %`;
-    const end = plan?.current.nodes.at(-1);
+    const end = plan?.reported.nodes.at(-1);
     const left = end === undefined ? null : lengthBetween(view, [drone.location, ...placesOf([end])]);
     return make("tr", "", make("td", "", drone.id), make("td", look, state), make("td", "", String(end ?? "–")), make("td", "", metres(left)), make("td", "", charge));
   });

@@ -101,7 +101,7 @@ function brief(version) {
 /** Takes a plan, of a list or of an event. */
 export function setPlan(plan) {
   world.changed.add("drones");
-  if (plan.state !== "active" && plan.state !== "affected") {
+  if (plan.state === "ended") {
     world.plans.delete(plan.id);
     return;
   }
@@ -109,8 +109,9 @@ export function setPlan(plan) {
     id: plan.id,
     state: plan.state,
     drone_id: plan.drone_id,
-    current: brief(plan.current),
-    proposed: brief(plan.proposed),
+    affected: plan.flags.includes("affected"),
+    reported: brief(plan.reported),
+    wanted: brief(plan.wanted),
   });
 }
 

@@ -110,6 +110,9 @@ fn planning() -> OpenApiRouter<Shared> {
         .routes(routes!(plans::create_plan, plans::list_plans))
         .routes(routes!(plans::get_plan, plans::cancel_plan))
         .routes(routes!(plans::acknowledge_plan))
+        .routes(routes!(plans::decline_plan))
+        .routes(routes!(plans::complete_plan))
+        .routes(routes!(plans::release_plan))
 }
 
 fn airspace() -> OpenApiRouter<Shared> {

@@ -5,7 +5,7 @@ use super::asked::{self, By, Named, NoParameters, Query};
 use super::reading::{self, Sent};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter};
-use crate::wire::{Ack, DeliveryRequest, Plan, Plans};
+use crate::wire::{Ack, Completion, Decline, DeliveryRequest, Plan, Plans, Release};
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
@@ -110,7 +110,7 @@ pub(super) async fn get_plan(
     json(&edge.plan(&caller, &id)?)
 }
 
-/// Cancels a plan; its segments are free for others.
+/// Cancels a plan; its segments are free for others, unless it is in flight and nobody knows where.
 #[utoipa::path(
     delete,
     path = "/v1/plans/{id}",
@@ -131,7 +131,7 @@ pub(super) async fn cancel_plan(
     json(&edge.cancel_plan(&caller, &id).await?)
 }
 
-/// Takes over a proposed version of a plan; the drone flies it from now on.
+/// Takes over a version of a plan, whichever of those that were sent; the drone flies it from now on.
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/ack",
@@ -153,4 +153,79 @@ pub(super) async fn acknowledge_plan(
 ) -> Answer {
     let ack: Ack = reading::body(&body, "acknowledgement")?;
     json(&edge.acknowledge_plan(&caller, &id, ack).await?)
+}
+
+/// Declines a version of a plan: the drone flies on as it reported, and is asked to fly another one.
+#[utoipa::path(
+    post,
+    path = "/v1/plans/{id}/decline",
+    tag = "plans",
+    params(("id" = String, Path, description = "`id` of a plan.")),
+    request_body(content = Decline, example = json!({"version": 2, "reason": "obstacle"})),
+    responses(
+        (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
+        (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn decline_plan(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    Sent(body): Sent,
+) -> Answer {
+    let decline: Decline = reading::body(&body, "declined version")?;
+    json(&edge.decline_plan(&caller, &id, decline).await?)
+}
+
+/// Completes a plan: its drone has landed.
+#[utoipa::path(
+    post,
+    path = "/v1/plans/{id}/complete",
+    tag = "plans",
+    params(("id" = String, Path, description = "`id` of a plan.")),
+    request_body(content = Completion, example = json!({"location": {"node": "450"}})),
+    responses(
+        (status = 200, description = "The plan, which has ended.", body = Plan),
+        (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn complete_plan(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    Sent(body): Sent,
+) -> Answer {
+    let completion = match body.is_empty() {
+        true => Completion::default(),
+        false => reading::body(&body, "completion")?,
+    };
+    json(&edge.complete_plan(&caller, &id, completion).await?)
+}
+
+/// Releases a plan that nobody has heard of: an operator says what became of it, and what it takes is free.
+#[utoipa::path(
+    post,
+    path = "/v1/plans/{id}/release",
+    tag = "plans",
+    params(("id" = String, Path, description = "`id` of a plan.")),
+    request_body(content = Release, example = json!({"ended_as": "delivered"})),
+    responses(
+        (status = 200, description = "The plan, which has ended.", body = Plan),
+        (status = 409, response = refusals::Conflict),
+        (status = 507, response = refusals::InsufficientStorage),
+    ),
+)]
+pub(super) async fn release_plan(
+    State(edge): State<Arc<Edge>>,
+    By(caller): By,
+    Named(id): Named,
+    Query(NoParameters {}): Query<NoParameters>,
+    Sent(body): Sent,
+) -> Answer {
+    let release: Release = reading::body(&body, "release")?;
+    json(&edge.release_plan(&caller, &id, release).await?)
 }

@@ -66,6 +66,8 @@ impl FlownAnswer {
         let (flown, composition) = self.version.as_ref()?;
         Some(Version {
             number: 0,
+            epoch: 0,
+            sent_at: self.departs_at,
             outcome: Some(self.outcome),
             composition: composition.clone(),
             first_stretch_m: flown.composition.plan.start.flown_m,
@@ -243,9 +245,9 @@ impl Flights {
     /// The deadline that was stated, or that the plan has kept so far; none where that is over, or was never one.
     pub(super) fn deadline_s(&self, plan: &PlanEntry, now: Timestamp) -> Option<f64> {
         let stated = plan.order.as_ref().and_then(|order| order.deadline);
-        let flown = plan.current.flight.as_deref();
-        let kept_s =
-            flown.map(|flown| self.seconds(plan.current.departs_at) + flown.composition.deadline_s);
+        let flown = plan.reported.flight.as_deref();
+        let kept_s = flown
+            .map(|flown| self.seconds(plan.reported.departs_at) + flown.composition.deadline_s);
         let deadline_s = stated.map(|deadline| self.seconds(deadline)).or(kept_s);
         deadline_s.filter(|deadline_s| deadline_s.is_finite() && *deadline_s > self.seconds(now))
     }
@@ -258,7 +260,7 @@ impl Flights {
         sighting: Option<&Sighting>,
         now: Timestamp,
     ) -> Option<Stand> {
-        let version = &plan.current;
+        let version = &plan.reported;
         let flown = version.flight.as_deref()?;
         let start = &flown.composition.plan.start;
         let now_s = now.duration_since(version.departs_at).as_secs_f64();
@@ -310,7 +312,7 @@ pub(in crate::edge) fn battery_of(
     leg: usize,
     sighting: Option<&Sighting>,
 ) -> BatteryNow {
-    let version = &plan.current;
+    let version = &plan.reported;
     let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
     if let Some(battery) = seen.and_then(|sighting| sighting.battery_fraction) {
         return BatteryNow::Given(battery);
@@ -331,7 +333,7 @@ pub(in crate::edge) fn battery_of(
 
 /// Where a plan was going to stop from a leg on.
 pub(super) fn stops_ahead(plan: &PlanEntry, leg: usize) -> Option<Vec<NodeIx>> {
-    let flown = plan.current.flight.as_deref()?;
+    let flown = plan.reported.flight.as_deref()?;
     let stops = flown.composition.plan.stops.iter();
     let ahead = stops.filter(|stop| stop.before_leg > leg);
     Some(ahead.map(|stop| stop.node).collect())

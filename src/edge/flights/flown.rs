@@ -144,12 +144,6 @@ impl FlownVersion {
         reservations
     }
 
-    /// When its last pad is free again, in seconds from its departure.
-    pub(in crate::edge) fn leaves_pads_s(&self) -> f64 {
-        let stays = self.reservations().into_iter();
-        stays.map(|stay| stay.until_s).fold(0.0, f64::max)
-    }
-
     /// The nodes that it stops at, in order.
     pub(in crate::edge) fn stop_nodes(&self) -> impl Iterator<Item = NodeIx> + '_ {
         self.composition.plan.stops.iter().map(|stop| stop.node)

@@ -354,7 +354,7 @@ fn is_payload(payload_kg: &f64) -> bool {
 
 /// The leg of its plan that a report is about: the one that the drone is on, if that is it, else the first of these ends.
 fn leg_of(request: &Request, reporter: Reporter<'_>) -> Option<usize> {
-    let legs = &reporter.plan?.current.composition.legs;
+    let legs = &reporter.plan?.reported.composition.legs;
     let is_it = |leg: usize| {
         legs.get(leg)
             .is_some_and(|leg| (leg.from, leg.to) == request.report.leg)
@@ -377,13 +377,13 @@ fn battery(
     let lately = reporter.sighting.filter(|sighting| {
         let is_of_plan = reporter
             .plan
-            .is_none_or(|plan| sighting.seen_at >= plan.current.departs_at);
+            .is_none_or(|plan| sighting.seen_at >= plan.reported.departs_at);
         is_of_plan && now.duration_since(sighting.seen_at) <= SEEN_WITHIN
     });
     if let Some(seen) = lately.and_then(|sighting| sighting.battery_fraction) {
         return Some(BatteryNow::Given(seen));
     }
-    let flown = reporter.plan?.current.flight.as_deref()?;
+    let flown = reporter.plan?.reported.flight.as_deref()?;
     let leg = flown.composition.plan.legs.get(leg?)?;
     Some(BatteryNow::ByPlan {
         before: leg.battery_before,

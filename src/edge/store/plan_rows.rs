@@ -6,11 +6,11 @@ use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
 use crate::compose::{Composition, Contingency, Leg, SafeNode};
-use crate::edge::snapshot::{PlanEntry, Version};
+use crate::edge::snapshot::{PlanEntry, PlanFlags, Version};
 use crate::network::Topology;
 use crate::recompose::Outcome;
 use crate::routing::Way;
-use crate::wire::PlanState;
+use crate::wire::{EndedAs, PlanState};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -32,19 +32,94 @@ struct StoredPlan {
     airspeed_mps: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     order: Option<StoredOrder>,
-    state: PlanState,
-    current: StoredVersion,
+    state: StoredState,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    proposed: Option<StoredVersion>,
+    ended_as: Option<EndedAs>,
+    #[serde(default, skip_serializing_if = "is_false")]
+    affected: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    overdue: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    unacknowledged: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    holds: bool,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    declined: u32,
+    #[serde(alias = "current")]
+    reported: StoredVersion,
+    #[serde(default, alias = "proposed", skip_serializing_if = "Option::is_none")]
+    wanted: Option<StoredVersion>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    sent: Vec<StoredVersion>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     affected_by: Vec<String>,
     next_version: u32,
+}
+
+/// How a plan stands, in the words of today and of those who wrote stores before plans ended by being told to.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum StoredState {
+    Accepted,
+    Activated,
+    Nonconforming,
+    Contingent,
+    Ended,
+    /// Before: flown, or about to be.
+    Active,
+    /// Before: something ahead had closed.
+    Affected,
+    /// Before: its time was over.
+    Completed,
+    /// Before: deleted.
+    Cancelled,
+}
+
+impl StoredState {
+    fn of(state: PlanState) -> Self {
+        match state {
+            PlanState::Accepted => Self::Accepted,
+            PlanState::Activated => Self::Activated,
+            PlanState::Nonconforming => Self::Nonconforming,
+            PlanState::Contingent => Self::Contingent,
+            PlanState::Ended => Self::Ended,
+        }
+    }
+
+    /// The state, what became of the plan, and whether it was affected, as far as this says so.
+    fn read(self) -> (PlanState, Option<EndedAs>, bool) {
+        match self {
+            Self::Accepted => (PlanState::Accepted, None, false),
+            // Whether it has departed is seen by its times.
+            Self::Active => (PlanState::Accepted, None, false),
+            Self::Affected => (PlanState::Accepted, None, true),
+            Self::Activated => (PlanState::Activated, None, false),
+            Self::Nonconforming => (PlanState::Nonconforming, None, false),
+            Self::Contingent => (PlanState::Contingent, None, false),
+            Self::Ended => (PlanState::Ended, None, false),
+            Self::Completed => (PlanState::Ended, Some(EndedAs::Delivered), false),
+            Self::Cancelled => (PlanState::Ended, Some(EndedAs::Cancelled), false),
+        }
+    }
+}
+
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredVersion {
     number: u32,
+    /// 0 where it was stored before versions had epochs.
+    #[serde(default)]
+    epoch: u64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sent_at: Option<Instant>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     outcome: Option<Outcome>,
     way: Vec<u32>,
@@ -81,9 +156,10 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     let mut dictionary = Dictionary::default();
     let source = dictionary.place(plan.source);
     let destination = dictionary.place(plan.destination);
-    let current = store_version(topology, &plan.current, &mut dictionary);
-    let proposed = plan.proposed.as_ref();
-    let proposed = proposed.map(|version| store_version(topology, version, &mut dictionary));
+    let mut stored = |version: &Arc<Version>| store_version(topology, version, &mut dictionary);
+    let reported = stored(&plan.reported);
+    let wanted = plan.wanted.as_ref().map(&mut stored);
+    let sent = plan.sent.iter().map(&mut stored).collect();
     write(&StoredPlan {
         nodes: Names(topology).nodes(dictionary.nodes()),
         subject: plan.subject.to_string(),
@@ -93,9 +169,16 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         payload_kg: plan.payload_kg,
         airspeed_mps: plan.airspeed_mps,
         order: plan.order.as_ref().map(store_order),
-        state: plan.state,
-        current,
-        proposed,
+        state: StoredState::of(plan.state),
+        ended_as: plan.ended_as,
+        affected: plan.flags.affected,
+        overdue: plan.flags.overdue,
+        unacknowledged: plan.flags.unacknowledged,
+        holds: plan.holds,
+        declined: plan.declined,
+        reported,
+        wanted,
+        sent,
         affected_by: plan.affected_by.clone(),
         next_version: plan.next_version.load(Ordering::Relaxed),
     })
@@ -110,6 +193,8 @@ fn store_version(
     let legs = composition.legs.iter();
     StoredVersion {
         number: version.number,
+        epoch: version.epoch,
+        sent_at: Some(version.sent_at.into()),
         outcome: version.outcome,
         way: dictionary.places(&composition.way.nodes),
         length_m: composition.length_m,
@@ -154,8 +239,8 @@ pub(super) fn read_plan(
     let stored: StoredPlan = read("plan", key, body)?;
     let nodes = Names(topology).find_nodes(&stored.nodes)?;
     let places = Places(&nodes);
-    let proposed = stored.proposed.as_ref();
-    let proposed = proposed.map(|version| read_version(topology, places, version));
+    let read_one = |version: &StoredVersion| read_version(topology, places, version).map(Arc::new);
+    let (state, ended_as, was_affected) = stored.state.read();
     let next = stored.next_version.saturating_add(NUMBERS_AHEAD);
     Ok(PlanEntry {
         id: Arc::from(key),
@@ -166,9 +251,18 @@ pub(super) fn read_plan(
         payload_kg: stored.payload_kg,
         airspeed_mps: stored.airspeed_mps,
         order: stored.order.as_ref().map(read_order).transpose()?,
-        state: stored.state,
-        current: Arc::new(read_version(topology, places, &stored.current)?),
-        proposed: proposed.transpose()?.map(Arc::new),
+        state,
+        ended_as: stored.ended_as.or(ended_as),
+        flags: PlanFlags {
+            affected: stored.affected || was_affected,
+            overdue: stored.overdue,
+            unacknowledged: stored.unacknowledged,
+        },
+        reported: read_one(&stored.reported)?,
+        wanted: stored.wanted.as_ref().map(read_one).transpose()?,
+        sent: stored.sent.iter().map(read_one).collect::<Result<_, _>>()?,
+        holds: stored.holds,
+        declined: stored.declined,
         affected_by: stored.affected_by,
         next_version: Arc::new(AtomicU32::new(next)),
     })
@@ -221,9 +315,12 @@ fn read_version(
     let flight = stored.flight.as_ref();
     let flight = flight.map(|flight| read_flight(topology, places, &legs, flight));
     let warnings = stored.warnings.iter().cloned();
+    let sent_at = stored.sent_at.as_ref().unwrap_or(&stored.departs_at);
     let flight = flight.transpose()?.map(Arc::new);
     Ok(Version {
         number: stored.number,
+        epoch: stored.epoch,
+        sent_at: sent_at.read()?,
         outcome: stored.outcome,
         composition: Composition {
             way,

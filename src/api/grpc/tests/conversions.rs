@@ -94,6 +94,7 @@ fn other_requests_say_what_their_bodies_say() {
         id: "p-1".to_owned(),
         version: 2,
         location: Some(wire::Place::Pair([151.2, -33.8]).into_proto()),
+        ..Default::default()
     };
     let read = acknowledgement(acknowledged, ids).map(|read| json!(read));
     assert_eq!(read, Ok(json!({"version": 2, "location": [151.2, -33.8]})));

@@ -346,7 +346,7 @@ async fn a_plan_is_composed_and_its_drone_told_of_it() {
         .expect("is composed")
         .into_inner();
     let way = plan
-        .current
+        .reported
         .expect("has a version")
         .path
         .expect("has a path");
@@ -456,7 +456,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 34, "{paths:?}");
+    assert_eq!(paths.len(), 37, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");

@@ -1,0 +1,126 @@
+//! What telemetry shows of a drone's plan: that it has departed, and that it has landed at its end.
+
+use super::Edge;
+use super::drones::{Drones, Rest, Sighting};
+use super::fleet;
+use super::orders::Order;
+use super::snapshot::{PlanEntry, Snapshot};
+use super::state_ends::Seen;
+use crate::network::{NodeIx, Topology};
+use crate::wire::PlanState;
+use jiff::{SignedDuration, Timestamp};
+use std::sync::Arc;
+
+/// So near to the last node, in metres, a drone is at it.
+const AT_END_M: f64 = 15.0;
+/// A drone that is slower, in metres per second, rests.
+const RESTS_BELOW_MPS: f64 = 1.0;
+/// A drone that is less above a node, in metres, stands on it.
+const STANDS_BELOW_M: f64 = 3.0;
+/// So long a drone has to rest at the last node before it counts as landed.
+const RESTS_FOR: SignedDuration = SignedDuration::from_secs(5);
+
+impl Edge {
+    /// Tells the writer what a sighting shows that it does not know.
+    pub(super) fn tell_seen(
+        &self,
+        snapshot: &Snapshot,
+        plan: &Arc<PlanEntry>,
+        sighting: &Sighting,
+        now: Timestamp,
+    ) {
+        let Some(seen) = self.shown(snapshot, plan, sighting, now) else {
+            return;
+        };
+        let id = plan.id.clone();
+        if let Err(refusal) = self.writer.tell(Order::SeePlan { id, seen }) {
+            // The next position shows it again.
+            tracing::warn!(%refusal, plan = %plan.id, "what telemetry shows of a plan could not be noted");
+        }
+    }
+
+    fn shown(
+        &self,
+        snapshot: &Snapshot,
+        plan: &Arc<PlanEntry>,
+        sighting: &Sighting,
+        now: Timestamp,
+    ) -> Option<Seen> {
+        if let Some(rest) = &sighting.rests
+            && sighting.seen_at.duration_since(rest.since) >= RESTS_FOR
+            && is_last_leg(snapshot.topology(), plan, &self.drones, now)
+        {
+            return Some(Seen::Landed(rest.version));
+        }
+        let has_departed = sighting.airborne == Some(true) && plan.state == PlanState::Accepted;
+        has_departed.then_some(Seen::Departed)
+    }
+}
+
+/// Whether the drone of a plan has only the last leg before it.
+fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Timestamp) -> bool {
+    let legs = plan.reported.composition.legs.len();
+    match fleet::progress(topology, plan, drones, now) {
+        Some(progress) => progress.leg + 1 == legs,
+        // Nothing is left to be flown.
+        None => plan.reported.is_diversion(),
+    }
+}
+
+/// Since when a drone rests at the end of what it reported to fly.
+pub(super) fn rests(
+    topology: &Topology,
+    plan: &PlanEntry,
+    sighting: &Sighting,
+    before: Option<&Sighting>,
+) -> Option<Rest> {
+    let version = &plan.reported;
+    let end = version.last_node()?;
+    let place = sighting.position(topology.frame());
+    let is_there = place.distance_m(topology.position(end)) <= AT_END_M;
+    let has_departed = sighting.seen_at >= version.takes_off_last_at();
+    let rests = is_there && has_departed && is_slow(topology, sighting, before);
+    if !rests || !stands_on(topology, end, sighting) {
+        return None;
+    }
+    let is_same = |rest: &&Rest| rest.plan == plan.id && rest.version == version.number;
+    let since = before
+        .and_then(|before| before.rests.as_ref())
+        .filter(is_same);
+    Some(Rest {
+        plan: plan.id.clone(),
+        version: version.number,
+        since: since.map_or(sighting.seen_at, |rest| rest.since),
+    })
+}
+
+/// By what it says, else by how far it has come since it was seen last.
+fn is_slow(topology: &Topology, sighting: &Sighting, before: Option<&Sighting>) -> bool {
+    if let Some(speed_mps) = sighting.ground_speed_mps {
+        return speed_mps < RESTS_BELOW_MPS;
+    }
+    let Some(before) = before else {
+        return false;
+    };
+    let elapsed_s = sighting
+        .seen_at
+        .duration_since(before.seen_at)
+        .as_secs_f64();
+    let [here, there] = [sighting, before].map(|seen| seen.position(topology.frame()));
+    elapsed_s > 0.0 && here.distance_m(there) < RESTS_BELOW_MPS * elapsed_s
+}
+
+/// By what it says, else by its height where that can be compared with the node's.
+fn stands_on(topology: &Topology, node: NodeIx, sighting: &Sighting) -> bool {
+    if let Some(airborne) = sighting.airborne {
+        return !airborne;
+    }
+    let ground = topology.node_altitude(node);
+    let height = sighting
+        .altitude_m
+        .zip(sighting.altitude_reference)
+        .zip(ground);
+    height.is_some_and(|((altitude_m, reference), ground)| {
+        reference == ground.reference && altitude_m < ground.value_m + STANDS_BELOW_M
+    })
+}

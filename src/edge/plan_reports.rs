@@ -1,0 +1,189 @@
+//! What is said of a plan: taken over, declined or completed by its drone, released by an operator.
+//!
+//! Each can be said again, and says where the drone is, which counts as its telemetry does.
+
+use super::Edge;
+use super::drones::Sighting;
+use super::orders::Order;
+use super::plans::own_plan;
+use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::state_ends::landed_as;
+use super::state_versions::DeclineReason;
+use super::telemetry::place_of;
+use crate::access::Caller;
+use crate::refusal::Refusal;
+use crate::wire::{self, EndedAs, Place};
+use std::sync::Arc;
+
+/// So near to a node, in metres, a drone that has landed is on it.
+const LANDED_WITHIN_M: f64 = 50.0;
+
+/// Where a drone says that it is.
+struct Whereabouts<'a> {
+    location: Option<&'a Place>,
+    leg: Option<u32>,
+    fraction: Option<f64>,
+}
+
+impl Edge {
+    /// A drone takes a version over: whichever of those that were sent it says.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's, or the version was never sent.
+    pub async fn acknowledge_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        ack: wire::Ack,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let mut versions = plan.versions();
+        let version = versions.find(|version| version.number == ack.version);
+        let whereabouts = Whereabouts {
+            location: ack.location.as_ref(),
+            leg: ack.leg,
+            fraction: ack.fraction,
+        };
+        self.note_place(&snapshot, &plan, version, &whereabouts);
+        self.said_of_plan(Order::AcknowledgePlan {
+            id: id.to_owned(),
+            version: ack.version,
+        })
+        .await
+    }
+
+    /// A drone does not take a version over, and flies on as it reported; it is answered with another one.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's, or the version was never sent.
+    pub async fn decline_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        decline: wire::Decline,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let whereabouts = Whereabouts {
+            location: decline.location.as_ref(),
+            leg: decline.leg,
+            fraction: decline.fraction,
+        };
+        self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        self.said_of_plan(Order::DeclinePlan {
+            id: id.to_owned(),
+            version: decline.version,
+            reason: match decline.reason.as_deref() {
+                Some("battery" | "payload" | "propulsion" | "land_now") => DeclineReason::Unfit,
+                Some("passed") => DeclineReason::Passed,
+                _ => DeclineReason::Obstructed,
+            },
+        })
+        .await
+    }
+
+    /// A drone has landed: its plan is over, and nothing of it is taken any more.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's.
+    pub async fn complete_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        completion: wire::Completion,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let whereabouts = Whereabouts {
+            location: completion.location.as_ref(),
+            leg: completion.leg,
+            fraction: completion.fraction,
+        };
+        self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        let topology = snapshot.topology();
+        let place = completion.location.as_ref();
+        let place = place.and_then(|place| place_of(place, &snapshot));
+        let landed = place.map_or_else(
+            || landed_as(&plan),
+            |place| {
+                let place = topology.frame().to_plane(place);
+                let goal = topology.position(plan.destination);
+                match place.distance_m(goal) <= LANDED_WITHIN_M {
+                    true => EndedAs::Delivered,
+                    false => EndedAs::Diverted,
+                }
+            },
+        );
+        self.said_of_plan(Order::CompletePlan {
+            id: id.to_owned(),
+            landed,
+        })
+        .await
+    }
+
+    /// An operator says what became of a plan that nobody has heard of.
+    ///
+    /// # Errors
+    /// When there is no such plan, or it has ended otherwise.
+    pub async fn release_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        release: wire::Release,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        own_plan(&self.snapshot(), caller, id)?;
+        self.said_of_plan(Order::ReleasePlan {
+            id: id.to_owned(),
+            ended_as: release.ended_as,
+        })
+        .await
+    }
+
+    async fn said_of_plan(self: &Arc<Self>, order: Order) -> Result<wire::Plan<'static>, Refusal> {
+        let (outcome, snapshot) = self.order(order).await?;
+        self.told(outcome.done, &snapshot)
+    }
+
+    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as telemetry.
+    fn note_place(
+        &self,
+        snapshot: &Snapshot,
+        plan: &PlanEntry,
+        version: Option<&Arc<Version>>,
+        told: &Whereabouts<'_>,
+    ) {
+        let Some(drone) = plan.drone_id.as_deref() else {
+            return;
+        };
+        let stated = told.location.and_then(|place| place_of(place, snapshot));
+        let on_leg = || version.and_then(|version| place_on(snapshot, version, told));
+        let Some(coordinates) = stated.or_else(on_leg) else {
+            return;
+        };
+        let seen_at = self.clock.now();
+        let before = self.drones.last(drone);
+        let sighting = Sighting {
+            // What else was known of it goes on to be.
+            ..before.unwrap_or_else(|| Sighting::at(coordinates, seen_at))
+        };
+        let sighting = Sighting {
+            coordinates,
+            seen_at,
+            rests: None,
+            ..sighting
+        };
+        self.drones.see(drone, sighting);
+    }
+}
+
+/// The place so far on a leg of a version.
+fn place_on(snapshot: &Snapshot, version: &Version, told: &Whereabouts<'_>) -> Option<[f64; 2]> {
+    let leg = usize::try_from(told.leg?).ok()?;
+    let leg = version.composition.legs.get(leg)?;
+    let fraction = told.fraction.unwrap_or(0.0);
+    let topology = snapshot.topology();
+    let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
+    let is_fraction = (0.0..=1.0).contains(&fraction);
+    is_fraction.then(|| topology.frame().from_plane(from.towards(to, fraction)))
+}

@@ -1,0 +1,290 @@
+//! What drones say of the versions of their plans: taken over, declined, or nothing at all.
+//!
+//! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
+//! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
+
+use super::fleet::{self, Detour, DetourMeans};
+use super::orders::Done;
+use super::snapshot::{PlanEntry, PlanFlags, Version};
+use super::state::State;
+use super::state_alarms::AFTER_RELIEF;
+use crate::airspace::{Airspace, Change, Closure};
+use crate::flight::FailureType;
+use crate::network::SegmentIx;
+use crate::recompose::Outcome;
+use crate::refusal::{Code, Refusal};
+use crate::wire::{AlarmKind, EventKind, PlanState};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// So many declined versions are answered by another one; then an operator is called.
+const DECLINES_ANSWERED: u32 = 2;
+
+/// Why a drone does not take a version over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DeclineReason {
+    /// It has not what it takes to fly so far: it is to land.
+    Unfit,
+    /// Something is in the way that the version begins with.
+    Obstructed,
+    /// The version begins where the drone is not any more.
+    Passed,
+}
+
+impl State {
+    /// A drone flies a version: whichever of those that were sent.
+    pub(super) fn acknowledge_plan(&mut self, id: &str, version: u32) -> Result<Done, Refusal> {
+        let plan = self.plan(id)?;
+        if version < plan.reported.number {
+            // Said before, and come late.
+            return Ok(Done::Plan(plan));
+        }
+        if !plan.is_active() {
+            if version == plan.reported.number {
+                return Ok(Done::Plan(plan));
+            }
+            let detail = format!("plan '{id}' is over");
+            return Err(Refusal::new(Code::PlanStateConflict, detail));
+        }
+        let Some(taken) = plan.versions().find(|sent| sent.number == version).cloned() else {
+            return Err(never_sent(&plan, version));
+        };
+        let has_more = plan.wanted.is_none() && !plan.sent.is_empty();
+        if version == plan.reported.number && !has_more {
+            return Ok(Done::Plan(self.heard_of(&plan)));
+        }
+        let is_wanted = plan
+            .wanted
+            .as_ref()
+            .is_none_or(|wanted| wanted.number == version);
+        let taken_over = self.take_up(&plan, &taken, is_wanted);
+        let plan = if is_wanted {
+            taken_over
+        } else {
+            self.want_anew(&taken_over)
+        };
+        self.touched_plans.insert(plan.id.clone());
+        self.tell(EventKind::PlanAcknowledged, &plan);
+        Ok(Done::Plan(plan))
+    }
+
+    /// What a drone flies takes the place of what it flew; what was sent later may yet be taken over.
+    fn take_up(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        taken: &Arc<Version>,
+        is_wanted: bool,
+    ) -> Arc<PlanEntry> {
+        let is_later = |version: &Arc<Version>| version.number > taken.number && !is_wanted;
+        let (later, over): (Vec<_>, Vec<_>) = plan.versions().cloned().partition(is_later);
+        for version in over.iter().filter(|version| version.number != taken.number) {
+            self.vacate(&plan.id, version);
+        }
+        // Where another plan has come onto its pad since, its drone is told.
+        let reported = Version {
+            acknowledge_by: None,
+            ..self.with_contest(&plan.id, (**taken).clone())
+        };
+        self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
+        self.occupy(&plan.id, &reported);
+        self.time_arrival(&plan.id, &reported);
+        self.keep_plan(PlanEntry {
+            state: match plan.state {
+                PlanState::Accepted => PlanState::Accepted,
+                _ => PlanState::Activated,
+            },
+            flags: PlanFlags::default(),
+            reported: Arc::new(reported),
+            wanted: None,
+            sent: later,
+            declined: 0,
+            affected_by: Vec::new(),
+            ..(**plan).clone()
+        })
+    }
+
+    /// A drone that has said again what it flies is heard of.
+    fn heard_of(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
+        if !plan.flags.unacknowledged || plan.wanted.is_some() {
+            return plan.clone();
+        }
+        self.keep_plan(PlanEntry {
+            flags: PlanFlags {
+                unacknowledged: false,
+                ..plan.flags
+            },
+            ..(**plan).clone()
+        })
+    }
+
+    /// A drone flies something else than it was to: what it is to fly is worked out from where it is.
+    fn want_anew(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
+        let airspace = self.next.airspace.clone();
+        let Some(detour) = self.detour_of(plan, &airspace, None) else {
+            return plan.clone();
+        };
+        if detour.outcome() == Outcome::Unaffected {
+            return plan.clone();
+        }
+        let version = self.version_of(&detour, &airspace, self.now);
+        let version = version.map(|version| self.with_contest(&plan.id, version));
+        let plan = self.replace_wanted(plan, version);
+        self.tell(EventKind::PlanAffected, &plan);
+        plan
+    }
+
+    /// A drone does not take a version over, and flies on as it reported.
+    pub(super) fn decline_plan(
+        &mut self,
+        id: &str,
+        version: u32,
+        reason: DeclineReason,
+    ) -> Result<Done, Refusal> {
+        let plan = self.plan(id)?;
+        let newest = plan.versions().last().map_or(0, |newest| newest.number);
+        if version == 0 || version > newest {
+            return Err(never_sent(&plan, version));
+        }
+        let declined = plan
+            .wanted
+            .clone()
+            .filter(|wanted| wanted.number == version);
+        let Some(declined) = declined.filter(|_| plan.is_active()) else {
+            // Said before, or overtaken: what it is asked now stands in the answer.
+            return Ok(Done::Plan(plan));
+        };
+        let count = plan.declined + 1;
+        let kept = PlanEntry {
+            declined: count,
+            ..(*plan).clone()
+        };
+        let answer = match count <= DECLINES_ANSWERED {
+            true => self.instead_of(&Arc::new(kept.clone()), &declined, reason),
+            false => None,
+        };
+        let plan = self.replace_wanted(&Arc::new(kept), answer);
+        let plan = self.contingent_without_way(plan);
+        self.tell(EventKind::PlanDeclined, &plan);
+        if count >= DECLINES_ANSWERED || plan.wanted.is_none() {
+            let message = format!(
+                "the drone of plan '{}' has declined version {version}: call it",
+                plan.id
+            );
+            self.raise_plan_alarm(AlarmKind::Declined, &plan, message);
+        }
+        Ok(Done::Plan(plan))
+    }
+
+    /// A version that respects why another one was declined.
+    fn instead_of(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        declined: &Version,
+        reason: DeclineReason,
+    ) -> Option<Version> {
+        let airspace = self.next.airspace.clone();
+        let first = declined.composition.way.segments.first().copied();
+        let (detour, world) = match reason {
+            DeclineReason::Unfit => {
+                let failure = Some(FailureType::Operational);
+                (self.detour_of(plan, &airspace, failure)?, airspace)
+            }
+            DeclineReason::Passed => {
+                let detour = self.detour_of(plan, &airspace, None)?;
+                if detour.way() == declined.composition.way {
+                    let world = without_segment(&airspace, first, self.now);
+                    (self.detour_of(plan, &world, None)?, world)
+                } else {
+                    (detour, airspace)
+                }
+            }
+            DeclineReason::Obstructed => {
+                let world = without_segment(&airspace, first, self.now);
+                (self.detour_of(plan, &world, None)?, world)
+            }
+        };
+        let version = self.version_of(&detour, &world, self.now)?;
+        Some(self.with_contest(&plan.id, version))
+    }
+
+    /// What the drone of a plan is told in a world, for a failure where there is one.
+    fn detour_of(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        airspace: &Arc<Airspace>,
+        failure: Option<FailureType>,
+    ) -> Option<Detour> {
+        let topology = airspace.topology();
+        let progress = fleet::progress(topology, plan, &self.drones, self.now)?;
+        let is_real = Arc::ptr_eq(airspace, &self.next.airspace);
+        let means = DetourMeans {
+            snapshot: &self.next,
+            airspace,
+            trees: is_real.then_some(&*self.trees),
+            drones: &self.drones,
+            flights: self.flights.as_deref(),
+            now: self.now,
+        };
+        let detour = fleet::detour_for(plan, &progress, failure, &means, &mut self.scratch);
+        Some(detour)
+    }
+
+    /// The time for an acknowledgement is over. All that was sent goes on to count, as it may be flown.
+    pub(super) fn miss_acknowledgement(&mut self, id: &str, version: u32, now: Timestamp) {
+        let plan = self.next.plans.get(id).cloned();
+        let Some(plan) = plan.filter(|plan| plan.is_active()) else {
+            return;
+        };
+        let is_missed = plan.wanted.as_ref().is_some_and(|wanted| {
+            wanted.number == version && wanted.acknowledge_by.is_some_and(|by| by <= now)
+        });
+        if !is_missed {
+            return;
+        }
+        if plan.is_as_planned() {
+            // Nobody had to take what was offered.
+            self.withdraw_wanted(&plan);
+            return;
+        }
+        self.next.unacknowledged += 1;
+        let plan = self.keep_plan(PlanEntry {
+            flags: PlanFlags {
+                unacknowledged: true,
+                ..plan.flags
+            },
+            ..(*plan).clone()
+        });
+        self.tell(EventKind::PlanUnacknowledged, &plan);
+        let message = format!(
+            "version {version} of plan '{}' was not acknowledged in time: call its drone",
+            plan.id
+        );
+        self.raise_plan_alarm(AlarmKind::Unacknowledged, &plan, message);
+    }
+}
+
+/// The world with one segment closed.
+fn without_segment(
+    airspace: &Arc<Airspace>,
+    segment: Option<SegmentIx>,
+    now: Timestamp,
+) -> Arc<Airspace> {
+    let id = "declined".to_owned();
+    let segments = segment.into_iter().collect();
+    let closure = Closure::of_operator(id, String::new(), Vec::new(), segments);
+    Arc::new(airspace.apply(&[Change::Put(Arc::new(closure))], now))
+}
+
+fn never_sent(plan: &PlanEntry, version: u32) -> Refusal {
+    let sent: Vec<String> = plan
+        .versions()
+        .map(|sent| sent.number.to_string())
+        .collect();
+    let detail = format!(
+        "plan '{}' has no version {version}: it flies {}, and {} were sent",
+        plan.id,
+        plan.reported.number,
+        sent.join(", ")
+    );
+    Refusal::new(Code::PlanStateConflict, detail)
+}

@@ -1,0 +1,229 @@
+//! Versions of plans: what their drones say of them is true, and nothing that was sent is freed by a deadline.
+
+use crate::stage::{Stage, circle, names};
+use jiff::SignedDuration;
+use serde_json::{Value, json};
+use skyway::edge::{Code, MemoryDisk};
+use skyway::wire::{self, PlanFlag, PlanState};
+
+impl Stage {
+    async fn acknowledges(&self, id: &str, body: Value) -> wire::Plan<'static> {
+        let ack = serde_json::from_value(body).expect("an acknowledgement");
+        let taken = self.edge.acknowledge_plan(&self.caller, id, ack).await;
+        taken.expect("it is true")
+    }
+
+    async fn declines(&self, id: &str, body: Value) -> wire::Plan<'static> {
+        let decline = serde_json::from_value(body).expect("a declined version");
+        let answer = self.edge.decline_plan(&self.caller, id, decline).await;
+        answer.expect("it is answered")
+    }
+}
+
+fn numbers(plan: &wire::Plan<'_>) -> Vec<u32> {
+    plan.versions.iter().map(|sent| sent.version).collect()
+}
+
+/// A plan along the lower row, with version 2 around a first zone and version 3 around a second one on that way.
+async fn overtaken(stage: &Stage) {
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 50.0, 0.0).await;
+    stage.zone(circle("first", 350.0, 0.0, 10.0)).await;
+    let second = stage.plan("p").wanted.expect("a version");
+    assert_eq!(second.version, 2);
+    let crossing = if names(&second.path.nodes).contains(&"b3".to_owned()) {
+        350.0
+    } else {
+        450.0
+    };
+    stage.zone(circle("second", crossing, 100.0, 10.0)).await;
+}
+
+#[tokio::test]
+async fn an_acknowledgement_of_an_overtaken_version_is_true() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a3").await;
+    stage.see("d1", 50.0, 0.0).await;
+    stage.zone(circle("first", 150.0, 0.0, 10.0)).await;
+    stage.zone(circle("second", 150.0, 100.0, 10.0)).await;
+    let plan = stage.plan("p");
+    assert_eq!(numbers(&plan), [1, 2, 3]);
+    assert_eq!(plan.reported.version, 1);
+    let taken = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!(taken.reported.version, 2, "it is what the drone flies");
+}
+
+#[tokio::test]
+async fn what_follows_an_overtaken_version_begins_where_the_drone_is() {
+    let stage = Stage::set();
+    overtaken(&stage).await;
+    let plan = stage.plan("p");
+    let wanted = plan.wanted.as_ref().map(|wanted| wanted.version);
+    assert_eq!((numbers(&plan), wanted), (vec![1, 2, 3], Some(3)));
+    let taken = stage
+        .acknowledges(
+            "p",
+            json!({"version": 2, "location": {"x": 95.0, "y": 0.0}}),
+        )
+        .await;
+    assert_eq!(taken.reported.version, 2);
+    let wanted = taken.wanted.expect("version 2 meets the second zone");
+    assert!(wanted.version > 3);
+    assert_eq!(
+        names(&wanted.path.nodes)[0],
+        "a1",
+        "5 m ahead of where it said it is"
+    );
+    let again = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!(
+        again.wanted.map(|it| it.version),
+        Some(wanted.version),
+        "said again"
+    );
+    let late = stage.acknowledges("p", json!({"version": 1})).await;
+    assert_eq!(late.reported.version, 2, "a drone takes only a higher one");
+    let never = serde_json::from_value(json!({"version": 99})).expect("an acknowledgement");
+    let never = stage.edge.acknowledge_plan(&stage.caller, "p", never).await;
+    assert_eq!(never.expect_err("never sent").code, Code::PlanStateConflict);
+}
+
+#[tokio::test]
+async fn a_missed_acknowledgement_frees_nothing() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.zone(circle("fire", 350.0, 0.0, 10.0)).await;
+    let wanted = stage.plan("p").wanted.expect("a version");
+    // After the time for its acknowledgement, and on the way of the version that was not acknowledged.
+    let around = wanted
+        .legs
+        .iter()
+        .find(|leg| leg.from.text().starts_with('b') && leg.to.text().starts_with('b'));
+    let around = around.expect("a leg of the upper row");
+    let request = json!({"id": "other", "drone_id": "d2", "source": around.to, "destination": around.from,
+        "start_time": around.departs_at, "airspeed_mps": 10.0});
+    let request = serde_json::from_value(request).expect("a request");
+    stage.pass(SignedDuration::from_secs(61)).await;
+    let plan = stage.plan("p");
+    assert_eq!(plan.flags, [PlanFlag::Affected, PlanFlag::Unacknowledged]);
+    assert_eq!(numbers(&plan), [1, 2]);
+    let other = stage
+        .edge
+        .compose_plan(&stage.caller, request, Default::default());
+    let other = other.await.expect("a plan");
+    assert!(
+        other.conflicts.iter().any(|met| met.plan_id == "p"),
+        "{other:?}"
+    );
+    let taken = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!((taken.reported.version, taken.flags.len()), (2, 0));
+}
+
+#[tokio::test]
+async fn what_was_withdrawn_may_still_be_flown() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    let ack = stage.zone(circle("fire", 350.0, 0.0, 10.0)).await;
+    let wanted = stage.plan("p").wanted.expect("a version");
+    let way = wanted.path.clone();
+    let write = skyway::edge::ZoneWrite {
+        id: Some("fire".to_owned()),
+        if_match: ack.etag.map(String::from),
+        ..Default::default()
+    };
+    stage
+        .edge
+        .delete_zone(&stage.caller, write)
+        .await
+        .expect("lifted");
+    let plan = stage.plan("p");
+    assert_eq!((plan.wanted, plan.flags.len()), (None, 0));
+    assert_eq!(
+        plan.versions.len(),
+        2,
+        "its drone may have taken it over meanwhile"
+    );
+    // Someone who comes the other way on the withdrawn way meets it.
+    let nodes = names(&way.nodes);
+    let up = nodes
+        .iter()
+        .position(|node| node.starts_with('b'))
+        .expect("around");
+    let request = json!({"id": "other", "drone_id": "d2", "source": nodes[up + 1], "destination": nodes[up],
+        "start_time": wanted.legs[up].departs_at, "airspeed_mps": 10.0});
+    let request = serde_json::from_value(request).expect("a request");
+    let other = stage
+        .edge
+        .compose_plan(&stage.caller, request, Default::default());
+    let other = other.await.expect("a plan");
+    assert!(
+        other.conflicts.iter().any(|met| met.plan_id == "p"),
+        "{other:?}"
+    );
+    let taken = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!((taken.reported.path, taken.versions.len()), (way, 1));
+}
+
+#[tokio::test]
+async fn a_declined_version_is_answered_twice_and_then_by_an_operator() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 250.0, 0.0).await;
+    stage.zone(circle("fire", 450.0, 0.0, 10.0)).await;
+    let mut wanted = stage.plan("p").wanted.expect("a version");
+    for _ in 0..2 {
+        let body = json!({"version": wanted.version, "reason": "obstacle"});
+        let plan = stage.declines("p", body.clone()).await;
+        assert_eq!(plan.reported.version, 1, "it flies on as it did");
+        let next = plan.wanted.expect("another one");
+        assert!(next.version > wanted.version);
+        assert_ne!(next.path.segments.first(), wanted.path.segments.first());
+        let again = stage.declines("p", body).await;
+        assert_eq!(
+            again.wanted.map(|it| it.version),
+            Some(next.version),
+            "said again"
+        );
+        wanted = next;
+    }
+    let plan = stage
+        .declines("p", json!({"version": wanted.version}))
+        .await;
+    assert_eq!((plan.wanted, plan.flags), (None, vec![PlanFlag::Affected]));
+    assert_ne!(plan.state, PlanState::Ended);
+}
+
+#[tokio::test]
+async fn a_drone_that_has_not_the_battery_is_told_where_to_land() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a6").await;
+    stage.see("d1", 250.0, 0.0).await;
+    stage.zone(circle("fire", 450.0, 0.0, 10.0)).await;
+    let plan = stage
+        .declines("p", json!({"version": 2, "reason": "battery"}))
+        .await;
+    let wanted = plan.wanted.expect("somewhere to land");
+    assert_eq!(wanted.outcome, "diverted");
+    assert_eq!(
+        names(&wanted.path.nodes).last().map(String::as_str),
+        Some("a0")
+    );
+}
+
+#[tokio::test]
+async fn versions_that_were_sent_survive_a_restart() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over(disk.open()).await;
+    overtaken(&stage).await;
+    let before = stage.plan("p");
+    stage.edge.end().await;
+    let stage = stage.again(disk.open()).await;
+    let after = stage.plan("p");
+    assert_eq!(after.versions, before.versions);
+    assert_eq!(
+        (after.reported, after.wanted),
+        (before.reported, before.wanted)
+    );
+    let taken = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!(taken.reported.version, 2);
+    assert!(taken.wanted.expect("another one").version > 3);
+}
