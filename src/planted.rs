@@ -152,8 +152,15 @@ pub const fn is(_bug: Bug) -> bool {
     false
 }
 
+/// Whether answers leave that the checker has not let pass: so that a judge from outside has faults to find.
+#[cfg(not(feature = "planted"))]
+#[inline(always)]
+pub const fn is_unchecked() -> bool {
+    false
+}
+
 #[cfg(feature = "planted")]
-pub use chosen::{here, is, plant};
+pub use chosen::{here, is, is_unchecked, leave_unchecked, plant};
 
 /// The choice: one for the whole process, and one for each thread that makes its own.
 #[cfg(feature = "planted")]
@@ -179,6 +186,18 @@ mod chosen {
         let done = work();
         HERE.set(None);
         done
+    }
+
+    static UNCHECKED: OnceLock<()> = OnceLock::new();
+
+    /// Lets answers leave that the checker has not let pass, from now on.
+    pub fn leave_unchecked() {
+        let _ = UNCHECKED.set(());
+    }
+
+    /// Whether answers leave that the checker has not let pass.
+    pub fn is_unchecked() -> bool {
+        UNCHECKED.get().is_some()
     }
 
     /// Whether this is the bug that was chosen.

@@ -4,6 +4,7 @@
 
 use allocation_counter::measure;
 use skyway::airspace::{Airspace, Closed, RequestClosures};
+use skyway::checked::{Known, check_answer};
 use skyway::flight::{
     Airframe, FailureReport, FailureType, FlightLegs, FlightRules, FlightStart, Location,
     Situation, WindField,
@@ -139,6 +140,12 @@ fn an_exact_recomposition_allocates_its_answer_alone() {
                 "the nodes and the segments of the path"
             );
             assert_eq!(counted.bytes_total, bytes as u64, "to the byte");
+            let known = Known::default();
+            let checked = measure(|| {
+                let passed = check_answer(&setting.airspace, &request, &known, &answer, None);
+                black_box(passed).expect("it holds");
+            });
+            assert_eq!(checked.count_total, 0, "the check of an answer");
         }
     }
 }

@@ -132,10 +132,19 @@ pub(super) fn own<'a>(request: &'a Request, topology: &Topology) -> OwnClosures<
     let report = &request.report;
     let closes_leg = report.failure.closes_leg();
     let (from, to) = report.leg;
+    let segment = topology.segment_between(from, to);
+    // A zone that it brings says where the cause of a regulatory failure lies.
+    let is_told_by_zone = report.failure == FailureType::Regulatory
+        && report.cause_location.is_none()
+        && request
+            .zone
+            .as_ref()
+            .zip(segment)
+            .is_some_and(|(zone, leg)| zone.hits.segments.binary_search(&leg).is_ok());
     let is_about_pads = report.failure == FailureType::Infrastructure;
     OwnClosures {
-        segment: topology.segment_between(from, to).filter(|_| closes_leg),
-        closes_leg,
+        segment: segment.filter(|_| closes_leg),
+        closes_leg: closes_leg && !is_told_by_zone,
         cause: report.cause_location,
         zone: request
             .zone

@@ -24,6 +24,8 @@ pub enum FallenBackTo {
     Alternate,
     /// No route.
     NoRoute,
+    /// Nothing: a plan that was asked for was refused.
+    Refusal,
 }
 
 impl FallenBackTo {
@@ -35,6 +37,7 @@ impl FallenBackTo {
             Self::Contingency => "contingency",
             Self::Alternate => "alternate",
             Self::NoRoute => "no_route",
+            Self::Refusal => "refusal",
         }
     }
 }

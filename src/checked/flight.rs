@@ -44,6 +44,7 @@ impl<'a> FlightWorld<'a> {
 pub fn claim_of_flight(
     composition: &FlightComposition,
     refuge: Option<Reservation>,
+    is_energy_checked: bool,
 ) -> FlightClaim<'_> {
     FlightClaim {
         start: composition.plan.start,
@@ -51,5 +52,6 @@ pub fn claim_of_flight(
         began_s: composition.began_s,
         refuge,
         reserve: composition.reserve,
+        is_energy_checked,
     }
 }

@@ -1,14 +1,12 @@
 //! That a path begins where the drone is, and that the way to its first node passes nothing.
 
-use super::claim::{Claim, Drone, Flag, Sky, Stretch, StretchKind, Whereabouts};
+use super::claim::{Claim, Drone, Flag, OwnClosures, Sky, Stretch, StretchKind, Whereabouts};
 use super::fault::{Fault, Place, Rule};
-use super::lines::{OnLeg, is_in_zone, nearest_fraction, zone_parts};
+use super::lines::{OFF_LEG_M, OnLeg, is_in_zone, nearest_fraction, zone_parts};
 use crate::airspace::Cause;
 use crate::geo::{AltitudeBand, Point};
 use crate::network::NodeIx;
 
-/// A drone farther from its leg than this, in metres, is off it.
-const OFF_LEG_M: f64 = 50.0;
 /// Lengths and places this much apart, in metres, count as the same.
 const SAME_M: f64 = 1e-2;
 /// A drone that is in a zone by less than this, in metres, may count as outside.
@@ -37,29 +35,16 @@ pub(super) fn check(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> Resu
     let (Some(stretch), Some(&first)) = (claim.stretch, claim.nodes.first()) else {
         return Err(elsewhere);
     };
-    let states_other_leg = stretch.leg.is_some_and(|leg| leg != drone.leg);
-    if stretch.enters != first || states_other_leg {
+    if stretch.enters != first {
         return Err(elsewhere);
     }
     if !(stretch.overrun_m >= 0.0 && stretch.overrun_m <= drone.stopping_m + SAME_M) {
         let (stated, most) = (stretch.overrun_m, drone.stopping_m);
-        return Err(Fault::figures(
-            Rule::BeginsAtDrone,
-            Place::FirstStretch,
-            stated,
-            most,
-        ));
+        let place = Place::FirstStretch;
+        return Err(Fault::figures(Rule::BeginsAtDrone, place, stated, most));
     }
     let leg = OnLeg::of(drone, sky);
-    if let Some(node) = drone.stands_at {
-        let stands = first == node && stretch.length_m <= SAME_M;
-        return if stands {
-            Ok(Begun::at(stretch))
-        } else {
-            Err(elsewhere)
-        };
-    }
-    let is_there = is_at(drone, &leg, sky, first);
+    let is_there = drone.stands_at == Some(first) || is_at(drone, &leg, sky, first);
     if stretch.kind == StretchKind::None || (is_there && stretch.length_m <= SAME_M) {
         if !is_there || stretch.length_m > SAME_M {
             return Err(elsewhere);
@@ -69,10 +54,44 @@ pub(super) fn check(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> Resu
     if sky.closes_node(first) {
         return Err(Fault::new(Rule::ClosedNode, Place::Node(first)));
     }
+    if let Some(other) = stretch.leg.filter(|other| *other != drone.leg) {
+        return match is_at(drone, &leg, sky, other.0) {
+            true => along_another(&stretch, drone, other, sky),
+            false => Err(elsewhere),
+        };
+    }
     match stretch.kind {
         StretchKind::Straight => straight(&stretch, drone, &leg, sky),
         StretchKind::Leg | StretchKind::None => along(&stretch, drone, &leg, sky),
     }
+}
+
+/// Along another segment of the node that the drone is at: so it leaves a zone that closes the node.
+fn along_another(
+    stretch: &Stretch,
+    drone: &Drone<'_>,
+    leg: (NodeIx, NodeIx),
+    sky: &Sky<'_>,
+) -> Result<Begun, Fault> {
+    let there = Drone {
+        leg,
+        at: Whereabouts::LegStart,
+        drift_m: 0.0,
+        ..*drone
+    };
+    // What the drone reports is about its own leg.
+    let own = OwnClosures {
+        closes_leg: false,
+        cause: None,
+        ..sky.own
+    };
+    let sky = Sky { own, ..*sky };
+    let on = OnLeg::of(&there, &sky);
+    let is_own = on.segment.is_some() && on.segment == sky.own.segment;
+    if is_own || stretch.enters != leg.1 {
+        return Err(Fault::new(Rule::PassesCause, Place::FirstStretch));
+    }
+    along(stretch, &there, &on, &sky)
 }
 
 impl Begun {
@@ -123,19 +142,44 @@ fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Re
         ));
     }
     let zones = leg.zones(sky);
-    passes_nothing(way, leg, sky, &zones)?;
-    let (Some(flown), true) = (leg.flown, leg.length_m > 0.0) else {
+    let share = |metres: f64| match leg.length_m > 0.0 {
+        true => metres / leg.length_m,
+        false => 0.0,
+    };
+    let latest = leg.flown.map(|flown| flown + share(drone.drift_m));
+    // What lies nearer than the drone needs to turn it cannot keep out of, and leaves on the shorter way.
+    let turns = latest.map(|latest| latest + share(drone.stopping_m));
+    let entered = |part: &&(f64, f64)| match (leg.flown, turns) {
+        (Some(flown), Some(turns)) => part.0 > flown && part.0 <= turns,
+        _ => false,
+    };
+    let flies_into = match way {
+        Way::On => zones.iter().filter(entered).count(),
+        Way::Back => 0,
+    };
+    let kept_out: Vec<(f64, f64)> = match flies_into {
+        0 => Vec::new(),
+        _ => zones
+            .iter()
+            .filter(|part| !entered(part))
+            .copied()
+            .collect(),
+    };
+    let forbidden = if flies_into == 0 { &zones } else { &kept_out };
+    passes_nothing(way, leg, sky, forbidden)?;
+    let (Some(flown), Some(latest)) = (leg.flown, latest) else {
         return Ok(Begun::at(*stretch));
     };
-    let edge = EDGE_M / leg.length_m;
+    let edge = share(EDGE_M);
     let is_inside = |part: &(f64, f64)| part.0 + edge < flown && flown < part.1 - edge;
-    let turn = flown + stretch.overrun_m / leg.length_m;
-    let entered = |part: &&(f64, f64)| part.0 > flown && part.0 <= turn;
-    let causes_met = stretch.overrun_m > 0.0 && cause_between(leg, sky, flown, turn);
+    let turn = latest + share(stretch.overrun_m);
+    let overruns = stretch.overrun_m > 0.0
+        && (cause_between(leg, sky, flown, turn)
+            || zones.iter().any(|part| part.0 > flown && part.0 <= turn));
     Ok(Begun {
         stretch: *stretch,
         is_in_zone: zones.iter().any(is_inside),
-        overruns: causes_met || zones.iter().find(entered).is_some(),
+        overruns: overruns || flies_into > 0,
     })
 }
 
@@ -257,8 +301,14 @@ fn straight(
 /// Whether the drone is in a zone, and neither end of its leg can be reached along it.
 fn is_shut_in(drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>, place: Point) -> bool {
     let zones = leg.zones(sky);
+    let flown = leg.flown.unwrap_or_default();
+    let around = zones.iter().find(|part| part.0 <= flown && flown <= part.1);
     let is_shut = |way: Way, end: NodeIx| {
-        sky.closes_node(end) || passes_nothing(way, leg, sky, &zones).is_err()
+        let reaches_end = around.is_some_and(|part| match way {
+            Way::Back => part.0 <= 0.0,
+            Way::On => part.1 >= 1.0,
+        });
+        reaches_end || sky.closes_node(end) || passes_nothing(way, leg, sky, &zones).is_err()
     };
     is_in_zone(sky, place, &leg.band)
         && is_shut(Way::Back, drone.leg.0)

@@ -144,6 +144,8 @@ pub struct FlightClaim<'a> {
     pub refuge: Option<Reservation>,
     /// The least battery that it promises at every node, as a fraction.
     pub reserve: f64,
+    /// False where nobody knows whether the battery suffices: its levels count from an assumed one then.
+    pub is_energy_checked: bool,
 }
 
 /// Where the drone is, as far as anybody knows.

@@ -4,6 +4,7 @@ use super::begin::Begun;
 use super::claim::{Claim, Drone, Flag, Need, Sky, StretchKind, Told, Whereabouts};
 use super::fault::{Fault, Place, Rule};
 use super::lines::{OnLeg, is_in_zone};
+use crate::geo::AltitudeBand;
 
 pub(super) fn check(
     claim: &Claim<'_>,
@@ -37,6 +38,12 @@ pub(super) fn check(
 /// Whether the place of the drone is in an active zone now.
 fn is_in_active_zone(drone: &Drone<'_>, sky: &Sky<'_>) -> bool {
     let leg = OnLeg::of(drone, sky);
+    // How high a drone flies that is off its leg, nobody knows.
+    let band = if leg.is_off() {
+        AltitudeBand::UNLIMITED
+    } else {
+        leg.band
+    };
     let on_leg = leg.flown.map(|flown| leg.ends.0.towards(leg.ends.1, flown));
     let place = match drone.at {
         Whereabouts::At(place) => Some(place),
@@ -46,7 +53,7 @@ fn is_in_active_zone(drone: &Drone<'_>, sky: &Sky<'_>) -> bool {
     [place, on_leg]
         .into_iter()
         .flatten()
-        .any(|place| is_in_zone(sky, place, &leg.band))
+        .any(|place| is_in_zone(sky, place, &band))
 }
 
 /// Whether the reserve may be, and is, drawn on: only to land elsewhere.

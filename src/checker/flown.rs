@@ -29,7 +29,7 @@ pub(super) fn check(
     sky: &Sky<'_>,
 ) -> Result<(), Fault> {
     let Some(world) = sky.flight else {
-        return path::is_open(claim, drone, sky);
+        return path::is_open(claim, sky);
     };
     begins(claim, flight, drone)?;
     let mut flyer = Flyer {
@@ -257,7 +257,7 @@ impl Flyer<'_> {
             (Told::Diverted, _) => rules.floor,
             _ => rules.reserve,
         };
-        match level < least - SAME_BATTERY {
+        match self.flight.is_energy_checked && level < least - SAME_BATTERY {
             true => Err(Fault::figures(Rule::Reserve, place, level, least)),
             false => Ok(()),
         }
@@ -309,9 +309,17 @@ impl Flyer<'_> {
         if nodes.any(|time| self.meets(leg, time)) {
             return Err(Fault::new(Rule::ClosedNode, Place::Node(leg.to)));
         }
+        // Who stands on a pad in a zone stays until it is over; anything else that closes its node lets it go.
+        let stands = leaves_start && self.drone.stands_at == Some(leg.from);
+        let binds = |time: &ClosedTime| !leaves_start || (stands && time.widened);
         let mut left = closed.of_node(leg.from);
-        if !leaves_start && left.any(|time| self.meets(leg, time)) {
-            return Err(Fault::new(Rule::ClosedNode, Place::Node(leg.from)));
+        if left.any(|time| binds(time) && self.meets(leg, time)) {
+            let rule = if stands {
+                Rule::SentUp
+            } else {
+                Rule::ClosedNode
+            };
+            return Err(Fault::new(rule, Place::Node(leg.from)));
         }
         self.passes_brought_zone(number, leg, leaves_start)
     }

@@ -5,6 +5,9 @@ use crate::airspace::Zone;
 use crate::geo::{AltitudeBand, Point};
 use crate::network::SegmentIx;
 
+/// A drone farther from its leg than this, in metres, is off it.
+pub(super) const OFF_LEG_M: f64 = 50.0;
+
 /// The leg that a drone is on, and where.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnLeg {
@@ -46,6 +49,11 @@ impl OnLeg {
                 topology.segment_band(segment)
             }),
         }
+    }
+
+    /// Whether the drone is off it.
+    pub(super) fn is_off(&self) -> bool {
+        self.off_m > OFF_LEG_M
     }
 
     /// The parts of the leg inside active zones, by fraction from its start.

@@ -26,7 +26,8 @@ pub(super) fn on_the_ground(
     drone: &Drone<'_>,
     sky: &Sky<'_>,
 ) -> Result<(), Fault> {
-    let Some(node) = drone.stands_at else {
+    // When a flight departs is looked at with its times.
+    let Some(node) = drone.stands_at.filter(|_| claim.flight.is_none()) else {
         return Ok(());
     };
     let goes_up = claim.told != Told::Hold && !claim.segments.is_empty();

@@ -1,7 +1,8 @@
 //! That a path joins, is open, and is as long as it says.
 
-use super::claim::{Claim, Drone, Sky, Told};
+use super::claim::{Claim, Sky, Told};
 use super::fault::{Fault, Place, Rule};
+use crate::airspace::Hits;
 use crate::network::{NodeIx, SegmentIx};
 use jiff::Timestamp;
 
@@ -40,7 +41,7 @@ pub(super) fn joins(claim: &Claim<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
 }
 
 /// Nothing on the path is closed, as far as it is closed now: what an answer by distance keeps to.
-pub(super) fn is_open(claim: &Claim<'_>, _drone: &Drone<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
+pub(super) fn is_open(claim: &Claim<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
     let closed = sky.airspace.closed();
     let has_zone = sky.own.zone.is_some();
     for (number, (pair, &segment)) in claim.nodes.windows(2).zip(claim.segments).enumerate() {
@@ -48,11 +49,7 @@ pub(super) fn is_open(claim: &Claim<'_>, _drone: &Drone<'_>, sky: &Sky<'_>) -> R
         if is_clear {
             continue;
         }
-        let opens_first = claim.told == Told::Hold
-            && claim
-                .waits_until
-                .is_some_and(|until| has_opened(sky, segment, pair, until));
-        if opens_first {
+        if claim.told == Told::Hold && has_opened(claim, sky, segment, pair) {
             continue;
         }
         if sky.closes_segment(segment) {
@@ -68,21 +65,32 @@ pub(super) fn is_open(claim: &Claim<'_>, _drone: &Drone<'_>, sky: &Sky<'_>) -> R
     Ok(())
 }
 
-/// Whether all that closes a leg has ended by an instant.
-fn has_opened(sky: &Sky<'_>, segment: SegmentIx, nodes: &[NodeIx], at: Timestamp) -> bool {
-    if sky.own.segment == Some(segment) || sky.own.zone.is_some() {
+/// Whether all that closes a leg is over once the drone has waited: the zones over it, and what ends until then.
+fn has_opened(claim: &Claim<'_>, sky: &Sky<'_>, segment: SegmentIx, pair: &[NodeIx]) -> bool {
+    let Some(&waits_at) = claim.nodes.first() else {
+        return false;
+    };
+    let meets = |hits: &Hits| {
+        let mut nodes = pair.iter();
+        hits.segments.binary_search(&segment).is_ok()
+            || nodes.any(|node| hits.nodes.binary_search(node).is_ok())
+    };
+    let is_over_it = |hits: &Hits| hits.nodes.binary_search(&waits_at).is_ok();
+    let stays = |hits: &Hits| meets(hits) && !is_over_it(hits);
+    let by_brought = sky.own.zone.is_some_and(|(_, hits)| stays(hits));
+    if sky.own.segment == Some(segment) || by_brought {
         return false;
     }
+    let has_ended = |until: Option<Timestamp>| {
+        let end = claim.waits_until;
+        end.is_some_and(|end| until.is_some_and(|until| until <= end))
+    };
     let mut causes = sky.airspace.in_force();
     causes.all(|closure| {
-        let hits = &closure.hits;
-        let meets = hits.segments.binary_search(&segment).is_ok()
-            || nodes
-                .iter()
-                .any(|node| hits.nodes.binary_search(node).is_ok());
-        let ends = |until: Option<Timestamp>| until.is_some_and(|until| until <= at);
         let windows = &closure.windows;
-        !meets || (!windows.is_empty() && windows.iter().all(|window| ends(window.until())))
+        let ends = !windows.is_empty() && windows.iter().all(|window| has_ended(window.until()));
+        let is_zone = closure.zone().is_some();
+        !meets(&closure.hits) || ends || (is_zone && is_over_it(&closure.hits))
     })
 }
 

@@ -1,6 +1,7 @@
 //! What is closed when, sorted so that the closures of a segment or a node are found at once.
 
 use crate::airspace::{Airspace, Cause, Window};
+use crate::flight::TimedClosure;
 use crate::network::{NodeIx, SegmentIx};
 use jiff::Timestamp;
 
@@ -25,30 +26,63 @@ pub struct ClosedTimes {
 impl ClosedTimes {
     /// The closures of an airspace, in seconds from an instant.
     pub fn of(airspace: &Airspace, zero: Timestamp) -> Self {
-        let mut times = Self {
-            zero,
-            segments: Vec::new(),
-            nodes: Vec::new(),
-            pads: Vec::new(),
-        };
+        let mut times = Self::none(zero);
         for (closure, _) in airspace.closures() {
             let is_report = matches!(closure.cause, Cause::Report { .. });
             let is_zone = matches!(closure.cause, Cause::Zone(_));
             let windows = if is_report { &[][..] } else { &closure.windows };
             for time in times.of_windows(windows, is_zone) {
                 let hits = &closure.hits;
-                let segments = hits.segments.iter().map(|segment| (segment.0, time));
-                let nodes = hits.nodes.iter().map(|node| (node.0, time));
-                let pads = closure.pads.iter().map(|node| (node.0, time));
-                times.segments.extend(segments);
-                times.nodes.extend(nodes);
-                times.pads.extend(pads);
+                times.close(time, &hits.segments, &hits.nodes, &closure.pads);
             }
         }
-        for list in [&mut times.segments, &mut times.nodes, &mut times.pads] {
+        times.sorted()
+    }
+
+    /// Closures whose times are known already, in seconds from an instant.
+    pub fn of_timed<'a>(
+        closures: impl IntoIterator<Item = &'a TimedClosure>,
+        zero: Timestamp,
+    ) -> Self {
+        let mut times = Self::none(zero);
+        for closure in closures {
+            let time = ClosedTime {
+                from_s: closure.from_s,
+                until_s: closure.until_s,
+                widened: closure.widened,
+            };
+            times.close(time, &closure.segments, &closure.nodes, &closure.pads);
+        }
+        times.sorted()
+    }
+
+    fn none(zero: Timestamp) -> Self {
+        Self {
+            zero,
+            segments: Vec::new(),
+            nodes: Vec::new(),
+            pads: Vec::new(),
+        }
+    }
+
+    fn close(
+        &mut self,
+        time: ClosedTime,
+        segments: &[SegmentIx],
+        nodes: &[NodeIx],
+        pads: &[NodeIx],
+    ) {
+        let segments = segments.iter().map(|segment| (segment.0, time));
+        self.segments.extend(segments);
+        self.nodes.extend(nodes.iter().map(|node| (node.0, time)));
+        self.pads.extend(pads.iter().map(|node| (node.0, time)));
+    }
+
+    fn sorted(mut self) -> Self {
+        for list in [&mut self.segments, &mut self.nodes, &mut self.pads] {
             list.sort_by_key(|(index, _)| *index);
         }
-        times
+        self
     }
 
     /// Windows in seconds; one without ends where there are none.

@@ -2,17 +2,18 @@
 
 use super::Edge;
 use super::events::Happening;
-use super::flights::Scene;
+use super::flights::{DroneKind, FlownVersion, Scene};
 use super::guard::{Subjects, alarms_of, case_data};
 use super::recomposing::{Case, Recomposed};
 use super::snapshot::{PlanEntry, Snapshot};
 use crate::checked::{self, Alternatives, Checked, FallenBackTo, Known, check_answer};
 use crate::checker::Fault;
-use crate::compose::Contingency;
-use crate::flight::FailureType;
+use crate::compose::{Composition, Contingency};
+use crate::flight::{FailureReport, FailureType, Location, Reentry};
 use crate::formats::ReadWarning;
 use crate::network::NodeIx;
-use crate::recompose::{Fallback, Request, Strategy};
+use crate::planted;
+use crate::recompose::{Fallback, Outcome, Recomposition, Request, Strategy};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -78,6 +79,9 @@ impl Edge {
 
     /// The rule that an answer breaks, if it breaks any.
     fn fault_of(&self, case: &Case<'_>, recomposed: &Recomposed) -> Option<Fault> {
+        if planted::is_unchecked() {
+            return None;
+        }
         let known = known(case, recomposed);
         let answer = &recomposed.answer;
         let airspace = &case.snapshot.airspace;
@@ -151,6 +155,55 @@ impl Edge {
             fallback: FallenBackTo::NoRoute,
         });
         (self.by_distance(case, answer, read), told)
+    }
+
+    /// Checks what was composed for a drone that departs from a node to another one.
+    ///
+    /// # Errors
+    /// The first rule that it breaks.
+    pub(super) fn check_composed(
+        &self,
+        snapshot: &Snapshot,
+        (composition, flown): &(Composition, Option<Arc<FlownVersion>>),
+        (departs_at, destination): (Timestamp, NodeIx),
+        kind: Option<&DroneKind>,
+    ) -> Result<(), Fault> {
+        let way = &composition.way;
+        let (Some(&first), false) = (way.nodes.first(), planted::is_unchecked()) else {
+            return Ok(());
+        };
+        let topology = snapshot.topology();
+        let answer = Recomposition {
+            outcome: Outcome::Rerouted,
+            path: way.clone(),
+            remaining_length_m: Some(composition.length_m),
+            reentry: Some(Reentry::at_node(first, topology.position(first), None)),
+            ..Recomposition::without_path(Strategy::Exact)
+        };
+        let request = Request::exact(FailureReport {
+            failure: FailureType::ServiceLevel,
+            leg: (first, way.nodes.get(1).copied().unwrap_or(first)),
+            location: Location::LegStart,
+            cause_location: None,
+            destination,
+            remaining_path: None,
+        });
+        let airspace = &snapshot.airspace;
+        let (Some(flights), Some(version), Some(kind)) = (&self.flights, flown, kind) else {
+            return check_answer(airspace, &request, &Known::default(), &answer, None);
+        };
+        let now = self.clock.now();
+        let scene = Scene {
+            snapshot,
+            airspace,
+            now,
+        };
+        let known = Known {
+            at_s: flights.seconds(departs_at),
+            ..Known::default()
+        };
+        let version = Some((&**version, departs_at));
+        flights.check_version(scene, (kind, None), version, &request, &known, &answer)
     }
 
     /// Tells of an answer that did not pass: counted, an event, an alarm, a line in the log.

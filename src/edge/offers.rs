@@ -4,9 +4,10 @@
 
 use super::Edge;
 use super::fleet::{self, DetourAnswer, DetourMeans, Progress};
-use super::flights::FlownAnswer;
+use super::flights::{FlownAnswer, Scene};
 use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot, later};
+use crate::checked::{Case, FallenBackTo};
 use crate::itinerary::Objective;
 use crate::recompose::Outcome;
 use jiff::Timestamp;
@@ -115,10 +116,28 @@ impl Edge {
         let mut scratch = self.scratches.take(snapshot.topology());
         let detour = fleet::detour(plan, &progress, &means, &mut scratch);
         self.scratches.give_back(scratch);
-        match detour.answer {
-            DetourAnswer::Flown(answer) if is_better(plan, &progress, &answer) => Some(*answer),
-            _ => None,
-        }
+        let answer = match detour.answer {
+            DetourAnswer::Flown(answer) if is_better(plan, &progress, &answer) => *answer,
+            _ => return None,
+        };
+        let scene = Scene {
+            snapshot,
+            airspace: &snapshot.airspace,
+            now,
+        };
+        let refused = self.flights.as_ref()?.refused(scene, plan, &answer);
+        let Some(refused) = refused else {
+            return Some(answer);
+        };
+        let case = Case {
+            fault: refused.fault,
+            outcome: answer.outcome,
+            nodes: answer.way().nodes,
+            fallback: FallenBackTo::Reported,
+        };
+        let subjects = (None, Some(&*plan.id), plan.drone_id.as_deref());
+        self.tell_case(snapshot, &case, subjects, now);
+        None
     }
 }
 

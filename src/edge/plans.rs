@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::failures::DEFAULT_AIRSPEED_MPS;
-use super::flights::{DroneKind, FlightOrder, Flights, Wanted};
+use super::flights::{DroneKind, FlightOrder, Flights, FlownVersion, Wanted};
 use super::orders::{Done, Order};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
@@ -10,11 +10,12 @@ use super::snapshot::{PlanEntry, PlanFlags, Snapshot, Version};
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;
+use crate::checked::{Case, FallenBackTo};
 use crate::compose::{Composition, compose};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
-use crate::recompose::World;
+use crate::recompose::{Outcome, World};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, PlanState};
 use jiff::{SignedDuration, Timestamp};
@@ -265,25 +266,7 @@ impl Edge {
         delivery: Delivery,
         subject: Arc<str>,
     ) -> Result<PlanEntry, Refusal> {
-        let (composition, flown) = match (&delivery.flight, self.flights.as_deref()) {
-            (Some(flight), Some(flights)) => {
-                let DeliveryFlight {
-                    order,
-                    kind,
-                    battery,
-                } = flight;
-                let wanted = Wanted {
-                    source: delivery.source,
-                    destination: delivery.destination,
-                    start: delivery.start,
-                    battery: *battery,
-                };
-                let now = self.clock.now();
-                let (flown, way) = flights.compose(snapshot, kind, order, wanted, now)?;
-                (way, Some(Arc::new(flown)))
-            }
-            _ => (self.shortest_composition(snapshot, &delivery)?, None),
-        };
+        let (composition, flown) = self.composed_and_checked(snapshot, &delivery)?;
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let id = delivery
             .id
@@ -323,16 +306,80 @@ impl Edge {
         })
     }
 
+    /// What is composed, once it has passed the checker: at the second try without anything that was worked out before.
+    fn composed_and_checked(
+        &self,
+        snapshot: &Snapshot,
+        delivery: &Delivery,
+    ) -> Result<(Composition, Option<Arc<FlownVersion>>), Refusal> {
+        let kind = delivery.flight.as_ref().map(|flight| &flight.kind);
+        let start = (delivery.start, delivery.destination);
+        let first = self.composed(snapshot, delivery, false)?;
+        let Err(fault) = self.check_composed(snapshot, &first, start, kind) else {
+            return Ok(first);
+        };
+        let again = self.composed(snapshot, delivery, true);
+        let again = again.ok().filter(|again| {
+            let checked = self.check_composed(snapshot, again, start, kind);
+            checked.is_ok()
+        });
+        let fallback = match again {
+            Some(_) => FallenBackTo::Baseline,
+            None => FallenBackTo::Refusal,
+        };
+        let case = Case {
+            fault,
+            outcome: Outcome::Rerouted,
+            nodes: first.0.way.nodes,
+            fallback,
+        };
+        let now = self.clock.now();
+        self.tell_case(snapshot, &case, (None, None, None), now);
+        again.ok_or_else(|| {
+            let fault = fault.text(snapshot.topology());
+            let detail = format!("no plan passed the check before it leaves: {fault}");
+            Refusal::new(Code::Internal, detail)
+        })
+    }
+
+    fn composed(
+        &self,
+        snapshot: &Snapshot,
+        delivery: &Delivery,
+        plainly: bool,
+    ) -> Result<(Composition, Option<Arc<FlownVersion>>), Refusal> {
+        let (Some(flight), Some(flights)) = (&delivery.flight, self.flights.as_deref()) else {
+            let way = self.shortest_composition(snapshot, delivery, plainly)?;
+            return Ok((way, None));
+        };
+        let DeliveryFlight {
+            order,
+            kind,
+            battery,
+        } = flight;
+        let wanted = Wanted {
+            source: delivery.source,
+            destination: delivery.destination,
+            start: delivery.start,
+            battery: *battery,
+            plainly,
+        };
+        let now = self.clock.now();
+        let (flown, way) = flights.compose(snapshot, kind, order, wanted, now)?;
+        Ok((way, Some(Arc::new(flown))))
+    }
+
     /// The shortest open way, whatever the battery.
     fn shortest_composition(
         &self,
         snapshot: &Snapshot,
         delivery: &Delivery,
+        plainly: bool,
     ) -> Result<Composition, Refusal> {
         let topology = snapshot.topology();
         let world = World {
             airspace: &snapshot.airspace,
-            trees: Some(&self.trees),
+            trees: (!plainly).then_some(&self.trees),
         };
         let (source, destination) = (delivery.source, delivery.destination);
         let mut scratch = self.scratches.take(topology);

@@ -3,31 +3,55 @@
 use super::checking::PlanWays;
 use super::events::Happening;
 use super::fleet::{Detour, DetourAnswer};
+use super::flights::{FlownAnswer, RefusedAnswer, Scene};
 use super::guard::{alarms_of, case_data};
+use super::snapshot::PlanEntry;
 use super::state::State;
 use crate::airspace::Airspace;
 use crate::checked::{self, Checked, Known};
+use crate::planted;
 use crate::wire::EventKind;
 use jiff::Timestamp;
+use std::sync::Arc;
 
 impl State {
     /// A detour that may be told: this one, or the first of those in its place that passes.
     pub(super) fn checked(
         &mut self,
         mut detour: Detour,
-        airspace: &Airspace,
+        airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Detour {
-        let DetourAnswer::Shortest { request, answer } = detour.answer else {
+        if planted::is_unchecked() {
             return detour;
+        }
+        let (request, answer, fault) = match detour.answer {
+            DetourAnswer::Flown(answer) => {
+                let refused = self.refused(&detour.plan, &answer, airspace, now);
+                let Some(refused) = refused else {
+                    detour.answer = DetourAnswer::Flown(answer);
+                    return detour;
+                };
+                (Box::new(refused.request), refused.answer, refused.fault)
+            }
+            DetourAnswer::Shortest { request, answer } => {
+                let known = Known::default();
+                match checked::check_answer(airspace, &request, &known, &answer, None) {
+                    Err(fault) => (request, *answer, fault),
+                    Ok(()) => {
+                        detour.answer = DetourAnswer::Shortest { request, answer };
+                        return detour;
+                    }
+                }
+            }
         };
         let ways = PlanWays::of_plan(&detour.plan, request.report.leg).unwrap_or_default();
-        let Checked { answer, case } = checked::pass(
+        let Checked { answer, case } = checked::settle(
             airspace,
             &request,
             &Known::default(),
             ways.alternatives(),
-            *answer,
+            (answer, fault),
             &mut self.scratch,
         );
         let answer = Box::new(answer);
@@ -36,6 +60,21 @@ impl State {
             self.tell_case(&detour, &case, now);
         }
         detour
+    }
+
+    fn refused(
+        &self,
+        plan: &PlanEntry,
+        answer: &FlownAnswer,
+        airspace: &Arc<Airspace>,
+        now: Timestamp,
+    ) -> Option<RefusedAnswer> {
+        let scene = Scene {
+            snapshot: &self.next,
+            airspace,
+            now,
+        };
+        self.flights.as_ref()?.refused(scene, plan, answer)
     }
 
     /// Tells of a version that did not pass.

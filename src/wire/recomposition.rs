@@ -466,6 +466,6 @@ pub struct CheckerCase<'a> {
     pub outcome: Outcome,
     /// The nodes that it would have led over.
     pub nodes: Vec<Id<'a>>,
-    /// What went instead: `baseline`, `reported`, `contingency`, `alternate` or `no_route`.
+    /// What went instead: `baseline`, `reported`, `contingency`, `alternate`, `no_route`, or `refusal` of a plan that was asked for.
     pub fallback: Cow<'a, str>,
 }

@@ -15,5 +15,6 @@ mod margins;
 mod model;
 mod optimality;
 mod refuges;
+mod sending;
 mod stories;
 mod world;

@@ -121,8 +121,13 @@ impl World {
         }
     }
 
+    /// Whether a plan holds; what does, the checker of answers lets pass.
     pub(crate) fn check(&self, plan: &FlightPlan) -> Result<(), FlightFault> {
-        verify_flight(plan, &self.premises())
+        let verdict = verify_flight(plan, &self.premises());
+        if verdict.is_ok() && self.reserve >= self.rules.reserve {
+            assert_eq!(self.check_before_sending(plan), Ok(()), "{plan:?}\n{self}");
+        }
+        verdict
     }
 
     pub(crate) fn request(&self, objective: Objective) -> FlightRequest<'_> {

@@ -13,6 +13,7 @@ use skyway::edge::{
     Breakage, Caller, Decision, Edge, MemoryDisk, Opening, PageRequest, Settings, StoreFile,
 };
 use skyway::formats::load_network;
+use skyway::planted::{self, Bug};
 use skyway::wire::ObjectKind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -109,7 +110,7 @@ impl Outpost {
             return;
         };
         self.disk.crash();
-        self.check_restarts(&up.edge);
+        self.check_defects(&up.edge);
         self.world.tell(self.who(), "crashes".to_owned());
         up.following.stop().await;
     }
@@ -124,10 +125,15 @@ impl Outpost {
     }
 
     /// A defect in what follows is survived, and not overlooked here.
-    fn check_restarts(&self, edge: &Edge) {
+    fn check_defects(&self, edge: &Edge) {
         let restarts = edge.status().registry.map_or(0, |sync| sync.restarts);
         if restarts > 0 {
             let text = format!("{}: following began anew {restarts} times", self.name());
+            self.world.violation(text);
+        }
+        let refused = edge.status().checker_cases;
+        if refused > 0 && planted::is(Bug::StaleAnswer) {
+            let text = format!("{}: the checker refused {refused} answers", self.name());
             self.world.violation(text);
         }
     }
@@ -225,7 +231,7 @@ impl Outpost {
 
     pub(crate) fn sync(&self) -> Option<SyncStatus> {
         let edge = self.edge()?;
-        self.check_restarts(&edge);
+        self.check_defects(&edge);
         edge.status().registry
     }
 

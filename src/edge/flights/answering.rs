@@ -13,7 +13,7 @@ use crate::flight::{Stop, StopKind};
 use crate::formats::warning_text;
 use crate::itinerary::{FlightCause, Objective};
 use crate::network::{NodeIx, Topology};
-use crate::recompose::{Outcome, Request, Severance};
+use crate::recompose::{Flag, Outcome, Request, Severance};
 use crate::routing::Way;
 use jiff::Timestamp;
 use std::borrow::Cow;
@@ -39,6 +39,10 @@ pub(in crate::edge) struct FlownAnswer {
     /// When that departs.
     pub(in crate::edge) departs_at: Timestamp,
     pub(in crate::edge) warnings: Vec<(Cow<'static, str>, String)>,
+    /// What holds of the way told.
+    pub(in crate::edge) flags: Vec<Flag>,
+    /// What was asked for a drone in the air; `None` for one that stands.
+    pub(in crate::edge) asked: Option<Box<Request>>,
 }
 
 impl FlownAnswer {
@@ -58,6 +62,8 @@ impl FlownAnswer {
             version,
             departs_at,
             warnings: warnings.collect(),
+            flags: answer.flags.clone(),
+            asked: None,
         }
     }
 
@@ -223,7 +229,10 @@ impl Flights {
         let answer = self.with_scratch(scene.airspace.topology(), |scratch| {
             answer_failure(&ground.world(), &failure, scratch)
         });
-        FlownAnswer::of(&ground, &answer, now)
+        FlownAnswer {
+            asked: Some(Box::new(request.clone())),
+            ..FlownAnswer::of(&ground, &answer, now)
+        }
     }
 
     /// What the drone of a plan flies in.

@@ -2,13 +2,14 @@
 
 use super::DroneKind;
 use super::others::PadKey;
-use super::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
+use super::{Flights, FlownAnswer, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
-use crate::edge::snapshot::Snapshot;
-use crate::flight::Reservation;
+use crate::edge::snapshot::{PlanEntry, Snapshot};
+use crate::flight::{FailureReport, FailureType, Location, Reentry, Reservation};
 use crate::network::NodeIx;
-use crate::recompose::{Recomposition, Request};
+use crate::planted;
+use crate::recompose::{Recomposition, Request, Strategy};
 use jiff::Timestamp;
 
 impl Flights {
@@ -51,9 +52,16 @@ impl Flights {
         let Some((version, departs_at)) = version else {
             return check_answer(scene.airspace, request, known, answer, None);
         };
-        if answer.reentry.is_none() {
-            return Ok(());
-        }
+        // A drone on the ground has no way to where its plan begins.
+        let start = &version.composition.plan.start;
+        let standing = start.on_ground.then(|| {
+            let place = scene.airspace.topology().position(start.node);
+            Recomposition {
+                reentry: Some(Reentry::at_node(start.node, place, None)),
+                ..answer.clone()
+            }
+        });
+        let answer = standing.as_ref().unwrap_or(answer);
         let departs_s = self.seconds(departs_at);
         let timed = version.composition_at(departs_s);
         let refuge = version.refuge.map(|refuge| Reservation {
@@ -79,7 +87,7 @@ impl Flights {
             swaps: &swaps,
             is_taken: &is_taken,
         };
-        let claim = claim_of_flight(&timed, refuge);
+        let claim = claim_of_flight(&timed, refuge, version.is_energy_checked);
         check_answer(
             scene.airspace,
             request,
@@ -87,6 +95,62 @@ impl Flights {
             answer,
             Some((&claim, &world)),
         )
+    }
+}
+
+/// An answer that does not pass, with what was asked and the rule that it breaks.
+pub(in crate::edge) struct RefusedAnswer {
+    pub(in crate::edge) request: Request,
+    pub(in crate::edge) answer: Recomposition,
+    pub(in crate::edge) fault: Fault,
+}
+
+impl Flights {
+    /// The answer to the drone of a plan, if it does not pass.
+    pub(in crate::edge) fn refused(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        told: &FlownAnswer,
+    ) -> Option<RefusedAnswer> {
+        let (version, way) = told.version.as_ref()?;
+        if planted::is_unchecked() {
+            return None;
+        }
+        let start = &version.composition.plan.start;
+        let nodes = &way.way.nodes;
+        let stands = Request::exact(FailureReport {
+            failure: FailureType::ServiceLevel,
+            leg: (start.node, nodes.get(1).copied().unwrap_or(start.node)),
+            location: Location::LegStart,
+            cause_location: None,
+            destination: plan.destination,
+            remaining_path: None,
+        });
+        let request = told.asked.as_deref().cloned().unwrap_or(stands);
+        let answer = Recomposition {
+            outcome: told.outcome,
+            path: way.way.clone(),
+            remaining_length_m: Some(version.composition.plan.distance_m),
+            first_stretch_m: start.flown_m,
+            reentry: start.reentry(),
+            flags: told.flags.clone(),
+            ..Recomposition::without_path(Strategy::Exact)
+        };
+        let known = Known {
+            stands_at: told.asked.is_none().then_some(start.node),
+            at_s: self.seconds(scene.now),
+            ..Known::default()
+        };
+        let drone = (&self.kind_of(plan), Some(&*plan.id));
+        let flown = Some((&**version, told.departs_at));
+        let checked = self.check_version(scene, drone, flown, &request, &known, &answer);
+        let fault = checked.err()?;
+        Some(RefusedAnswer {
+            request,
+            answer,
+            fault,
+        })
     }
 }
 

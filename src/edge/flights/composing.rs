@@ -31,6 +31,8 @@ pub(in crate::edge) struct Wanted {
     pub(in crate::edge) start: Timestamp,
     /// Full where nobody knows.
     pub(in crate::edge) battery: Option<f64>,
+    /// Whether nothing that was worked out before counts.
+    pub(in crate::edge) plainly: bool,
 }
 
 impl Flights {
@@ -84,6 +86,11 @@ impl Flights {
         now: Timestamp,
     ) -> Result<(FlownVersion, Composition), Refusal> {
         let ground = self.ground(snapshot, &snapshot.airspace, kind, None, now);
+        let ground = if wanted.plainly {
+            ground.without_tables()
+        } else {
+            ground
+        };
         let topology = snapshot.topology();
         let request = DeliveryRequest {
             source: wanted.source,

@@ -14,6 +14,7 @@ mod reported;
 mod told;
 
 pub(super) use answering::{FlownAnswer, Scene, Stand, battery_of};
+pub(super) use checked::RefusedAnswer;
 pub(super) use composing::{FlightOrder, Wanted};
 pub(super) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
 pub(super) use others::{PadKey, meets_others, shares_pad, stays};
