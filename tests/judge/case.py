@@ -50,6 +50,8 @@ class Case:
         self.stretch: dict = answer.get("first_stretch") or {}
         self.flags: list[str] = answer.get("flags") or []
         self.start: Start | None = None
+        # Told under `if_airborne`, which has fewer members.
+        self.is_inner = False
         # Whether all that the path is made of is there, so that more can be asked about it.
         self.is_whole = False
 
@@ -61,6 +63,11 @@ class Case:
         """It is told as a drone that stands: because it does, or beside `if_airborne` because it may."""
         stands = self.report.airborne is False or (self.report.airborne is None and self.answer.get("if_airborne"))
         return self.outcome == "hold" and bool(stands)
+
+    @property
+    def slack_m(self) -> float:
+        """By how much lengths may differ: two planes see a drone aside of its leg at slightly other fractions."""
+        return TOLERANCE_M + (0.006 * self.reading.aside_m if self.reading.where == "leg" else 0.0)
 
     @property
     def stretch_m(self) -> float:

@@ -1,7 +1,7 @@
 """What the judge asks of outcomes: they say what the path does, and nothing better was left aside."""
 
 import flown
-from case import TOLERANCE_M, WITHOUT_PADS, Case
+from case import WITHOUT_PADS, Case
 from world import NOW_S
 
 
@@ -126,7 +126,7 @@ def check_shortest(case: Case, clean: dict[str, float]) -> None:
     best = clean.get(case.report.destination)
     if best is not None and case.is_whole:
         case.expect(
-            case.total_m <= best + TOLERANCE_M + 1e-6 * best,
+            case.total_m <= best + case.slack_m + 1e-6 * best,
             "shortest",
             f"{used} is {case.total_m} m long, Dijkstra's is {best}",
         )
@@ -148,14 +148,14 @@ def check_diverted(case: Case, clean: dict[str, float]) -> None:
     total = case.total_m
     if needs_pad:
         best = min(with_pads, default=total)
-        case.expect(total <= best + TOLERANCE_M, "diverted", f"{node} is {total} m away, a pad is open at {best}")
+        case.expect(total <= best + case.slack_m, "diverted", f"{node} is {total} m away, a pad is open at {best}")
         return
     nearest = min(clean.values(), default=total)
     limit = 1.2 * nearest if pads > 0 else nearest
-    case.expect(total <= limit + TOLERANCE_M, "diverted", f"{node} is {total} m away, another node {nearest}")
+    case.expect(total <= limit + case.slack_m, "diverted", f"{node} is {total} m away, another node {nearest}")
     if pads == 0 and with_pads:
         case.expect(
-            min(with_pads) > 1.2 * total - TOLERANCE_M,
+            min(with_pads) > 1.2 * total - case.slack_m,
             "diverted",
             f"{node} has no pad, one {min(with_pads)} m away has",
         )

@@ -263,8 +263,8 @@ class Reading:
             back = weaker(self.enterable(self.a), self.free(0.0, self.far_m))
             if self.where == "leg" and self.at_m <= AT_NODE_M:
                 back = "maybe"
-            if self.where == "unknown" and self.zone_parts(False):
-                # Nobody knows on which side of the zone it is, or whether it is inside.
+            if self.where == "unknown" and any(cause.interval is not None for cause in self.causes):
+                # Nobody knows on which side of that it is, or whether it is inside.
                 back = "maybe"
             self.starts.append(Start(self.a, self.far_m, back, "leg"))
         onward = weaker(weaker(self.enterable(self.b), self.free(self.at_m, self.length_m)), self.onward_causes())

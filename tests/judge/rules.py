@@ -16,6 +16,9 @@ from reports import Report
 from stretch import check_held, check_stretch
 from world import World
 
+# What `if_airborne` says again, or does not say.
+OF_ONE_OUTCOME = ("first_stretch", "first_stretch_m", "recomposed_length_m", "remaining_length_m", "remaining_time_s")
+OF_ONE_OUTCOME += ("flags", "unsafe_way", "legs", "flight", "if_airborne")
 REVISION = re.compile(r"\d+-\d+")
 
 
@@ -32,7 +35,8 @@ def judge(world: World, report: Report, answer: dict) -> tuple[list[Fault], set[
     airborne = answer.get("if_airborne")
     if airborne is not None:
         in_air = dataclasses.replace(report, airborne=True)
-        inner = Case(world, in_air, {**answer, "legs": [], "flight": None, **airborne, "if_airborne": None})
+        inner = Case(world, in_air, {**answer, **dict.fromkeys(OF_ONE_OUTCOME), **airborne})
+        inner.is_inner = True
         look_at(inner)
         faults += [Fault(fault.rule, f"if airborne: {fault.text}") for fault in inner.verdict.faults]
         covered |= {f"flag {flag}" for flag in inner.flags}
@@ -64,7 +68,7 @@ def look_at(case: Case) -> None:
         check_flags(case)
     if case.world.flown:
         flown.check(case)
-    elif case.is_whole and case.outcome != "hold":
+    elif case.is_whole and case.outcome != "hold" and not case.is_inner:
         check_nominal_time(case)
 
 
@@ -120,7 +124,8 @@ def check_without_path(case: Case) -> None:
     case.expect(not case.nodes and not case.segments, "no_route", f"it has the path {case.nodes}")
     case.expect(not case.stretch, "no_route", f"it has a first stretch: {case.stretch}")
     case.expect(answer.get("remaining_length_m") is None, "no_route", "it has a length")
-    case.expect(answer.get("severed_by") or answer.get("causes"), "no_route", "it names no cause")
+    names = case.is_inner or answer.get("severed_by") or answer.get("causes")
+    case.expect(names, "no_route", "it names no cause")
     case.expect(not case.flags, "flag", f"{case.flags} without a path")
     if "first_stretch" in answer or "flags" in answer:
         case.expect(answer.get("unsafe_way"), "unsafe_way", "no_route does not tell the least bad way")

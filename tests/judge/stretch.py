@@ -42,7 +42,7 @@ def check_stretch(case: Case) -> None:
         )
     turns = start.kind == "leg" and start.node == reading.a
     expected = start.length_m + (2 * case.overrun_m if turns else 0.0)
-    slack = TOLERANCE_M + 1e-6 * expected
+    slack = case.slack_m + 1e-6 * expected
     if start.kind == "straight":
         slack += 0.001 * expected
     if reading.straight_m == 0.0:

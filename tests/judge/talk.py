@@ -71,7 +71,7 @@ def as_message(body: dict) -> dict:
     """A report as proto3 JSON."""
     message = dict(body)
     message["type"] = "FAILURE_TYPE_" + body["type"].upper()
-    for name, prefix in (("strategy", "STRATEGY_"), ("scope", "SCOPE_")):
+    for name, prefix in (("strategy", "STRATEGY_"), ("scope", "SCOPE_"), ("detail", "OPERATIONAL_DETAIL_")):
         if name in body:
             message[name] = prefix + body[name].upper()
     for name in ("location", "cause_location"):
