@@ -11,6 +11,8 @@ FLAGS = ("leaving_zone", "cannot_stop", "unverified", "reserve_used", "pad_occup
 WITHOUT_PADS = ("propulsion", "land_now")
 # Lengths of flown plans are rounded to a millionth of a metre for each leg.
 TOLERANCE_M = 0.01
+# How far the clock of an edge goes while it is asked.
+CLOCK_S = 0.03
 
 
 @dataclasses.dataclass
@@ -66,8 +68,8 @@ class Case:
 
     @property
     def slack_m(self) -> float:
-        """By how much lengths may differ: two planes see a drone aside of its leg at slightly other fractions."""
-        return TOLERANCE_M + (0.006 * self.reading.aside_m if self.reading.where == "leg" else 0.0)
+        """By how much lengths may differ: the clock stands all but still, and a place grows old by that."""
+        return TOLERANCE_M + (CLOCK_S * self.reading.airspeed_mps if "timestamp" in self.report.body else 0.0)
 
     @property
     def stretch_m(self) -> float:

@@ -349,6 +349,7 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
     if reading.is_doubtful or not drone.can_fly:
         return
     least_wh, shortest = plain_ways(case, drone)
+    least_wh = {node: drawn for node, drawn in least_wh.items() if reading.closed_nodes.get(node, "no") == "no"}
     free = [node for node in least_wh if reading.pads_at(node) > 0 and not is_taken(case, node)]
     left = {node: battery - drawn / capacity for node, drawn in least_wh.items()}
     goes_on = left.get(report.destination, 0.0) >= RESERVE + SPARE and report.failure != "operational"

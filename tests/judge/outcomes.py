@@ -71,13 +71,20 @@ def check_flies_on(case: Case, clean: dict[str, float]) -> None:
             "operational",
             f"{case.outcome}, and no figure shows that it can be flown",
         )
-    usable = [length for node, length in clean.items() if not needs_pad or reading.pads_at(node) > 0]
+    usable = [
+        length for node, length in clean.items() if is_open(case, node) and (not needs_pad or reading.pads_at(node) > 0)
+    ]
     limit = (1.0 if needs_pad else 1.2) * min(usable, default=case.total_m) + 0.1
     case.expect(
         case.total_m <= limit,
         "operational",
         f"{case.outcome} over {case.total_m} m without a figure that shows it, and one can land after {limit:.1f}",
     )
+
+
+def is_open(case: Case, node: str) -> bool:
+    """Whether one may land there: a closed node may be where the drone stands."""
+    return case.reading.closed_nodes.get(node, "no") == "no"
 
 
 def check_unaffected(case: Case) -> None:
@@ -94,10 +101,10 @@ def check_needless(case: Case, clean: dict[str, float]) -> None:
     """Who can go on cleanly is not told otherwise. By distance."""
     reading, report = case.reading, case.report
     reaches = report.destination in clean and clean[report.destination] >= 0.0
-    pads = [node for node in clean if reading.pads_at(node) > 0]
+    pads = [node for node in clean if reading.pads_at(node) > 0 and is_open(case, node)]
     if case.outcome == "no_route":
         if report.failure == "operational":
-            usable = list(clean) if report.detail in WITHOUT_PADS else pads
+            usable = [node for node in clean if is_open(case, node)] if report.detail in WITHOUT_PADS else pads
             case.expect(not usable, "needless", f"no_route, though {usable[:3]} can be reached cleanly")
         else:
             case.expect(
@@ -118,6 +125,7 @@ def check_shortest(case: Case, clean: dict[str, float]) -> None:
     """What calls itself exact is no longer than Dijkstra over the allowed starts."""
     used = case.answer.get("strategy_used")
     is_global = used in ("dijkstra", "astar", "bellman_ford") and case.answer.get("stage") == "global"
+    is_global = is_global and case.report.body.get("scope") != "local" and case.outcome == "rerouted"
     if case.outcome not in ("rerouted", "unaffected") or not (used == "exact" or is_global):
         return
     if case.reading.where == "node" and case.reading.inside is not None:
@@ -144,6 +152,7 @@ def check_diverted(case: Case, clean: dict[str, float]) -> None:
         case.expect(node != report.destination, "diverted", "it leads to the destination")
     if case.world.flown or not case.is_whole:
         return
+    clean = {other: length for other, length in clean.items() if is_open(case, other)}
     with_pads = [length for other, length in clean.items() if reading.pads_at(other) > 0]
     total = case.total_m
     if needs_pad:

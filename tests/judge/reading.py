@@ -261,6 +261,10 @@ class Reading:
             self.starts.append(Start(self.a, 0.0, "yes", "none"))
         else:
             back = weaker(self.enterable(self.a), self.free(0.0, self.far_m))
+            passed = [cause.interval for cause in self.causes if cause.interval is not None and not cause.is_zone]
+            if self.where == "leg" and any(self.at_m <= low <= self.far_m for low, _ in passed):
+                # What it saw ahead when it told its place it may have passed since, or not.
+                back = "maybe"
             if self.where == "leg" and self.at_m <= AT_NODE_M:
                 back = "maybe"
             if self.where == "unknown" and any(cause.interval is not None for cause in self.causes):
@@ -330,7 +334,7 @@ class Reading:
     def _starts_aside(self) -> None:
         ways = self.straight_ways(leaving=self.in_zone_aside())
         for index, (node, away) in enumerate(ways):
-            clean = index == 0 and not self.in_zone_aside()
+            clean = index == 0 and not self.in_zone_aside() and self.is_clear(node)
             self.starts.append(Start(node, away, "yes" if clean else "maybe", "straight"))
 
     def in_zone_aside(self) -> bool:
@@ -347,13 +351,21 @@ class Reading:
         return any(self.at_m <= low <= self.far_m + self.stopping_m + 1.0 for low in lows)
 
     def straight_ways(self, leaving: bool) -> list[tuple[str, float]]:
-        """Open nodes whose straight line is clear of zones at any height, nearest first."""
+        """Open nodes whose straight line is clear of zones that reach at any height, nearest first."""
         place = self.report.place
         ways = []
         for node in self.world.network.nodes.values():
-            if self.closed_nodes.get(node.id, "no") == "no" and self.crossed(place, node.at, leaving, DOUBT_M) is None:
+            if self.closed_nodes.get(node.id, "no") == "yes":
+                continue
+            zone = self.crossed(place, node.at, leaving, -DOUBT_M)
+            if zone is None or not zone.everywhere_high():
                 ways.append((distance(place, node.at), node.id))
         return [(node, away) for away, node in sorted(ways)]
+
+    def is_clear(self, node: str) -> bool:
+        """Whether the straight line to a node is clear whatever the heights."""
+        place, at = self.report.place, self.world.network.nodes[node].at
+        return self.closed_nodes.get(node, "no") == "no" and self.crossed(place, at, False, DOUBT_M) is None
 
     def crossed(self, start: Point, end: Point, leaving: bool, grown_m: float) -> Zone | None:
         """A zone that a straight line enters; one that it begins in it may leave."""
