@@ -368,16 +368,15 @@ class Reading:
         return self.closed_nodes.get(node, "no") == "no" and self.crossed(place, at, False, DOUBT_M) is None
 
     def crossed(self, start: Point, end: Point, leaving: bool, grown_m: float) -> Zone | None:
-        """A zone that a straight line enters; one that it begins in it may leave."""
+        """A zone that a straight line enters; what it begins in it may leave, overlapping zones as one."""
+        met = []
         for zone in self.zones:
             if self.counts(zone) == "no" or (self.world.flown and not zone.meets(NOW_S - 60, NOW_S + 600)):
                 continue
-            parts = self.world.near(zone, start, end, grown_m)
-            if leaving and parts and parts[0][0] <= 1e-9:
-                parts = parts[1:]
-            if parts:
-                return zone
-        return None
+            met += [(part, zone) for part in self.world.near(zone, start, end, grown_m)]
+        together = merged([part for part, _ in met])
+        left_at = together[0][1] if leaving and together and together[0][0] <= 1e-9 else -1.0
+        return next((zone for (_, high), zone in met if high > left_at), None)
 
     # --- a plain search ---
 
