@@ -53,12 +53,18 @@ fn rules_and_airframe(premises: &FlightPremises<'_>) -> Result<(), FlightFault> 
     is_within("rules", &Figure::new("floor_fraction", rules.floor, floor))?;
     all_within("airframe", &premises.airframe.figures())?;
     let payload = FigureRange::between(0.0, premises.airframe.max_payload_kg);
+    // Minus infinity, which no document can write: who has to land flies whatever is left.
+    let reserve = if premises.reserve == f64::NEG_INFINITY {
+        FigureRange::between(f64::NEG_INFINITY, FlightRules::RESERVE.most)
+    } else {
+        FlightRules::RESERVE
+    };
     let deadline_s = FigureRange::between(INSTANT_S.least, f64::INFINITY);
     all_within(
         "",
         &[
             Figure::new("payload_kg", premises.payload_kg, payload),
-            Figure::new("reserve_fraction", premises.reserve, FlightRules::RESERVE),
+            Figure::new("reserve_fraction", premises.reserve, reserve),
             Figure::new("deadline_s", premises.deadline_s, deadline_s),
         ],
     )
