@@ -12,6 +12,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 START_S = 30.0
 END_S = 30.0
 POLL_S = 0.02
+# What an edge logs of an answer that the checker did not let pass.
+REFUSED_ANSWER = "the checker did not let an answer pass"
 
 
 class EdgeProcess:
@@ -73,6 +75,8 @@ class EdgeProcess:
         self._folder.cleanup()
         if kind is None and status != 0:
             raise RuntimeError(f"after SIGTERM the edge ended with {status}, not 0:\n{log}")
+        if kind is None and REFUSED_ANSWER in log:
+            raise RuntimeError(f"an answer did not pass the checker:\n{log}")
 
     def _end(self) -> int | str:
         if self._process.poll() is not None:

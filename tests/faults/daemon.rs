@@ -16,6 +16,9 @@ use std::time::{Duration, Instant};
 /// Longer than anything takes, so that a test that hangs fails.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
+/// What an edge logs of an answer that the checker did not let pass.
+const REFUSED_ANSWER: &str = "the checker did not let an answer pass";
+
 /// Where a daemon is reached at the moment; none while it is not there.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Address(Arc<Mutex<Option<SocketAddr>>>);
@@ -232,6 +235,10 @@ impl Daemon {
 impl Drop for Daemon {
     fn drop(&mut self) {
         self.end();
+        // Without a planted bug every answer has passed the checker, which logs what does not.
+        let may_be_wrong = self.plan.bug.is_some() || std::thread::panicking();
+        let log = self.plan.log();
+        assert!(may_be_wrong || !log.contains(REFUSED_ANSWER), "{log}");
     }
 }
 

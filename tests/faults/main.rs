@@ -12,6 +12,7 @@
 
 mod bad_edge_line;
 mod bad_line;
+mod checker;
 #[path = "../registry/cluster.rs"]
 mod cluster;
 mod daemon;
