@@ -35,6 +35,8 @@ pub enum Bug {
     CursorFirst,
     /// An edge answers from before the zones that its stated revision has.
     StaleAnswer,
+    /// An edge looks at all plans that a change meets before it enforces the change.
+    PlansFirst,
     /// An edge passes over the deletions of the pages that it follows.
     PassOverTombstone,
     /// The figures of one way back into the network beside the path of another.
@@ -61,7 +63,7 @@ pub enum Bug {
 
 impl Bug {
     /// All of them.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::AcknowledgeBeforeCommit,
         Self::HalfBatch,
         Self::SkipTombstone,
@@ -75,6 +77,7 @@ impl Bug {
         Self::DeleteFromBadPage,
         Self::CursorFirst,
         Self::StaleAnswer,
+        Self::PlansFirst,
         Self::PassOverTombstone,
         Self::SwappedStart,
         Self::DroppedCause,
@@ -104,6 +107,7 @@ impl Bug {
             Self::DeleteFromBadPage => "delete-from-bad-page",
             Self::CursorFirst => "cursor-first",
             Self::StaleAnswer => "stale-answer",
+            Self::PlansFirst => "plans-first",
             Self::PassOverTombstone => "pass-over-tombstone",
             Self::SwappedStart => "swapped-start",
             Self::DroppedCause => "dropped-cause",

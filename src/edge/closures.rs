@@ -203,7 +203,7 @@ fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::
         .collect();
     let in_force = snapshot.airspace.is_in_force(&closure.id);
     wire::Closure {
-        effect: Some(views::effect_with_waiting(snapshot, closure, &met)),
+        effect: Some(views::effect_with_pending(snapshot, closure, &met)),
         ..views::closure(snapshot, entry, in_force)
     }
 }

@@ -11,6 +11,7 @@ use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
 use crate::routing::{TreeCache, Way};
 use jiff::Timestamp;
+use serde_json::Value;
 use std::sync::Arc;
 
 /// How far a drone has come on a version of its plan.
@@ -53,6 +54,15 @@ impl Detour {
             DetourAnswer::Shortest { answer, .. } => answer.outcome,
             DetourAnswer::Flown(answer) => answer.outcome,
         }
+    }
+
+    /// The least bad way, where there is no other.
+    pub(super) fn unsafe_way(&self, topology: &Topology) -> Option<Value> {
+        let DetourAnswer::Shortest { answer, .. } = &self.answer else {
+            return None;
+        };
+        let way = answer.unsafe_way.as_ref()?;
+        serde_json::to_value(crate::formats::unsafe_way(topology, way)).ok()
     }
 
     /// The way that it is to take; without nodes where there is none.
@@ -169,12 +179,15 @@ pub(super) fn is_blocked(airspace: &Airspace, composition: &Composition, from_le
 /// Whether a closure closes anything from a leg on.
 pub(super) fn is_hit(closure: &Closure, composition: &Composition, from_leg: usize) -> bool {
     let ahead = composition.legs.get(from_leg..).unwrap_or_default();
+    ahead.iter().any(|leg| is_leg_hit(closure, leg))
+}
+
+/// Whether a closure closes anything of a leg.
+pub(super) fn is_leg_hit(closure: &Closure, leg: &Leg) -> bool {
     let hits = &closure.hits;
-    ahead.iter().any(|leg| {
-        hits.segments.binary_search(&leg.segment).is_ok()
-            || hits.nodes.binary_search(&leg.to).is_ok()
-            || hits.nodes.binary_search(&leg.from).is_ok()
-    })
+    hits.segments.binary_search(&leg.segment).is_ok()
+        || hits.nodes.binary_search(&leg.to).is_ok()
+        || hits.nodes.binary_search(&leg.from).is_ok()
 }
 
 /// Whether a closure of a world meets a plan ahead of its drone: by times where they are computed.

@@ -33,6 +33,7 @@ mod publication;
 mod published;
 mod recomposing;
 mod records;
+mod replanning;
 mod replies;
 mod reporter;
 mod scratches;
@@ -49,6 +50,7 @@ mod state_ends;
 mod state_fleet;
 mod state_holds;
 mod state_outbox;
+mod state_replanning;
 mod state_store;
 mod state_sync;
 mod state_topology;
@@ -88,6 +90,7 @@ pub use store::{
 };
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
+pub use writer::WriterStep;
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
@@ -268,12 +271,13 @@ impl Edge {
         self.events.latest_id()
     }
 
-    /// Carries out what is due by now without waiting for the clock, as a clock moved by hand does.
+    /// Carries out what is due by now without waiting for the clock, as a clock moved by hand does, until the drones of all
+    /// plans have been told what to fly.
     ///
     /// # Errors
     /// When the writer cannot take it.
     pub async fn tick(&self) -> Result<(), Refusal> {
-        self.order(Order::Tick).await.map(drop)
+        self.order(Order::Settle).await.map(drop)
     }
 
     async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {

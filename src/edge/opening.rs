@@ -19,7 +19,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::Tables;
-use super::writer::{Desk, Writer};
+use super::writer::{Desk, Unanswered, Watch, Writer, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::routing::TreeCache;
@@ -53,6 +53,7 @@ pub struct Opening {
     fresh_id: String,
     is_in_place: bool,
     storekeepers_place: Option<Handle>,
+    watch: Watch,
 }
 
 impl Opening {
@@ -76,6 +77,7 @@ impl Opening {
             fresh_id: format!("edge-{epoch}"),
             is_in_place: false,
             storekeepers_place: None,
+            watch: Watch::default(),
         }
     }
 
@@ -91,6 +93,13 @@ impl Opening {
     #[must_use]
     pub fn in_place(mut self) -> Self {
         self.is_in_place = true;
+        self
+    }
+
+    /// With somebody who is told, on the writer's thread, where the writer is: as long as that takes, it does nothing.
+    #[must_use]
+    pub fn watched_by(mut self, watch: impl Fn(WriterStep) + Send + Sync + 'static) -> Self {
+        self.watch = Watch(Some(Arc::new(watch)));
         self
     }
 
@@ -186,12 +195,19 @@ impl Opening {
             settings.event_streams_max,
         ));
         let now = clock.now();
-        let batch = state.apply(Vec::new(), now);
-        let world = Arc::new(ArcSwap::new(batch.snapshot.clone()));
-        events.add(batch.events, now, &batch.snapshot.revision);
+        let enforced = state.enforce(Vec::new(), now);
+        state.look_up(&enforced.look, now);
+        // The writer goes on with the rest.
+        state.replan(now, &mut || true);
+        while self.is_in_place && state.has_waiting() {
+            state.replan(now, &mut || true);
+        }
+        let (snapshot, told) = state.told();
+        let world = Arc::new(ArcSwap::new(snapshot.clone()));
+        events.add(told, now, &snapshot.revision);
         store.publish(Waiting {
             answers: Vec::new(),
-            snapshot: batch.snapshot,
+            snapshot,
         });
         let tables = match self.is_in_place {
             true => Tables::idle(),
@@ -207,6 +223,8 @@ impl Opening {
             world: world.clone(),
             events: events.clone(),
             tables: tables.clone(),
+            watch: self.watch,
+            waiting: Unanswered::default(),
         };
         let writer = match self.is_in_place {
             true => Writer::in_place(desk),

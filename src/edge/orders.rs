@@ -142,6 +142,8 @@ pub(super) enum Order {
     },
     /// Nothing but the time has changed.
     Tick,
+    /// The same; it is answered when the drones of all plans have been told what to fly.
+    Settle,
 }
 
 impl Order {
@@ -168,6 +170,7 @@ impl Order {
         !matches!(
             self,
             Self::Tick
+                | Self::Settle
                 | Self::Follow(_)
                 | Self::Forwarded { .. }
                 | Self::NotForwarded { .. }

@@ -114,7 +114,7 @@ impl Edge {
             let by_closure = filter
                 .affected_by
                 .as_ref()
-                .is_none_or(|id| plan.affected_by.contains(id));
+                .is_none_or(|id| snapshot.affecting(plan).any(|cause| cause == id));
             let by_drone = filter
                 .drone_id
                 .as_deref()

@@ -315,6 +315,9 @@ pub struct Snapshot {
     /// How many were raised since the start, by kind in the order of `AlarmKind::ALL`.
     pub(super) alarms_raised: [u64; wire::AlarmKind::ALL.len()],
     pub(super) plans: OrdMap<Arc<str>, Arc<PlanEntry>>,
+    /// The plans that something new meets and whose drones have not been answered yet, with the closures that do. Not
+    /// stored: an edge that starts looks at every plan.
+    pub(super) pending: OrdMap<Arc<str>, Arc<[String]>>,
     /// The active plan of each drone.
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
     pub(super) occupations: OrdMap<OccupationKey, Occupation>,
@@ -358,6 +361,7 @@ impl Snapshot {
             alarms: OrdMap::new(),
             alarms_raised: Default::default(),
             plans: OrdMap::new(),
+            pending: OrdMap::new(),
             flown_by: OrdMap::new(),
             occupations: OrdMap::new(),
             reservations: OrdMap::new(),

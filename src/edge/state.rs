@@ -10,9 +10,10 @@ use super::fleet::Detour;
 use super::flights::Flights;
 use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
+use super::replanning::{Queue, Wave};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
-use super::state_affected::Fresh;
+use super::state_affected::Look;
 use super::state_clock::HeardClock;
 use super::state_outbox::{Ended, Told};
 use super::state_topology::Succession;
@@ -28,16 +29,16 @@ use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// What a batch of orders came to.
+/// What a batch of orders came to, before any plan was looked at.
 #[derive(Debug)]
-pub(super) struct Batch {
-    pub(super) snapshot: Arc<Snapshot>,
+pub(super) struct Enforced {
+    /// One for each order, in their order.
+    pub(super) done: Vec<Result<Done, Refusal>>,
     pub(super) airspace_changed: bool,
     /// Whether something has ended before its time, or has become another thing.
     pub(super) has_opened: bool,
-    pub(super) events: Vec<Happening>,
-    /// One for each order, in their order.
-    pub(super) replies: Vec<Reply>,
+    /// What plans have to be looked at for.
+    pub(super) look: Look,
 }
 
 /// The state that the writer alone changes.
@@ -68,8 +69,10 @@ pub(super) struct State {
     pub(super) touched_plans: BTreeSet<Arc<str>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,
-    /// How many plans have been recomposed in flight in this batch.
-    pub(super) recomposed: usize,
+    /// The plans whose drones are to be answered.
+    pub(super) queue: Queue,
+    /// How the plans of each closure have been answered so far.
+    pub(super) waves: BTreeMap<String, Wave>,
     /// Whether a closure has been lifted or changed in this batch.
     pub(super) has_opened: bool,
     /// Whether the weather has changed in this batch.
@@ -111,7 +114,8 @@ impl State {
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
             relaid: Vec::new(),
-            recomposed: 0,
+            queue: Queue::default(),
+            waves: BTreeMap::new(),
             has_opened: false,
             weather_turned: false,
             succession: None,
@@ -129,13 +133,11 @@ impl State {
         let own = self.timers.next();
         let own = own.and_then(|due| due.saturating_add(behind).ok());
         let windows = self.next.airspace.next_change();
-        // Plans that were put off are gone on with at once.
-        let waiting = (!self.touched_plans.is_empty()).then_some(self.now);
-        own.into_iter().chain(windows).chain(waiting).min()
+        own.into_iter().chain(windows).min()
     }
 
-    /// Carries out orders, then what is due by now.
-    pub(super) fn apply(&mut self, orders: Vec<Order>, now: Timestamp) -> Batch {
+    /// Carries out orders, then what is due by now. Nothing here depends on how many plans there are.
+    pub(super) fn enforce(&mut self, orders: Vec<Order>, now: Timestamp) -> Enforced {
         let revision = self.next.airspace.revision();
         self.now = now;
         let done: Vec<Result<Done, Refusal>> = orders
@@ -143,7 +145,30 @@ impl State {
             .map(|order| self.carry_out(order, now))
             .collect();
         self.follow_timers(now);
-        let detours = Arc::new(self.publish(now));
+        let look = self.change_airspace(now);
+        Enforced {
+            done,
+            airspace_changed: self.next.airspace.revision() != revision,
+            has_opened: std::mem::take(&mut self.has_opened),
+            look,
+        }
+    }
+
+    /// The state as it is now, and what has happened since this was last asked.
+    pub(super) fn told(&mut self) -> (Arc<Snapshot>, Vec<Happening>) {
+        (
+            Arc::new(self.next.clone()),
+            std::mem::take(&mut self.events),
+        )
+    }
+
+    /// What is answered to orders, with what drones are told already.
+    pub(super) fn replies(
+        &self,
+        done: Vec<Result<Done, Refusal>>,
+        detours: Vec<Detour>,
+    ) -> Vec<Reply> {
+        let detours = Arc::new(detours);
         let replies = done.into_iter().map(|done| {
             done.map(|done| Outcome {
                 done: self.refreshed(done),
@@ -151,14 +176,7 @@ impl State {
                 detours: detours.clone(),
             })
         });
-        let replies = replies.collect();
-        Batch {
-            snapshot: Arc::new(self.next.clone()),
-            airspace_changed: self.next.airspace.revision() != revision,
-            has_opened: std::mem::take(&mut self.has_opened),
-            events: std::mem::take(&mut self.events),
-            replies,
-        }
+        replies.collect()
     }
 
     pub(super) fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
@@ -217,7 +235,7 @@ impl State {
             Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
-            Order::Tick => Ok(Done::Nothing),
+            Order::Tick | Order::Settle => Ok(Done::Nothing),
         }
     }
 
@@ -227,27 +245,26 @@ impl State {
         self.writes
     }
 
-    /// Makes the airspace what the changes and the time make of it, and looks the plans over.
-    fn publish(&mut self, now: Timestamp) -> Vec<Detour> {
+    /// Makes the airspace what the changes and the time make of it; gives what plans have to be looked at for.
+    fn change_airspace(&mut self, now: Timestamp) -> Look {
         let before = self.next.airspace.clone();
         let clock_turned = std::mem::take(&mut self.clock.has_turned);
         let windows_turn =
             clock_turned || before.next_change().is_some_and(|instant| instant <= now);
         let changes = std::mem::take(&mut self.changes);
-        let mut fresh = Fresh {
+        let mut look = Look {
             in_force: std::mem::take(&mut self.relaid),
-            announced: Vec::new(),
             has_turned_wind: std::mem::take(&mut self.weather_turned),
+            ..Look::default()
         };
-        let weather_turned = fresh.has_turned_wind;
-        if changes.is_empty() && !windows_turn && !weather_turned {
-            return self.review_plans(&before, &fresh, now);
+        if changes.is_empty() && !windows_turn && !look.has_turned_wind {
+            return look;
         }
         self.has_opened = changes
             .iter()
             .any(|change| before.closure(changed_id(change)).is_some());
         let mut after = before.apply(&changes, now);
-        if weather_turned {
+        if look.has_turned_wind {
             // Answers name the revision of the world that they were computed on, and the wind is part of it.
             after = after.at_next_revision();
         }
@@ -255,16 +272,17 @@ impl State {
         self.next.airspace = after.clone();
         self.next.revision = revision_text(self.next.epoch, after.revision());
         self.tell_turned_windows(&before, &after, &changes);
-        fresh
-            .in_force
+        look.in_force
             .retain(|closure| after.is_in_force(&closure.id));
-        fresh.in_force.extend(newly_in_force(&before, &after));
-        fresh.announced = changes
+        look.in_force.extend(newly_in_force(&before, &after));
+        look.announced = changes
             .iter()
             .filter_map(|change| after.closure(changed_id(change)).cloned())
             .filter(|closure| !after.is_in_force(&closure.id))
             .collect();
-        self.review_plans(&before, &fresh, now)
+        look.has_opened = after.opened_at() != before.opened_at();
+        look.may_fly = self.flights.is_some() && after.revision() != before.revision();
+        look
     }
 
     fn tell_turned_windows(&mut self, before: &Airspace, after: &Airspace, changes: &[Change]) {

@@ -1,7 +1,7 @@
 //! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
 use super::failures::as_reported;
-use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
+use super::fleet::{self, Detour, DetourAnswer, DetourMeans, Progress};
 use super::flights::Scene;
 use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
@@ -14,62 +14,33 @@ use jiff::Timestamp;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// At most this many plans are recomposed in flight before what a batch has changed is in force.
-const RECOMPOSED_MAX: usize = 16;
-
-/// Closures that plans have not been held against.
+/// What a change has made, for which plans have to be looked at.
 #[derive(Debug, Default)]
-pub(super) struct Fresh {
-    /// Those that count now and did not before, or do so in another form.
+pub(super) struct Look {
+    /// The closures that count now and did not before, or do so in another form.
     pub(super) in_force: Vec<Arc<Closure>>,
     /// Those that were put and do not count yet: only plans whose times are computed are held against them.
     pub(super) announced: Vec<Arc<Closure>>,
+    /// Whether anything has opened.
+    pub(super) has_opened: bool,
+    /// Whether what was only announced may have been lifted: only plans whose times are computed may be free by that.
+    pub(super) may_fly: bool,
     /// Whether the wind has changed, which may leave any plan short that is flown.
     pub(super) has_turned_wind: bool,
 }
 
-impl State {
-    /// Looks over the plans that something new meets, and those that may be open again.
-    ///
-    /// Gives what the drones of the plans that are affected now are told.
-    pub(super) fn review_plans(
-        &mut self,
-        before: &Arc<Airspace>,
-        fresh: &Fresh,
-        now: Timestamp,
-    ) -> Vec<Detour> {
-        let after = self.next.airspace.clone();
-        let touched = std::mem::take(&mut self.touched_plans);
-        self.recomposed = 0;
-        let has_opened = after.opened_at() != before.opened_at();
-        // What was only announced may be lifted, too.
-        let may_fly = self.flights.is_some() && after.revision() != before.revision();
-        if fresh.in_force.is_empty() && touched.is_empty() && !has_opened && !may_fly {
-            return Vec::new();
-        }
-        let plans = self.next.plans.values();
-        let active: Vec<Arc<PlanEntry>> = plans.filter(|plan| plan.is_active()).cloned().collect();
-        let mut detours = Vec::new();
-        for plan in active {
-            let is_flown = plan.reported.flight.is_some() && self.flights.is_some();
-            let announced = fresh.announced.iter().filter(|_| is_flown);
-            let mut counting = fresh.in_force.iter().chain(announced);
-            let is_hit =
-                touched.contains(&plan.id) || counting.any(|closure| meets(&plan, closure));
-            let may_be_free = has_opened || (may_fly && is_flown);
-            if !is_hit && may_be_free && plan.flags.affected {
-                let is_free = self.relieve(&plan, &after, now);
-                if is_free {
-                    continue;
-                }
-            }
-            if is_hit || (fresh.has_turned_wind && is_flown) {
-                detours.extend(self.affect(&plan, &after, fresh, now));
-            }
-        }
-        detours
-    }
+/// What a look at a plan came to.
+#[derive(Debug)]
+pub(super) enum Affected {
+    /// Nothing is closed ahead of its drone.
+    Not,
+    /// What its drone has been told already is still open: this outcome.
+    Kept(&'static str),
+    /// Its drone is told this.
+    Told(Box<Detour>),
+}
 
+impl State {
     /// What closes a version of a plan from a leg on: ids, as far as they are told by times, and none where it is the wind;
     /// `None` where nothing does.
     fn obstruction(
@@ -95,50 +66,87 @@ impl State {
         is_cut.then_some(ids)
     }
 
+    /// Whether anything is closed ahead of the drone of a plan, on what it flies or is to fly.
+    pub(super) fn is_cut(
+        &self,
+        plan: &PlanEntry,
+        progress: &Progress,
+        airspace: &Arc<Airspace>,
+        now: Timestamp,
+    ) -> bool {
+        let is_obstructed = |version: &Version, from_leg: usize| {
+            let obstruction = self.obstruction(plan, version, from_leg, airspace, now);
+            obstruction.is_some()
+        };
+        let wanted = plan.wanted.as_deref();
+        plan.falls_short()
+            || is_obstructed(&plan.reported, progress.leg)
+            || wanted.is_some_and(|wanted| is_obstructed(wanted, 0))
+    }
+
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
-    fn affect(
+    pub(super) fn affect(
         &mut self,
         plan: &Arc<PlanEntry>,
         airspace: &Arc<Airspace>,
-        fresh: &Fresh,
+        causes: &[String],
         now: Timestamp,
-    ) -> Option<Detour> {
+    ) -> Affected {
         let topology = airspace.topology();
-        let progress = fleet::progress(topology, plan, &self.drones, now)?;
+        let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+            return Affected::Not;
+        };
         let obstruction = self.obstruction(plan, &plan.reported, progress.leg, airspace, now);
-        let current_blocked = plan.falls_short() || obstruction.is_some();
-        let proposal_blocked = plan
+        let reported_blocked = plan.falls_short() || obstruction.is_some();
+        let wanted_blocked = plan
             .wanted
             .as_ref()
-            .is_some_and(|proposed| self.obstruction(plan, proposed, 0, airspace, now).is_some());
-        if !current_blocked && !proposal_blocked {
-            return None;
+            .is_some_and(|wanted| self.obstruction(plan, wanted, 0, airspace, now).is_some());
+        if !reported_blocked && !wanted_blocked {
+            return Affected::Not;
         }
-        if !current_blocked && plan.is_as_planned() {
+        if !reported_blocked && plan.is_as_planned() {
             self.withdraw_wanted(plan);
-            return None;
+            return Affected::Not;
         }
         let affected_by = match plan.reported.flight {
             Some(_) if self.flights.is_some() => obstruction.unwrap_or_default(),
-            _ => affecting(plan, airspace, &fresh.in_force, progress.leg),
+            _ => affecting(plan, airspace, causes, progress.leg),
         };
-        if plan.wanted.is_some() && !proposal_blocked {
-            // Its drone has been told a way that is still open, and may be about to take it over.
-            let marked = PlanEntry {
-                flags: plan.flags.and_affected(),
-                affected_by,
-                ..(**plan).clone()
-            };
-            self.keep_plan(marked);
-            return None;
+        if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
+            return self.keep_wanted(plan, wanted, affected_by);
         }
-        if plan.reported.flight.is_some() && self.flights.is_some() {
-            if self.recomposed >= RECOMPOSED_MAX {
-                self.put_off(plan, affected_by);
-                return None;
-            }
-            self.recomposed += 1;
+        self.recompose_plan(plan, &progress, airspace, affected_by, now)
+    }
+
+    /// The drone of a plan has been told a way that is still open, and may be about to take it over.
+    fn keep_wanted(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        wanted: &Version,
+        affected_by: Vec<String>,
+    ) -> Affected {
+        let is_as_told = plan.flags.affected && plan.affected_by == affected_by;
+        let marked = self.keep_plan(PlanEntry {
+            flags: plan.flags.and_affected(),
+            affected_by,
+            ..(**plan).clone()
+        });
+        if !is_as_told {
+            self.tell(EventKind::PlanAffected, &marked);
         }
+        Affected::Kept(wanted.outcome.map_or("composed", Outcome::name))
+    }
+
+    /// Works out what the drone of a plan is to fly instead, and tells it.
+    fn recompose_plan(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        progress: &Progress,
+        airspace: &Arc<Airspace>,
+        affected_by: Vec<String>,
+        now: Timestamp,
+    ) -> Affected {
         let means = DetourMeans {
             snapshot: &self.next,
             airspace,
@@ -147,38 +155,36 @@ impl State {
             flights: self.flights.as_deref(),
             now,
         };
-        let detour = fleet::detour(plan, &progress, &means, &mut self.scratch);
+        let detour = fleet::detour(plan, progress, &means, &mut self.scratch);
         let mut detour = self.checked(detour, airspace, now);
-        let version = self.version_of(&detour, airspace, now);
-        detour.version = version.as_ref().map(|version| version.number);
         let marked = Arc::new(PlanEntry {
             affected_by,
             ..(**plan).clone()
         });
+        let may_go_on = plan.may_go_on() && !has_reported(plan);
+        if detour.outcome() == Outcome::Unaffected && may_go_on {
+            // What has closed on its leg lies behind its drone: there is nothing to take over.
+            self.stay_on_way(plan);
+            self.tell_relieved(plan, &marked.affected_by);
+            detour.plan = marked;
+            return Affected::Told(Box::new(detour));
+        }
+        let was_without_way = plan.flags.affected && plan.wanted.is_none();
+        let is_as_told = was_without_way && plan.affected_by == marked.affected_by;
+        let version = self.version_of(&detour, airspace, now);
+        detour.version = version.as_ref().map(|version| version.number);
         let plan = self.replace_wanted(&marked, version);
         let plan = self.contingent_without_way(plan);
-        self.tell(EventKind::PlanAffected, &plan);
         if plan.wanted.is_none() {
             self.alarm_without_way(&plan, now);
         }
-        detour.plan = plan;
-        Some(detour)
-    }
-
-    /// Marks a plan affected now, and leaves what it is to fly instead to the next batch: what closes is in force before all
-    /// drones have been answered.
-    fn put_off(&mut self, plan: &Arc<PlanEntry>, affected_by: Vec<String>) {
-        self.touched_plans.insert(plan.id.clone());
-        let is_told = plan.flags.affected && plan.affected_by == affected_by;
-        if is_told && plan.wanted.is_none() {
-            return;
+        match plan.wanted {
+            Some(_) => self.tell(EventKind::PlanAffected, &plan),
+            None if is_as_told => {}
+            None => self.tell_without_way(&plan, Some(&detour)),
         }
-        let marked = Arc::new(PlanEntry {
-            affected_by,
-            ..(**plan).clone()
-        });
-        let plan = self.replace_wanted(&marked, None);
-        self.tell(EventKind::PlanAffected, &plan);
+        detour.plan = plan;
+        Affected::Told(Box::new(detour))
     }
 
     /// The version that a detour makes, with its contingencies; `None` where there is no way.
@@ -202,6 +208,11 @@ impl State {
                 .wanted
                 .as_ref()
                 .and_then(|before| before.recomposition_id.clone()),
+            // What is to be taken over is another way than the one that is flown.
+            outcome: made.outcome.map(|outcome| match outcome {
+                Outcome::Unaffected => Outcome::Rerouted,
+                other => other,
+            }),
             acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
             ..made
         })
@@ -267,12 +278,13 @@ impl State {
     }
 
     /// A plan whose way is open again keeps it; what its drone itself has reported stays failed. Tells whether it is.
-    fn relieve(&mut self, plan: &Arc<PlanEntry>, airspace: &Arc<Airspace>, now: Timestamp) -> bool {
-        let reported = plan
-            .wanted
-            .as_ref()
-            .is_some_and(|proposed| proposed.recomposition_id.is_some());
-        if reported || !plan.may_go_on() {
+    pub(super) fn relieve(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        airspace: &Arc<Airspace>,
+        now: Timestamp,
+    ) -> bool {
+        if has_reported(plan) || !plan.may_go_on() {
             return false;
         }
         let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
@@ -283,8 +295,16 @@ impl State {
         if blocked {
             return false;
         }
+        let relieved = self.stay_on_way(plan);
+        self.tell_relieved(&relieved, &plan.affected_by);
+        true
+    }
+
+    /// The drone of a plan flies on as it reported.
+    fn stay_on_way(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
         let withdrawn = self.withdraw_wanted(plan);
-        let relieved = PlanEntry {
+        self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
+        self.keep_plan(PlanEntry {
             state: match plan.state {
                 PlanState::Contingent => PlanState::Activated,
                 state => state,
@@ -296,45 +316,40 @@ impl State {
             },
             affected_by: Vec::new(),
             ..(*withdrawn).clone()
-        };
-        self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
-        let plan = self.keep_plan(relieved);
-        self.tell(EventKind::PlanRelieved, &plan);
-        true
+        })
     }
 }
 
-/// The closures that block a plan from a leg on: those known that still count, and the fresh ones.
+/// Whether what the drone of a plan is to fly comes from a report of its own, which goes on to count.
+fn has_reported(plan: &PlanEntry) -> bool {
+    let wanted = plan.wanted.as_ref();
+    wanted.is_some_and(|wanted| wanted.recomposition_id.is_some())
+}
+
+/// The closures that block a plan from a leg on: those known that still count, and the new ones.
 fn affecting(
     plan: &PlanEntry,
     airspace: &Airspace,
-    fresh: &[Arc<Closure>],
+    causes: &[String],
     from_leg: usize,
 ) -> Vec<String> {
-    let known = plan
-        .affected_by
-        .iter()
-        .filter(|id| airspace.is_in_force(id));
-    let mut ids: Vec<String> = known.cloned().collect();
-    for closure in fresh {
-        if fleet::is_hit(closure, &plan.reported.composition, from_leg)
-            && !ids.contains(&closure.id)
-        {
-            ids.push(closure.id.clone());
+    let composition = &plan.reported.composition;
+    let known = plan.affected_by.iter().chain(causes);
+    let mut ids: Vec<String> = Vec::new();
+    for id in known {
+        let closure = airspace.closure(id);
+        let counts = closure.is_some_and(|closure| {
+            airspace.is_in_force(id)
+                && (plan.affected_by.contains(id) || fleet::is_hit(closure, composition, from_leg))
+        });
+        if counts && !ids.contains(id) {
+            ids.push(id.clone());
         }
     }
+    if ids.is_empty() {
+        let all = airspace.in_force();
+        let met = all.filter(|closure| fleet::is_hit(closure, composition, from_leg));
+        ids.extend(met.map(|closure| closure.id.clone()));
+    }
     ids
-}
-
-/// Whether a closure closes anything of what a plan flies or is to fly; how far its drone has come is looked at later.
-fn meets(plan: &PlanEntry, closure: &Closure) -> bool {
-    let mut versions = std::iter::once(&plan.reported).chain(&plan.wanted);
-    versions.any(|version| {
-        let flown = version.flight.as_deref();
-        let takes_pads = flown.is_some_and(|flown| {
-            let mut stops = flown.stop_nodes();
-            stops.any(|node| closure.pads.contains(&node))
-        });
-        takes_pads || fleet::is_hit(closure, &version.composition, 0)
-    })
 }

@@ -1,7 +1,7 @@
 //! Plans and their versions as they come in, and where they are in the indices of a snapshot.
 
 use super::events::Happening;
-use super::fleet;
+use super::fleet::{self, Detour};
 use super::flights;
 use super::orders::Done;
 use super::snapshot::{PlanEntry, Version};
@@ -9,13 +9,17 @@ use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
 use super::timers::Due;
 use super::views;
+use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::sync::Arc;
 
 /// What is told of a version whose pad another plan has too.
 const PAD_CONTESTED: &str = "pad_contested";
+/// What the drone of a plan is told to do where it has no way. It is never ordered to land.
+const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
+an operator has been alarmed, and unsafe_way is the least bad way where there is any";
 /// At most this many versions of a plan are kept that its drone may be flying.
 const VERSIONS_MAX: usize = 8;
 
@@ -84,8 +88,19 @@ impl State {
         if plan.versions().any(|sent| sent.number >= version.number) {
             return Done::Nothing;
         }
+        let is_another_way = version.outcome != Some(Outcome::Unaffected);
+        let flags = plan.flags;
         let version = self.with_contest(&plan.id, version);
         let plan = self.replace_wanted(&plan, Some(version));
+        if !is_another_way {
+            // It may go on as it flies; what it is sent has its times and pads as they are now.
+            let plan = self.keep_plan(PlanEntry {
+                flags,
+                ..(*plan).clone()
+            });
+            self.tell(EventKind::PlanOffered, &plan);
+            return Done::Plan(plan);
+        }
         self.tell(EventKind::PlanAffected, &plan);
         Done::Plan(plan)
     }
@@ -211,8 +226,49 @@ impl State {
         }
     }
 
+    /// Tells what happened to a plan: its outcome is that of the newest version that its drone was sent.
     pub(super) fn tell(&mut self, kind: EventKind, plan: &PlanEntry) {
-        let data = json!({"plan": views::plan_summary(&self.next, plan)});
+        let newest = plan.wanted.as_ref().unwrap_or(&plan.reported);
+        let has_no_way = kind == EventKind::PlanAffected && plan.wanted.is_none();
+        if has_no_way {
+            self.tell_without_way(plan, None);
+            return;
+        }
+        let outcome = views::outcome_name(newest.outcome);
+        self.tell_outcome(kind, plan, outcome, &plan.affected_by);
+    }
+
+    /// A plan is flown as it was: what met it is over, or lies behind its drone.
+    pub(super) fn tell_relieved(&mut self, plan: &PlanEntry, causes: &[String]) {
+        let plan = self.next.plans.get(&plan.id).cloned();
+        if let Some(plan) = plan {
+            self.tell_outcome(EventKind::PlanRelieved, &plan, "unaffected", causes);
+        }
+    }
+
+    /// The drone of a plan has no way: what closes it, what to do, and the least bad way as far as there is any.
+    pub(super) fn tell_without_way(&mut self, plan: &PlanEntry, detour: Option<&Detour>) {
+        let outcome = Outcome::NoRoute.name();
+        self.tell_outcome(EventKind::PlanAffected, plan, outcome, &plan.affected_by);
+        let way = detour.and_then(|detour| detour.unsafe_way(self.next.topology()));
+        if let Some(Value::Object(members)) = self.events.last_mut().map(|told| &mut told.data) {
+            members.insert("unsafe_way".to_owned(), way.unwrap_or(Value::Null));
+            members.insert("what_to_do".to_owned(), json!(WITHOUT_WAY_TEXT));
+        }
+    }
+
+    fn tell_outcome(
+        &mut self,
+        kind: EventKind,
+        plan: &PlanEntry,
+        outcome: &'static str,
+        causes: &[String],
+    ) {
+        let data = json!({
+            "plan": views::plan_summary(&self.next, plan),
+            "outcome": outcome,
+            "causes": causes,
+        });
         self.events.push(Happening::new(kind, data));
     }
 }

@@ -80,10 +80,8 @@ impl State {
             if let Some(drone) = &plan.drone_id {
                 self.next.flown_by.insert(drone.clone(), id.clone());
             }
-            let has_no_answer = plan.flags.affected && plan.wanted.is_none();
-            if has_no_answer && plan.reported.flight.is_some() {
-                self.touched_plans.insert(id.clone());
-            }
+            // What met it may have been in force when the edge ended, and its drone not answered.
+            self.touched_plans.insert(id.clone());
             self.time_departure(&plan);
             self.time_arrival(&id, &plan.reported);
             for version in plan.versions() {
@@ -137,7 +135,8 @@ impl State {
             | Order::OfferVersion { .. }
             | Order::RaiseAlarm(_)
             | Order::SeePlan { .. }
-            | Order::Tick => true,
+            | Order::Tick
+            | Order::Settle => true,
             Order::DeleteZone { .. }
             | Order::LiftClosure { .. }
             | Order::DecideProposal { .. }

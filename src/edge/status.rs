@@ -88,7 +88,7 @@ impl Edge {
             blocked_segments: snapshot.airspace.closed().blocked_segment_count(),
             active_plans: snapshot.active_plans,
             affected_plans: plans
-                .filter(|plan| plan.is_active() && plan.flags.affected)
+                .filter(|plan| plan.is_active() && snapshot.is_affected(plan))
                 .count(),
             plans_unacknowledged: snapshot.unacknowledged,
             proposals: snapshot.proposals.len(),

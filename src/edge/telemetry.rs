@@ -151,7 +151,7 @@ impl Edge {
             drone_id: drone_id.map(Cow::Owned),
             accepted,
             plan_id: plan.map(|plan| views::text(&plan.id)),
-            affected: plan.is_some_and(|plan| plan.flags.affected),
+            affected: plan.is_some_and(|plan| snapshot.is_affected(plan)),
             wanted: wanted.map(|wanted| views::version(snapshot.topology(), wanted)),
             recomposition_id: None,
             warnings,

@@ -73,7 +73,7 @@ pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
     }
 }
 
-fn outcome_name(outcome: Option<Outcome>) -> &'static str {
+pub(super) fn outcome_name(outcome: Option<Outcome>) -> &'static str {
     outcome.map_or("composed", Outcome::name)
 }
 
@@ -351,7 +351,7 @@ pub(super) fn plan(
         id: text(&entry.id),
         state: entry.state,
         ended_as: entry.ended_as,
-        flags: flags(entry),
+        flags: flags(snapshot, entry),
         drone_id: entry.drone_id.as_deref().map(text),
         source: node_id(topology, entry.source),
         destination: node_id(topology, entry.destination),
@@ -369,7 +369,7 @@ pub(super) fn plan(
             true => versions.collect(),
             false => Vec::new(),
         },
-        affected_by: entry.affected_by.iter().map(|id| text(id)).collect(),
+        affected_by: snapshot.affecting(entry).map(|id| text(id)).collect(),
         conflicts: conflicts.collect(),
         energy: Cow::Borrowed(if is_checked { "checked" } else { "unchecked" }),
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),
@@ -377,9 +377,9 @@ pub(super) fn plan(
     }
 }
 
-fn flags(entry: &PlanEntry) -> Vec<wire::PlanFlag> {
+fn flags(snapshot: &Snapshot, entry: &PlanEntry) -> Vec<wire::PlanFlag> {
     let flags = [
-        (entry.flags.affected, wire::PlanFlag::Affected),
+        (snapshot.is_affected(entry), wire::PlanFlag::Affected),
         (entry.flags.overdue, wire::PlanFlag::Overdue),
         (entry.flags.unacknowledged, wire::PlanFlag::Unacknowledged),
     ];
@@ -406,7 +406,7 @@ pub(super) fn plan_summary(snapshot: &Snapshot, entry: &PlanEntry) -> Value {
         "drone_id": entry.drone_id.as_deref(),
         "reported": brief(&entry.reported),
         "wanted": entry.wanted.as_deref().map(brief),
-        "affected_by": entry.affected_by,
+        "affected_by": snapshot.affecting(entry).collect::<Vec<_>>(),
     })
 }
 
@@ -415,31 +415,47 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
     wire::AffectedPlan {
         plan_id: text(&detour.plan.id),
         drone_id: detour.plan.drone_id.as_deref().map(text),
-        outcome: outcome(detour.outcome()),
+        outcome: match (detour.outcome(), detour.version) {
+            (Outcome::Unaffected, Some(_)) => wire::Outcome::Rerouted,
+            (told, _) => outcome(told),
+        },
         path: path(topology, &detour.way()),
         extra_m: detour.extra_m,
         version: detour.version,
     }
 }
 
-/// What a closure closes, and whom it meets, with the plans that are affected and whose drones are answered later.
-pub(super) fn effect_with_waiting(
+/// What a closure that has been put closes, and whom it meets: those whose drones were told something, and how many wait.
+pub(super) fn effect_with_pending(
     snapshot: &Snapshot,
     closure: &Closure,
     detours: &[&Detour],
 ) -> wire::ZoneEffect<'static> {
-    let waits = |plan: &&Arc<PlanEntry>| {
-        let is_met = plan.flags.affected && plan.wanted.is_none();
-        is_met && plan.reported.flight.is_some() && plan.affected_by.contains(&closure.id)
-    };
-    let is_told = |plan: &Arc<PlanEntry>| detours.iter().any(|detour| detour.plan.id == plan.id);
-    let waiting = snapshot.plans.values().filter(waits);
-    let waiting = waiting.filter(|plan| !is_told(plan)).count();
+    let waits = |causes: &&Arc<[String]>| causes.contains(&closure.id);
+    let pending = snapshot.pending.values().filter(waits).count();
     let effect = effect(&snapshot.airspace, closure, detours);
+    let plan_count = effect.plan_count + pending;
+    let rest = format!("/v1/plans?affected_by={}", escaped(&closure.id));
     wire::ZoneEffect {
-        plan_count: effect.plan_count + waiting,
+        plan_count,
+        pending,
+        next: (plan_count > effect.plans.len()).then_some(Cow::Owned(rest)),
         ..effect
     }
+}
+
+/// An id in a query (RFC 3986, 2.3): everything but unreserved characters is escaped.
+fn escaped(id: &str) -> String {
+    let mut text = String::with_capacity(id.len());
+    for byte in id.bytes() {
+        match byte {
+            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => {
+                text.push(char::from(byte));
+            }
+            other => text.push_str(&format!("%{other:02X}")),
+        }
+    }
+    text
 }
 
 /// What a closure closes, and whom it meets.
@@ -462,5 +478,7 @@ pub(super) fn effect(
         plan_count: detours.len(),
         plans: told.map(|detour| affected_plan(topology, detour)).collect(),
         hint: zone.map(|zone| Cow::Owned(miss_hint(zone, topology))),
+        pending: 0,
+        next: None,
     }
 }

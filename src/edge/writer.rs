@@ -6,6 +6,7 @@
 
 use super::background::{begin_turn, give_way};
 use super::events::Events;
+use super::fleet::Detour;
 use super::offers::Opened;
 use super::orders::{Order, Reply};
 use super::snapshot::Snapshot;
@@ -13,8 +14,10 @@ use super::state::State;
 use super::store::{Store, Waiting};
 use super::tables::Tables;
 use crate::clock::Clock;
+use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use arc_swap::ArcSwap;
+use jiff::Timestamp;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -31,7 +34,7 @@ const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(super) struct Letter {
     order: Order,
-    reply: Option<oneshot::Sender<(Reply, Arc<Snapshot>)>>,
+    reply: Option<Asker>,
 }
 
 /// Where orders are handed in.
@@ -42,6 +45,40 @@ pub(super) enum Writer {
     /// They are carried out at once.
     InPlace(Arc<Mutex<Desk>>),
 }
+
+/// Where the writer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WriterStep {
+    /// What a batch of orders has changed is in force; no plan has been looked at.
+    Enforced,
+    /// A plan has been looked at.
+    LookedAtPlan,
+}
+
+/// Who watches the writer: tests, which hold it back.
+#[derive(Clone, Default)]
+pub(super) struct Watch(pub(super) Option<Arc<dyn Fn(WriterStep) + Send + Sync>>);
+
+impl Watch {
+    fn tell(&self, step: WriterStep) {
+        if let Some(watch) = &self.0 {
+            watch(step);
+        }
+    }
+}
+
+impl std::fmt::Debug for Watch {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(if self.0.is_some() {
+            "Watch(..)"
+        } else {
+            "Watch"
+        })
+    }
+}
+
+/// Who waits for the answer to an order.
+type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
 
 /// What the writer publishes to.
 #[derive(Debug)]
@@ -54,6 +91,17 @@ pub(super) struct Desk {
     pub(super) tables: Tables,
     /// Where better plans are looked for, if anywhere.
     pub(super) opened: Option<Opened>,
+    pub(super) watch: Watch,
+    pub(super) waiting: Unanswered,
+}
+
+/// What the writer has yet to come to.
+#[derive(Debug, Default)]
+pub(super) struct Unanswered {
+    /// Orders that came in while plans were replanned.
+    letters: Vec<Letter>,
+    /// Who waits until all plans are.
+    for_all_plans: Vec<(Asker, Reply)>,
 }
 
 impl Writer {
@@ -91,7 +139,7 @@ impl Writer {
             Self::InPlace(desk) => {
                 // A batch is applied whole or panics before it is published.
                 let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
-                desk.carry_out(vec![letter]);
+                desk.carry_out(vec![letter], None);
                 return Ok(());
             }
         };
@@ -115,76 +163,155 @@ fn stopped() -> Refusal {
 impl Desk {
     fn work(mut self, inbox: &Receiver<Letter>) {
         loop {
-            let mut letters = match inbox.recv_timeout(self.patience()) {
-                Ok(letter) => vec![letter],
-                Err(RecvTimeoutError::Timeout) => Vec::new(),
-                Err(RecvTimeoutError::Disconnected) => return,
-            };
-            letters.extend(inbox.try_iter().take(BATCH - 1));
+            let mut letters = std::mem::take(&mut self.waiting.letters);
+            if letters.is_empty() {
+                match inbox.recv_timeout(self.patience()) {
+                    Ok(letter) => letters.push(letter),
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => return,
+                }
+            }
+            let room = BATCH.saturating_sub(letters.len());
+            letters.extend(inbox.try_iter().take(room));
             let reading = self.clock.reading();
             let is_due = self.state.has_clock_news(&reading)
                 || self.state.next_due().is_some_and(|due| due <= reading.now);
-            if !letters.is_empty() || is_due {
-                self.carry_out(letters);
+            if !letters.is_empty() || is_due || self.state.has_waiting() {
+                self.carry_out(letters, Some(inbox));
             }
         }
     }
 
     /// How long nothing can happen by itself.
     fn patience(&self) -> Duration {
+        if self.state.has_waiting() {
+            return Duration::ZERO;
+        }
         let due = self.state.next_due();
         let until = due.and_then(|instant| self.clock.real_duration_until(instant));
         until.map_or(LONGEST_SLEEP, |until| until.min(LONGEST_SLEEP))
     }
 
     /// Carries out letters in batches: one, unless some of them replace the network, which begin batches of their own.
-    fn carry_out(&mut self, mut letters: Vec<Letter>) {
+    fn carry_out(&mut self, mut letters: Vec<Letter>, inbox: Option<&Receiver<Letter>>) {
         let replaces = |letter: &Letter| letter.order.replaces_network();
         while let Some(place) = letters.iter().skip(1).position(replaces) {
             let rest = letters.split_off(place + 1);
-            self.carry_out_batch(std::mem::replace(&mut letters, rest));
+            self.carry_out_batch(std::mem::replace(&mut letters, rest), inbox);
         }
-        self.carry_out_batch(letters);
+        self.carry_out_batch(letters, inbox);
     }
 
-    fn carry_out_batch(&mut self, letters: Vec<Letter>) {
+    /// Carries out letters, enforces what they change, and only then looks at plans: so many that the answers tell
+    /// something of them, and no more while other letters wait.
+    fn carry_out_batch(&mut self, letters: Vec<Letter>, inbox: Option<&Receiver<Letter>>) {
         begin_turn();
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
-        let (orders, askers): (Vec<Order>, Vec<_>) = letters
-            .into_iter()
-            .map(|letter| {
-                let changes = letter.order.changes_by_request();
-                (letter.order, letter.reply.map(|asker| (asker, changes)))
-            })
-            .unzip();
-        let batch = self.state.apply(orders, now);
-        // Enforced before stored, and acknowledged after both: nothing waits for a disk to be safe.
-        self.world.store(batch.snapshot.clone());
-        give_way();
-        if batch.airspace_changed {
+        let mut orders = Vec::with_capacity(letters.len());
+        let mut askers = Vec::with_capacity(letters.len());
+        for letter in letters {
+            let waits_for_plans = matches!(letter.order, Order::Settle);
+            askers.push((
+                letter.reply,
+                letter.order.changes_by_request(),
+                waits_for_plans,
+            ));
+            orders.push(letter.order);
+        }
+        let enforced = self.state.enforce(orders, now);
+        // Enforced before stored, and acknowledged after both: nothing waits for a disk, or for plans, to be safe.
+        let mut snapshot = match planted::is(Bug::PlansFirst) {
+            true => None,
+            false => Some(self.publish(now)),
+        };
+        self.watch.tell(WriterStep::Enforced);
+        self.state.look_up(&enforced.look, now);
+        let detours = self.replan(now, inbox, &mut snapshot);
+        if enforced.airspace_changed {
             self.tables.renew();
         }
-        if let Some(opened) = self.opened.as_ref().filter(|_| batch.has_opened) {
+        if let Some(opened) = self.opened.as_ref().filter(|_| enforced.has_opened) {
             opened.tell();
         }
-        self.events.add(batch.events, now, &batch.snapshot.revision);
+        let snapshot = snapshot.unwrap_or_else(|| self.publish(now));
+        let replies = self.state.replies(enforced.done, detours);
+        self.answer(replies, askers, snapshot);
+        // On the thread of whoever hands in orders, nobody else would go on with it.
+        while inbox.is_none() && self.state.has_waiting() {
+            let mut later = None;
+            self.replan(now, None, &mut later);
+            if let Some(snapshot) = later {
+                self.answer(Vec::new(), Vec::new(), snapshot);
+            }
+        }
+    }
+
+    /// A slice of the plans that wait, and the state after it where anything has changed.
+    fn replan(
+        &mut self,
+        now: Timestamp,
+        inbox: Option<&Receiver<Letter>>,
+        snapshot: &mut Option<Arc<Snapshot>>,
+    ) -> Vec<Detour> {
+        if !self.state.has_waiting() {
+            return Vec::new();
+        }
+        if snapshot.is_some() {
+            // The plans that something meets are shown as affected before any is recomposed.
+            *snapshot = Some(self.publish(now));
+        }
+        let (watch, letters) = (&self.watch, &mut self.waiting.letters);
+        let mut may_go_on = || {
+            watch.tell(WriterStep::LookedAtPlan);
+            give_way();
+            let letter = inbox.and_then(|inbox| inbox.try_recv().ok());
+            let is_alone = letter.is_none();
+            letters.extend(letter);
+            is_alone
+        };
+        let detours = self.state.replan(now, &mut may_go_on);
+        *snapshot = Some(self.publish(now));
+        detours
+    }
+
+    /// Makes the state as it is what everybody sees, and tells what has happened.
+    fn publish(&mut self, now: Timestamp) -> Arc<Snapshot> {
+        let (snapshot, events) = self.state.told();
+        self.world.store(snapshot.clone());
+        give_way();
+        self.events.add(events, now, &snapshot.revision);
+        snapshot
+    }
+
+    /// Answers those who have asked: for what is to survive a restart once it is stored, and those who wait for all
+    /// plans once all are replanned.
+    fn answer(
+        &mut self,
+        replies: Vec<Reply>,
+        askers: Vec<(Option<Asker>, bool, bool)>,
+        snapshot: Arc<Snapshot>,
+    ) {
         let (mut answers, mut at_once) = (Vec::new(), Vec::new());
-        for (reply, asker) in batch.replies.into_iter().zip(askers) {
+        for (reply, (asker, is_change, waits_for_plans)) in replies.into_iter().zip(askers) {
             match asker {
-                Some((asker, true)) if reply.is_ok() => answers.push((asker, reply)),
-                Some((asker, _)) => at_once.push((asker, reply)),
+                Some(asker) if waits_for_plans => self.waiting.for_all_plans.push((asker, reply)),
+                Some(asker) if is_change && reply.is_ok() => answers.push((asker, reply)),
+                Some(asker) => at_once.push((asker, reply)),
                 None => {}
             }
         }
         self.store.publish(Waiting {
             answers,
-            snapshot: batch.snapshot.clone(),
+            snapshot: snapshot.clone(),
         });
+        if !self.state.has_waiting() {
+            at_once.append(&mut self.waiting.for_all_plans);
+        }
         for (asker, reply) in at_once {
             // Nothing of it is to be stored. Whoever asked may have gone at its deadline.
-            let _ = asker.send((reply, batch.snapshot.clone()));
+            let _ = asker.send((reply, snapshot.clone()));
         }
     }
 }

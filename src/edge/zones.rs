@@ -260,7 +260,7 @@ impl Edge {
             etag: Some(Cow::Owned(snapshot.etag(entry.version))),
             enforced: true,
             durable,
-            effect: views::effect_with_waiting(snapshot, closure, &met),
+            effect: views::effect_with_pending(snapshot, closure, &met),
             stamp: self.stamp_of(snapshot),
         }
     }

@@ -67,6 +67,8 @@ pub enum EventKind {
     ClockStepped,
     /// A stepped clock was confirmed, or has come back: why.
     ClockSettled,
+    /// The drones of all plans that a closure meets have been told what to fly: how many, by outcome.
+    Replanned,
     /// Something needs an operator: the alarm, as in `GET /v1/alarms`.
     AlarmRaised,
     /// An operator acknowledged an alarm.

@@ -41,11 +41,17 @@ pub struct ZoneEffect<'a> {
     pub nodes: Vec<Id<'a>>,
     /// How many active plans it meets.
     pub plan_count: usize,
-    /// Those plans; at most as many as a page has, the rest by `GET /v1/plans?affected_by=`.
+    /// Those plans whose drones have been told something already; at most 100, the others by `next`.
     pub plans: Vec<AffectedPlan<'a>>,
     /// What to look at where a zone meets neither node nor segment; absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hint: Option<Cow<'a, str>>,
+    /// How many of the plans it meets have yet to be told what to fly: events tell each, and `replanned` that all are told.
+    #[serde(default)]
+    pub pending: usize,
+    /// Where all plans that it affects are listed, where not all stand in `plans`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next: Option<Cow<'a, str>>,
 }
 
 /// The answer to a write or a preview of a zone.

@@ -6,6 +6,7 @@
 )]
 
 mod clock_steps;
+mod enforcing;
 mod failing_disk;
 mod flights;
 mod flights_change;

@@ -6,12 +6,12 @@ use serde_json::{Value, json};
 use skyway::clock::{Clock, Hand, TwoHands};
 use skyway::edge::{
     Answered, Caller, Edge, Idempotency, NewNetwork, Opening, Refusal, Settings, StoreFile,
-    ZoneWrite,
+    WriterStep, ZoneWrite,
 };
 use skyway::formats::{load_network, parse_report, read_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::wire;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
 
 /// When every story begins.
@@ -66,6 +66,34 @@ impl Stage {
         let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
         Self {
             edge: opening.without_store().expect("threads"),
+            hand: Arc::new(hand),
+            caller: Caller::anyone(),
+            settings,
+        }
+    }
+
+    /// Watched on the writer's thread, which does nothing meanwhile; in place everything is on one thread.
+    pub(crate) fn watched(
+        settings: Settings,
+        is_in_place: bool,
+        watch: impl Fn(&Arc<Edge>, WriterStep) + Send + Sync + 'static,
+    ) -> Self {
+        let known: Arc<OnceLock<Weak<Edge>>> = Arc::default();
+        let place = known.clone();
+        let (opening, hand) = opening(settings.clone());
+        let opening = opening.watched_by(move |step| {
+            if let Some(edge) = place.get().and_then(Weak::upgrade) {
+                watch(&edge, step);
+            }
+        });
+        let opening = match is_in_place {
+            true => opening.in_place(),
+            false => opening,
+        };
+        let edge = opening.without_store().expect("threads");
+        known.set(Arc::downgrade(&edge)).expect("once");
+        Self {
+            edge,
             hand: Arc::new(hand),
             caller: Caller::anyone(),
             settings,

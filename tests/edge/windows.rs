@@ -53,6 +53,7 @@ async fn a_version_that_nobody_acknowledges_is_told() {
         [
             EventKind::ZonePut,
             EventKind::PlanAffected,
+            EventKind::Replanned,
             EventKind::PlanUnacknowledged
         ]
     );

@@ -43,6 +43,7 @@ mirror_enum!(EventKind {
     AlarmRaised,
     AlarmAcknowledged,
     AlarmEnded,
+    Replanned,
     ClockStepped,
     ClockSettled,
 });
@@ -79,6 +80,8 @@ mirror!(wire::ZoneEffect<'_> => ZoneEffect {
     plan_count: plain,
     plans: plain,
     hint: plain,
+    pending: plain,
+    next: plain,
 });
 
 mirror!(wire::ZoneAck<'_> => ZoneAck {

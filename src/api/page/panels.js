@@ -172,6 +172,10 @@ export function sentence({ kind, data }) {
     case "clock_stepped": return `the clock has stepped by ${Math.round(data.apart_s)} s; nothing opens by it until it is confirmed`;
     case "clock_settled": return `the clock is believed again (${words(data.why)})`;
     case "network_changed": return `the network is now ${data.name}: ${counted(data.nodes, "node")}, ${counted(data.segments, "segment")}`;
+    case "alarm_raised": return `alarm (${words(data.alarm.kind)}): ${data.alarm.message}`;
+    case "alarm_acknowledged": return `alarm acknowledged by ${data.alarm.acknowledged_by}: ${data.alarm.message}`;
+    case "alarm_ended": return `alarm over (${words(data.alarm.kind)}): ${data.alarm.message}`;
+    case "replanned": return `${data.closure_id} meets ${counted(data.plan_count, "plan")}, and all are told`;
     case "gap": return data.text;
     default: return words(kind);
   }

@@ -21,7 +21,8 @@ pub(in crate::edge) struct PadKey {
 }
 
 impl PadKey {
-    pub(super) fn first_of(node: u32) -> Self {
+    /// Before all stays at a node.
+    pub(in crate::edge) fn first_of(node: u32) -> Self {
         Self {
             node,
             plan: Arc::from(""),

@@ -1,0 +1,143 @@
+//! The plans whose drones are to be answered, in the order in which that is done.
+
+use jiff::Timestamp;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// Whose turn comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Turn {
+    /// Its drone is in the air.
+    InTheAir,
+    /// Its drone has not departed.
+    OnTheGround,
+    /// Nothing new meets it, but it may be free again.
+    MayBeFree,
+}
+
+/// A plan's place in the queue: by turn, then by the time left until its drone reaches what closed, then the plan that
+/// departs first, then by id.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Place {
+    pub(super) turn: Turn,
+    pub(super) left_ms: i64,
+    pub(super) departs_at: Timestamp,
+    pub(super) plan: Arc<str>,
+}
+
+/// What is to be found out about a plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Task {
+    pub(super) place: Place,
+    /// Ids of the new closures that meet it.
+    pub(super) causes: Vec<String>,
+}
+
+impl Task {
+    /// Whether something may be in its way, rather than out of it.
+    pub(super) fn may_be_cut(&self) -> bool {
+        self.place.turn != Turn::MayBeFree
+    }
+}
+
+/// Plans in their order, each once.
+#[derive(Debug, Default)]
+pub(super) struct Queue {
+    order: BTreeSet<Place>,
+    tasks: BTreeMap<Arc<str>, Task>,
+}
+
+impl Queue {
+    pub(super) fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+
+    /// Queues a plan; one that waits already keeps the earlier place, and has the causes of both. Gives the causes
+    /// that are new to it.
+    pub(super) fn add(&mut self, task: Task) -> Vec<String> {
+        let Some(waiting) = self.tasks.get_mut(&task.place.plan) else {
+            let causes = task.causes.clone();
+            self.order.insert(task.place.clone());
+            self.tasks.insert(task.place.plan.clone(), task);
+            return causes;
+        };
+        if task.place < waiting.place {
+            self.order.remove(&waiting.place);
+            self.order.insert(task.place.clone());
+            waiting.place = task.place;
+        }
+        let causes = task.causes.into_iter();
+        let new: Vec<String> = causes
+            .filter(|cause| !waiting.causes.contains(cause))
+            .collect();
+        waiting.causes.extend(new.iter().cloned());
+        new
+    }
+
+    /// The causes for which a plan waits.
+    pub(super) fn causes(&self, plan: &str) -> Option<&[String]> {
+        self.tasks.get(plan).map(|task| &*task.causes)
+    }
+
+    /// Takes the first.
+    pub(super) fn pop(&mut self) -> Option<Task> {
+        let place = self.order.pop_first()?;
+        self.tasks.remove(&place.plan)
+    }
+}
+
+/// How a closure's plans have been answered so far.
+#[derive(Debug, Default)]
+pub(super) struct Wave {
+    pub(super) plan_count: usize,
+    pub(super) left: usize,
+    pub(super) outcomes: BTreeMap<&'static str, usize>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn task(turn: Turn, left_ms: i64, plan: &str, causes: &[&str]) -> Task {
+        Task {
+            place: Place {
+                turn,
+                left_ms,
+                departs_at: Timestamp::UNIX_EPOCH,
+                plan: Arc::from(plan),
+            },
+            causes: causes.iter().map(|cause| (*cause).to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn those_in_the_air_come_first_and_then_those_who_reach_it_first() {
+        let mut queue = Queue::default();
+        for (turn, left_ms, plan) in [
+            (Turn::MayBeFree, 0, "f"),
+            (Turn::OnTheGround, 5, "d"),
+            (Turn::InTheAir, 90, "c"),
+            (Turn::OnTheGround, 9, "e"),
+            (Turn::InTheAir, 7, "b"),
+            (Turn::InTheAir, 7, "a"),
+        ] {
+            queue.add(task(turn, left_ms, plan, &[]));
+        }
+        let order: Vec<String> = std::iter::from_fn(|| queue.pop())
+            .map(|task| task.place.plan.to_string())
+            .collect();
+        assert_eq!(order, ["a", "b", "c", "d", "e", "f"]);
+    }
+
+    #[test]
+    fn a_plan_waits_once_at_its_earliest_place_for_all_its_causes() {
+        let mut queue = Queue::default();
+        assert_eq!(queue.add(task(Turn::InTheAir, 9, "a", &["z1"])), ["z1"]);
+        let new = queue.add(task(Turn::InTheAir, 3, "a", &["z1", "z2"]));
+        assert_eq!(new, ["z2"]);
+        assert!(queue.add(task(Turn::MayBeFree, 0, "a", &[])).is_empty());
+        let popped = queue.pop().expect("one");
+        assert_eq!((popped.place.left_ms, popped.causes.len()), (3, 2));
+        assert!(popped.may_be_cut() && queue.is_empty() && queue.pop().is_none());
+    }
+}
