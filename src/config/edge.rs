@@ -114,7 +114,9 @@ settings! {
         life_infrastructure: Duration = 30 * MINUTE, SECOND..=DAY;
         /// Such closures of one drone at once; further ones wait for an operator.
         alive_per_drone: usize = 3, 0..=1_000;
-        /// The part of all segments that reports may close; further ones wait for an operator.
+        /// Such closures of one drone or fleet at once, by the subject of its token, whatever it calls its drones.
+        alive_per_subject: usize = 10, 0..=100_000;
+        /// The part of all segments, and of all nodes with pads, that reports may close; further ones wait for an operator.
         closed_fraction_max: f64 = 0.01, 0.0..=1.0;
     }
     /// Plans of deliveries.
@@ -186,6 +188,8 @@ settings! {
     events: Events {
         /// So many; the oldest go first.
         count: usize = 10_000, 1..=10_000_000;
+        /// And no more memory than this.
+        bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);
     }
     /// Last known positions.
     drones: Drones {
@@ -196,6 +200,8 @@ settings! {
     idempotency: Idempotency {
         /// So many; the oldest go first.
         count: usize = 20_000, 1..=10_000_000;
+        /// And no more memory than this, for failure reports and for writes each.
+        bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);
         /// For so long.
         age: Duration = DAY, MINUTE..=7 * DAY;
     }

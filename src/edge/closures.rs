@@ -166,6 +166,7 @@ impl Edge {
             version: 0,
             failure: None,
             reported_by: None,
+            by: None,
             confirmed: true,
             from: Some(read.from),
             until: read.until,

@@ -43,6 +43,16 @@ pub struct EventRecord {
     pub json: Arc<str>,
 }
 
+impl EventRecord {
+    /// About how many bytes it takes: its text, and the same as values.
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + VALUES_TO_TEXT * self.json.len()
+    }
+}
+
+/// An event in memory takes about so many bytes for each of its text.
+const VALUES_TO_TEXT: usize = 5;
+
 /// An event as it is told, all but its id.
 #[derive(Debug)]
 struct Unnumbered {
@@ -89,6 +99,7 @@ impl Unnumbered {
 pub(super) struct Events {
     epoch: u64,
     capacity: usize,
+    capacity_bytes: usize,
     streams_max: usize,
     kept: Mutex<Kept>,
     /// The number of the latest event, to wake listeners.
@@ -102,16 +113,23 @@ struct Kept {
     /// Number of the next event; the first is 1.
     next: u64,
     events: VecDeque<Arc<EventRecord>>,
+    bytes: usize,
 }
 
 impl Events {
-    pub(super) fn new(epoch: u64, capacity: usize, streams_max: usize) -> Self {
+    pub(super) fn new(
+        epoch: u64,
+        (capacity, capacity_bytes): (usize, usize),
+        streams_max: usize,
+    ) -> Self {
         Self {
             epoch,
             capacity,
+            capacity_bytes,
             streams_max,
             kept: Mutex::new(Kept {
                 next: 1,
+                bytes: 0,
                 events: VecDeque::new(),
             }),
             latest: watch::Sender::new(0),
@@ -133,10 +151,15 @@ impl Events {
         let mut kept = self.lock();
         for event in written {
             let record = event.numbered(format!("{}-{}", self.epoch, kept.next));
+            kept.bytes += record.bytes();
             kept.events.push_back(Arc::new(record));
             kept.next += 1;
-            if kept.events.len() > self.capacity {
-                kept.events.pop_front();
+            // The latest is told whatever it takes.
+            while kept.events.len() > self.capacity
+                || (kept.bytes > self.capacity_bytes && kept.events.len() > 1)
+            {
+                let oldest = kept.events.pop_front();
+                kept.bytes -= oldest.map_or(0, |oldest| oldest.bytes());
             }
         }
         let latest = kept.next - 1;
@@ -273,7 +296,7 @@ mod tests {
         reason = "the writer and the task that follows a registry are two threads"
     )]
     fn events_of_two_at_once_have_numbers_without_gaps() {
-        let events = Events::new(7, 4_000, 1);
+        let events = Events::new(7, (4_000, usize::MAX), 1);
         let add = || {
             for _ in 0..200 {
                 let happening = Happening::new(EventKind::WeatherPut, Value::Null);

@@ -19,7 +19,8 @@ use super::traces;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::formats::{
-    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, settle_report, warning_text,
+    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, bounded, settle_report,
+    warning_text,
 };
 use crate::recompose::{Outcome, Request};
 use crate::refusal::{Code, Refusal};
@@ -111,6 +112,7 @@ impl Edge {
         let subject = reporter(caller, &parsed.report);
         let now = self.clock.now();
         let sending = self.report_replies.join(&subject, id, &parsed.report, now);
+        let report_bytes = parsed.report.bytes();
         if sending.report != parsed.report {
             parsed.warnings.push(ReadWarning {
                 code: "id_reused",
@@ -128,6 +130,8 @@ impl Edge {
         let given = sending.answer.get_or_try_init(|| first).await?.clone();
         if let Some(answered) = fresh {
             self.note_reply(&subject, id, answered.given());
+            let replies = &self.report_replies;
+            replies.weigh(&subject, id, (&sending, report_bytes), now);
             return Ok(answered);
         }
         let snapshot = self.world.load_full();
@@ -202,8 +206,7 @@ impl Edge {
             warnings: mut read,
         } = parsed;
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
-        let drone_id = drone_of(&report, plan.as_deref());
-        let own = drone_id.clone().filter(|id| caller.speaks_for(id));
+        let own = drone_of(caller, &report, plan.as_deref(), &mut read);
         let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, is nobody's business who may not speak for it.
             let known = self.known(&snapshot, plan.as_ref(), own.as_deref(), now);
@@ -228,13 +231,14 @@ impl Edge {
             subject: caller.subject.clone(),
             airspace: snapshot.airspace.clone(),
             revision: snapshot.revision.clone(),
+            report_bytes: report.bytes(),
             report,
-            read,
+            read: bounded(read),
             settled,
             answer: recomposed.answer,
             case: passed.case.map(Box::new),
             flown: recomposed.flown,
-            drone_id,
+            drone_id: own,
             published: Published::nothing("dry_run"),
             plan: recomposed.plan,
             remaining_time_s: recomposed.remaining_time_s,

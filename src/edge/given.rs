@@ -31,15 +31,26 @@ pub(super) struct EarlierAnswer {
     place: Option<Point>,
     /// SHA-256 of the network it was computed on.
     network: String,
+    /// About how many bytes it takes.
+    bytes: usize,
 }
 
+/// An answer in memory takes about so many bytes for each of its text.
+const ANSWER_TO_TEXT: usize = 4;
+
 impl EarlierAnswer {
+    /// About how many bytes it takes.
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
     /// The answer that was kept; none where it cannot be read any more, and is given anew.
     pub(super) fn of(reply: &ReportReply) -> Option<Self> {
         Some(Self {
             answer: serde_json::from_str(&reply.answer).ok()?,
             place: reply.place.map(|[x, y]| Point::new(x, y)),
             network: reply.network.clone(),
+            bytes: ANSWER_TO_TEXT * reply.answer.len(),
         })
     }
 

@@ -8,7 +8,7 @@ use super::network::NetworkDocuments;
 use super::off_plan::OffPlan;
 use super::offers;
 use super::records::Records;
-use super::replies::{ReportReplies, WriteReplies};
+use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::scratches::Scratches;
 use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
@@ -191,7 +191,7 @@ impl Opening {
         let (flights, guard) = (state.flights.clone(), state.guard.clone());
         let events = Arc::new(Events::new(
             epoch,
-            settings.events_max,
+            (settings.events_max, settings.events_bytes_max),
             settings.event_streams_max,
         ));
         let now = clock.now();
@@ -230,15 +230,16 @@ impl Opening {
             true => Writer::in_place(desk),
             false => Writer::start(desk)?,
         };
+        let replies = Bounds {
+            count: settings.idempotency_max,
+            bytes: settings.idempotency_bytes_max,
+            age: settings.idempotency_age,
+        };
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
-            report_replies: ReportReplies::new(settings.idempotency_max, settings.idempotency_age),
-            write_replies: WriteReplies::new(
-                settings.idempotency_max,
-                settings.idempotency_age,
-                store.clone(),
-            ),
+            report_replies: ReportReplies::new(replies),
+            write_replies: WriteReplies::new(replies, store.clone()),
             scratches: Scratches::default(),
             next_number: AtomicU64::new(identity.first_number() + 1),
             keeper: Mutex::new(None),

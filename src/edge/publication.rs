@@ -7,10 +7,11 @@ use super::Edge;
 use super::failures::Manner;
 use super::orders::{Order, Publication};
 use super::records::{AnswerRecord, Published};
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Snapshot};
+use super::reporter::author;
+use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Reported, Snapshot};
 use super::state_airspace::windows;
 use super::views;
-use crate::access::Caller;
+use crate::access::{Caller, Role};
 use crate::airspace::{Cause, Closure, Hits};
 use crate::flight::{FailureReport, FailureType};
 use crate::network::{NodeIx, SegmentIx};
@@ -76,7 +77,7 @@ impl Edge {
                 reason: Some(reason),
             };
         }
-        self.order_publication(record, closure, proposal_ids)
+        self.order_publication(record, caller, closure, proposal_ids)
     }
 
     fn closes(
@@ -120,14 +121,18 @@ impl Edge {
         if !on_plan && !self.is_placed_on(snapshot, drone, report.leg, record.answered_at) {
             return Some("not_placed_there");
         }
-        let (id, segments) = match thing {
-            Thing::Segment(segment) => (segment_closure_id(snapshot, segment), 1),
-            Thing::Pads(node) => (pads_closure_id(snapshot, node), 0),
+        let (id, segments, pads) = match thing {
+            Thing::Segment(segment) => (segment_closure_id(snapshot, segment), 1, 0),
+            Thing::Pads(node) => (pads_closure_id(snapshot, node), 0, 1),
         };
         // What is closed already is renewed, which closes nothing more.
         match snapshot.closures.contains_key(id.as_str()) {
             true => None,
-            false => snapshot.exceeded_quota(&self.settings, drone, segments),
+            false => {
+                let subject = (caller.role == Role::Drone).then_some(&*caller.subject);
+                let more = Reported { segments, pads };
+                snapshot.exceeded_quota(&self.settings, (drone, subject), more)
+            }
         }
     }
 
@@ -152,6 +157,7 @@ impl Edge {
     fn order_publication(
         &self,
         record: &AnswerRecord,
+        caller: &Caller,
         closure: Closure,
         proposal_ids: Vec<String>,
     ) -> Published {
@@ -168,6 +174,7 @@ impl Edge {
             version: 0,
             failure: Some(record.settled.request.report.failure),
             reported_by: record.drone_id.clone(),
+            by: Some(author(caller)),
             confirmed: false,
             from,
             until,

@@ -171,6 +171,7 @@ fn read_published(id: &str, body: &str, topology: &Topology) -> Result<ClosureEn
         version: 0,
         failure: types.find(|failure| is_report && failure.name() == reason),
         reported_by: published.reported_by.map(Arc::from),
+        by: None,
         confirmed: published.confirmed,
         from: Some(read.from),
         until: read.until,

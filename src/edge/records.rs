@@ -67,6 +67,8 @@ pub(super) struct AnswerRecord {
     pub(super) answered_at: Timestamp,
     pub(super) subject: Arc<str>,
     pub(super) report: wire::FailureReport,
+    /// About how many bytes that takes.
+    pub(super) report_bytes: usize,
     pub(super) read: Vec<ReadWarning>,
     pub(super) settled: Settled,
     pub(super) answer: Recomposition,
@@ -102,7 +104,7 @@ impl AnswerRecord {
     }
 
     /// About how many bytes it takes, its world not included.
-    fn bytes(&self) -> usize {
+    pub(super) fn bytes(&self) -> usize {
         let path = self.answer.path.nodes.len() + self.answer.path.segments.len();
         let stages: usize = self
             .answer
@@ -118,8 +120,21 @@ impl AnswerRecord {
         let flown = self.flown.as_ref();
         let flown = flown.and_then(|flown| flown.flight.version.as_ref());
         let flown = flown.map_or(0, |(_, way)| way.legs.len());
-        let plan = self.report.remaining_path.as_ref().map_or(0, Vec::len);
-        size_of::<Self>() + 4 * (path + stages) + 200 * legs + 600 * flown + 40 * plan + 500
+        let plan = self.settled.request.report.remaining_path.as_ref();
+        let plan = plan.map_or(0, Vec::len);
+        let warnings: usize = self.read.iter().map(ReadWarning::bytes).sum();
+        let sent = self.report_bytes + warnings + self.brought_bytes();
+        size_of::<Self>() + 4 * (path + stages + plan) + 200 * legs + 600 * flown + sent + 500
+    }
+
+    /// About how many bytes a zone takes that the report brought, as it was understood: its shape, and what it covers.
+    fn brought_bytes(&self) -> usize {
+        let Some(brought) = &self.settled.request.zone else {
+            return 0;
+        };
+        let covered = brought.hits.segments.len() + brought.hits.nodes.len();
+        // Its vertices take no more than they did as JSON.
+        self.report_bytes + 4 * covered
     }
 }
 
@@ -269,7 +284,7 @@ fn world_bytes(before: Option<&Arc<AnswerRecord>>, record: &AnswerRecord) -> usi
 }
 
 /// About how many bytes a snapshot of the airspace takes beside what it shares with others.
-fn weight(airspace: &Airspace) -> usize {
+pub(super) fn weight(airspace: &Airspace) -> usize {
     let topology = airspace.topology();
     let bits = topology.segment_count() / 2 + topology.node_count();
     4 * bits + 160 * airspace.closure_count()

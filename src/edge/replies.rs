@@ -5,9 +5,11 @@
 //! same body gets the same answer, another body is refused.
 
 use super::given::{EarlierAnswer, Given};
+use super::records::weight;
 use super::store::{Entry, Reply, ReportReply, Store, WriteReply};
+use crate::airspace::Airspace;
 use crate::refusal::{Code, Refusal};
-use crate::wire;
+use crate::wire::{self, text_bytes};
 use jiff::{SignedDuration, Timestamp};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -15,24 +17,43 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use tokio::sync::OnceCell;
 
-/// Entries by key, bounded in number and age: the oldest go first.
+/// What replies may take.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// So many.
+    pub(super) count: usize,
+    /// And about so many bytes.
+    pub(super) bytes: usize,
+    /// For so long.
+    pub(super) age: SignedDuration,
+}
+
+/// An entry under its key.
+#[derive(Debug)]
+struct Held<V> {
+    serial: u64,
+    bytes: usize,
+    value: V,
+}
+
+/// Entries by key, bounded in number, bytes and age: the oldest go first.
 #[derive(Debug)]
 struct Aging<K, V> {
-    capacity: usize,
-    age: SignedDuration,
-    by_key: BTreeMap<K, (u64, V)>,
+    bounds: Bounds,
+    bytes: usize,
+    by_key: BTreeMap<K, Held<V>>,
     order: VecDeque<(Timestamp, u64, K)>,
     next: u64,
 }
 
 impl<K: Ord + Clone, V: Clone> Aging<K, V> {
-    fn new(capacity: usize, age: SignedDuration) -> Self {
+    fn new(bounds: Bounds) -> Self {
         Self {
-            capacity,
-            age,
+            bounds,
+            bytes: 0,
             by_key: BTreeMap::new(),
             order: VecDeque::new(),
             next: 0,
@@ -41,15 +62,32 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
 
     fn get(&mut self, key: &K, now: Timestamp) -> Option<V> {
         self.forget(now);
-        self.by_key.get(key).map(|(_, value)| value.clone())
+        self.by_key.get(key).map(|held| held.value.clone())
     }
 
-    fn put(&mut self, key: K, value: V, now: Timestamp) -> u64 {
+    fn put(&mut self, key: K, (value, bytes): (V, usize), now: Timestamp) -> u64 {
         self.next += 1;
-        self.by_key.insert(key.clone(), (self.next, value));
-        self.order.push_back((now, self.next, key));
+        let serial = self.next;
+        let held = Held {
+            serial,
+            bytes,
+            value,
+        };
+        self.bytes += bytes;
+        let before = self.by_key.insert(key.clone(), held);
+        self.bytes -= before.map_or(0, |before| before.bytes);
+        self.order.push_back((now, serial, key));
         self.forget(now);
-        self.next
+        serial
+    }
+
+    /// Says what an entry weighs now.
+    fn weigh(&mut self, key: &K, bytes: usize, now: Timestamp, is_it: impl Fn(&V) -> bool) {
+        if let Some(held) = self.by_key.get_mut(key).filter(|held| is_it(&held.value)) {
+            self.bytes = self.bytes + bytes - held.bytes;
+            held.bytes = bytes;
+        }
+        self.forget(now);
     }
 
     /// Removes an entry, unless another one has taken its key.
@@ -57,15 +95,18 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
         if self
             .by_key
             .get(key)
-            .is_some_and(|(held, _)| *held == serial)
+            .is_some_and(|held| held.serial == serial)
         {
-            self.by_key.remove(key);
+            let removed = self.by_key.remove(key);
+            self.bytes -= removed.map_or(0, |held| held.bytes);
         }
     }
 
     fn forget(&mut self, now: Timestamp) {
         while let Some((at, serial, key)) = self.order.front() {
-            if self.order.len() <= self.capacity && now.duration_since(*at) <= self.age {
+            let Bounds { count, bytes, age } = self.bounds;
+            let has_room = self.order.len() <= count && self.bytes <= bytes;
+            if has_room && now.duration_since(*at) <= age {
                 return;
             }
             let (key, serial) = (key.clone(), *serial);
@@ -74,6 +115,9 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
         }
     }
 }
+
+/// About what a reply takes beside what was sent and what was answered.
+const REPLY_BYTES: usize = 1_000;
 
 /// The sending of a report under an id, answered or about to be.
 #[derive(Debug)]
@@ -88,13 +132,43 @@ type ReportKey = (Arc<str>, String);
 #[derive(Debug)]
 pub(super) struct ReportReplies {
     sendings: Mutex<Aging<ReportKey, Arc<Sending>>>,
+    /// That of the answer weighed last.
+    last_world: Mutex<Weak<Airspace>>,
 }
 
 impl ReportReplies {
-    pub(super) fn new(capacity: usize, age: SignedDuration) -> Self {
+    pub(super) fn new(bounds: Bounds) -> Self {
         Self {
-            sendings: Mutex::new(Aging::new(capacity, age)),
+            sendings: Mutex::new(Aging::new(bounds)),
+            last_world: Mutex::default(),
         }
+    }
+
+    /// Counts an answer with the report, and the world that it was computed on where the one before had another.
+    pub(super) fn weigh(
+        &self,
+        subject: &Arc<str>,
+        id: &str,
+        (sending, report_bytes): (&Arc<Sending>, usize),
+        now: Timestamp,
+    ) {
+        let mut bytes = REPLY_BYTES + report_bytes;
+        if let Some(Given::Before(earlier)) = sending.answer.get() {
+            bytes += earlier.bytes();
+        }
+        if let Some(Given::Now(record)) = sending.answer.get() {
+            let world = Arc::downgrade(&record.airspace);
+            let before = std::mem::replace(&mut *lock(&self.last_world), world.clone());
+            let is_shared = before.ptr_eq(&world);
+            bytes += record.bytes()
+                + if is_shared {
+                    0
+                } else {
+                    weight(&record.airspace)
+                };
+        }
+        let key = (subject.clone(), id.to_owned());
+        lock(&self.sendings).weigh(&key, bytes, now, |held| Arc::ptr_eq(held, sending));
     }
 
     /// The sending under this id: the one there is, or this one as the first.
@@ -114,7 +188,7 @@ impl ReportReplies {
             report: report.clone(),
             answer: OnceCell::new(),
         });
-        sendings.put(key, sending.clone(), now);
+        sendings.put(key, (sending.clone(), REPLY_BYTES + report.bytes()), now);
         sending
     }
 
@@ -131,7 +205,9 @@ impl ReportReplies {
             report: report.clone(),
             answer: OnceCell::new_with(Some(given)),
         });
-        lock(&self.sendings).put((subject.clone(), id.to_owned()), sending, now);
+        let (key, bytes) = ((subject.clone(), id.to_owned()), report.bytes());
+        lock(&self.sendings).put(key, (sending.clone(), REPLY_BYTES + bytes), now);
+        self.weigh(subject, id, (&sending, bytes), now);
     }
 
     /// Takes up what was answered in an earlier start. One that cannot be read any more is answered anew.
@@ -161,6 +237,9 @@ enum Write {
     Before(Arc<str>),
 }
 
+/// An answer in memory takes about so many bytes for each of its text.
+const ANSWER_TO_TEXT: usize = 4;
+
 type WriteKey = (Arc<str>, Cow<'static, str>, String);
 type Writes = Aging<WriteKey, ([u8; 32], Write)>;
 
@@ -171,10 +250,10 @@ pub(super) struct WriteReplies {
 }
 
 impl WriteReplies {
-    pub(super) fn new(capacity: usize, age: SignedDuration, store: Store) -> Self {
+    pub(super) fn new(bounds: Bounds, store: Store) -> Self {
         Self {
             store,
-            writes: Arc::new(Mutex::new(Aging::new(capacity, age))),
+            writes: Arc::new(Mutex::new(Aging::new(bounds))),
         }
     }
 
@@ -213,7 +292,8 @@ impl WriteReplies {
         let answer = write.await?;
         self.note(&key, fingerprint, &answer, now);
         let done = Write::Done(Arc::new(answer.clone()));
-        lock(&self.writes).put(key, (fingerprint, done), now);
+        let bytes = REPLY_BYTES + ANSWER_TO_TEXT * text_bytes(&answer);
+        lock(&self.writes).put(key, ((fingerprint, done), bytes), now);
         Ok(answer)
     }
 
@@ -241,8 +321,9 @@ impl WriteReplies {
             Cow::Owned(reply.operation),
             reply.key,
         );
+        let bytes = REPLY_BYTES + reply.answer.len();
         let before = Write::Before(Arc::from(reply.answer));
-        lock(&self.writes).put(key, (reply.fingerprint, before), at);
+        lock(&self.writes).put(key, ((reply.fingerprint, before), bytes), at);
     }
 
     fn begin<T: Clone + DeserializeOwned + Send + Sync + 'static>(
@@ -255,7 +336,7 @@ impl WriteReplies {
         match writes.get(key, now) {
             None => Ok(Begun::First(writes.put(
                 key.clone(),
-                (fingerprint, Write::Running),
+                ((fingerprint, Write::Running), REPLY_BYTES),
                 now,
             ))),
             Some((before, _)) if before != fingerprint => {

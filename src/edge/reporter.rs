@@ -2,6 +2,7 @@
 
 use super::snapshot::PlanEntry;
 use crate::access::{Caller, Role};
+use crate::formats::ReadWarning;
 use crate::wire;
 use std::sync::Arc;
 
@@ -24,10 +25,33 @@ pub(super) fn may_speak_for(caller: &Caller, plan: &PlanEntry) -> bool {
     }
 }
 
-pub(super) fn drone_of(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> Option<Arc<str>> {
+/// Who makes a change that a caller asks for.
+pub(super) fn author(caller: &Caller) -> Arc<wire::Author> {
+    Arc::new(wire::Author::new(caller.role.name(), &caller.subject))
+}
+
+/// The drone that a report counts for and is shown as: the one it names, else that of its plan, where the caller may speak
+/// for it. In the name of another drone nothing is known, nothing is published, and nothing is shown.
+pub(super) fn drone_of(
+    caller: &Caller,
+    report: &wire::FailureReport,
+    plan: Option<&PlanEntry>,
+    read: &mut Vec<ReadWarning>,
+) -> Option<Arc<str>> {
     let stated = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
-    match stated {
+    let drone = match stated {
         Some(drone) if !drone.is_empty() && drone.len() <= 128 => Some(Arc::from(drone)),
         _ => plan.and_then(|plan| plan.drone_id.clone()),
+    };
+    let is_own = drone.as_deref().is_none_or(|id| caller.speaks_for(id));
+    if is_own {
+        return drone;
     }
+    let message = format!(
+        "'{}' may not report for the drone '{}': it is answered as a drone that nobody knows",
+        caller.subject,
+        drone.as_deref().unwrap_or_default()
+    );
+    read.push(ReadWarning::new("drone_not_yours", message));
+    None
 }

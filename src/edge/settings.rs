@@ -99,7 +99,9 @@ pub struct Settings {
     pub lives: ClosureLives,
     /// At most this many closures of one drone's reports at a time.
     pub alive_per_drone: usize,
-    /// At most this share of the segments is closed by reports.
+    /// At most this many closures of the reports of one drone or fleet, by its token, at a time.
+    pub alive_per_subject: usize,
+    /// At most this share of the segments, and of the nodes with pads, is closed by reports.
     pub closed_fraction_max: f64,
     /// At most this many zones.
     pub zones_max: usize,
@@ -123,12 +125,16 @@ pub struct Settings {
     pub decisions_age: SignedDuration,
     /// At most this many events are kept.
     pub events_max: usize,
+    /// At most about this many bytes of events are kept.
+    pub events_bytes_max: usize,
     /// At most this many event streams are open.
     pub event_streams_max: usize,
     /// At most this many drones are remembered.
     pub drones_max: usize,
     /// At most this many answers are kept for repeated requests.
     pub idempotency_max: usize,
+    /// And at most about this many bytes of them, with the worlds they were computed on, twice: for reports and for writes.
+    pub idempotency_bytes_max: usize,
     /// How long they are kept.
     pub idempotency_age: SignedDuration,
     /// At most this many reports or positions in one batch.
@@ -159,6 +165,7 @@ impl Default for Settings {
                 infrastructure: SignedDuration::from_mins(30),
             },
             alive_per_drone: 3,
+            alive_per_subject: 10,
             closed_fraction_max: 0.01,
             zones_max: 20_000,
             closures_max: 20_000,
@@ -171,9 +178,11 @@ impl Default for Settings {
             decisions_bytes_max: 256 << 20,
             decisions_age: SignedDuration::from_hours(30 * 24),
             events_max: 10_000,
+            events_bytes_max: 64 << 20,
             event_streams_max: 256,
             drones_max: 50_000,
             idempotency_max: 20_000,
+            idempotency_bytes_max: 64 << 20,
             idempotency_age: SignedDuration::from_hours(24),
             batch_max: 1_000,
             trees_bytes: 256 << 20,

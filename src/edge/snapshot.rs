@@ -8,6 +8,7 @@ use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
+use crate::access::Role;
 use crate::airspace::{Airspace, Closure, Zone};
 use crate::compose::{Composition, Occupation};
 use crate::flight::{FailureType, Reservation};
@@ -40,13 +41,66 @@ pub(super) struct ClosureEntry {
     pub(super) version: u64,
     /// The failure type reported, where a report is the cause.
     pub(super) failure: Option<FailureType>,
-    /// The drone that reported it first; its quota carries it.
+    /// The drone that reported it first; its quota carries it, and that of its fleet.
     pub(super) reported_by: Option<Arc<str>>,
+    /// Who made it so here; none of what is from the registry.
+    pub(super) by: Option<Arc<wire::Author>>,
     pub(super) confirmed: bool,
     pub(super) from: Option<Timestamp>,
     pub(super) until: Option<Timestamp>,
     /// Its version at the registry; none where it is not there yet.
     pub(super) upstream: Option<Upstream>,
+}
+
+impl ClosureEntry {
+    /// What it closes, where a report is its cause.
+    pub(super) fn reported(&self) -> Reported {
+        match self.reported_by {
+            None => Reported::default(),
+            Some(_) => Reported::of(&self.closure),
+        }
+    }
+
+    /// The subject of the token with which a drone or a fleet reported it.
+    pub(super) fn fleet(&self) -> Option<&str> {
+        let by = self
+            .by
+            .as_deref()
+            .filter(|by| by.role == Role::Drone.name());
+        by.filter(|_| self.reported_by.is_some())
+            .map(|by| by.subject.as_str())
+    }
+}
+
+/// How much closures from reports close.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Reported {
+    pub(super) segments: usize,
+    /// Nodes whose pads are closed.
+    pub(super) pads: usize,
+}
+
+impl Reported {
+    pub(super) fn of(closure: &Closure) -> Self {
+        Self {
+            segments: closure.hits.segments.len(),
+            pads: closure.pads.len(),
+        }
+    }
+
+    pub(super) fn plus(self, more: Self) -> Self {
+        Self {
+            segments: self.segments + more.segments,
+            pads: self.pads + more.pads,
+        }
+    }
+
+    pub(super) fn minus(self, less: Self) -> Self {
+        Self {
+            segments: self.segments.saturating_sub(less.segments),
+            pads: self.pads.saturating_sub(less.pads),
+        }
+    }
 }
 
 /// Something a report brought that waits for an operator.
@@ -323,10 +377,12 @@ pub struct Snapshot {
     pub(super) occupations: OrdMap<OccupationKey, Occupation>,
     /// Who has which pad when, in seconds of Unix time.
     pub(super) reservations: OrdMap<PadKey, Reservation>,
-    /// How many segments closures from reports close.
-    pub(super) reported_segments: usize,
+    /// What closures from reports close.
+    pub(super) reported: Reported,
     /// How many closures of each drone's reports are alive.
     pub(super) alive_reports: OrdMap<Arc<str>, usize>,
+    /// And of the reports of each drone or fleet that has a token, by its subject.
+    pub(super) alive_by_subject: OrdMap<Arc<str>, usize>,
     pub(super) active_plans: usize,
     /// How many proposed versions were not acknowledged in time.
     pub(super) unacknowledged: u64,
@@ -365,8 +421,9 @@ impl Snapshot {
             flown_by: OrdMap::new(),
             occupations: OrdMap::new(),
             reservations: OrdMap::new(),
-            reported_segments: 0,
+            reported: Reported::default(),
             alive_reports: OrdMap::new(),
+            alive_by_subject: OrdMap::new(),
             active_plans: 0,
             unacknowledged: 0,
             registry: None,
@@ -400,20 +457,44 @@ impl Snapshot {
         format!("\"{}-{version}\"", self.lineage)
     }
 
-    /// Which quota one more closure of so many segments would exceed, reported by this drone.
+    /// Which quota one more closure would exceed, of a report of this drone with the token of this subject.
     pub(super) fn exceeded_quota(
         &self,
         settings: &Settings,
-        drone: &str,
-        segments: usize,
+        (drone, subject): (&str, Option<&str>),
+        more: Reported,
     ) -> Option<&'static str> {
         let alive = self.alive_reports.get(drone).copied().unwrap_or_default();
         if alive >= settings.alive_per_drone {
             return Some("drone_quota");
         }
-        let allowed = settings.closed_fraction_max * self.topology().segment_count() as f64;
-        let closed = self.reported_segments + segments;
-        (segments > 0 && closed as f64 > allowed).then_some("network_quota")
+        let of_subject = subject.and_then(|subject| self.alive_by_subject.get(subject));
+        if subject.is_some()
+            && of_subject.copied().unwrap_or_default() >= settings.alive_per_subject
+        {
+            return Some("subject_quota");
+        }
+        let exceeds = |closed: usize, more: usize, all: usize, least: f64| {
+            let allowed = (settings.closed_fraction_max * all as f64).max(least);
+            more > 0 && (closed + more) as f64 > allowed
+        };
+        let (topology, closed) = (self.topology(), self.reported);
+        // Counted only where pads are closed, which is rare.
+        let with_pads = || {
+            topology
+                .nodes()
+                .filter(|&node| topology.pads(node) > 0)
+                .count()
+        };
+        let too_many_segments = exceeds(
+            closed.segments,
+            more.segments,
+            topology.segment_count(),
+            0.0,
+        );
+        // One roof of a small network is more than its share, and still the next that a drone lands on.
+        let too_many_pads = more.pads > 0 && exceeds(closed.pads, more.pads, with_pads(), 1.0);
+        (too_many_segments || too_many_pads).then_some("network_quota")
     }
 
     /// The plan that a drone flies.

@@ -2,7 +2,7 @@
 
 use super::events::Happening;
 use super::orders::{Decision, Done, Publication};
-use super::snapshot::{ClosureEntry, ProposalEntry};
+use super::snapshot::{ClosureEntry, ProposalEntry, Reported};
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
@@ -11,6 +11,7 @@ use crate::airspace::{Cause, Change, Closure, Window};
 use crate::intake::Expected;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{EventKind, ObjectKind};
+use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -147,33 +148,22 @@ impl State {
         entry
     }
 
-    /// Keeps count of what reports close, in all and by drone.
+    /// Keeps count of what reports close, in all, by drone, and by the subject of a token.
     pub(super) fn count_reported(
         &mut self,
         before: Option<&ClosureEntry>,
         after: Option<&ClosureEntry>,
     ) {
-        let of_drone = |entry: Option<&ClosureEntry>| {
-            let entry = entry?;
-            let drone = entry.reported_by.clone()?;
-            Some((drone, entry.closure.hits.segments.len()))
-        };
-        if let Some((drone, segments)) = of_drone(after) {
-            self.next.reported_segments += segments;
-            *self.next.alive_reports.entry(drone).or_default() += 1;
+        let next = &mut self.next;
+        if let Some(entry) = after {
+            next.reported = next.reported.plus(entry.reported());
+            raise(&mut next.alive_reports, entry.reported_by.as_deref());
+            raise(&mut next.alive_by_subject, entry.fleet());
         }
-        if let Some((drone, segments)) = of_drone(before) {
-            self.next.reported_segments = self.next.reported_segments.saturating_sub(segments);
-            let alive = self
-                .next
-                .alive_reports
-                .get(&drone)
-                .copied()
-                .unwrap_or_default();
-            match alive {
-                0 | 1 => self.next.alive_reports.remove(&drone),
-                more => self.next.alive_reports.insert(drone, more - 1),
-            };
+        if let Some(entry) = before {
+            next.reported = next.reported.minus(entry.reported());
+            lower(&mut next.alive_reports, entry.reported_by.as_deref());
+            lower(&mut next.alive_by_subject, entry.fleet());
         }
     }
 
@@ -285,8 +275,9 @@ impl State {
 
     fn exceeded_quota(&self, entry: &ClosureEntry) -> Option<&'static str> {
         let drone = entry.reported_by.as_deref().unwrap_or_default();
-        let segments = entry.closure.hits.segments.len();
-        self.next.exceeded_quota(&self.settings, drone, segments)
+        let more = Reported::of(&entry.closure);
+        let reporter = (drone, entry.fleet());
+        self.next.exceeded_quota(&self.settings, reporter, more)
     }
 
     pub(super) fn propose(&mut self, proposal: ProposalEntry) -> Done {
@@ -361,6 +352,22 @@ impl State {
     }
 }
 
+fn raise(counts: &mut OrdMap<Arc<str>, usize>, key: Option<&str>) {
+    if let Some(key) = key {
+        *counts.entry(Arc::from(key)).or_default() += 1;
+    }
+}
+
+fn lower(counts: &mut OrdMap<Arc<str>, usize>, key: Option<&str>) {
+    let Some(key) = key else {
+        return;
+    };
+    match counts.get(key).copied().unwrap_or_default() {
+        0 | 1 => counts.remove(key),
+        more => counts.insert(Arc::from(key), more - 1),
+    };
+}
+
 /// What accepting a proposal closes: until the proposal itself would have ended, and confirmed.
 fn confirmed_closure(proposal: &ProposalEntry) -> ClosureEntry {
     let window = proposal.closure.windows.first();
@@ -369,6 +376,7 @@ fn confirmed_closure(proposal: &ProposalEntry) -> ClosureEntry {
         version: 0,
         failure: Some(proposal.failure),
         reported_by: None,
+        by: None,
         confirmed: true,
         from: window.and_then(Window::from),
         until: window.and_then(Window::until),

@@ -253,6 +253,7 @@ impl State {
                 let as_there = ClosureEntry {
                     version: standing.version,
                     upstream: standing.upstream,
+                    by: standing.by.clone(),
                     ..(**entry).clone()
                 };
                 **standing == as_there

@@ -7,7 +7,7 @@
 use super::events::Happening;
 use super::new_network::{NewNetwork, Relay, not_laid};
 use super::orders::{Done, Order, Publication};
-use super::snapshot::{ClosureEntry, ProposalEntry, ZoneEntry, revision_text};
+use super::snapshot::{ClosureEntry, ProposalEntry, Reported, ZoneEntry, revision_text};
 use super::state::State;
 use crate::airspace::Closure;
 use crate::compose;
@@ -117,11 +117,8 @@ impl State {
                 self.next.proposals.insert(number, Arc::new(entry));
             }
         }
-        let reported = self.next.closures.values();
-        let reported = reported.filter(|entry| entry.reported_by.is_some());
-        self.next.reported_segments = reported
-            .map(|entry| entry.closure.hits.segments.len())
-            .sum();
+        let reported = self.next.closures.values().map(|entry| entry.reported());
+        self.next.reported = reported.fold(Reported::default(), Reported::plus);
         let airspace = &self.next.airspace;
         let other = relay.closures.iter().filter(|relaid| relaid.closes_other);
         let other = other.filter(|relaid| airspace.is_in_force(&relaid.after.id));

@@ -145,6 +145,7 @@ pub(super) fn closure_of_zone(
         version: entry.version,
         failure: None,
         reported_by: None,
+        by: None,
         confirmed: true,
         from: only.and_then(crate::airspace::Window::from),
         until: only.and_then(crate::airspace::Window::until),

@@ -29,6 +29,7 @@ mod report_settle;
 mod report_settled;
 mod safety;
 mod suggestion;
+mod twice;
 mod weather;
 mod wire_terms;
 mod zones;
@@ -55,12 +56,13 @@ pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
 pub use recorded_world::{RecordError, recorded_question};
 pub use report::{ReadReport, read_report};
-pub use report_parse::{ParsedReport, lenient_report, parse_report};
-pub use report_problem::{ReadWarning, ReportProblem};
+pub use report_parse::{ParsedReport, lenient_report, parse_report, twice};
+pub use report_problem::{ReadWarning, ReportProblem, bounded};
 pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, settle_report};
 pub use report_settled::settled_report;
 pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
+pub use twice::members_twice;
 pub use weather::wind_field;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, miss_hint, read_zones, write_zones,

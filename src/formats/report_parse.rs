@@ -6,6 +6,7 @@
 use super::mark::without_mark;
 use super::report_problem::{ReadWarning, ReportProblem, cut, shown};
 use super::suggestion::nearest;
+use super::twice::members_twice;
 use crate::wire::{DroneFacts, FailureReport, Id, Parameters, Place, Service};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -65,14 +66,28 @@ pub fn parse_report(body: &[u8]) -> Result<ParsedReport, ReportProblem> {
     let body = without_mark(body);
     // A list in the order of the fields is no object, though the derived reader would take it for one.
     let opens_object = body.trim_ascii_start().starts_with(b"{");
-    if opens_object && let Ok(report) = serde_json::from_slice(body) {
-        return Ok(ParsedReport {
-            report,
-            warnings: Vec::new(),
-        });
+    if opens_object && let Ok(report) = serde_json::from_slice::<FailureReport>(body) {
+        // Of the fields themselves the reader takes none twice.
+        let warnings = match &report.zone {
+            None => Vec::new(),
+            Some(_) => members_twice(body).iter().map(|at| twice(at)).collect(),
+        };
+        return Ok(ParsedReport { report, warnings });
     }
     let value = serde_json::from_slice(body).map_err(|error| ReportProblem::not_json(&error))?;
-    lenient_report(value)
+    let mut parsed = lenient_report(value)?;
+    let all_twice = members_twice(body);
+    parsed.warnings.extend(all_twice.iter().map(|at| twice(at)));
+    Ok(parsed)
+}
+
+/// The warning that a member is there twice.
+pub fn twice(pointer: &str) -> ReadWarning {
+    let message = format!(
+        "'{}' is there more than once; the last one counts, and nothing is published on its word",
+        cut(pointer)
+    );
+    ReadWarning::new("member_twice", message)
 }
 
 /// Reads a failure report field by field: each that cannot be read is left out with a warning.

@@ -7,6 +7,10 @@ use thiserror::Error;
 const LOCATING: [&str; 3] = ["remaining_path_ignored", "unknown_plan", "unknown_leg"];
 /// Text from a report is shown up to this many characters.
 const MAX_SHOWN: usize = 64;
+/// A message has up to this many characters.
+const MAX_MESSAGE: usize = 400;
+/// So many warnings are told of a report.
+const MAX_WARNINGS: usize = 50;
 
 /// Something in the report that was passed over or assumed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,11 +22,32 @@ pub struct ReadWarning {
 }
 
 impl ReadWarning {
+    /// About how many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.message.len()
+    }
+
+    /// The same, whose message is cut where it is long: no answer outgrows its question.
+    #[must_use]
+    pub fn bounded(mut self) -> Self {
+        if let Some((end, _)) = self.message.char_indices().nth(MAX_MESSAGE) {
+            self.message.truncate(end);
+            self.message.push_str("...");
+        }
+        self
+    }
+
     /// A warning of a code.
     pub fn new(code: &'static str, message: impl Into<String>) -> Self {
         let message = message.into();
         Self { code, message }
     }
+}
+
+/// Warnings as they are told: not more than a reader can use, and each cut where it is long.
+pub fn bounded(warnings: Vec<ReadWarning>) -> Vec<ReadWarning> {
+    let told = warnings.into_iter().take(MAX_WARNINGS);
+    told.map(ReadWarning::bounded).collect()
 }
 
 /// A value from a report as a message shows it: long ones are cut, so that no answer outgrows its question.

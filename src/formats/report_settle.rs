@@ -29,7 +29,7 @@ const MAX_AGE: SignedDuration = SignedDuration::from_mins(5);
 const MAX_AIRSPEED_MPS: f64 = 100.0;
 
 /// Warnings that make a report doubtful.
-const DOUBTS: [&str; 7] = [
+const DOUBTS: [&str; 8] = [
     "unknown_failure_type",
     "unknown_leg",
     "unknown_node",
@@ -37,6 +37,7 @@ const DOUBTS: [&str; 7] = [
     "location_ignored",
     "location_doubtful",
     "timestamp_doubtful",
+    "member_twice",
 ];
 
 /// What is known of a drone beside its report.

@@ -2,6 +2,7 @@
 
 use super::id::{Id, Place};
 use super::recomposition::{FailureType, Scope, Strategy};
+use super::weight::{text_bytes, value_bytes};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -83,6 +84,17 @@ pub struct FailureReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(ignore))]
     pub close: Option<Vec<Value>>,
+}
+
+impl FailureReport {
+    /// About how many bytes of memory it takes, with all that its sender put into it.
+    pub fn bytes(&self) -> usize {
+        let zone = self.zone.as_ref().map_or(0, value_bytes);
+        let close: usize = self.close.iter().flatten().map(value_bytes).sum();
+        // Ids take more than their digits.
+        let path = self.remaining_path.as_ref().map_or(0, Vec::len);
+        text_bytes(self) + zone + close + size_of::<Id<'_>>() * path
+    }
 }
 
 /// The failed drone delivery service: `{plan_id, leg}` of a plan that the edge knows, or `{from, to}`.

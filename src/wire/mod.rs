@@ -5,6 +5,7 @@
 //! names; times are RFC 3339 in UTC; positions are `[longitude, latitude]`.
 
 mod alarm;
+mod author;
 mod closure;
 mod drone;
 mod event;
@@ -20,9 +21,11 @@ mod registry;
 mod registry_checksum;
 mod status;
 mod weather;
+mod weight;
 mod zone;
 
 pub use alarm::{Alarm, AlarmKind, Alarms};
+pub use author::{Author, TENANT};
 pub use closure::{
     Closure, ClosureCause, ClosureChange, ClosureDraft, Closures, Hold, Holds, Proposal,
     ProposalSubject, Proposals,
@@ -55,4 +58,5 @@ pub use status::{
     ClockKind, ClockReading, ClockSource, ClockState, Freshness, RegistryRevision, Stamp,
 };
 pub use weather::{Weather, WeatherAnswer, Wind};
+pub use weight::{text_bytes, value_bytes};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};

@@ -19,6 +19,7 @@ mod plan_versions;
 mod plans;
 mod publication;
 mod restart;
+mod sharing;
 mod stage;
 mod store_file;
 mod topology;

@@ -121,6 +121,7 @@ pub(super) async fn put_network(
     Sent(body): Sent,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
+    reading::check_once(&body)?;
     let text = std::str::from_utf8(&body)
         .map_err(|_| Refusal::new(Code::BodyInvalid, "the body is not UTF-8 text"))?;
     let reply = registry.put_network(&network, text, &manner).await?;
@@ -156,6 +157,7 @@ pub(super) async fn patch_network(
     Sent(body): Sent,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
+    reading::check_once(&body)?;
     let patch: NetworkPatch = reading::body(&body, "patch of a network")?;
     let reply = registry.patch_network(&network, patch, &manner).await?;
     Ok(written(reply, &below(&network, ""), true))

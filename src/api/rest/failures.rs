@@ -8,7 +8,9 @@ use super::reading::{self, SentByDrone};
 use super::refusals;
 use crate::api::problem;
 use crate::edge::{Answered, Edge, Refusal};
-use crate::formats::{ParsedReport, ReadWarning, lenient_report, parse_report};
+use crate::formats::{
+    ParsedReport, ReadWarning, lenient_report, members_twice, parse_report, twice,
+};
 use crate::wire::{BatchAnswer, BatchEntry, FailureReport, Failures, Id, Recomposition};
 use axum::extract::State;
 use http::{HeaderName, HeaderValue};
@@ -108,7 +110,20 @@ pub(super) async fn report_failures(
     SentByDrone(body): SentByDrone,
 ) -> Answer {
     let batch: Failures = reading::body(&body, "batch of failure reports")?;
-    let reports = batch.failures.into_iter().map(lenient_report).collect();
+    let mut reports: Vec<_> = batch.failures.into_iter().map(lenient_report).collect();
+    for pointer in members_twice(&body) {
+        let in_report = pointer
+            .strip_prefix("/failures/")
+            .and_then(|rest| rest.split_once('/'));
+        if let Some((number, place)) = in_report
+            && let Some(Ok(parsed)) = number
+                .parse::<usize>()
+                .ok()
+                .and_then(|number| reports.get_mut(number))
+        {
+            parsed.warnings.push(twice(&format!("/{place}")));
+        }
+    }
     let answers = edge.report_failures(&caller, reports).await?;
     json(&BatchAnswer {
         answers: answers.iter().map(entry).collect(),

@@ -5,7 +5,7 @@
 use super::answer::Refused;
 use super::unique::Unique;
 use crate::edge::{Code, Refusal};
-use crate::formats::{ReportProblem, nearest, without_mark};
+use crate::formats::{ReportProblem, members_twice, nearest, without_mark};
 use crate::wire::Fault;
 use axum::body::{Body, to_bytes};
 use axum::extract::FromRequest;
@@ -109,6 +109,22 @@ pub(in crate::api) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
         .map_err(|error| refused(&error, &track.path()))?;
     reader.end().map_err(|error| not_json(&error))?;
     Ok(read)
+}
+
+/// Refuses a body that has a member twice, of which the reader takes parts as they are.
+pub(in crate::api) fn check_once(bytes: &[u8]) -> Result<(), Refusal> {
+    let faults = members_twice(bytes).into_iter().map(|pointer| Fault {
+        code: "duplicate_field".to_owned(),
+        message: format!("the field '{}' is there more than once", cut(&pointer)),
+        pointer,
+        hint: Some("leave one of them".to_owned()),
+    });
+    let mut refusal = Refusal::new(Code::BodyInvalid, "the body has fields more than once");
+    refusal.faults = faults.collect();
+    match refusal.faults.is_empty() {
+        true => Ok(()),
+        false => Err(refusal),
+    }
 }
 
 /// A derived reader would take a list of the fields in order, too, which nobody means.

@@ -8,7 +8,7 @@ use crate::edge::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::flight::FailureType;
 use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
 use crate::network::Topology;
-use crate::wire::{ChangeOperation, ObjectKind};
+use crate::wire::{Author, ChangeOperation, ObjectKind};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -154,6 +154,8 @@ struct StoredEntry {
     failure: Option<FailureType>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reported_by: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    by: Option<Author>,
     confirmed: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     from: Option<Instant>,
@@ -169,6 +171,7 @@ pub(super) fn write_closure(topology: &Topology, entry: &ClosureEntry) -> String
         version: entry.version,
         failure: entry.failure,
         reported_by: entry.reported_by.as_deref().map(str::to_owned),
+        by: entry.by.as_deref().cloned(),
         confirmed: entry.confirmed,
         from: entry.from.map(Into::into),
         until: entry.until.map(Into::into),
@@ -187,6 +190,7 @@ pub(super) fn read_closure(
         version: stored.version,
         failure: stored.failure,
         reported_by: stored.reported_by.map(Arc::from),
+        by: stored.by.map(Arc::new),
         confirmed: stored.confirmed,
         from: Instant::read_some(stored.from.as_ref())?,
         until: Instant::read_some(stored.until.as_ref())?,
