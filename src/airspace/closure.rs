@@ -3,6 +3,7 @@
 use super::hits::Hits;
 use super::zone::{Window, Zone, ZoneFault};
 use crate::network::{Correspondence, NodeIx, SegmentIx, Topology};
+use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
 /// Why something is closed.
@@ -47,6 +48,11 @@ impl Closure {
             pads: Vec::new(),
             cause: Cause::Zone(zone),
         }
+    }
+
+    /// Whether one of its windows meets the time from an instant on, for so long.
+    pub(super) fn meets(&self, now: Timestamp, ahead: SignedDuration) -> bool {
+        self.windows.iter().any(|window| window.counts(now, ahead))
     }
 
     /// The same closure on another network: the ground that a zone covers there, else what is left of what it names.

@@ -204,6 +204,24 @@ impl Airspace {
         self.closures.get(id).is_some_and(|held| held.in_force)
     }
 
+    /// Whether one of a closure's windows holds an instant, by either clock; one without windows always is active.
+    pub fn is_active(&self, closure: &Closure, now: Timestamp) -> bool {
+        let other = self.apart.and_then(|apart| now.saturating_add(apart).ok());
+        let mut clocks = std::iter::once(now).chain(other);
+        closure.windows.is_empty() || clocks.any(|now| closure.meets(now, SignedDuration::ZERO))
+    }
+
+    /// From when a closure that is not active yet counts, which is the horizon before its next window; `None` where it is
+    /// active, or nothing of it is to come.
+    pub fn closes_from(&self, closure: &Closure, now: Timestamp) -> Option<Timestamp> {
+        if self.is_active(closure, now) {
+            return None;
+        }
+        let begins = closure.windows.iter().filter_map(Window::from);
+        let next = begins.filter(|&begins| begins > now).min()?;
+        Some(next.saturating_sub(self.horizon).unwrap_or(Timestamp::MIN))
+    }
+
     /// All closures by id, each with whether it counts now.
     pub fn closures(&self) -> impl Iterator<Item = (&Arc<Closure>, bool)> {
         let all = self.closures.values();

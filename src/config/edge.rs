@@ -93,8 +93,9 @@ settings! {
     }
     /// Zones and closures.
     airspace: Airspace {
-        /// How far ahead windows of zones are looked at for drones in flight.
-        horizon: Duration = HOUR, MINUTE..=DAY;
+        /// So long before it begins a zone closes already for drones of which nobody computes times: as long as they fly, so
+        /// that none meets it on its way. Zones and closures say from when (`closes_from`).
+        horizon: Duration = 10 * MINUTE, MINUTE..=DAY;
         /// How far beside a segment a zone still hits it, in metres.
         margin_m: f64 = 10.0, 0.0..=1_000.0;
         /// Zones at once.

@@ -14,6 +14,7 @@ use crate::intake::{ClosureIds, Expected, Faults, PageRequest, read_closure, tok
 use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
 use crate::wire;
+use jiff::Timestamp;
 use std::ops::Bound;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -34,10 +35,11 @@ impl Edge {
             .after
             .as_deref()
             .map_or(Bound::Unbounded, Bound::Excluded);
+        let now = self.clock.now();
         let mut held = snapshot.airspace.closures_from(from);
         let told: Vec<wire::Closure<'static>> = held
             .by_ref()
-            .filter_map(|closure| closure_view(&snapshot, closure))
+            .filter_map(|closure| closure_view(&snapshot, closure, now))
             .take(page.size)
             .collect();
         let has_more = held.next().is_some();
@@ -55,8 +57,8 @@ impl Edge {
     /// When there is none.
     pub fn closure(&self, _caller: &Caller, id: &str) -> Result<wire::Closure<'static>, Refusal> {
         let snapshot = self.snapshot();
-        let held = snapshot.airspace.closure(id);
-        held.and_then(|closure| closure_view(&snapshot, closure))
+        let (held, now) = (snapshot.airspace.closure(id), self.clock.now());
+        held.and_then(|closure| closure_view(&snapshot, closure, now))
             .ok_or_else(|| Refusal::not_found("closure", id))
     }
 
@@ -140,7 +142,12 @@ impl Edge {
         let Done::ClosureLifted(entry) = outcome.done else {
             return Err(unexpected());
         };
-        Ok(views::closure(&snapshot, &entry, false))
+        let over = wire::Closure {
+            in_force: false,
+            closes_from: None,
+            ..views::closure(&snapshot, &entry, self.clock.now())
+        };
+        Ok(over)
     }
 
     fn read_closure(
@@ -183,17 +190,17 @@ fn lenient(if_match: Option<String>) -> Expected {
     }
 }
 
-fn closure_view(snapshot: &Snapshot, closure: &Arc<Closure>) -> Option<wire::Closure<'static>> {
+fn closure_view(
+    snapshot: &Snapshot,
+    closure: &Arc<Closure>,
+    now: Timestamp,
+) -> Option<wire::Closure<'static>> {
     let id = closure.id.as_str();
     if let Some(zone) = snapshot.zones.get(id) {
-        return Some(views::closure_of_zone(snapshot, zone, closure));
+        return Some(views::closure_of_zone(snapshot, zone, closure, now));
     }
     let entry = snapshot.closures.get(id)?;
-    Some(views::closure(
-        snapshot,
-        entry,
-        snapshot.airspace.is_in_force(id),
-    ))
+    Some(views::closure(snapshot, entry, now))
 }
 
 fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::Closure<'static> {
@@ -202,9 +209,9 @@ fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::
         .iter()
         .filter(|detour| detour.plan.affected_by.contains(&closure.id))
         .collect();
-    let in_force = snapshot.airspace.is_in_force(&closure.id);
+    let now = snapshot.airspace.as_of();
     wire::Closure {
         effect: Some(views::effect_with_pending(snapshot, closure, &met)),
-        ..views::closure(snapshot, entry, in_force)
+        ..views::closure(snapshot, entry, now)
     }
 }

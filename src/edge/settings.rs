@@ -156,7 +156,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            horizon: SignedDuration::from_mins(60),
+            horizon: SignedDuration::from_mins(10),
             margin_m: DEFAULT_MARGIN_M,
             lives: ClosureLives {
                 environmental: SignedDuration::from_mins(30),

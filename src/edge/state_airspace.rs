@@ -142,7 +142,7 @@ impl State {
         let entry = Arc::new(entry);
         let before = self.next.closures.insert(id, entry.clone());
         self.count_reported(before.as_deref(), Some(&entry));
-        let data = json!({"closure": views::closure(&self.next, &entry, true)});
+        let data = json!({"closure": views::closure(&self.next, &entry, self.now)});
         self.events
             .push(Happening::new(EventKind::ClosurePut, data));
         entry

@@ -93,7 +93,7 @@ pub(super) fn zone_feature(entry: &ZoneEntry) -> Value {
 pub(super) fn closure(
     snapshot: &Snapshot,
     entry: &ClosureEntry,
-    in_force: bool,
+    now: Timestamp,
 ) -> wire::Closure<'static> {
     let topology = snapshot.topology();
     let held = &entry.closure;
@@ -118,7 +118,8 @@ pub(super) fn closure(
         confirmed: entry.confirmed,
         from: entry.from.map(instant),
         until: entry.until.map(instant),
-        in_force,
+        in_force: snapshot.airspace.is_active(held, now),
+        closes_from: snapshot.airspace.closes_from(held, now).map(instant),
         segment_count: segments.len(),
         segments: segment_ids(topology, &segments[..told(segments.len())]),
         node_count: nodes.len(),
@@ -134,6 +135,7 @@ pub(super) fn closure_of_zone(
     snapshot: &Snapshot,
     entry: &ZoneEntry,
     held: &Arc<Closure>,
+    now: Timestamp,
 ) -> wire::Closure<'static> {
     let windows = entry.zone.windows();
     let only = match windows {
@@ -151,8 +153,7 @@ pub(super) fn closure_of_zone(
         until: only.and_then(crate::airspace::Window::until),
         upstream: None,
     };
-    let in_force = snapshot.airspace.is_in_force(&held.id);
-    closure(snapshot, &as_closure, in_force)
+    closure(snapshot, &as_closure, now)
 }
 
 pub(super) fn proposal_id(epoch: u64, number: u64) -> String {
@@ -471,7 +472,8 @@ pub(super) fn effect(
     let meets_nothing = segments.is_empty() && nodes.is_empty();
     let zone = closure.zone().filter(|_| meets_nothing);
     wire::ZoneEffect {
-        in_force: airspace.is_in_force(&closure.id),
+        in_force: airspace.is_active(closure, airspace.as_of()),
+        closes_from: airspace.closes_from(closure, airspace.as_of()).map(instant),
         segment_count: segments.len(),
         segments: segment_ids(topology, &segments[..segments.len().min(IDS_MAX)]),
         node_count: nodes.len(),

@@ -120,7 +120,11 @@ impl Edge {
         };
         // In the words of the network that its closure is on.
         let mut effect = views::effect(&before.airspace, &closure, &[]);
-        effect.in_force = after.airspace.is_in_force(&id);
+        // Where it is gone nothing of it is to come.
+        if after.airspace.closure(&id).is_none() {
+            effect.in_force = false;
+            effect.closes_from = None;
+        }
         Ok(wire::ZoneAck {
             zone: zone_to_feature(&entry.zone),
             etag: Some(Cow::Owned(after.etag(entry.version))),

@@ -39,8 +39,12 @@ pub struct Closure<'a> {
     pub from: Option<Cow<'a, str>>,
     /// Until when, RFC 3339; null: without end.
     pub until: Option<Cow<'a, str>>,
-    /// Whether it counts now.
+    /// Whether it is in force now, by its windows.
     pub in_force: bool,
+    /// From when drones are led around it that nobody computes times for, which is `airspace.horizon` before it begins,
+    /// RFC 3339; null where it is in force, or over.
+    #[serde(default)]
+    pub closes_from: Option<Cow<'a, str>>,
     /// How many segments it closes.
     pub segment_count: usize,
     /// Their ids; at most 1,000.

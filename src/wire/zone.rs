@@ -29,8 +29,12 @@ pub struct AffectedPlan<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
 pub struct ZoneEffect<'a> {
-    /// Whether it counts now, by its windows.
+    /// Whether it is in force now, by its windows.
     pub in_force: bool,
+    /// From when drones are led around it that nobody computes times for, which is `airspace.horizon` before it begins,
+    /// RFC 3339; null where it is in force, or over.
+    #[serde(default)]
+    pub closes_from: Option<Cow<'a, str>>,
     /// How many segments it closes.
     pub segment_count: usize,
     /// Their ids; at most as many as a page has.

@@ -66,7 +66,11 @@ async fn a_warning_never_repeats_all_that_was_sent() {
             "strategy": long, "remaining_path": [long, "a2", "a5"], long.clone(): long,
         }))
         .await;
-    assert!(answer["warnings"].as_array().is_some_and(|list| list.len() > 3));
+    assert!(
+        answer["warnings"]
+            .as_array()
+            .is_some_and(|list| list.len() > 3)
+    );
     let told = answer["warnings"].to_string();
     assert!(told.len() < 8 * KIB, "{} bytes: {:.2000}", told.len(), told);
 }
@@ -180,7 +184,11 @@ async fn a_member_that_is_there_twice_is_told() {
     let cases = [
         (r#""type": "service_level", "#, "", "/type"),
         ("", r#", "id": "d2""#, "/drone/id"),
-        (r#""zone": {"type": "Feature", "properties": {"a": 1, "a": 2}}, "#, "", "/zone/properties/a"),
+        (
+            r#""zone": {"type": "Feature", "properties": {"a": 1, "a": 2}}, "#,
+            "",
+            "/zone/properties/a",
+        ),
         (r#""a/b~": 1, "a/b~": 2, "#, "", "/a~1b~0"),
     ];
     for (more, of_drone, pointer) in cases {
@@ -197,6 +205,9 @@ async fn a_member_that_is_there_twice_is_told() {
             .unwrap_or_else(|| panic!("{pointer}: {answer}"));
         let message = twice["message"].as_str().expect("text");
         assert!(message.contains(pointer), "{message}");
-        assert_eq!(answer["publication"]["state"], "proposed", "nobody knows which was meant: {answer}");
+        assert_eq!(
+            answer["publication"]["state"], "proposed",
+            "nobody knows which was meant: {answer}"
+        );
     }
 }

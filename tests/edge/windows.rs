@@ -8,32 +8,52 @@ use skyway::wire::{EventKind, PlanFlag};
 use tokio_stream::StreamExt;
 
 #[tokio::test]
-async fn a_zone_counts_from_an_hour_before_its_window_until_its_end() {
+async fn a_zone_closes_shortly_before_its_window_says_from_when_and_is_in_force_in_it() {
     let stage = Stage::set();
     stage.compose("p1", "d1", "a0", "a4").await;
     let mut zone = circle("concert", 150.0, 0.0, 10.0);
     zone["properties"]["windows"] =
         json!([{"from": "2026-11-21T08:00:00Z", "until": "2026-11-21T09:00:00Z"}]);
     let ack = stage.zone(zone).await;
-    assert!(!ack.effect.in_force);
+    let told = (ack.effect.in_force, ack.effect.closes_from.as_deref());
+    assert_eq!(told, (false, Some("2026-11-21T07:50:00Z")));
     let question =
         json!({"service": {"from": "b1", "to": "b2"}, "destination": "b3", "dry_run": true});
     let length = async || stage.answer(question.clone()).await["remaining_length_m"].as_f64();
-    assert_eq!(length().await, Some(400.0));
-    stage.pass(SignedDuration::from_mins(60)).await;
+    let closure = || {
+        let closure = stage.edge.closure(&stage.caller, "concert").expect("there");
+        (
+            closure.in_force,
+            closure.closes_from.map(|from| from.into_owned()),
+        )
+    };
+    let soon = Some("2026-11-21T07:50:00Z".to_owned());
+    assert_eq!(
+        (length().await, closure()),
+        (Some(400.0), (false, soon.clone()))
+    );
+    stage.pass(SignedDuration::from_mins(109)).await;
+    assert_eq!(
+        (length().await, closure()),
+        (Some(400.0), (false, soon.clone()))
+    );
+    stage.pass(SignedDuration::from_mins(1)).await;
     assert_eq!(
         stage.answer(question.clone()).await["outcome"],
         "diverted",
         "within the horizon both rows are cut"
     );
-    stage.pass(SignedDuration::from_mins(120)).await;
+    assert_eq!(closure(), (false, soon), "it has not begun");
+    stage.pass(SignedDuration::from_mins(10)).await;
+    assert_eq!(closure(), (true, None));
+    stage.pass(SignedDuration::from_mins(60)).await;
     assert_eq!(
         stage.answer(question.clone()).await["outcome"],
         "diverted",
         "the end belongs to it"
     );
     stage.pass(SignedDuration::from_secs(1)).await;
-    assert_eq!(length().await, Some(400.0));
+    assert_eq!((length().await, closure()), (Some(400.0), (false, None)));
 }
 
 #[tokio::test]

@@ -73,6 +73,7 @@ mirror!(wire::AffectedPlan<'_> => AffectedPlan {
 
 mirror!(wire::ZoneEffect<'_> => ZoneEffect {
     in_force: plain,
+    closes_from: maybe_time,
     segment_count: plain,
     segments: plain,
     node_count: plain,
@@ -102,6 +103,7 @@ mirror!(wire::Closure<'_> => Closure {
     from: maybe_time,
     until: maybe_time,
     in_force: plain,
+    closes_from: maybe_time,
     segment_count: plain,
     segments: plain,
     node_count: plain,
