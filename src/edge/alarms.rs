@@ -170,7 +170,7 @@ impl Edge {
             number,
             by: caller.subject.clone(),
         };
-        let (outcome, _) = self.order(order).await?;
+        let (outcome, _) = self.order(order.by(caller)).await?;
         match outcome.done {
             Done::Alarm(entry) => Ok(alarm_view(self.lineage, &entry)),
             _ => Err(unexpected()),

@@ -76,7 +76,7 @@ impl Edge {
             let on = self.on_network()?;
             let entry = self.read_closure(draft, on.topology())?;
             let order = Order::PutClosure(entry).made_on(on.topology());
-            let (outcome, snapshot) = self.order(order).await?;
+            let (outcome, snapshot) = self.order(order.by(caller)).await?;
             let Done::Closure(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -94,7 +94,7 @@ impl Edge {
     /// When there is none, a zone causes it, `If-Match` is stale, or the new end is over.
     pub async fn change_closure(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         id: &str,
         change: wire::ClosureChange,
         if_match: Option<String>,
@@ -117,7 +117,7 @@ impl Edge {
             until,
             expected: lenient(if_match),
         };
-        let (outcome, snapshot) = self.order(order).await?;
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         let Done::Closure(entry) = outcome.done else {
             return Err(unexpected());
         };
@@ -130,7 +130,7 @@ impl Edge {
     /// When there is none, a zone causes it, or `If-Match` is stale.
     pub async fn lift_closure(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         id: &str,
         if_match: Option<String>,
     ) -> Result<wire::Closure<'static>, Refusal> {
@@ -138,7 +138,7 @@ impl Edge {
             id: id.to_owned(),
             expected: lenient(if_match),
         };
-        let (outcome, snapshot) = self.order(order).await?;
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         let Done::ClosureLifted(entry) = outcome.done else {
             return Err(unexpected());
         };

@@ -39,14 +39,14 @@ impl Edge {
     /// When there is none, or what it would put cannot be put any more.
     pub async fn decide_proposal(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         id: &str,
         decision: Decision,
     ) -> Result<wire::Proposal<'static>, Refusal> {
         let number = views::number_in(id, "proposal", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("proposal", id))?;
         let (outcome, snapshot) = self
-            .order(Order::DecideProposal { number, decision })
+            .order(Order::DecideProposal { number, decision }.by(caller))
             .await?;
         match outcome.done {
             Done::Proposal(entry) => Ok(views::proposal(&snapshot, &entry)),
@@ -82,13 +82,15 @@ impl Edge {
     /// When there is none.
     pub async fn decide_hold(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         id: &str,
         decision: Decision,
     ) -> Result<wire::Hold<'static>, Refusal> {
         let number = views::number_in(id, "hold", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("hold", id))?;
-        let (outcome, snapshot) = self.order(Order::DecideHold { number, decision }).await?;
+        let (outcome, snapshot) = self
+            .order(Order::DecideHold { number, decision }.by(caller))
+            .await?;
         match outcome.done {
             Done::Hold(entry) => Ok(views::hold(&snapshot, &entry)),
             _ => Err(unexpected()),

@@ -22,13 +22,19 @@ use tokio_stream::wrappers::WatchStream;
 pub(super) struct Happening {
     pub(super) kind: EventKind,
     pub(super) data: Value,
+    /// Who has made it happen; none where it happened by itself.
+    pub(super) by: Option<Arc<wire::Author>>,
 }
 
 impl Happening {
     pub(super) fn new(kind: EventKind, data: Value) -> Self {
-        Self { kind, data }
+        let by = None;
+        Self { kind, data, by }
     }
 }
+
+/// Who makes happen what happens by itself.
+const ITSELF: &str = "edge";
 
 /// An event as it is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +76,10 @@ impl Unnumbered {
             kind: happening.kind,
             at: Cow::Owned(at.to_string()),
             revision: Cow::Owned(revision.to_owned()),
+            by: match happening.by {
+                Some(author) => (*author).clone(),
+                None => wire::Author::new(ITSELF, ITSELF),
+            },
             data: happening.data,
         };
         // A map with text keys and plain values always has a JSON form.

@@ -12,7 +12,7 @@ use super::given::Given;
 use super::orders::Order;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published};
-use super::reporter::{drone_of, may_speak_for, reporter};
+use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::store::Entry;
 use super::traces;
@@ -253,7 +253,7 @@ impl Edge {
         }
         let record = Arc::new(record);
         traces::tell(&span, &record);
-        let standing = self.keep(&record, &snapshot, plan.as_deref());
+        let standing = self.keep(caller, &record, &snapshot, plan.as_deref());
         let elapsed_us = stopwatch.elapsed_us();
         Ok(Answered::fresh(record, standing, elapsed_us))
     }
@@ -261,6 +261,7 @@ impl Edge {
     /// Keeps an answer and tells of it; says how current the edge is.
     fn keep(
         &self,
+        caller: &Caller,
         record: &Arc<AnswerRecord>,
         snapshot: &Snapshot,
         plan: Option<&PlanEntry>,
@@ -276,7 +277,7 @@ impl Edge {
         if !record.dry_run {
             self.store.note_decision(record, standing);
         }
-        self.tell_recomposed(record);
+        self.tell_recomposed(caller, record);
         standing
     }
 
@@ -398,14 +399,15 @@ impl Edge {
     }
 
     /// Dry runs are not told: whoever asks what would be changes nothing.
-    fn tell_recomposed(&self, record: &AnswerRecord) {
+    fn tell_recomposed(&self, caller: &Caller, record: &AnswerRecord) {
         if record.dry_run {
             return;
         }
         let summary = super::answered::summary(record);
         // A map with text keys and plain values always has a JSON form.
         let data = serde_json::to_value(&summary).unwrap_or_default();
-        let happening = super::events::Happening::new(wire::EventKind::Recomposed, data);
+        let mut happening = super::events::Happening::new(wire::EventKind::Recomposed, data);
+        happening.by = Some(author(caller));
         self.events
             .add(vec![happening], record.answered_at, &record.revision);
     }

@@ -281,9 +281,12 @@ impl Edge {
     }
 
     async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
-        let is_change = order.changes_by_request();
+        let (is_change, told) = (order.changes_by_request(), order.told());
         let (reply, snapshot) = self.writer.ask(order).await?;
         let outcome = reply?;
+        if let Some(told) = told {
+            told.log();
+        }
         match is_change && !outcome.durable && self.store.is_kept() {
             true => Err(not_durable()),
             false => Ok((outcome, snapshot)),

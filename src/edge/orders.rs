@@ -3,16 +3,18 @@
 use super::alarms::{AlarmDraft, AlarmEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
+use super::reporter::author;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use super::state_ends::Seen;
 use super::state_versions::DeclineReason;
 use super::sync::Followed;
 use super::upstream::Upstream;
+use crate::access::Caller;
 use crate::airspace::Closure;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
-use crate::wire::EndedAs;
+use crate::wire::{Author, EndedAs};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -140,6 +142,11 @@ pub(super) enum Order {
         topology: Arc<Topology>,
         order: Box<Order>,
     },
+    /// An order that somebody has given, who stands on what it changes.
+    By {
+        author: Arc<Author>,
+        order: Box<Order>,
+    },
     /// Nothing but the time has changed.
     Tick,
     /// The same; it is answered when the drones of all plans have been told what to fly.
@@ -147,6 +154,45 @@ pub(super) enum Order {
 }
 
 impl Order {
+    /// This order, given by a caller.
+    pub(super) fn by(self, caller: &Caller) -> Self {
+        Self::By {
+            author: author(caller),
+            order: Box::new(self),
+        }
+    }
+
+    /// What an order that somebody has given does to which thing, for the log.
+    pub(super) fn told(&self) -> Option<Told> {
+        let Self::By { author, order } = self else {
+            return None;
+        };
+        let (what, id) = match &**order {
+            Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
+            Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
+            Self::PutClosure(entry) => ("closure_put", entry.closure.id.clone()),
+            Self::ChangeClosure { id, .. } => ("closure_changed", id.clone()),
+            Self::LiftClosure { id, .. } => ("closure_lifted", id.clone()),
+            Self::DecideProposal { number, decision } => match decision {
+                Decision::Accept => ("proposal_accepted", number.to_string()),
+                Decision::Reject => ("proposal_rejected", number.to_string()),
+            },
+            Self::DecideHold { number, decision } => match decision {
+                Decision::Accept => ("hold_released", number.to_string()),
+                Decision::Reject => ("hold_rejected", number.to_string()),
+            },
+            Self::PutWeather { .. } => ("weather_put", String::new()),
+            Self::CancelPlan { id } => ("plan_cancelled", id.clone()),
+            Self::AcknowledgeAlarm { number, .. } => ("alarm_acknowledged", number.to_string()),
+            _ => return None,
+        };
+        Some(Told {
+            author: author.clone(),
+            what,
+            id,
+        })
+    }
+
     /// This order, made on a network.
     pub(super) fn made_on(self, topology: &Arc<Topology>) -> Self {
         Self::MadeOn {
@@ -161,6 +207,7 @@ impl Order {
         match self {
             Self::ReplaceNetwork(_) => true,
             Self::Follow(followed) => followed.network.is_some(),
+            Self::By { order, .. } => order.replaces_network(),
             _ => false,
         }
     }
@@ -177,6 +224,33 @@ impl Order {
                 | Self::ReplaceNetwork(_)
                 | Self::RaiseAlarm(_)
         )
+    }
+}
+
+/// What somebody has changed.
+#[derive(Debug)]
+pub(super) struct Told {
+    pub(super) author: Arc<Author>,
+    pub(super) what: &'static str,
+    pub(super) id: String,
+}
+
+impl Told {
+    /// One line in the log.
+    pub(super) fn log(&self) {
+        let Author {
+            tenant,
+            subject,
+            role,
+        } = &*self.author;
+        tracing::info!(
+            tenant,
+            subject,
+            role,
+            change = self.what,
+            id = self.id,
+            "changed"
+        );
     }
 }
 

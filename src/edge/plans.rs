@@ -82,7 +82,7 @@ impl Edge {
                 let (edge, subject) = (self.clone(), caller.subject.clone());
                 let composed = self.aside(move || edge.compose(&on, delivery, subject));
                 let order = Order::AddPlan(Box::new(composed.await??));
-                let (outcome, snapshot) = self.order(order.made_on(&topology)).await?;
+                let (outcome, snapshot) = self.order(order.made_on(&topology).by(caller)).await?;
                 match outcome.done {
                     // The network has changed under it, or another plan has come between.
                     Done::Outdated => {}
@@ -159,7 +159,7 @@ impl Edge {
     ) -> Result<wire::Plan<'static>, Refusal> {
         own_plan(&self.snapshot(), caller, id)?;
         let order = Order::CancelPlan { id: id.to_owned() };
-        let (outcome, snapshot) = self.order(order).await?;
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         self.told(outcome.done, &snapshot)
     }
 

@@ -182,6 +182,7 @@ impl Edge {
         };
         let publication = Box::new(Publication { entry, otherwise });
         let order = Order::Publish(publication).made_on(record.airspace.topology());
+        let order = order.by(caller);
         match self.writer.tell(order) {
             Ok(()) => Published {
                 state: PublicationState::Published,

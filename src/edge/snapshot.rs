@@ -31,6 +31,8 @@ pub(super) struct ZoneEntry {
     pub(super) version: u64,
     /// Its version at the registry; none where it is not there yet.
     pub(super) upstream: Option<Upstream>,
+    /// Who made it so here; none of what is from the registry.
+    pub(super) by: Option<Arc<wire::Author>>,
 }
 
 /// A closure that no zone causes, and what is known of its cause.

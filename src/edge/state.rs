@@ -25,6 +25,7 @@ use crate::recompose::Scratch;
 use crate::refusal::Refusal;
 use crate::routing::TreeCache;
 use crate::wire::AlarmKind;
+use crate::wire::Author;
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -87,6 +88,8 @@ pub(super) struct State {
     pub(super) told: Told,
     /// The versions at the registry of closures that have ended by themselves.
     pub(super) ended: Ended,
+    /// Who has given the order that is being carried out; none where nobody has.
+    pub(super) author: Option<Arc<Author>>,
 }
 
 impl State {
@@ -123,6 +126,7 @@ impl State {
             clock: HeardClock::default(),
             told: Told::default(),
             ended: Ended::default(),
+            author: None,
         }
     }
 
@@ -235,6 +239,16 @@ impl State {
             Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
+            Order::By { author, order } => {
+                let told_before = self.events.len();
+                self.author = Some(author);
+                let done = self.carry_out(*order, now);
+                let author = self.author.take();
+                for event in &mut self.events[told_before..] {
+                    event.by.clone_from(&author);
+                }
+                done
+            }
             Order::Tick | Order::Settle => Ok(Done::Nothing),
         }
     }

@@ -110,6 +110,10 @@ impl State {
     /// Puts a closure made here, which the registry is to be told of.
     fn keep_own(&mut self, mut entry: ClosureEntry) -> Arc<ClosureEntry> {
         let ended = self.ended.take(&entry.closure.id);
+        if entry.reported_by.is_none() || entry.by.is_none() {
+            // What a drone reported counts for it as long as it lasts.
+            entry.by.clone_from(&self.author);
+        }
         entry.upstream = entry.upstream.or(ended);
         let entry = self.keep_closure(entry);
         self.forward_closure(&entry);

@@ -10,7 +10,7 @@ use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
 use super::state_sync::is_after;
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
-use crate::wire::{ChangeOperation, EventKind, ObjectKind};
+use crate::wire::{Author, ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -93,7 +93,7 @@ impl State {
                 id: Arc::from(entry.zone.id()),
                 body: Some(zone_body(&entry.zone)),
                 upstream: entry.upstream,
-                subject: operator(),
+                subject: self.on_behalf_of(),
             });
         }
     }
@@ -106,7 +106,7 @@ impl State {
                 id: Arc::from(entry.closure.id.as_str()),
                 body: Some(closure_body(self.next.topology(), entry)),
                 upstream: entry.upstream,
-                subject: entry.reported_by.clone().unwrap_or_else(operator),
+                subject: self.on_behalf_of(),
             });
         }
     }
@@ -125,8 +125,16 @@ impl State {
                 id: Arc::from(id),
                 body: None,
                 upstream,
-                subject: operator(),
+                subject: self.on_behalf_of(),
             });
+        }
+    }
+
+    /// In whose name something is told: as the registry writes it beside the edge.
+    fn on_behalf_of(&self) -> Arc<str> {
+        match self.author.as_deref() {
+            Some(Author { role, subject, .. }) => Arc::from(format!("{role}:{subject}")),
+            None => Arc::from("edge"),
         }
     }
 
@@ -280,9 +288,4 @@ impl State {
             ObjectKind::Network | ObjectKind::Weather => {}
         }
     }
-}
-
-/// Who changes what no drone reported.
-fn operator() -> Arc<str> {
-    Arc::from("operator")
 }

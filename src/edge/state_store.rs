@@ -131,6 +131,7 @@ impl State {
             | Order::ReplaceNetwork(_)
             // What is in it is looked at when it is carried out.
             | Order::MadeOn { .. }
+            | Order::By { .. }
             | Order::ProposeVersion { .. }
             | Order::OfferVersion { .. }
             | Order::RaiseAlarm(_)

@@ -296,6 +296,7 @@ impl State {
             zone,
             version,
             upstream,
+            by: self.author.clone(),
         });
         let data = json!({"zone": views::zone_feature(&entry)});
         let id = Arc::from(closure.id.as_str());

@@ -26,7 +26,7 @@ impl Edge {
     /// When it is not valid, `If-Match` is missing or stale where weather is stated, or a registry is followed.
     pub async fn put_weather(
         &self,
-        _caller: &Caller,
+        caller: &Caller,
         weather: wire::Weather,
         if_match: Option<String>,
     ) -> Result<wire::WeatherAnswer<'static>, Refusal> {
@@ -43,7 +43,7 @@ impl Edge {
             text: Arc::from(text),
             expected: Expected::of(if_match),
         };
-        let (outcome, snapshot) = self.order(order).await?;
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         match outcome.done {
             Done::Nothing => Ok(self.weather_of(&snapshot)),
             _ => Err(unexpected()),

@@ -55,7 +55,7 @@ impl Edge {
             let made = format!("zone-{}-{number}", self.epoch);
             let read = self.read_zone(feature, None, made).await?;
             let (ack, _) = self
-                .put(read, Expected::Absent, write.validate_only)
+                .put(caller, read, Expected::Absent, write.validate_only)
                 .await?;
             Ok(ack)
         };
@@ -76,14 +76,19 @@ impl Edge {
     /// When it is not valid, or `If-Match` is missing or stale where there is one already.
     pub async fn put_zone(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         feature: Value,
         write: ZoneWrite,
     ) -> Result<(wire::ZoneAck<'static>, bool), Refusal> {
         let id = write.id.unwrap_or_default();
         let read = self.read_zone(feature, Some(id.clone()), id).await?;
-        self.put(read, Expected::of(write.if_match), write.validate_only)
-            .await
+        self.put(
+            caller,
+            read,
+            Expected::of(write.if_match),
+            write.validate_only,
+        )
+        .await
     }
 
     /// Deletes a zone; what it closed alone opens again.
@@ -92,7 +97,7 @@ impl Edge {
     /// When there is none, or `If-Match` is missing or stale.
     pub async fn delete_zone(
         self: &Arc<Self>,
-        _caller: &Caller,
+        caller: &Caller,
         write: ZoneWrite,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
         let id = write.id.unwrap_or_default();
@@ -109,7 +114,7 @@ impl Edge {
                 id: id.clone(),
                 expected,
             };
-            let (outcome, after) = self.order(order).await?;
+            let (outcome, after) = self.order(order.by(caller)).await?;
             let Done::ZoneDeleted(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -208,6 +213,7 @@ impl Edge {
 
     async fn put(
         self: &Arc<Self>,
+        caller: &Caller,
         read: ReadZone,
         expected: Expected,
         validate_only: bool,
@@ -225,7 +231,7 @@ impl Edge {
             expected,
         };
         let order = order.made_on(read.on.topology());
-        let (outcome, snapshot) = self.order(order).await?;
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         let Outcome {
             done: Done::Zone { entry, created },
             durable,

@@ -32,6 +32,18 @@ pub struct Manner {
     pub if_match: Option<String>,
     /// The same checks and the same answer, without effect.
     pub validate_only: bool,
+    /// For whom an edge writes: `ROLE:SUBJECT` of who made the change there.
+    pub on_behalf_of: Option<String>,
+}
+
+impl Manner {
+    /// Who stands in the log: the subject, and before it for whom an edge has written.
+    fn author(&self) -> String {
+        match &self.on_behalf_of {
+            Some(author) => format!("{author}@{}", self.subject),
+            None => self.subject.clone(),
+        }
+    }
 }
 
 /// What is answered to a write.
@@ -213,7 +225,7 @@ impl Registry {
         Append {
             network: network.to_owned(),
             creates: creates.then_some(self.settings.networks_max),
-            subject: manner.subject.clone(),
+            subject: manner.author(),
             at: now.to_string(),
             head,
             expects,

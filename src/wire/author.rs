@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The header that tells a registry who made a change at an edge: `ROLE:SUBJECT`.
+pub const ON_BEHALF_OF: &str = "skyway-on-behalf-of";
+
 /// The tenant where nobody says another.
 pub const TENANT: &str = "local";
 

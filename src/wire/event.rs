@@ -1,5 +1,6 @@
 //! What happened: the events of `GET /v1/events`.
 
+use super::author::Author;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -89,6 +90,8 @@ pub struct Event<'a> {
     pub at: Cow<'a, str>,
     /// Revision of the edge after it.
     pub revision: Cow<'a, str>,
+    /// Who has made it happen; the role `edge` where it happened by itself.
+    pub by: Author,
     /// What it is about, by its kind.
     #[cfg_attr(feature = "edge", schema(value_type = Object))]
     pub data: Value,

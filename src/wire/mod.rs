@@ -25,7 +25,7 @@ mod weight;
 mod zone;
 
 pub use alarm::{Alarm, AlarmKind, Alarms};
-pub use author::{Author, TENANT};
+pub use author::{Author, ON_BEHALF_OF, TENANT};
 pub use closure::{
     Closure, ClosureCause, ClosureChange, ClosureDraft, Closures, Hold, Holds, Proposal,
     ProposalSubject, Proposals,

@@ -74,7 +74,7 @@ pub struct LoggedChange {
     pub epoch: u64,
     /// When it was made, RFC 3339.
     pub at: String,
-    /// Who made it.
+    /// Who made it; of what an edge has forwarded `ROLE:SUBJECT@EDGE`, with who made it there.
     pub subject: String,
     /// What it is about.
     pub kind: ObjectKind,

@@ -84,3 +84,18 @@ fn what_is_not_there_is_told_with_what_to_do() {
     assert!(run.stderr.contains("--store"), "{run:?}");
     assert_eq!(run.stderr.matches("127.0.0.1:1/").count(), 1, "{run:?}");
 }
+
+#[cfg(unix)]
+fn the_log_says_who_changed_what() {
+    let desk = Desk::new();
+    let edge = Server::start(&desk, &["edge", "--no-store"]);
+    let zone = r#"{"type":"Feature","id":"fair","geometry":{"type":"Point","coordinates":[151.2086,-33.866]},"properties":{"radius_m":120}}"#;
+    Server::ask(edge.address, "POST /v1/zones", "", zone);
+    assert_eq!(edge.end(), 0);
+    let log = desk.read("log");
+    let line = log.lines().find(|line| line.contains("zone_put"));
+    let line = line.expect("it is told");
+    for part in ["INFO", "subject", "anyone", "fair"] {
+        assert!(line.contains(part), "{line}");
+    }
+}

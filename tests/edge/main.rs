@@ -5,6 +5,7 @@
     reason = "what it took is told beside what came of it"
 )]
 
+mod authors;
 mod clock_steps;
 mod enforcing;
 mod failing_disk;

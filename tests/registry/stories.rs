@@ -386,3 +386,27 @@ async fn what_has_ended_is_in_nobodys_way() {
         .is(200);
     served.end().await;
 }
+
+#[tokio::test]
+async fn an_edge_says_for_whom_it_writes() {
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
+    let closure = json!({"id": "works", "segments": ["a-b"]});
+    let author = [("skyway-on-behalf-of", "operator:mira")];
+    served
+        .write("POST /closures", &author, &closure)
+        .await
+        .is(201);
+    let page = served.get("/changes?after=1").await.json();
+    assert_eq!(page["changes"][0]["subject"], "operator:mira@*", "{page}");
+    let long = "x".repeat(600);
+    let refused = served
+        .write(
+            "POST /closures",
+            &[("skyway-on-behalf-of", &long)],
+            &closure,
+        )
+        .await;
+    refused.refuses(400, "parameter_invalid");
+    served.end().await;
+}

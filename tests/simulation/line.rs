@@ -332,6 +332,7 @@ impl RegistryClient for Line {
             fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),
             if_match: write.if_match.clone(),
             validate_only: false,
+            on_behalf_of: Some(write.on_behalf_of.to_string()),
         };
         let body = write.body.as_deref();
         let written = self.put(write.kind, &write.id, body, &manner).await;

@@ -2,8 +2,10 @@
 
 use crate::stage::{Central, NETWORK, Outpost, circle, manner, up_to};
 use serde_json::json;
-use skyway::edge::Decision;
+use skyway::edge::{Caller, Decision, Role};
+use skyway::registry::Follow;
 use skyway::wire::{EventKind, Freshness, ObjectKind, PublishedClosure};
+use std::sync::Arc;
 
 #[tokio::test]
 async fn an_edge_reads_everything_and_then_follows() {
@@ -396,5 +398,34 @@ async fn a_zone_and_a_closure_of_one_id_are_both_in_force() {
     assert_eq!(hold.reason, "changed_elsewhere");
     north.decide(hold, Decision::Reject).await;
     assert_eq!(north.blocked(), 1);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn the_log_says_who_made_a_change_at_an_edge() {
+    let central = Central::open().await;
+    let mut north = Outpost::set(&central, "north");
+    north.settle(&central).await;
+    north.caller = Caller {
+        role: Role::Operator,
+        subject: Arc::from("mira"),
+    };
+    north.put_zone("fair", 150.0, 0.0, 20.0).await;
+    north.settle(&central).await;
+    north.lift_zone("fair").await;
+    north.settle(&central).await;
+    let follow = Follow {
+        after: 1,
+        epoch: None,
+        limit: None,
+        wait: std::time::Duration::ZERO,
+        edge: None,
+    };
+    let page = central
+        .registry
+        .changes(NETWORK, &follow, std::future::pending());
+    let changes = page.await.expect("a page").changes;
+    let subjects: Vec<&str> = changes.iter().map(|change| &*change.subject).collect();
+    assert_eq!(subjects, ["operator:mira@north"; 2]);
     north.end().await;
 }

@@ -184,6 +184,7 @@ impl Line {
             fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),
             if_match: write.if_match.clone(),
             validate_only: false,
+            on_behalf_of: Some(write.on_behalf_of.to_string()),
         };
         let (network, id) = (&*self.network, Some(&*write.id));
         let reply = match (write.kind, &write.body) {

@@ -166,7 +166,14 @@ mirror!(wire::Event<'_> => Event {
     kind: plain,
     at: time,
     revision: plain,
+    by: message,
     data: json,
+});
+
+mirror!(wire::Author => Author {
+    tenant: plain,
+    subject: plain,
+    role: plain,
 });
 
 impl IntoProto<proto::ListZonesResponse> for wire::ZoneList<'_> {

@@ -5,7 +5,7 @@ use crate::api::rest::answer::Refused;
 use crate::api::rest::asked as rest;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Manner;
-use crate::wire::Fault;
+use crate::wire::{Fault, ON_BEHALF_OF};
 use axum::extract::{FromRequestParts, Path};
 use http::request::Parts;
 use http::{HeaderMap, Method, Uri};
@@ -13,6 +13,9 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use utoipa::IntoParams;
+
+/// The longest name of who made a change at an edge, in bytes.
+const AUTHOR_BYTES_MAX: usize = 512;
 
 /// The network in the path.
 pub(super) struct OnNetwork(pub(super) String);
@@ -96,6 +99,21 @@ impl<S: Sync + Send> FromRequestParts<S> for Writing {
 }
 
 impl Writing {
+    /// For whom an edge writes; nobody else writes for others.
+    fn on_behalf_of(&self) -> Result<Option<String>, Refusal> {
+        if !matches!(self.caller.role, Role::Edge | Role::Anyone) {
+            return Ok(None);
+        }
+        let author = rest::header(&self.headers, ON_BEHALF_OF)?;
+        match author {
+            Some(author) if author.len() > AUTHOR_BYTES_MAX => {
+                let message = format!("it has more than {AUTHOR_BYTES_MAX} bytes");
+                Err(invalid(ON_BEHALF_OF, message))
+            }
+            author => Ok(author),
+        }
+    }
+
     /// How to write, with this body.
     pub(super) fn manner(&self, asked: &WriteParameters, body: &[u8]) -> Result<Manner, Refusal> {
         let mut digest = Sha256::new();
@@ -118,6 +136,7 @@ impl Writing {
             fingerprint,
             if_match: rest::if_match(&self.headers)?,
             validate_only: asked.validate_only,
+            on_behalf_of: self.on_behalf_of()?,
         })
     }
 }

@@ -29,6 +29,7 @@ impl Central {
             fingerprint: String::new(),
             if_match: None,
             validate_only: false,
+            on_behalf_of: None,
         };
         let put = service.registry().put_network(NETWORK, geojson, &manner);
         put.await

@@ -32,6 +32,8 @@ struct StoredZone {
     version: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     upstream: Option<StoredUpstream>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    by: Option<Author>,
 }
 
 pub(super) fn write_zone(entry: &ZoneEntry) -> String {
@@ -39,6 +41,7 @@ pub(super) fn write_zone(entry: &ZoneEntry) -> String {
         zone: zone_to_feature(&entry.zone),
         version: entry.version,
         upstream: stored(entry.upstream),
+        by: entry.by.as_deref().cloned(),
     })
 }
 
@@ -54,6 +57,7 @@ pub(super) fn read_zone(
         zone: zone.clone(),
         version: stored.version,
         upstream: upstream(stored.upstream),
+        by: stored.by.map(Arc::new),
     };
     Ok((entry, Closure::of_zone(topology, zone)))
 }

@@ -19,6 +19,8 @@ pub struct RegistryWrite {
     pub if_match: Option<String>,
     /// The same change sent again has the same key.
     pub idempotency_key: String,
+    /// Who made it at this edge: `ROLE:SUBJECT`.
+    pub on_behalf_of: Arc<str>,
 }
 
 /// Why the registry has not answered what it was asked.

@@ -149,6 +149,7 @@ impl<C: RegistryClient> Sync<C> {
                 .map(|Upstream { epoch, revision }| format!("\"{epoch}-{revision}\"")),
             // The number begins anew where an edge without a store does; its time tells the two apart.
             idempotency_key: format!("{}-{}-{made_ms}", self.settings.edge_id, entry.number),
+            on_behalf_of: entry.subject.clone(),
         };
         match self.client.write(&write).await {
             Ok(written) => self.taken(entry, &written),

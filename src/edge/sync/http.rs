@@ -1,7 +1,9 @@
 //! The registry over HTTP, encrypted where its address says https: what encrypts there is a proxy in front of it.
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
-use crate::wire::{ChangesPage, EdgeReport, ObjectKind, Problem, RegistrySnapshot, Written};
+use crate::wire::{
+    ChangesPage, EdgeReport, ON_BEHALF_OF, ObjectKind, Problem, RegistrySnapshot, Written,
+};
 use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderMap, HeaderValue, IF_MATCH};
 use reqwest::{Certificate, Method, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
@@ -234,6 +236,10 @@ impl RegistryClient for HttpClient {
             None => self.http.request(Method::DELETE, url),
         };
         request = request.header("idempotency-key", &write.idempotency_key);
+        // Without what no header can say.
+        if let Ok(author) = HeaderValue::from_str(&write.on_behalf_of) {
+            request = request.header(ON_BEHALF_OF, author);
+        }
         if let Some(tag) = &write.if_match {
             request = request.header(IF_MATCH, tag);
         }

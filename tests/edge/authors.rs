@@ -1,0 +1,64 @@
+//! Who did what: on every event, and on what others are told.
+
+use crate::stage::{Stage, circle};
+use serde_json::{Value, json};
+use skyway::edge::{Caller, EventStream, Role, ZoneWrite};
+use skyway::wire::EventKind;
+use std::sync::Arc;
+use tokio_stream::StreamExt;
+
+async fn next(events: &mut EventStream, kind: EventKind) -> Value {
+    loop {
+        let event = events.next().await.expect("more").expect("no gap");
+        if event.kind == kind {
+            return serde_json::from_str(&event.json).expect("JSON");
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_event_says_who_made_it_happen() {
+    let mut stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    stage.caller = Caller {
+        role: Role::Operator,
+        subject: Arc::from("mira"),
+    };
+    let mut events = stage.edge.events(None).expect("a stream");
+    let mira = json!({"tenant": "local", "subject": "mira", "role": "operator"});
+    let edge = json!({"tenant": "local", "subject": "edge", "role": "edge"});
+    stage.zone(circle("fair", 150.0, 0.0, 10.0)).await;
+    assert_eq!(next(&mut events, EventKind::ZonePut).await["by"], mira);
+    // What follows from it is the edge's doing.
+    assert_eq!(next(&mut events, EventKind::PlanAffected).await["by"], edge);
+    let (_, etag) = stage.edge.zone(&stage.caller, "fair").expect("there");
+    let write = ZoneWrite {
+        id: Some("fair".to_owned()),
+        if_match: Some(etag),
+        validate_only: false,
+    };
+    stage.caller.subject = Arc::from("noor");
+    let lifted = stage.edge.delete_zone(&stage.caller, write).await;
+    lifted.expect("lifted");
+    let told = next(&mut events, EventKind::ZoneDeleted).await;
+    assert_eq!(told["by"]["subject"], "noor", "{told}");
+    // A drone's report, and what it closes.
+    stage.caller = Caller {
+        role: Role::Drone,
+        subject: Arc::from("d1"),
+    };
+    stage.see("d1", 50.0, 0.0).await;
+    let report = json!({
+        "type": "navigational", "drone": {"id": "d1"},
+        "service": {"from": "a0", "to": "a1"}, "destination": "a4",
+    });
+    stage.answer(report).await;
+    for kind in [EventKind::Recomposed, EventKind::ClosurePut] {
+        let told = next(&mut events, kind).await;
+        assert_eq!(told["by"]["subject"], "d1", "{told}");
+        assert_eq!(told["by"]["role"], "drone", "{told}");
+    }
+    stage.pass(jiff::SignedDuration::from_mins(16)).await;
+    let ended = next(&mut events, EventKind::ClosureEnded).await;
+    assert_eq!(ended["by"], edge, "it ended by itself: {ended}");
+}
