@@ -5,7 +5,7 @@
 
 use super::operations::{Access, Daemon, Operation};
 use super::rest::refusals;
-use crate::wire::{Event, EventKind, Fault, Problem, TelemetryEntry};
+use crate::wire::{Author, Event, EventKind, Fault, Problem, TelemetryEntry};
 use http::{Method, StatusCode};
 use utoipa::openapi::path::{Operation as Described, PathItem};
 use utoipa::openapi::schema::{SchemaType, Type};
@@ -39,6 +39,7 @@ pub(super) const EDGE: Outline = Outline {
         components
             .schema_from::<Event<'static>>()
             .schema_from::<EventKind>()
+            .schema_from::<Author>()
             .schema_from::<TelemetryEntry>()
     },
 };

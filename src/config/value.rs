@@ -358,6 +358,9 @@ pub struct LogFilter {
     targets: Targets,
 }
 
+/// The module whose lines are those of the database.
+const DATABASE: &str = "sqlx";
+
 impl LogFilter {
     /// Everything of this level and worse.
     pub fn level(level: LevelFilter) -> Self {
@@ -369,7 +372,20 @@ impl LogFilter {
 
     /// The filter as a layer of `tracing-subscriber` takes it.
     pub fn targets(&self) -> Targets {
-        self.targets.clone()
+        // What a database remarks on each statement is for who asks for it by name.
+        match self.text.contains(DATABASE) {
+            true => self.targets.clone(),
+            false => self
+                .targets
+                .clone()
+                .with_target(DATABASE, self.database_level()),
+        }
+    }
+
+    /// The level of the database's lines: warnings, and no more than of all others.
+    fn database_level(&self) -> LevelFilter {
+        let most = self.targets.default_level().unwrap_or(LevelFilter::OFF);
+        most.min(LevelFilter::WARN)
     }
 }
 

@@ -230,11 +230,7 @@ impl Opening {
             true => Writer::in_place(desk),
             false => Writer::start(desk)?,
         };
-        let replies = Bounds {
-            count: settings.idempotency_max,
-            bytes: settings.idempotency_bytes_max,
-            age: settings.idempotency_age,
-        };
+        let replies = Bounds::of(&settings);
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),

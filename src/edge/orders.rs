@@ -167,6 +167,10 @@ impl Order {
         let Self::By { author, order } = self else {
             return None;
         };
+        let order = match &**order {
+            Self::MadeOn { order, .. } => order,
+            _ => order,
+        };
         let (what, id) = match &**order {
             Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
             Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
@@ -183,6 +187,7 @@ impl Order {
             },
             Self::PutWeather { .. } => ("weather_put", String::new()),
             Self::CancelPlan { id } => ("plan_cancelled", id.clone()),
+            Self::ReleasePlan { id, .. } => ("plan_released", id.clone()),
             Self::AcknowledgeAlarm { number, .. } => ("alarm_acknowledged", number.to_string()),
             _ => return None,
         };

@@ -46,10 +46,13 @@ impl Edge {
             fraction: ack.fraction,
         };
         self.note_place(&snapshot, &plan, version, &whereabouts);
-        self.said_of_plan(Order::AcknowledgePlan {
-            id: id.to_owned(),
-            version: ack.version,
-        })
+        self.said_of_plan(
+            caller,
+            Order::AcknowledgePlan {
+                id: id.to_owned(),
+                version: ack.version,
+            },
+        )
         .await
     }
 
@@ -71,15 +74,18 @@ impl Edge {
             fraction: decline.fraction,
         };
         self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
-        self.said_of_plan(Order::DeclinePlan {
-            id: id.to_owned(),
-            version: decline.version,
-            reason: match decline.reason.as_deref() {
-                Some("battery" | "payload" | "propulsion" | "land_now") => DeclineReason::Unfit,
-                Some("passed") => DeclineReason::Passed,
-                _ => DeclineReason::Obstructed,
+        self.said_of_plan(
+            caller,
+            Order::DeclinePlan {
+                id: id.to_owned(),
+                version: decline.version,
+                reason: match decline.reason.as_deref() {
+                    Some("battery" | "payload" | "propulsion" | "land_now") => DeclineReason::Unfit,
+                    Some("passed") => DeclineReason::Passed,
+                    _ => DeclineReason::Obstructed,
+                },
             },
-        })
+        )
         .await
     }
 
@@ -115,10 +121,13 @@ impl Edge {
                 }
             },
         );
-        self.said_of_plan(Order::CompletePlan {
-            id: id.to_owned(),
-            landed,
-        })
+        self.said_of_plan(
+            caller,
+            Order::CompletePlan {
+                id: id.to_owned(),
+                landed,
+            },
+        )
         .await
     }
 
@@ -133,15 +142,22 @@ impl Edge {
         release: wire::Release,
     ) -> Result<wire::Plan<'static>, Refusal> {
         own_plan(&self.snapshot(), caller, id)?;
-        self.said_of_plan(Order::ReleasePlan {
-            id: id.to_owned(),
-            ended_as: release.ended_as,
-        })
+        self.said_of_plan(
+            caller,
+            Order::ReleasePlan {
+                id: id.to_owned(),
+                ended_as: release.ended_as,
+            },
+        )
         .await
     }
 
-    async fn said_of_plan(self: &Arc<Self>, order: Order) -> Result<wire::Plan<'static>, Refusal> {
-        let (outcome, snapshot) = self.order(order).await?;
+    async fn said_of_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        order: Order,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let (outcome, snapshot) = self.order(order.by(caller)).await?;
         self.told(outcome.done, &snapshot)
     }
 

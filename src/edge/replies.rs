@@ -6,6 +6,7 @@
 
 use super::given::{EarlierAnswer, Given};
 use super::records::weight;
+use super::settings::Settings;
 use super::store::{Entry, Reply, ReportReply, Store, WriteReply};
 use crate::airspace::Airspace;
 use crate::refusal::{Code, Refusal};
@@ -29,6 +30,16 @@ pub(super) struct Bounds {
     pub(super) bytes: usize,
     /// For so long.
     pub(super) age: SignedDuration,
+}
+
+impl Bounds {
+    pub(super) fn of(settings: &Settings) -> Self {
+        Self {
+            count: settings.idempotency_max,
+            bytes: settings.idempotency_bytes_max,
+            age: settings.idempotency_age,
+        }
+    }
 }
 
 /// An entry under its key.

@@ -27,11 +27,12 @@ use super::sql::Trouble;
 use super::store::StoreError;
 use sqlx::pool::PoolOptions;
 use sqlx::postgres::{PgConnectOptions, PgListener, PgRow};
-use sqlx::{PgConnection, Pool, Postgres, Transaction};
+use sqlx::{Connection as _, PgConnection, Pool, Postgres, Transaction};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::sync::Mutex;
+use tokio::time::timeout;
 
 type Connection = PgConnection;
 type Row = PgRow;
@@ -61,6 +62,19 @@ impl SqlStore {
     pub async fn open(url: &str, fresh_id: &str) -> Result<Self, StoreError> {
         let options = PgConnectOptions::from_str(url).map_err(unusable)?;
         let options = options.application_name("skyway-registry");
+        // A pool asks again until its time is over, and then does not know why.
+        let unreached = |message: String| StoreError::Unusable {
+            name: place_of(&options),
+            message,
+        };
+        match timeout(PATIENCE, PgConnection::connect_with(&options)).await {
+            Ok(Ok(connection)) => drop(connection.close().await),
+            Ok(Err(error)) => return Err(unreached(error.to_string())),
+            Err(_) => {
+                let patience_s = PATIENCE.as_secs();
+                return Err(unreached(format!("nothing has come for {patience_s} s")));
+            }
+        }
         let pool = PoolOptions::new()
             .max_connections(CONNECTIONS)
             .acquire_timeout(PATIENCE);
@@ -137,6 +151,13 @@ impl SqlStore {
 }
 
 /// The name may have a password in it, and is not repeated.
+/// A database as a message names it, without its password.
+fn place_of(options: &PgConnectOptions) -> String {
+    let database = options.get_database().unwrap_or_default();
+    let (host, port) = (options.get_host(), options.get_port());
+    format!("the database '{database}' at {host}:{port}")
+}
+
 fn unusable(error: sqlx::Error) -> StoreError {
     StoreError::Unusable {
         name: "the database".to_owned(),

@@ -86,6 +86,7 @@ fn what_is_not_there_is_told_with_what_to_do() {
 }
 
 #[cfg(unix)]
+#[test]
 fn the_log_says_who_changed_what() {
     let desk = Desk::new();
     let edge = Server::start(&desk, &["edge", "--no-store"]);
@@ -98,4 +99,23 @@ fn the_log_says_who_changed_what() {
     for part in ["INFO", "subject", "anyone", "fair"] {
         assert!(line.contains(part), "{line}");
     }
+}
+
+#[test]
+fn a_database_that_is_not_there_is_named_with_the_cause() {
+    let arguments = [
+        "registry",
+        "--store",
+        "postgres://keeper:secret@127.0.0.1:1/airspace",
+        "--listen",
+        "127.0.0.1:0",
+        "--admin-listen",
+        "127.0.0.1:0",
+    ];
+    let run = skyway(&arguments);
+    assert_ne!(run.code, 0);
+    for part in ["127.0.0.1:1", "airspace", "refused"] {
+        assert!(run.stderr.contains(part), "{run:#?}");
+    }
+    assert!(!run.stderr.contains("secret"), "{run:#?}");
 }

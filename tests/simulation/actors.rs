@@ -218,6 +218,7 @@ impl Clerk {
             fingerprint: format!("{act:?} {known:?}"),
             if_match: known.map(|version| format!("\"{version}\"")),
             validate_only: false,
+            on_behalf_of: None,
         };
         // However often it is sent, it is one operation.
         let begun = self.world.recorder.begin(&self.names.prefix, act.clone());

@@ -163,7 +163,8 @@ async fn closures_travel_as_zones_do() {
         .until("it has come", async || south.blocked() == 1)
         .await;
     let closure = south.edge.closure(&south.caller, "crane").expect("there");
-    assert!(closure.confirmed && closure.in_force);
+    // It began by the clock of the north, which may be ahead of this one: then it closes already.
+    assert!(closure.confirmed && (closure.in_force || closure.closes_from.is_some()));
     assert_eq!(closure.segments, ["a1-a2"]);
     let lifted = south.edge.lift_closure(&south.caller, "crane", None).await;
     lifted.expect("lifted");

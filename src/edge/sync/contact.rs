@@ -115,14 +115,15 @@ impl Contact {
         self.times_read.load(Ordering::Relaxed)
     }
 
-    /// Something of the registry was taken over, or there was nothing new.
-    pub(super) fn moved(&self) {
+    /// Something of the registry was taken over, or there was nothing new; true where that had failed before.
+    pub(super) fn moved(&self) -> bool {
         self.is_ours.store(true, Ordering::Relaxed);
         let mut told = self.lock();
         told.last_nack = None;
-        told.last_failure = None;
+        let had_failed = told.last_failure.take().is_some();
         drop(told);
         self.turn();
+        had_failed
     }
 
     fn turn(&self) {

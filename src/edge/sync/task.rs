@@ -411,7 +411,9 @@ impl<C: RegistryClient> Sync<C> {
             tracing::info!("the registry is heard again");
             self.tell(EventKind::RegistryBack, json!({"revision": revision}));
         }
-        contact.moved();
+        if contact.moved() {
+            tracing::info!(revision, "the registry is followed again");
+        }
     }
 
     /// Reports what is not taken over, and takes over what may be of it.
