@@ -6,9 +6,9 @@ use crate::checker::{
     Claim, Drone, Fault, Flag, Flags, FlightClaim, Need, OwnClosures, Sky, Stretch, StretchKind,
     Told, Whereabouts, check,
 };
-use crate::flight::{self, FailureType, Location, Reentry};
+use crate::flight::{self, FailureType, Location, OperationalDetail, Reentry};
 use crate::network::{NodeIx, Topology};
-use crate::recompose::{self, Outcome, Recomposition, Request};
+use crate::recompose::{self, Outcome, Recomposition, Request, Warning};
 
 /// A drone that does not say how it flies needs at most so much to turn, in metres: 16 m/s, 2 s and 3.5 m/s².
 const STOPPING_M: f64 = 16.0 * 2.0 + 16.0 * 16.0 / (2.0 * 3.5);
@@ -93,14 +93,20 @@ pub(super) fn claim<'a>(
         length_m: answer.remaining_length_m,
         flags,
         has_unsafe_way: answer.unsafe_way.is_some(),
-        waits_until: None,
+        waits_until: answer.warnings.iter().find_map(|warning| match warning {
+            Warning::HoldsUntil { until, .. } => Some(*until),
+            _ => None,
+        }),
         flight,
     }
 }
 
 /// What has failed of the drone that reports.
 pub fn need_of(request: &Request, has_figure: bool) -> Need {
+    let detail = request.circumstances.detail;
+    let lands_anywhere = detail.is_some_and(OperationalDetail::lands_anywhere);
     match request.report.failure {
+        FailureType::Operational if lands_anywhere => Need::Ground,
         FailureType::Operational => Need::Pad { shown: has_figure },
         _ => Need::Nothing,
     }
@@ -108,6 +114,7 @@ pub fn need_of(request: &Request, has_figure: bool) -> Need {
 
 /// Who is answered.
 pub(super) fn drone<'a>(request: &'a Request, known: &Known) -> Drone<'a> {
+    let drone = &request.circumstances;
     let report = &request.report;
     Drone {
         leg: report.leg,
@@ -116,8 +123,8 @@ pub(super) fn drone<'a>(request: &'a Request, known: &Known) -> Drone<'a> {
             Location::LegStart => Whereabouts::LegStart,
             Location::Unknown => Whereabouts::Unknown,
         },
-        drift_m: known.drift_m,
-        stopping_m: known.stopping_m,
+        drift_m: known.drift_m.max(drone.speed_mps * drone.place_age_s),
+        stopping_m: known.stopping_m.max(drone.stopping_m()),
         stands_at: known.stands_at,
         destination: report.destination,
         planned: report.remaining_path.as_deref(),
@@ -141,7 +148,10 @@ pub(super) fn own<'a>(request: &'a Request, topology: &Topology) -> OwnClosures<
             .as_ref()
             .zip(segment)
             .is_some_and(|(zone, leg)| zone.hits.segments.binary_search(&leg).is_ok());
-    let is_about_pads = report.failure == FailureType::Infrastructure;
+    let failed = request.failed_pads().filter(|pads| {
+        let has = topology.pads(pads.node);
+        pads.count.is_none_or(|count| count >= has)
+    });
     OwnClosures {
         segment: segment.filter(|_| closes_leg),
         closes_leg: closes_leg && !is_told_by_zone,
@@ -150,7 +160,7 @@ pub(super) fn own<'a>(request: &'a Request, topology: &Topology) -> OwnClosures<
             .zone
             .as_ref()
             .map(|brought| (&*brought.zone, &brought.hits)),
-        pads: is_about_pads.then_some(to),
+        pads: failed.map(|pads| pads.node),
     }
 }
 
@@ -172,7 +182,12 @@ pub fn check_answer(
         own: own(request, topology),
         flight: sky.as_ref(),
     };
-    let who = drone(request, known);
+    let mut who = drone(request, known);
+    // One that holds by distance stands where the zone over it has to end.
+    let stands = answer.outcome == Outcome::Hold && flight.is_none();
+    if stands && request.circumstances.aloft != flight::Aloft::Airborne {
+        who.stands_at = who.stands_at.or(answer.path.nodes.first().copied());
+    }
     check(&claim(answer, flight.map(|(claim, _)| claim)), &who, &sky)?;
     let Some(airborne) = answer.if_airborne.as_deref() else {
         return Ok(());

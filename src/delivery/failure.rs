@@ -9,7 +9,7 @@ use super::skies::Skies;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
 use crate::airspace::{Cause, Closure};
 use crate::compose::planned_nodes;
-use crate::flight::{FailureType, FlightPlan, FlightStart, StretchKind, TimedClosure};
+use crate::flight::{FlightPlan, FlightStart, StretchKind, TimedClosure};
 use crate::itinerary::{
     FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightSetting, Objective,
     timed_closures,
@@ -224,24 +224,56 @@ pub fn answer_failure(
     answer.battery = battery;
     answer.is_energy_checked = failure.landing.is_none();
     if failure.landing.is_none() && beginnings.starts.is_empty() {
-        answer.causes = beginnings.causes;
+        answer.causes = match ways.ways.is_empty() {
+            true => causes_of_leg(case.world.skies, failure),
+            false => beginnings.causes,
+        };
     }
     if answer.outcome == Outcome::NoRoute {
         tell_what_is_near(&case, &all, &mut answer, scratch);
+        answer.unsafe_way = answer.unsafe_way.or(ways.least_bad);
     }
     answer
+}
+
+/// All that closes the leg or its ends now, for a drone that may go to neither.
+fn causes_of_leg(skies: &Skies, failure: &FlightFailure<'_>) -> Vec<FlightCause> {
+    let (from, to) = failure.request.report.leg;
+    let segment = skies.topology().segment_between(from, to);
+    let meets = |closure: &TimedClosure| {
+        let is_now = closure.from_s <= failure.at_s && failure.at_s <= closure.until_s;
+        let meets_leg = segment.is_some_and(|segment| closure.segments.contains(&segment));
+        let meets_end = closure.nodes.contains(&from) || closure.nodes.contains(&to);
+        is_now && (meets_leg || meets_end)
+    };
+    let closures = skies.situation().closures.iter().enumerate();
+    let closing = closures.filter(|(_, closure)| meets(closure));
+    let mut causes: Vec<FlightCause> = closing
+        .map(|(number, _)| FlightCause::Closure(number))
+        .collect();
+    let closes_leg = failure.request.report.failure.closes_leg();
+    causes.extend(segment.filter(|_| closes_leg).map(FlightCause::Request));
+    if causes.is_empty() {
+        causes.push(FlightCause::Network);
+    }
+    causes
 }
 
 /// What a report closes for its own request, beside its leg.
 fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
     let mut closures = Vec::new();
-    if request.report.failure == FailureType::Infrastructure {
+    // What is left of a node's pads is not told apart: only all of them close.
+    let failed = request.failed_pads().filter(|pads| {
+        let has = skies.topology().pads(pads.node);
+        pads.count.is_none_or(|count| count >= has)
+    });
+    if let Some(failed) = failed {
         closures.push(TimedClosure {
             from_s: f64::NEG_INFINITY,
             until_s: f64::INFINITY,
             segments: Vec::new(),
             nodes: Vec::new(),
-            pads: vec![request.report.leg.1],
+            pads: vec![failed.node],
             widened: false,
         });
     }
@@ -388,6 +420,9 @@ pub(super) fn conclude(
     let is_told = answer.composition.is_some();
     if is_told && case.ways.leaves_zone {
         answer.flags.push(Flag::LeavingZone);
+    }
+    if is_told && case.ways.cannot_stop {
+        answer.flags.push(Flag::CannotStop);
     }
     answer.flags.sort_unstable();
     answer

@@ -19,7 +19,7 @@ use super::traces;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::formats::{
-    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, bounded, settle_report,
+    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, Unplaced, bounded, settle_report,
     warning_text,
 };
 use crate::recompose::{Outcome, Request};
@@ -34,6 +34,8 @@ pub(super) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
 const REPORT_ID_BYTES_MAX: usize = 256;
 /// After so many reports of a batch others get their turn.
 const BATCH_STRETCH: usize = 32;
+/// The speed that telemetry tells is believed for so long, in seconds.
+const SPEED_HOLDS_S: f64 = 5.0;
 /// Up to this many nodes the exact answer without a table takes well under a millisecond.
 const SMALL_NODES: usize = 20_000;
 
@@ -290,14 +292,26 @@ impl Edge {
         now: Timestamp,
     ) -> Known<'a> {
         let progress = |plan| fleet::progress(snapshot.topology(), plan, &self.drones, now);
+        let sighting = drone_id.and_then(|id| self.drones.last(id));
+        let age_s = sighting
+            .as_ref()
+            .map(|sighting| now.duration_since(sighting.seen_at).as_secs_f64());
+        let is_fresh = age_s.is_some_and(|age_s| age_s <= SPEED_HOLDS_S);
         Known {
             plan: plan.map(|plan| KnownPlan {
                 nodes: &plan.reported.composition.way.nodes,
                 leg: progress(plan).map(|progress| progress.leg),
             }),
-            position: drone_id
-                .and_then(|id| self.drones.last(id))
+            position: sighting
+                .as_ref()
                 .map(|sighting| sighting.position(snapshot.topology().frame())),
+            position_age_s: age_s.unwrap_or_default().max(0.0),
+            ground_speed_mps: sighting
+                .filter(|_| is_fresh)
+                .and_then(|sighting| sighting.ground_speed_mps),
+            airspeed_mps: plan.map(|plan| plan.airspeed_mps),
+            is_grounded: plan.is_some_and(|plan| plan.stands_at(now)),
+            unplaced: Unplaced::Anywhere,
             now: Some(now),
         }
     }

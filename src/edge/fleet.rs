@@ -5,7 +5,7 @@ use super::flights::{Flights, FlownAnswer, Scene};
 use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
 use crate::airspace::{Airspace, Closure};
 use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
-use crate::flight::{FailureReport, FailureType, Location};
+use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::{Point, total_m};
 use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
@@ -235,14 +235,32 @@ pub(super) fn detour_for(
         true => FailureType::Navigational,
         false => FailureType::ServiceLevel,
     };
-    let request = Request::exact(FailureReport {
+    let drone = plan.drone_id.as_deref();
+    let sighting = drone.and_then(|id| means.drones.last(id));
+    let circumstances = Circumstances {
+        aloft: match progress.location {
+            Location::LegStart => Aloft::Grounded,
+            Location::At(_) | Location::Unknown => Aloft::Airborne,
+        },
+        speed_mps: plan.airspeed_mps,
+        place_age_s: sighting.map_or(0.0, |sighting| {
+            let age = means.now.duration_since(sighting.seen_at);
+            age.as_secs_f64().max(0.0)
+        }),
+        ..Circumstances::default()
+    };
+    let report = FailureReport {
         failure: failure.unwrap_or(otherwise),
         leg: (leg.from, leg.to),
         location: progress.location,
         cause_location: None,
         destination: plan.destination,
         remaining_path: Some(composition.way.nodes[progress.leg..].to_vec()),
-    });
+    };
+    let request = Request {
+        circumstances,
+        ..Request::exact(report)
+    };
     let (answer, remaining_length_m) = answered(plan, request, progress.leg, means, scratch);
     let detour = Detour {
         plan: plan.clone(),

@@ -13,8 +13,9 @@ use super::state_airspace::windows;
 use super::views;
 use crate::access::{Caller, Role};
 use crate::airspace::{Cause, Closure, Hits};
-use crate::flight::{FailureReport, FailureType};
+use crate::flight::FailureType;
 use crate::network::{NodeIx, SegmentIx};
+use crate::recompose::Request;
 use crate::wire::PublicationState;
 use jiff::{SignedDuration, Timestamp};
 use std::borrow::Cow;
@@ -59,8 +60,7 @@ impl Edge {
             };
             proposal_ids.extend(self.propose(record, "zone_from_report", closure));
         }
-        let report = &record.settled.request.report;
-        let Some((thing, life)) = self.closes(snapshot, report) else {
+        let Some((thing, life)) = self.closes(snapshot, &record.settled.request) else {
             return Published {
                 proposal_ids,
                 ..Published::nothing("closes_nothing")
@@ -80,15 +80,18 @@ impl Edge {
         self.order_publication(record, caller, closure, proposal_ids)
     }
 
-    fn closes(
-        &self,
-        snapshot: &Snapshot,
-        report: &FailureReport,
-    ) -> Option<(Thing, SignedDuration)> {
+    fn closes(&self, snapshot: &Snapshot, request: &Request) -> Option<(Thing, SignedDuration)> {
+        let report = &request.report;
         let life = self.settings.lives.of(report.failure)?;
         let (from, to) = report.leg;
         let thing = match report.failure {
-            FailureType::Infrastructure => Thing::Pads(to),
+            FailureType::Infrastructure => {
+                let failed = request.failed_pads()?;
+                let pads = snapshot.topology().pads(failed.node);
+                // What is left of a node's pads cannot be told to others: only all of them close.
+                let are_all = failed.count.is_none_or(|count| count >= pads);
+                are_all.then_some(Thing::Pads(failed.node))?
+            }
             _ => Thing::Segment(snapshot.topology().segment_between(from, to)?),
         };
         Some((thing, life))

@@ -241,9 +241,10 @@ fn new_way(
     now: Timestamp,
 ) -> Option<Composition> {
     let destination = match answer.outcome {
-        Outcome::NoRoute | Outcome::Unaffected => None,
+        // A drone that holds on the ground keeps its plan until the zone over it has ended.
+        Outcome::NoRoute | Outcome::Unaffected | Outcome::Hold => None,
         Outcome::Diverted => answer.path.nodes.last().copied(),
-        Outcome::Rerouted | Outcome::Hold => Some(request.report.destination),
+        Outcome::Rerouted => Some(request.report.destination),
     };
     let airspace = as_reported(airspace, request, now);
     let world = World {

@@ -316,6 +316,14 @@ impl PlanEntry {
             .chain(&self.wanted)
     }
 
+    /// Whether its drone stands on a pad: it has not departed, or a stay covers the time.
+    pub(super) fn stands_at(&self, now: Timestamp) -> bool {
+        let now_s = now.as_microsecond() as f64 / 1e6;
+        let stays = self.reported.reservations();
+        let covers = |from_s: f64, until_s: f64| from_s <= now_s && now_s <= until_s;
+        now < self.reported.departs_at || stays.iter().any(|stay| covers(stay.from_s, stay.until_s))
+    }
+
     /// Whether its drone may simply go on flying the reported version: it leads where the plan goes, and the drone
     /// knows it. A change of the network may leave a version of which neither is true.
     pub(super) fn may_go_on(&self) -> bool {

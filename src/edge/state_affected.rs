@@ -228,9 +228,10 @@ impl State {
         now: Timestamp,
     ) -> Option<Version> {
         let destination = match answer.outcome {
-            Outcome::NoRoute => return None,
+            // A drone that holds on the ground keeps its plan until the zone over it has ended.
+            Outcome::NoRoute | Outcome::Hold => return None,
             Outcome::Diverted => *answer.path.nodes.last()?,
-            Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold => plan.destination,
+            Outcome::Rerouted | Outcome::Unaffected => plan.destination,
         };
         // What its drone has reported stays closed in its contingencies too.
         let closes_leg = request.report.failure.closes_leg();

@@ -10,6 +10,7 @@ mod figure;
 mod first_stretch;
 mod legs;
 mod measured;
+mod place;
 mod plan;
 mod report;
 mod rules;
@@ -27,8 +28,12 @@ pub use legs::{FlightLeg, FlightLegs};
 pub use measured::{
     M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,
 };
+pub use place::{FASTEST_MPS, ImpossiblePlace, LastPlace, check_place};
 pub use plan::{FlightPlan, FlightStart, FlownLeg, Stop, StopKind};
-pub use report::{FailureReport, FailureType, Location};
+pub use report::{
+    Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, DEFAULT_BRAKING_MPS2, DEFAULT_REACTION_S,
+    FailedPads, FailureReport, FailureType, Location, OperationalDetail,
+};
 pub use rules::FlightRules;
 pub use situation::{Reservation, Situation, TimedClosure, TrafficLeg};
 pub use tariff::Tariff;

@@ -135,19 +135,22 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
         ),
         Warning::InsideZone => (
             "inside_zone",
-            "the drone is inside an active zone and leaves it along its leg".to_owned(),
+            "the drone is inside an active zone and has to leave it".to_owned(),
         ),
         Warning::BetweenCauses => (
             "between_causes",
-            "something lies before and behind the drone; the path leads back to the start of the leg".to_owned(),
+            "something lies before and behind the drone".to_owned(),
         ),
         Warning::Unverified { off_leg_m } => (
             "unverified",
-            format!("the drone is {off_leg_m:.0} m off its leg; buildings on the straight line to the first node are unknown"),
+            match *off_leg_m > 0.0 {
+                true => format!("the drone is {off_leg_m:.0} m off its leg; buildings on the straight line to the first node are unknown"),
+                false => "both ways along the leg are blocked; buildings on the straight line to the first node are unknown".to_owned(),
+            },
         ),
         Warning::Unsafe { off_leg_m } => (
             "unsafe",
-            format!("the drone is {off_leg_m:.0} m off its leg and the straight line to the first node crosses an active zone"),
+            format!("the drone is {off_leg_m:.0} m off its leg and every straight line to a near node crosses an active zone"),
         ),
         Warning::UnknownSegment => (
             "unknown_segment",
@@ -156,6 +159,14 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
         Warning::Loop { node } => (
             "loop",
             format!("the path comes to node '{}' twice: the strategy keeps the old plan between repairs", topology.node_id(*node)),
+        ),
+        Warning::HoldsUntil { node, until } => (
+            "holds_until",
+            format!("node '{}' lies in a zone until {until}; a drone on the ground waits there", topology.node_id(*node)),
+        ),
+        Warning::HoldsWithoutEnd { node } => (
+            "holds_without_end",
+            format!("node '{}' lies in a zone, and nobody knows when that ends; a drone on the ground waits there", topology.node_id(*node)),
         ),
         Warning::NoSafeNode => (
             "no_safe_node",

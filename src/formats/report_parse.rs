@@ -13,9 +13,21 @@ use serde_json::{Map, Value};
 use std::borrow::Cow;
 
 /// Fields of a report. `certificate` is known and does nothing: reports written for files may have it.
-const FIELDS: [&str; 21] = [
+const FIELDS: [&str; 33] = [
     "id",
     "type",
+    "detail",
+    "node",
+    "pads",
+    "wind_mps",
+    "gust_mps",
+    "visibility_m",
+    "airborne",
+    "location_age_s",
+    "leg",
+    "fraction",
+    "altitude_m",
+    "altitude_reference",
     "service",
     "location",
     "location_unknown",
@@ -124,6 +136,18 @@ impl Reader {
             match name {
                 "id" => report.id = self.id(name, &value),
                 "type" => report.failure = self.failure_type(&value),
+                "detail" => report.detail = self.choice(name, &value),
+                "node" => report.node = self.id(name, &value),
+                "pads" => report.pads = self.count(name, &value),
+                "leg" => report.leg = self.count(name, &value),
+                "wind_mps" => report.wind_mps = self.number(name, &value),
+                "gust_mps" => report.gust_mps = self.number(name, &value),
+                "visibility_m" => report.visibility_m = self.number(name, &value),
+                "airborne" => report.airborne = self.flag(name, &value),
+                "location_age_s" => report.location_age_s = self.number(name, &value),
+                "fraction" => report.fraction = self.number(name, &value),
+                "altitude_m" => report.altitude_m = self.number(name, &value),
+                "altitude_reference" => report.altitude_reference = self.text(name, &value),
                 "service" => report.service = self.service(&value),
                 "location" => {
                     report.location = self.place(name, &value);
@@ -163,10 +187,7 @@ impl Reader {
             let path = format!("service.{name}");
             match name {
                 "plan_id" => service.plan_id = self.text(&path, value),
-                "leg" => {
-                    let leg = whole_number(value);
-                    service.leg = self.or_wrong_type(leg, &path, value, "a count from 0");
-                }
+                "leg" => service.leg = self.count(&path, value),
                 "from" => service.from = self.id(&path, value),
                 "to" => service.to = self.id(&path, value),
                 _ => {}
@@ -312,6 +333,10 @@ impl Reader {
 
     fn number(&mut self, name: &str, value: &Value) -> Option<f64> {
         self.or_wrong_type(value.as_f64(), name, value, "a number")
+    }
+
+    fn count(&mut self, name: &str, value: &Value) -> Option<u32> {
+        self.or_wrong_type(whole_number(value), name, value, "a count from 0")
     }
 
     fn flag(&mut self, name: &str, value: &Value) -> Option<bool> {

@@ -7,8 +7,6 @@ use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, Topology};
 use crate::wire;
 
-/// A place farther from the network than this, in metres, is doubted: no drone of the network flies there.
-const DOUBTFUL_BEYOND_M: f64 = 100_000.0;
 /// A place farther from the network than once around the equator, in metres, is not on Earth.
 const NOT_ON_EARTH_BEYOND_M: f64 = 40_075_017.0;
 
@@ -110,21 +108,6 @@ pub(super) fn find_place(
         ));
     }
     spot
-}
-
-/// Warns of a place that no drone of this network can be at.
-pub(super) fn doubt_far_place(topology: &Topology, spot: Spot, warnings: &mut Vec<ReadWarning>) {
-    let off_m = distance_to_box_m(topology.bounds(), spot.point);
-    if off_m <= DOUBTFUL_BEYOND_M {
-        return;
-    }
-    let off_km = off_m / 1_000.0;
-    let remedy = match topology.frame().is_geographic() {
-        true => "; longitude comes first: were they swapped?",
-        false => "",
-    };
-    let message = format!("'location' is {off_km:.0} km beyond the network and doubted{remedy}");
-    warnings.push(ReadWarning::new("location_doubtful", message));
 }
 
 fn distance_to_box_m(bounds: Bounds, point: Point) -> f64 {

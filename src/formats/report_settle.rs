@@ -5,28 +5,24 @@
 //! problem. What was assumed or passed over becomes a warning, and some warnings make the report
 //! doubtful: it is answered like any other, but nothing should be published on its word.
 
+use super::report_circumstances::{
+    MAX_AGE, MAX_AHEAD, MAX_AIRSPEED_MPS, PlaceSource, settle_circumstances,
+};
 use super::report_close::find_close_targets;
-use super::report_leg::{Clues, LegSource};
+use super::report_leg::{Clues, LegSource, SettledLeg};
 use super::report_names::Names;
-use super::report_place::{Spot, Written, doubt_far_place, find_place};
+use super::report_place::{Spot, Written, find_place};
 use super::report_problem::{ReadWarning, ReportProblem, cut};
 use super::zones::{ZoneId, zone_from_feature};
 use crate::airspace::{Airspace, Hits};
-use crate::flight::{FailureReport, FailureType, Location};
+use crate::flight::{FailureReport, FailureType, LastPlace, Location, check_place};
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::{BroughtZone, Parameters, Request};
 use crate::wire;
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
-
-/// A report from so far in the future is doubted; clocks differ by less.
-const MAX_AHEAD: SignedDuration = SignedDuration::from_secs(5);
-/// A report as old as this is doubted.
-const MAX_AGE: SignedDuration = SignedDuration::from_mins(5);
-/// The fastest airspeed that is believed, in metres per second.
-const MAX_AIRSPEED_MPS: f64 = 100.0;
 
 /// Warnings that make a report doubtful.
 const DOUBTS: [&str; 8] = [
@@ -47,8 +43,28 @@ pub struct Known<'a> {
     pub plan: Option<KnownPlan<'a>>,
     /// Where its telemetry last saw it, in metres of the plane.
     pub position: Option<Point>,
+    /// How long ago that was, in seconds.
+    pub position_age_s: f64,
+    /// How fast it was seen to fly just now, in metres per second.
+    pub ground_speed_mps: Option<f64>,
+    /// The airspeed of its plan, in metres per second.
+    pub airspeed_mps: Option<f64>,
+    /// True where it stands: its plan has not departed, or a stay on a pad covers now.
+    pub is_grounded: bool,
+    /// What a report means that says nothing of the place of its drone.
+    pub unplaced: Unplaced,
     /// The time, against which the report's is held; `None` believes any time.
     pub now: Option<Timestamp>,
+}
+
+/// What a report means that names a leg and says nothing of a place, where telemetry says nothing either.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Unplaced {
+    /// The start of the leg: so it is on the command line and in the paper.
+    #[default]
+    AtStart,
+    /// Nobody knows: so it is over the wire.
+    Anywhere,
 }
 
 impl Known<'_> {
@@ -115,21 +131,20 @@ pub fn settle_report(
     warn_of_unknown_plan(report, known, warnings);
     let stated = report.location.as_ref();
     let stated = stated.and_then(|place| find_place(topology, place, "location", warnings));
-    if let Some(spot) = stated {
-        doubt_far_place(topology, spot, warnings);
-    }
     let seen = known
         .position
         .and_then(|position| Spot::known(topology, position));
+    let service_leg = report.service.as_ref().and_then(|service| service.leg);
     let clues = Clues {
         topology,
         names: Names::find(topology, report, warnings),
-        stated_leg: report.service.as_ref().and_then(|service| service.leg),
+        stated_leg: service_leg.or(report.leg),
         plan: known.plan.filter(|plan| plan.nodes.len() >= 2),
         spot: stated.or(seen),
     };
     let leg = clues.settle(warnings)?;
-    let (location, written) = locate(report, stated, seen, leg.nodes.0, leg.source);
+    let spots = (stated, seen);
+    let (location, written, source) = locate(report, spots, &leg, known, topology, warnings);
     let stated_cause = report.cause_location.as_ref();
     let cause =
         stated_cause.and_then(|place| find_place(topology, place, "cause_location", warnings));
@@ -142,6 +157,8 @@ pub fn settle_report(
     check_times(report, known.now, warnings);
     check_drone(report, warnings);
     check_objective(report, warnings);
+    let (failed, place) = ((failure, leg.nodes), (location, source));
+    let circumstances = settle_circumstances(report, known, topology, failed, place, warnings);
     let request = Request {
         report: FailureReport {
             failure,
@@ -151,6 +168,7 @@ pub fn settle_report(
             destination: leg.destination.unwrap_or(leg.nodes.1),
             remaining_path: leg.remaining_path,
         },
+        circumstances,
         zone: settle_zone(airspace, report.zone.as_ref(), warnings),
         strategy: report.strategy.map(Into::into).unwrap_or_default(),
         scope: report.scope.map(Into::into).unwrap_or_default(),
@@ -194,31 +212,98 @@ fn warn_of_unknown_plan(
     }
 }
 
-/// Where the drone was. A report by segment alone means the start of it; one by plan leaves it to telemetry.
+/// True for a place that the drone can be at; else it is passed over with a warning.
+fn is_possible(
+    topology: &Topology,
+    spot: Spot,
+    known: &Known<'_>,
+    leg: (NodeIx, NodeIx),
+    warnings: &mut Vec<ReadWarning>,
+) -> bool {
+    if spot.node().is_some() {
+        return true;
+    }
+    let last = known.position.map(|point| LastPlace {
+        point,
+        before_s: known.position_age_s,
+    });
+    // Also where it agrees with telemetry: what is settled has to settle again when telemetry is forgotten.
+    let judged = check_place(topology, spot.point, None, Some(leg));
+    let judged = judged.and_then(|()| check_place(topology, spot.point, last, Some(leg)));
+    let Err(why) = judged else {
+        return true;
+    };
+    let remedy = match topology.frame().is_geographic() {
+        true => "; longitude comes first: were they swapped?",
+        false => "",
+    };
+    let message = format!("'location' {why}; it counts as unknown{remedy}");
+    warnings.push(ReadWarning::new("location_doubtful", message));
+    false
+}
+
+/// The place that `fraction` of the leg says.
+fn at_fraction(
+    topology: &Topology,
+    report: &wire::FailureReport,
+    (from, to): (NodeIx, NodeIx),
+) -> Option<Spot> {
+    let fraction = report
+        .fraction
+        .filter(|share| (0.0..=1.0).contains(share))?;
+    let (from, to) = (topology.position(from), topology.position(to));
+    Spot::known(topology, from.towards(to, fraction))
+}
+
+/// Where the drone was: as it says, as its telemetry has it, else at the start of its leg where a report without a place
+/// means that, else unknown.
 fn locate(
     report: &wire::FailureReport,
-    stated: Option<Spot>,
-    seen: Option<Spot>,
-    start: NodeIx,
-    source: LegSource,
-) -> (Location, Option<Written>) {
-    if let Some(spot) = stated {
-        return (spot.on_leg_from(start), Some(spot.written));
+    (stated, seen): (Option<Spot>, Option<Spot>),
+    leg: &SettledLeg,
+    known: &Known<'_>,
+    topology: &Topology,
+    warnings: &mut Vec<ReadWarning>,
+) -> (Location, Option<Written>, PlaceSource) {
+    let start = leg.nodes.0;
+    let possible = stated.filter(|spot| is_possible(topology, *spot, known, leg.nodes, warnings));
+    let is_lost = stated.is_some() && possible.is_none();
+    let placed = possible.or_else(|| at_fraction(topology, report, leg.nodes));
+    let can_be = |spot: &Spot| check_place(topology, spot.point, None, Some(leg.nodes)).is_ok();
+    let seen = seen.filter(can_be);
+    if let Some(spot) = placed {
+        return (
+            spot.on_leg_from(start),
+            Some(spot.written),
+            PlaceSource::Stated,
+        );
+    }
+    if let Some(spot) = seen {
+        return (
+            spot.on_leg_from(start),
+            Some(spot.written),
+            PlaceSource::Seen,
+        );
     }
     let is_unsaid = report.location.is_none() && report.location_unknown != Some(true);
     let names_segment = report
         .service
         .as_ref()
         .is_none_or(|service| service.from.is_some());
-    let means_start = match source {
+    let means_start = match leg.source {
         LegSource::Service | LegSource::Path => names_segment,
         LegSource::Node => true,
         LegSource::Plan(_) | LegSource::Place => false,
     };
-    match seen {
-        _ if is_unsaid && means_start => (Location::LegStart, Some(Written::Node(start))),
-        Some(spot) => (spot.on_leg_from(start), Some(spot.written)),
-        None => (Location::Unknown, None),
+    let stands_there = known.is_grounded && matches!(leg.source, LegSource::Plan(_));
+    let is_start = (means_start && known.unplaced == Unplaced::AtStart) || stands_there;
+    match is_unsaid && !is_lost && is_start {
+        true => (
+            Location::LegStart,
+            Some(Written::Node(start)),
+            PlaceSource::Nowhere,
+        ),
+        false => (Location::Unknown, None, PlaceSource::Nowhere),
     }
 }
 

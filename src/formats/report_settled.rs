@@ -4,9 +4,10 @@ use super::identifier::node_id;
 use super::report_place::Written;
 use super::report_settle::{CloseTarget, Settled};
 use super::zones::zone_to_feature;
+use crate::flight::{Aloft, DEFAULT_AIRSPEED_MPS};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Parameters;
-use crate::wire::{self, FailureReport, Place, Service};
+use crate::wire::{self, DroneFacts, FailureReport, Place, Service};
 use serde_json::{Value, json};
 
 /// The report with everything that was looked up or assumed put in.
@@ -16,6 +17,8 @@ use serde_json::{Value, json};
 pub fn settled_report(settled: &Settled, topology: &Topology) -> FailureReport {
     let request = &settled.request;
     let report = &request.report;
+    let circumstances = &request.circumstances;
+    let is_of_speed = circumstances.speed_mps != DEFAULT_AIRSPEED_MPS;
     let id = |node: NodeIx| node_id(topology, node).into_owned();
     let place = |written: Written| match written {
         Written::Coordinates(pair) => Place::Pair(pair),
@@ -26,6 +29,22 @@ pub fn settled_report(settled: &Settled, topology: &Topology) -> FailureReport {
     let close: Vec<Value> = close.map(|&target| close_entry(topology, target)).collect();
     FailureReport {
         failure: Some(report.failure.into()),
+        detail: circumstances.detail.map(Into::into),
+        node: circumstances.failed_pads.map(|pads| id(pads.node)),
+        pads: circumstances
+            .failed_pads
+            .and_then(|pads| pads.count)
+            .map(u32::from),
+        airborne: match circumstances.aloft {
+            Aloft::Airborne => Some(true),
+            Aloft::Grounded => Some(false),
+            Aloft::Unknown => None,
+        },
+        location_age_s: (circumstances.place_age_s > 0.0).then_some(circumstances.place_age_s),
+        drone: is_of_speed.then(|| DroneFacts {
+            airspeed_mps: Some(circumstances.speed_mps),
+            ..DroneFacts::default()
+        }),
         service: Some(Service {
             from: Some(id(report.leg.0)),
             to: Some(id(report.leg.1)),

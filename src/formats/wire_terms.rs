@@ -1,6 +1,6 @@
 //! The engine's words and those of the wire, one for one.
 
-use crate::flight::FailureType;
+use crate::flight::{FailureType, OperationalDetail};
 use crate::recompose::{Outcome, Scope, Stage, Strategy};
 use crate::wire;
 
@@ -23,6 +23,8 @@ same_words!(wire::FailureType => FailureType {
 same_words!(FailureType => wire::FailureType {
     Environmental, Navigational, Regulatory, Infrastructure, Operational, ServiceLevel,
 });
+same_words!(wire::OperationalDetail => OperationalDetail { Battery, Payload, Propulsion, LandNow });
+same_words!(OperationalDetail => wire::OperationalDetail { Battery, Payload, Propulsion, LandNow });
 same_words!(wire::Strategy => Strategy {
     Exact, TwoPhased, CellDensity, Radius, Dijkstra, Astar, BellmanFord,
 });

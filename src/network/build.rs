@@ -8,6 +8,7 @@ use super::index::{node_tree, segment_tree};
 use super::topology::{Arc, NodeFacts, Segment, Topology};
 use crate::geo::{AltitudeBand, Bounds, Frame, LocalPlane, Point};
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::hash::{DefaultHasher, Hasher};
 
 /// Indices are 32 bits wide and arcs are two to a segment.
 const MAX_FEATURES: usize = (u32::MAX / 2) as usize;
@@ -237,6 +238,7 @@ fn assemble(
         speed_limits: speed_limits(&draft.segments, &order),
         straight_line_scale: straight_line_scale(&positions, &segments),
         density: DensityGrid::by_default(&positions, bounds),
+        layout: layout(&positions),
         nodes_nearby: node_tree(&positions),
         segments_nearby: segment_tree(segments.iter().map(ends)),
         name: draft.name,
@@ -250,6 +252,16 @@ fn assemble(
         bounds,
         fingerprint,
     }
+}
+
+/// A digest of positions, the same on every machine.
+fn layout(positions: &[Point]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for point in positions {
+        hasher.write_u64(point.x.to_bits());
+        hasher.write_u64(point.y.to_bits());
+    }
+    hasher.finish()
 }
 
 /// Ids and facts of the nodes, in the order of the curve.

@@ -56,6 +56,8 @@ pub struct Topology {
     pub(super) first_arc: Vec<u32>,
     pub(super) arcs: Vec<Arc>,
     pub(super) segments: Vec<Segment>,
+    /// A digest of all positions: where two topologies differ in it, nodes lie elsewhere.
+    pub(super) layout: u64,
     /// One band for all segments, or one each.
     pub(super) bands: Vec<AltitudeBand>,
     /// Speed limits where there are any, in metres per second, sorted by segment.
@@ -222,6 +224,11 @@ impl Topology {
     /// Where all nodes are, by index.
     pub fn positions(&self) -> &[Point] {
         &self.positions
+    }
+
+    /// A digest of all positions: topologies that differ in it have their nodes elsewhere.
+    pub fn layout(&self) -> u64 {
+        self.layout
     }
 
     /// Altitude of a node's landing site, where known.

@@ -82,9 +82,9 @@ pub enum Warning {
         /// The node.
         node: NodeIx,
     },
-    /// The drone is inside an active zone and leaves it by the shorter way along its leg.
+    /// The drone is inside an active zone and has to leave it.
     InsideZone,
-    /// Causes lie before and behind the drone; the way back is taken.
+    /// Causes lie before and behind the drone.
     BetweenCauses,
     /// The drone is off its leg; buildings on the straight line to the first node are unknown.
     Unverified {
@@ -101,6 +101,18 @@ pub enum Warning {
     /// The path comes to a node twice: repairs keep the old plan between them.
     Loop {
         /// The first node that the path comes to again.
+        node: NodeIx,
+    },
+    /// The drone stands at a node inside an active zone, and waits there until the zones over it end.
+    HoldsUntil {
+        /// The node.
+        node: NodeIx,
+        /// When the last of them ends.
+        until: jiff::Timestamp,
+    },
+    /// The same, but nobody knows when they end.
+    HoldsWithoutEnd {
+        /// The node.
         node: NodeIx,
     },
     /// No node with pads can be reached, which this outcome would have led to.

@@ -50,7 +50,7 @@ pub fn certify(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> C
     closures.reset();
     close_for_request(request, airspace, closures);
     let closed = Closed::new(topology, airspace.closed(), closures);
-    let leg = Leg::of(request, &closed);
+    let leg = Leg::of(request, topology);
     starts::find(request, airspace, &closed, &leg, starts, &mut Vec::new());
     let arrival = searcher.exact(&closed, &starts.ways, &tree);
     let mut path = Way::default();

@@ -6,12 +6,16 @@
 //! was (`plan`) and how several closed legs are repaired (`repair`).
 
 mod answer;
+mod causes;
 mod cell_density;
 mod certificate;
 mod connectivity;
+mod diversion;
 mod explanation;
 mod extent;
+mod holding;
 mod local;
+mod no_route;
 mod plan;
 mod polygons;
 mod radius;

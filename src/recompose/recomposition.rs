@@ -3,15 +3,15 @@
 use super::answer::{Fallback, Outcome, Recomposition, Warning};
 use super::explanation::Stage;
 use super::extent::Extent;
+use super::holding::held_at;
 use super::local::Gap;
 use super::plan::{first_loop, old_plan, open_rest, to_destination};
 use super::repair::{LocalMemory, RepairOrder, Repaired, repair};
 use super::request::{LocalStrategy, Method, Request, Strategy};
 use super::safety::Flag;
-use super::severance::severances;
 use super::starts::{self, Leg, Starts};
 use crate::airspace::{Airspace, Closed, RequestClosures};
-use crate::flight::{FailureType, Reentry, StretchKind};
+use crate::flight::{Aloft, FailureType, Reentry, StretchKind};
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
 use crate::routing::{
@@ -50,6 +50,8 @@ pub struct Scratch {
     local: LocalMemory,
     nodes: usize,
     segments: usize,
+    /// Of the topology that it is for: density grids are counted on it.
+    layout: u64,
 }
 
 impl Scratch {
@@ -64,13 +66,14 @@ impl Scratch {
             local: LocalMemory::new(topology),
             nodes: topology.node_count(),
             segments: topology.segment_count(),
+            layout: topology.layout(),
         }
     }
 
     /// Makes room again where the topology is another one than before; [`recompose`] does so by itself.
     pub fn fit(&mut self, topology: &Topology) {
         let counts = (topology.node_count(), topology.segment_count());
-        if (self.nodes, self.segments) != counts {
+        if (self.nodes, self.segments) != counts || self.layout != topology.layout() {
             *self = Self::new(topology);
         }
     }
@@ -110,6 +113,22 @@ pub(super) fn close_for_request(
 /// Exact unless another strategy is asked for. Never fails: what cannot be answered as asked is answered
 /// by `exact`, and the answer says why.
 pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> Recomposition {
+    let aloft = request.circumstances.aloft;
+    let mut answer = recompose_as(world, request, aloft, scratch);
+    if aloft == Aloft::Unknown && answer.outcome == Outcome::Hold {
+        let airborne = recompose_as(world, request, Aloft::Airborne, scratch);
+        answer.if_airborne = Some(Box::new(airborne));
+    }
+    answer
+}
+
+/// Answers a failure report of a drone that is in the air, or on the ground.
+fn recompose_as(
+    world: &World<'_>,
+    request: &Request,
+    aloft: Aloft,
+    scratch: &mut Scratch,
+) -> Recomposition {
     let airspace = world.airspace;
     let topology: &Topology = airspace.topology();
     scratch.fit(topology);
@@ -129,7 +148,7 @@ pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) ->
     closures.reset();
     close_for_request(request, airspace, closures);
     let closed = Closed::new(topology, airspace.closed(), closures);
-    let leg = Leg::of(request, &closed);
+    let leg = Leg::of(request, topology);
     let mut task = Task {
         request,
         airspace,
@@ -143,25 +162,32 @@ pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) ->
         local,
         answer: Recomposition::without_path(request.strategy),
     };
-    task.answer();
+    let held = match aloft {
+        Aloft::Airborne => None,
+        Aloft::Grounded | Aloft::Unknown => held_at(request, airspace, &task.leg),
+    };
+    match held {
+        Some(node) => task.hold(node),
+        None => task.answer(),
+    }
     task.answer
 }
 
 /// One recomposition under way.
-struct Task<'a> {
-    request: &'a Request,
-    airspace: &'a Airspace,
-    closed: Closed<'a>,
+pub(super) struct Task<'a> {
+    pub(super) request: &'a Request,
+    pub(super) airspace: &'a Airspace,
+    pub(super) closed: Closed<'a>,
     /// The world before the report.
     before: Closed<'a>,
-    leg: Leg,
+    pub(super) leg: Leg,
     tree: Option<&'a DestinationTree>,
-    searcher: &'a mut Searcher,
-    starts: &'a mut Starts,
+    pub(super) searcher: &'a mut Searcher,
+    pub(super) starts: &'a mut Starts,
     /// The nodes of the old plan, from the start of the leg on; its segments mean nothing.
     plan: &'a mut Way,
     local: &'a mut LocalMemory,
-    answer: Recomposition,
+    pub(super) answer: Recomposition,
 }
 
 impl Task<'_> {
@@ -179,6 +205,10 @@ impl Task<'_> {
         );
         let failure = self.request.report.failure;
         match self.request.method() {
+            _ if self.starts.ways.is_empty() => {
+                self.count_global_search();
+                self.give_up();
+            }
             _ if failure == FailureType::Operational => self.divert_drone_in_need(),
             Method::Exact => self.answer_exactly(),
             Method::Global(baseline) => self.answer_globally(baseline),
@@ -212,7 +242,7 @@ impl Task<'_> {
         self.answer_exactly();
     }
 
-    fn search_exactly(&mut self) -> Option<Arrival> {
+    pub(super) fn search_exactly(&mut self) -> Option<Arrival> {
         let destination = self.destination();
         let (closed, ways) = (&self.closed, &self.starts.ways);
         to_destination(closed, ways, destination, self.tree, self.searcher)
@@ -233,7 +263,7 @@ impl Task<'_> {
         self.conclude(arrival);
     }
 
-    fn count_global_search(&mut self) {
+    pub(super) fn count_global_search(&mut self) {
         let extent = Extent::everything(&self.gap());
         self.answer.stage = Stage::Global;
         self.answer.searches += 1;
@@ -249,6 +279,9 @@ impl Task<'_> {
             return;
         };
         self.take_path(arrival, Outcome::Rerouted);
+        if self.starts.leaves_zone || self.starts.cannot_stop {
+            return;
+        }
         let may_be_untouched =
             !self.request.report.failure.closes_leg() || self.only_starts_ahead();
         if may_be_untouched {
@@ -256,7 +289,7 @@ impl Task<'_> {
         }
     }
 
-    fn take_path(&mut self, arrival: Arrival, outcome: Outcome) {
+    pub(super) fn take_path(&mut self, arrival: Arrival, outcome: Outcome) {
         let number = self
             .searcher
             .append_way(arrival, self.tree, &mut self.answer.path);
@@ -278,6 +311,9 @@ impl Task<'_> {
         self.answer.flags.clear();
         if self.starts.leaves_zone {
             self.answer.flags.push(Flag::LeavingZone);
+        }
+        if self.starts.cannot_stop {
+            self.answer.flags.push(Flag::CannotStop);
         }
         if reentry.stretch.kind == StretchKind::Straight {
             self.answer.flags.push(Flag::Unverified);
@@ -360,7 +396,8 @@ impl Task<'_> {
         if let Some(node) = first_loop(&repaired.way, self.local.area()) {
             self.answer.warnings.push(Warning::Loop { node });
         }
-        self.answer.outcome = match nothing_repaired {
+        let flies_on = nothing_repaired && !self.starts.leaves_zone && !self.starts.cannot_stop;
+        self.answer.outcome = match flies_on {
             true => Outcome::Unaffected,
             false => Outcome::Rerouted,
         };
@@ -397,64 +434,6 @@ impl Task<'_> {
         }
         self.answer.stages = repaired.stages;
         self.answer.repairs = repaired.repairs;
-    }
-
-    /// The destination cannot be reached: the nearest safe node, or the causes that cut the drone off.
-    fn divert_or_give_up(&mut self) {
-        let arrival = self.nearest_safe_node();
-        if let Some(arrival) = arrival {
-            self.take_diversion(arrival);
-        } else {
-            self.answer.outcome = Outcome::NoRoute;
-            self.answer.warnings.push(Warning::NoSafeNode);
-        }
-        self.tell_what_severed();
-    }
-
-    fn tell_what_severed(&mut self) {
-        let (airspace, closed, ways) = (self.airspace, &self.closed, &self.starts.ways);
-        self.answer.severed_by = severances(airspace, closed, ways, self.searcher);
-    }
-
-    /// A drone whose battery or payload fails goes to the nearest safe node, whatever lies ahead.
-    fn divert_drone_in_need(&mut self) {
-        let arrival = self.nearest_safe_node();
-        self.answer.strategy_used = Strategy::Exact;
-        if self.answer.strategy != Strategy::Exact {
-            self.answer.fallback = Some(Fallback::NothingClosed);
-        }
-        self.count_global_search();
-        match arrival {
-            Some(arrival) => self.take_diversion(arrival),
-            None => {
-                self.answer.outcome = Outcome::NoRoute;
-                self.answer.warnings.push(Warning::NoSafeNode);
-                self.tell_what_severed();
-            }
-        }
-    }
-
-    fn nearest_safe_node(&mut self) -> Option<Arrival> {
-        let topology = self.closed.topology();
-        let pads_failed = match self.request.report.failure {
-            FailureType::Infrastructure => Some(self.leg.to),
-            _ => None,
-        };
-        let (airspace, closed) = (self.airspace, self.closed);
-        let is_safe = |node: NodeIx| {
-            topology.pads(node) > 0
-                && !airspace.closes_pads(node)
-                && !closed.closes_node(node)
-                && Some(node) != pads_failed
-        };
-        self.searcher.nearest(&closed, &self.starts.ways, is_safe)
-    }
-
-    fn take_diversion(&mut self, arrival: Arrival) {
-        self.take_path(arrival, Outcome::Diverted);
-        if let Some(&node) = self.answer.path.nodes.last() {
-            self.answer.warnings.push(Warning::PadAssumedFree { node });
-        }
     }
 
     fn measure_optima(&mut self) {

@@ -2,7 +2,7 @@
 
 use super::explanation::Stage;
 use crate::airspace::{Hits, Zone};
-use crate::flight::FailureReport;
+use crate::flight::{Circumstances, FailedPads, FailureReport, FailureType};
 use crate::routing::Baseline;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -153,6 +153,8 @@ pub struct BroughtZone {
 pub struct Request {
     /// What failed, and where.
     pub report: FailureReport,
+    /// What else is known of the drone.
+    pub circumstances: Circumstances,
     /// A zone that a regulatory report brings along.
     pub zone: Option<BroughtZone>,
     /// How to answer it.
@@ -187,10 +189,21 @@ impl Request {
         }
     }
 
+    /// The pads that have failed; `None` where the report is about something else.
+    pub fn failed_pads(&self) -> Option<FailedPads> {
+        let is_about_pads = self.report.failure == FailureType::Infrastructure;
+        let at_end = FailedPads {
+            node: self.report.leg.1,
+            count: None,
+        };
+        is_about_pads.then(|| self.circumstances.failed_pads.unwrap_or(at_end))
+    }
+
     /// A request answered by `exact`, without extras.
     pub fn exact(report: FailureReport) -> Self {
         Self {
             report,
+            circumstances: Circumstances::default(),
             zone: None,
             strategy: Strategy::Exact,
             scope: Scope::Global,

@@ -49,6 +49,10 @@ pub enum UnsafeCode {
     EndsClosed,
     /// The drone is off its leg, and every straight line to a near node crosses an active zone.
     Unverified,
+    /// Nobody knows where the drone is, and something lies on its leg.
+    PlaceUnknown,
+    /// No open node with a pad can be reached from there.
+    NoSafeNode,
     /// The battery would fall below the reserve or the floor.
     BelowReserve,
     /// No answer passed the checker; this is the nearer end of the leg.
@@ -62,6 +66,8 @@ impl UnsafeCode {
             Self::BetweenCauses => "between_causes",
             Self::EndsClosed => "ends_closed",
             Self::Unverified => "unverified",
+            Self::PlaceUnknown => "place_unknown",
+            Self::NoSafeNode => "no_safe_node",
             Self::BelowReserve => "below_reserve",
             Self::Checker => "checker",
         }
@@ -79,6 +85,10 @@ impl UnsafeCode {
             Self::Unverified => {
                 "the drone is off its leg, and every straight line to a near node crosses an active zone"
             }
+            Self::PlaceUnknown => {
+                "nobody knows where on its leg the drone is, and something lies on it: the way back may lead through that"
+            }
+            Self::NoSafeNode => "from there no open node with a pad can be reached",
             Self::BelowReserve => "the battery does not last for it",
             Self::Checker => "no answer passed the checker; this is the nearer end of the leg",
         }

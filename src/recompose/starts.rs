@@ -1,14 +1,16 @@
 //! Where the new path starts: the ways from the drone back into the network, and what each costs.
 //!
-//! The drone is projected on its leg A - B. A is always a way back; B only if the leg is open or the cause
-//! lies behind the drone. The first stretch never passes the cause nor enters a zone from outside while
-//! the other way does not.
+//! The drone is projected on its leg A - B. A is a way back unless something lies between; B only if the leg is
+//! open, or every cause that closes it lies behind the drone. A first stretch passes no cause and never enters a
+//! zone from outside. Inside a zone it leads out, by the shorter way along the leg where one is free.
 
 use super::answer::Warning;
+use super::causes::{Causes, all_zones, fraction_along, way_out, zone_parts};
 use super::request::Request;
-use crate::airspace::{Airspace, Closed, Zone};
+use super::safety::{UnsafeCode, UnsafeWay};
+use crate::airspace::{Airspace, Closed};
 use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
-use crate::geo::Point;
+use crate::geo::{Point, total_m};
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// A drone farther from its leg than this, in metres, is off it.
@@ -17,15 +19,37 @@ const OFF_LEG_TOLERANCE_M: f64 = 50.0;
 const OFF_LEG_CANDIDATES: usize = 8;
 /// How many of the nearest nodes are looked at to find open ones.
 const OFF_LEG_LOOKED_AT: usize = 64;
+/// A drone within so many metres of a node may stand there.
+pub(super) const AT_NODE_WITHIN_M: f64 = 15.0;
+/// So far beyond the margin of a zone, in metres, is outside of it.
+const OUTSIDE_M: f64 = 1.0;
 
 /// The ways back into the network.
 #[derive(Debug, Default)]
 pub(super) struct Starts {
+    /// The ways; none where none is safe.
     pub(super) ways: Vec<Reentry>,
-    /// True when the drone is off its leg, so that no way begins with the old plan.
+    /// For a drone that leaves a zone: the longer way out, for where the shorter one leads nowhere.
+    pub(super) spare: Option<Reentry>,
+    /// True when the drone does not begin on its leg, so that no way begins with the old plan.
     pub(super) off_leg: bool,
     /// True when the drone is inside an active zone, which its first stretch leaves.
     pub(super) leaves_zone: bool,
+    /// True when it comes into a zone before it can turn.
+    pub(super) cannot_stop: bool,
+    /// Where there is no way: the least bad one.
+    pub(super) least_bad: Option<UnsafeWay>,
+}
+
+impl Starts {
+    fn clear(&mut self) {
+        self.ways.clear();
+        self.spare = None;
+        self.off_leg = false;
+        self.leaves_zone = false;
+        self.cannot_stop = false;
+        self.least_bad = None;
+    }
 }
 
 /// The failed leg with the drone on it.
@@ -37,8 +61,7 @@ pub(super) struct Leg {
 }
 
 impl Leg {
-    pub(super) fn of(request: &Request, closed: &Closed<'_>) -> Self {
-        let topology = closed.topology();
+    pub(super) fn of(request: &Request, topology: &Topology) -> Self {
         let (from, to) = request.report.leg;
         let segment = topology.segment_between(from, to);
         let straight_m = || topology.position(from).distance_m(topology.position(to));
@@ -50,9 +73,8 @@ impl Leg {
         }
     }
 
-    /// The way from a place on the leg to one of its ends.
-    fn reentry(&self, closed: &Closed<'_>, node: NodeIx, flown: f64) -> Reentry {
-        let topology = closed.topology();
+    /// The way from a place on the leg to one of its ends, after so many metres flown on before the drone turns.
+    fn reentry(&self, topology: &Topology, node: NodeIx, flown: f64, overrun_m: f64) -> Reentry {
         let (from, to) = (topology.position(self.from), topology.position(self.to));
         let place = from.towards(to, flown);
         let leg = StretchLeg {
@@ -66,7 +88,7 @@ impl Leg {
         } else {
             1.0 - flown
         };
-        let length_m = share * self.length_m;
+        let length_m = share * self.length_m + 2.0 * overrun_m;
         if length_m == 0.0 {
             return Reentry::at_node(node, place, Some(leg));
         }
@@ -74,108 +96,22 @@ impl Leg {
             kind: StretchKind::Leg,
             leg: Some(leg),
             length_m,
-            overrun_m: 0.0,
+            overrun_m,
             begin: place,
         };
         Reentry { node, stretch }
     }
 }
 
-/// What lies on the leg, by fraction flown.
-#[derive(Debug, Default)]
-struct Obstacles {
-    /// Parts of the leg inside active zones.
-    zones: Vec<(f64, f64)>,
-    /// Where the drone saw the cause.
-    cause: Option<f64>,
-    /// The leg is closed and nobody knows where: ahead, then.
-    unknown_ahead: bool,
-}
-
-impl Obstacles {
-    fn found(request: &Request, airspace: &Airspace, closed: &Closed<'_>, leg: &Leg) -> Self {
-        let topology = closed.topology();
-        let ends = (topology.position(leg.from), topology.position(leg.to));
-        let cause = request
-            .report
-            .cause_location
-            .map(|place| fraction_along(ends, place).0);
-        let is_closed = leg
-            .segment
-            .is_some_and(|segment| closed.closes_segment(segment));
-        let mut zones = Vec::new();
-        // Most requests close the leg themselves, without a zone: then there is none to look for.
-        let by_zone = |segment| airspace.closed().closes_segment(segment) || request.zone.is_some();
-        if leg.segment.is_some_and(by_zone) {
-            for zone in zones_on(request, airspace, leg.segment) {
-                zones.extend(zone.coverage(ends.0, ends.1));
-            }
-        }
-        let unknown_ahead = is_closed && cause.is_none() && zones.is_empty();
-        Self {
-            zones,
-            cause,
-            unknown_ahead,
-        }
-    }
-
-    /// True when the way back from `flown` to the start of the leg meets the cause or enters a zone.
-    fn behind(&self, flown: f64) -> bool {
-        self.cause.is_some_and(|cause| cause < flown)
-            || self.zones.iter().any(|&(_, until)| until < flown)
-    }
-
-    /// The same for the way on to the end of the leg.
-    fn ahead(&self, flown: f64) -> bool {
-        self.unknown_ahead
-            || self.cause.is_some_and(|cause| cause >= flown)
-            || self.zones.iter().any(|&(from, _)| from >= flown)
-    }
-
-    /// The part of the leg inside zones that the drone is in.
-    fn around(&self, flown: f64) -> Option<(f64, f64)> {
-        let holding = self
-            .zones
-            .iter()
-            .filter(|part| part.0 <= flown && flown <= part.1);
-        holding
-            .copied()
-            .reduce(|one, other| (one.0.min(other.0), one.1.max(other.1)))
-    }
-}
-
-/// The zones that close a segment, standing and brought.
-fn zones_on<'a>(
-    request: &'a Request,
-    airspace: &'a Airspace,
-    segment: Option<SegmentIx>,
-) -> impl Iterator<Item = &'a Zone> {
-    let closes = move |segments: &[SegmentIx]| {
-        segment.is_some_and(|segment| segments.binary_search(&segment).is_ok())
-    };
-    let standing = airspace
-        .in_force()
-        .filter(move |closure| closes(&closure.hits.segments))
-        .filter_map(|closure| closure.zone().map(|zone| &**zone));
-    let brought = request
-        .zone
-        .iter()
-        .filter(move |brought| closes(&brought.hits.segments))
-        .map(|brought| &*brought.zone);
-    standing.chain(brought)
-}
-
-/// The fraction of the way from the first end to the second that is nearest to a point, and how far off it is in metres.
-fn fraction_along(ends: (Point, Point), point: Point) -> (f64, f64) {
-    let (from, to) = ends;
-    let along = Point::new(to.x - from.x, to.y - from.y);
-    let squared = along.x * along.x + along.y * along.y;
-    let fraction = match squared > 0.0 {
-        true => ((point.x - from.x) * along.x + (point.y - from.y) * along.y) / squared,
-        false => 0.0,
-    };
-    let fraction = fraction.clamp(0.0, 1.0);
-    (fraction, from.towards(to, fraction).distance_m(point))
+/// Where on its leg a drone is.
+#[derive(Clone, Copy, Debug)]
+struct Flown {
+    /// As it was reported: for the way on, and for what lies behind.
+    reported: f64,
+    /// As far as it may have come since: for what lies ahead, and for the way back.
+    latest: f64,
+    /// True where it is moving, as far as anybody knows.
+    moves: bool,
 }
 
 /// Finds the ways back into the network, with what the receiver should know of them.
@@ -187,103 +123,282 @@ pub(super) fn find(
     starts: &mut Starts,
     warnings: &mut Vec<Warning>,
 ) {
-    starts.ways.clear();
-    starts.off_leg = false;
-    starts.leaves_zone = false;
-    let topology = closed.topology();
-    let ends = (topology.position(leg.from), topology.position(leg.to));
-    match request.report.location {
-        Location::Unknown => {
-            let obstacles = Obstacles::found(request, airspace, closed, leg);
-            let back = leg.reentry(closed, leg.from, 1.0);
-            let on = leg.reentry(closed, leg.to, 0.0);
-            let passable =
-                !obstacles.unknown_ahead && obstacles.cause.is_none() && obstacles.zones.is_empty();
-            choose(
-                closed,
-                starts,
-                warnings,
-                Some(back),
-                passable.then_some(on),
-                false,
-            );
-        }
-        Location::LegStart => on_leg(request, airspace, closed, leg, 0.0, starts, warnings),
-        Location::At(place) => {
-            let (flown, off_leg_m) = fraction_along(ends, place);
-            if off_leg_m > OFF_LEG_TOLERANCE_M {
-                starts.off_leg = true;
-                off_leg(
-                    request, airspace, closed, place, off_leg_m, starts, warnings,
-                );
-            } else {
-                on_leg(request, airspace, closed, leg, flown, starts, warnings);
+    starts.clear();
+    let mut finder = Finder {
+        request,
+        airspace,
+        closed,
+        topology: closed.topology(),
+        leg,
+        starts,
+        warnings,
+    };
+    finder.find();
+}
+
+struct Finder<'a, 'b> {
+    request: &'a Request,
+    airspace: &'a Airspace,
+    closed: &'a Closed<'a>,
+    topology: &'a Topology,
+    leg: &'a Leg,
+    starts: &'b mut Starts,
+    warnings: &'b mut Vec<Warning>,
+}
+
+impl Finder<'_, '_> {
+    fn find(&mut self) {
+        let ends = self.ends();
+        match self.request.report.location {
+            Location::Unknown => self.anywhere(),
+            Location::LegStart => self.on_leg(Flown {
+                reported: 0.0,
+                latest: 0.0,
+                moves: false,
+            }),
+            Location::At(place) => {
+                let (flown, off_leg_m) = fraction_along(ends, place);
+                if off_leg_m > OFF_LEG_TOLERANCE_M {
+                    self.off_leg(place, off_leg_m);
+                    return;
+                }
+                let drone = &self.request.circumstances;
+                let since_m = drone.speed_mps * drone.place_age_s;
+                let since = match self.leg.length_m > 0.0 {
+                    true => since_m / self.leg.length_m,
+                    false => 0.0,
+                };
+                self.on_leg(Flown {
+                    reported: flown,
+                    latest: (flown + since).min(1.0),
+                    moves: flown > 0.0 && flown < 1.0,
+                });
             }
         }
     }
-}
 
-fn on_leg(
-    request: &Request,
-    airspace: &Airspace,
-    closed: &Closed<'_>,
-    leg: &Leg,
-    flown: f64,
-    starts: &mut Starts,
-    warnings: &mut Vec<Warning>,
-) {
-    let obstacles = Obstacles::found(request, airspace, closed, leg);
-    let back = leg.reentry(closed, leg.from, flown);
-    let on = leg.reentry(closed, leg.to, flown);
-    let (behind, ahead) = (obstacles.behind(flown), obstacles.ahead(flown));
-    if let Some((from, until)) = obstacles.around(flown).filter(|_| flown > 0.0) {
-        warnings.push(Warning::InsideZone);
-        starts.leaves_zone = true;
-        let back_is_shorter = flown - from <= until - flown;
-        let goes_back = match (behind, ahead) {
-            (false, true) => true,
-            (true, false) => false,
-            _ => back_is_shorter,
-        };
-        let (way, other) = if goes_back { (back, on) } else { (on, back) };
-        debug_assert_ne!(way.node, other.node);
-        choose(closed, starts, warnings, Some(way), None, false);
-        return;
+    fn ends(&self) -> (Point, Point) {
+        let (from, to) = (self.leg.from, self.leg.to);
+        (self.topology.position(from), self.topology.position(to))
     }
-    match (behind, ahead) {
-        (false, false) => choose(closed, starts, warnings, Some(back), Some(on), false),
-        (false, true) => choose(closed, starts, warnings, Some(back), None, false),
-        (true, false) => choose(closed, starts, warnings, None, Some(on), true),
-        (true, true) => {
-            warnings.push(Warning::BetweenCauses);
-            choose(closed, starts, warnings, Some(back), None, false);
+
+    fn back(&self, flown: f64, overrun_m: f64) -> Reentry {
+        let from = self.leg.from;
+        self.leg.reentry(self.topology, from, flown, overrun_m)
+    }
+
+    fn on(&self, flown: f64) -> Reentry {
+        self.leg.reentry(self.topology, self.leg.to, flown, 0.0)
+    }
+
+    /// True when a drone at a place on the leg may come to its start: it is open, or the drone is there.
+    fn may_go_back(&self, flown: f64) -> bool {
+        flown == 0.0 || !self.closed.closes_node(self.leg.from)
+    }
+
+    /// The same for its end.
+    fn may_go_on(&self, flown: f64) -> bool {
+        flown == 1.0 || !self.closed.closes_node(self.leg.to)
+    }
+
+    /// Nobody knows where the drone is: it may be at either end, whichever is worse.
+    fn anywhere(&mut self) {
+        let causes = Causes::found(self.request, self.airspace, self.leg);
+        // What the drone itself cannot pass does not lie behind it; a zone may.
+        if !causes.have_zones() && self.may_go_back(1.0) {
+            self.starts.ways.push(self.back(1.0, 0.0));
+        }
+        if causes.are_none() && self.may_go_on(0.0) {
+            self.starts.ways.push(self.on(0.0));
+        }
+        if self.starts.ways.is_empty() {
+            let back = self.back(1.0, 0.0);
+            let (from, to) = self.ends();
+            self.give_up(UnsafeCode::PlaceUnknown, vec![back.node], vec![to, from]);
         }
     }
-}
 
-/// Keeps the ways whose node is open, or one of them where none is.
-fn choose(
-    closed: &Closed<'_>,
-    starts: &mut Starts,
-    warnings: &mut Vec<Warning>,
-    back: Option<Reentry>,
-    on: Option<Reentry>,
-    cause_is_behind: bool,
-) {
-    let ways = [back, on].into_iter().flatten();
-    starts
-        .ways
-        .extend(ways.filter(|way| !closed.closes_node(way.node)));
-    if !starts.ways.is_empty() {
-        return;
+    fn on_leg(&mut self, drone: Flown) {
+        let causes = Causes::found(self.request, self.airspace, self.leg);
+        if let Some(part) = causes.around(drone.reported) {
+            self.out_of_zone(&causes, drone, part);
+            return;
+        }
+        if self.runs_into_zone(&causes, drone) {
+            return;
+        }
+        if !causes.lie_behind(drone.reported) && self.may_go_back(drone.latest) {
+            let back = self.back(drone.latest, 0.0);
+            if self.closed.closes_node(back.node) {
+                self.warnings.push(Warning::StartClosed { node: back.node });
+            }
+            self.starts.ways.push(back);
+        }
+        if !causes.lie_ahead(drone.reported) && self.may_go_on(drone.reported) {
+            self.starts.ways.push(self.on(drone.reported));
+        }
+        if self.starts.ways.is_empty() {
+            self.trapped(&causes, drone.reported);
+        }
     }
-    let least_bad = match cause_is_behind {
-        true => on.or(back),
-        false => back.or(on),
-    };
-    if let Some(way) = least_bad {
-        warnings.push(Warning::StartClosed { node: way.node });
-        starts.ways.push(way);
+
+    /// The ways of a drone that comes into a zone ahead before it can turn; false where there is none so near.
+    fn runs_into_zone(&mut self, causes: &Causes, drone: Flown) -> bool {
+        let stopping_m = self.request.circumstances.stopping_m();
+        let Some(zone) = causes.next_zone(drone.reported).filter(|_| drone.moves) else {
+            return false;
+        };
+        if (zone - drone.latest) * self.leg.length_m >= stopping_m {
+            return false;
+        }
+        let turns = (drone.latest + stopping_m / self.leg.length_m).min(1.0);
+        let overrun_m = (turns - drone.latest) * self.leg.length_m;
+        self.starts.cannot_stop = true;
+        // Once inside, back is the way that enters no zone from outside again.
+        match !causes.lie_behind(drone.reported) && self.may_go_back(drone.latest) {
+            true => self.starts.ways.push(self.back(drone.latest, overrun_m)),
+            false => self.trapped(causes, drone.reported),
+        }
+        true
+    }
+
+    /// The way of a drone out of the zones that it is in: along its leg, else straight.
+    fn out_of_zone(&mut self, causes: &Causes, drone: Flown, part: (f64, f64)) {
+        let flown = drone.reported;
+        let (from, until) = part;
+        self.warnings.push(Warning::InsideZone);
+        self.starts.leaves_zone = true;
+        let may_go_back = from > 0.0 && !causes.lie_behind(flown) && self.may_go_back(flown);
+        let may_go_on = until < 1.0 && !causes.lie_ahead(flown) && self.may_go_on(flown);
+        let back = may_go_back.then(|| self.back(drone.latest, 0.0));
+        let on = may_go_on.then(|| self.on(flown));
+        let (way, spare) = match (back, on) {
+            (Some(back), Some(on)) if flown - from <= until - flown => (Some(back), Some(on)),
+            (Some(back), Some(on)) => (Some(on), Some(back)),
+            (way, None) | (None, way) => (way, None),
+        };
+        if let Some(way) = way {
+            self.starts.ways.push(way);
+            self.starts.spare = spare;
+            return;
+        }
+        let (start, end) = self.ends();
+        let place = match self.request.report.location {
+            Location::At(place) => place,
+            Location::LegStart | Location::Unknown => start.towards(end, flown),
+        };
+        if self.straight_from(place, Some((self.leg.from, self.leg.to))) {
+            self.warnings.push(Warning::Unverified { off_leg_m: 0.0 });
+        } else {
+            self.trapped(causes, flown);
+        }
+    }
+
+    /// No way is safe: the drone stays, or goes to the nearest place on its leg outside every zone.
+    fn trapped(&mut self, causes: &Causes, flown: f64) {
+        let (from, to) = self.ends();
+        let both_between = causes.lie_behind(flown) && causes.lie_ahead(flown);
+        let code = if both_between {
+            self.warnings.push(Warning::BetweenCauses);
+            UnsafeCode::BetweenCauses
+        } else {
+            UnsafeCode::EndsClosed
+        };
+        let place = from.towards(to, flown);
+        let Some((first, last)) = causes.around(flown) else {
+            self.give_up(code, Vec::new(), vec![place]);
+            return;
+        };
+        let beyond = OUTSIDE_M / self.leg.length_m.max(OUTSIDE_M);
+        let out = [first - beyond, last + beyond].into_iter();
+        let nearest = out
+            .filter(|share| (0.0..=1.0).contains(share) && causes.around(*share).is_none())
+            .min_by(|one, other| (one - flown).abs().total_cmp(&(other - flown).abs()));
+        match nearest {
+            Some(share) => {
+                let line = vec![place, from.towards(to, share)];
+                self.give_up(code, Vec::new(), line);
+            }
+            None => self.give_up_for_nearest(code, place),
+        }
+    }
+
+    /// The least bad way is straight to the nearest open node, whatever is between.
+    fn give_up_for_nearest(&mut self, code: UnsafeCode, place: Point) {
+        let around = [place.x as f32, place.y as f32];
+        let nodes = self.topology.node_tree().nearest_neighbor_iter(&around);
+        let mut open = nodes.filter(|candidate| !self.closed.closes_node(candidate.node));
+        let nearest = open.next().map(|candidate| candidate.node);
+        match nearest {
+            Some(node) => {
+                let line = vec![place, self.topology.position(node)];
+                self.give_up(code, vec![node], line);
+            }
+            None => self.give_up(code, Vec::new(), vec![place]),
+        }
+    }
+
+    fn give_up(&mut self, code: UnsafeCode, nodes: Vec<NodeIx>, line: Vec<Point>) {
+        let pairs = line.windows(2);
+        let length_m = total_m(pairs.map(|pair| pair[0].distance_m(pair[1])));
+        self.starts.least_bad = Some(UnsafeWay {
+            code,
+            nodes,
+            line,
+            length_m,
+            battery: None,
+        });
+    }
+
+    /// The nearest open nodes to a drone that is off its leg.
+    fn off_leg(&mut self, place: Point, off_leg_m: f64) {
+        let is_inside = all_zones(self.request, self.airspace)
+            .any(|zone| zone.shape().covers_point(place, zone.margin_m()));
+        if is_inside {
+            self.warnings.push(Warning::InsideZone);
+            self.starts.leaves_zone = true;
+        }
+        self.starts.off_leg = true;
+        if self.straight_from(place, None) {
+            self.warnings.push(Warning::Unverified { off_leg_m });
+        } else {
+            self.warnings.push(Warning::Unsafe { off_leg_m });
+            self.give_up_for_nearest(UnsafeCode::Unverified, place);
+        }
+    }
+
+    /// Offers the nearest open nodes whose straight line crosses no zone but those that it leaves; false where there are none.
+    ///
+    /// Lines by the ends of a leg that the drone is on are left out: what blocks the leg blocks the straight line along it.
+    fn straight_from(&mut self, place: Point, on: Option<(NodeIx, NodeIx)>) -> bool {
+        let topology = self.topology;
+        let ends = on.map(|(from, to)| [from, to].map(|end| topology.position(end)));
+        let comes_along_leg = |node: NodeIx| {
+            let line = (place, topology.position(node));
+            let comes_near = |end: &Point| fraction_along(line, *end).1 <= OFF_LEG_TOLERANCE_M;
+            let is_beyond = |end: &&Point| end.distance_m(place) > OFF_LEG_TOLERANCE_M;
+            ends.is_some_and(|ends| ends.iter().filter(is_beyond).any(comes_near))
+        };
+        let around = [place.x as f32, place.y as f32];
+        let mut near: Vec<Reentry> = topology
+            .node_tree()
+            .nearest_neighbor_iter(&around)
+            .filter(|near| !self.closed.closes_node(near.node) && !comes_along_leg(near.node))
+            .take(OFF_LEG_LOOKED_AT)
+            .map(|candidate| straight_to(topology, place, candidate.node))
+            .collect();
+        near.sort_by(|one, other| {
+            let by_distance = one.stretch.length_m.total_cmp(&other.stretch.length_m);
+            by_distance.then_with(|| topology.rank(one.node).cmp(&topology.rank(other.node)))
+        });
+        let is_clear = |way: &&Reentry| {
+            let line = (place, topology.position(way.node));
+            way_out(&zone_parts(all_zones(self.request, self.airspace), line)).is_some()
+        };
+        let clear = near.iter().filter(is_clear).take(OFF_LEG_CANDIDATES);
+        self.starts.ways.extend(clear);
+        self.starts.off_leg = true;
+        !self.starts.ways.is_empty()
     }
 }
 
@@ -301,50 +416,4 @@ fn straight_to(topology: &Topology, place: Point, node: NodeIx) -> Reentry {
         begin: place,
     };
     Reentry { node, stretch }
-}
-
-/// The nearest open nodes to a drone that is off its leg.
-fn off_leg(
-    request: &Request,
-    airspace: &Airspace,
-    closed: &Closed<'_>,
-    place: Point,
-    off_leg_m: f64,
-    starts: &mut Starts,
-    warnings: &mut Vec<Warning>,
-) {
-    let topology = closed.topology();
-    let around = [place.x as f32, place.y as f32];
-    let mut near: Vec<Reentry> = topology
-        .node_tree()
-        .nearest_neighbor_iter(&around)
-        .filter(|candidate| !closed.closes_node(candidate.node))
-        .take(OFF_LEG_LOOKED_AT)
-        .map(|candidate| straight_to(topology, place, candidate.node))
-        .collect();
-    near.sort_by(|one, other| {
-        let by_distance = one.stretch.length_m.total_cmp(&other.stretch.length_m);
-        by_distance.then_with(|| topology.rank(one.node).cmp(&topology.rank(other.node)))
-    });
-    let standing = airspace
-        .in_force()
-        .filter_map(|closure| closure.zone().map(|zone| &**zone));
-    let zones: Vec<&Zone> = standing
-        .chain(request.zone.iter().map(|brought| &*brought.zone))
-        .collect();
-    let is_clear = |start: &&Reentry| {
-        let node = topology.position(start.node);
-        zones
-            .iter()
-            .all(|zone| !zone.shape().meets_segment(place, node, zone.margin_m()))
-    };
-    starts
-        .ways
-        .extend(near.iter().filter(is_clear).take(OFF_LEG_CANDIDATES));
-    if starts.ways.is_empty() {
-        warnings.push(Warning::Unsafe { off_leg_m });
-        starts.ways.extend(near.first());
-    } else {
-        warnings.push(Warning::Unverified { off_leg_m });
-    }
 }

@@ -24,7 +24,8 @@ impl Cuts {
     /// stands closed that the request did not close, or there are too many.
     fn of(closed: &Closed<'_>, tree: &DestinationTree) -> Option<Self> {
         let blocked = closed.blocked_by_request()?;
-        if blocked.len() > MAX_CUTS {
+        // Without a numbering nothing can be told by spans, also where there is nothing to tell.
+        if !tree.is_numbered() || blocked.len() > MAX_CUTS {
             return None;
         }
         let mut cuts = Self {

@@ -168,6 +168,11 @@ impl DestinationTree {
         self.places.get(node.at()).map(|place| place.span)
     }
 
+    /// True where its nodes have numbers: in the tree of the intact network.
+    pub(super) fn is_numbered(&self) -> bool {
+        !self.places.is_empty()
+    }
+
     /// Bytes held in memory.
     pub fn bytes(&self) -> usize {
         let per_node = size_of::<f64>() + 2 * size_of::<u32>();

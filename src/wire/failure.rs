@@ -24,15 +24,51 @@ pub struct FailureReport {
     /// What failed; without it the failure counts as navigational.
     #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
     pub failure: Option<FailureType>,
+    /// For `operational`: what it is about.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detail: Option<OperationalDetail>,
+    /// For `infrastructure`: where pads have failed; at the end of the leg where none is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub node: Option<Id<'static>>,
+    /// For `infrastructure`: how many pads have failed; all where none is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pads: Option<u32>,
+    /// For `environmental`: the mean wind measured, in metres per second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wind_mps: Option<f64>,
+    /// For `environmental`: the gusts measured, in metres per second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gust_mps: Option<f64>,
+    /// For `environmental`: how far one sees, in metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visibility_m: Option<f64>,
+    /// Whether the drone is in the air.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub airborne: Option<bool>,
     /// The failed drone delivery service: a leg of a plan, or a leg by its nodes.
     #[serde(deserialize_with = "object", skip_serializing_if = "Option::is_none")]
     pub service: Option<Service>,
     /// Where the drone was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub location: Option<Place>,
+    /// How old that place was when the report was sent, in seconds; by `timestamp` where none is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub location_age_s: Option<f64>,
+    /// Which leg of its plan it was on, counted from 0; as `service.leg`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leg: Option<u32>,
+    /// How far along its leg it was, from 0 to 1; `location` counts where both are given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fraction: Option<f64>,
+    /// Its height in metres, by `altitude_reference`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub altitude_m: Option<f64>,
+    /// What the height is above: `agl`, `amsl` or `wgs84`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub altitude_reference: Option<String>,
     /// Nobody knows where the drone was, so the worst is assumed; `location` counts where both are given.
     ///
-    /// Without either, a report that names its leg by two nodes means the start of the leg.
+    /// Without either, the last telemetry of the drone gives its place; without telemetry it is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub location_unknown: Option<bool>,
     /// Where the cause of the failure is, if the drone could tell.
@@ -95,6 +131,21 @@ impl FailureReport {
         let path = self.remaining_path.as_ref().map_or(0, Vec::len);
         text_bytes(self) + zone + close + size_of::<Id<'_>>() * path
     }
+}
+
+/// What an operational failure is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum OperationalDetail {
+    /// Less battery than planned.
+    Battery,
+    /// More payload than planned.
+    Payload,
+    /// A motor or a propeller: the nearest node that is not closed will do.
+    Propulsion,
+    /// It has to land: likewise.
+    LandNow,
 }
 
 /// The failed drone delivery service: `{plan_id, leg}` of a plan that the edge knows, or `{from, to}`.

@@ -32,7 +32,7 @@ pub use closure::{
 };
 pub use drone::{DroneState, Drones, Position, Telemetry, TelemetryAnswer, TelemetryEntry};
 pub use event::{Event, EventKind};
-pub use failure::{DroneFacts, FailureReport, Failures, Parameters, Service};
+pub use failure::{DroneFacts, FailureReport, Failures, OperationalDetail, Parameters, Service};
 pub use first_stretch::{FirstStretch, Flag, IfAirborne, Near, StretchKind, UnsafeWay, Waypoint};
 pub use flight::{
     DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,

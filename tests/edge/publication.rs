@@ -180,7 +180,7 @@ async fn all_reports_together_close_a_small_share_of_the_network() {
 async fn a_zone_that_a_report_brings_binds_it_alone_until_an_operator_accepts_it() {
     let stage = Stage::set();
     let body = json!({
-        "type": "regulatory", "service": {"from": "a1", "to": "a2"}, "destination": "a4",
+        "type": "regulatory", "service": {"from": "a1", "to": "a2"}, "location": {"node": "a1"}, "destination": "a4",
         "zone": crate::stage::circle("stadium", 200.0, 50.0, 60.0),
     });
     let answer = stage.answer(body.clone()).await;

@@ -20,6 +20,7 @@ mod reports;
 mod shape_cases;
 mod shape_queries;
 mod shapes;
+mod start_rules;
 mod starts;
 mod strategies;
 mod table_cache;

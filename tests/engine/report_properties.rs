@@ -13,7 +13,9 @@ use skyway::formats::{
 use skyway::geo::Point;
 use skyway::network::{NodeIx, bundled, sketch};
 use skyway::recompose::{Outcome, Scratch, World, recompose};
-use skyway::wire::{DroneFacts, FailureReport, Id, Parameters, Place, Scope, Service, Strategy};
+use skyway::wire::{
+    DroneFacts, FailureReport, Id, OperationalDetail, Parameters, Place, Scope, Service, Strategy,
+};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -186,6 +188,15 @@ impl Reporter<'_> {
             explain: self.maybe(0.2, Self::flag),
             dry_run: self.maybe(0.2, Self::flag),
             close: self.maybe(0.1, |own| vec![json!(own.id())]),
+            airborne: self.maybe(0.3, Self::flag),
+            location_age_s: self.maybe(0.2, |own| own.draw.unit() * 20.0 - 1.0),
+            fraction: self.maybe(0.2, |own| own.draw.unit() * 1.2),
+            detail: self.maybe(0.3, |own| {
+                own.one_of(&[OperationalDetail::LandNow, OperationalDetail::Battery])
+            }),
+            node: self.maybe(0.2, Self::id),
+            pads: self.maybe(0.2, |own| own.draw.below(3) as u32),
+            ..FailureReport::default()
         }
     }
 }
@@ -238,7 +249,11 @@ fn a_settled_report_by_itself_settles_to_the_same_request_and_is_answered() {
                 leg: own.maybe(0.5, |own| own.draw.below(9)),
             }),
             position: reporter.maybe(0.3, Reporter::point),
+            position_age_s: 7.5,
+            airspeed_mps: reporter.maybe(0.5, |_| 12.5),
+            is_grounded: reporter.maybe(0.2, |_| ()).is_some(),
             now: Some(Timestamp::UNIX_EPOCH),
+            ..Known::nothing()
         };
         let mut warnings = Vec::new();
         let body = json!(report);

@@ -57,6 +57,7 @@ fn settle(report: &Value, told: Told<'_>) -> (Result<Settled, ReportProblem>, Ve
             .map(|(nodes, leg)| KnownPlan { nodes, leg: *leg }),
         position: told.position.map(|(x, y)| Point::new(x, y)),
         now: told.now.map(|now| now.parse().expect("a time")),
+        ..Known::nothing()
     };
     let mut parsed = parse_report(report.to_string().as_bytes()).expect("an object");
     let settled = settle_report(&parsed.report, &known, &airspace, &mut parsed.warnings);
@@ -353,7 +354,7 @@ fn the_destination_is_the_first_that_anything_tells() {
 }
 
 #[test]
-fn a_missing_place_is_the_start_of_a_leg_by_nodes_and_unknown_on_a_leg_by_plan() {
+fn a_missing_place_is_that_of_telemetry_and_else_the_start_of_a_leg_by_nodes() {
     let leg = json!({"from": "A", "to": "B"});
     let with = |name: &str, value: Value| json!({"service": leg, name: value});
     let by_plan = json!({"service": {"plan_id": "p", "leg": 0}});
@@ -365,7 +366,7 @@ fn a_missing_place_is_the_start_of_a_leg_by_nodes_and_unknown_on_a_leg_by_plan()
         (
             json!({"service": leg}),
             known,
-            "AB start to E by ABE navigational;",
+            "AB (120, 7) to E by ABE navigational;",
         ),
         (by_plan, known, "AB (120, 7) to E by ABE navigational;"),
         (
@@ -411,12 +412,12 @@ fn a_missing_place_is_the_start_of_a_leg_by_nodes_and_unknown_on_a_leg_by_plan()
         (
             with("location", json!([99_000, 0])),
             NOTHING,
-            "AB (99000, 0) to B navigational;",
+            "AB anywhere to B navigational; doubtful: location_doubtful",
         ),
         (
             with("location", json!([102_000, 0])),
             NOTHING,
-            "AB (102000, 0) to B navigational; doubtful: location_doubtful",
+            "AB anywhere to B navigational; doubtful: location_doubtful",
         ),
         (
             with("cause_location", json!([])),

@@ -11,18 +11,18 @@ use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{NodeIx, Topology, sketch};
 use skyway::recompose::{
-    BroughtZone, Fallback, Outcome, Recomposition, Request, Scratch, Severance, Strategy, Warning,
-    World, recompose,
+    BroughtZone, Fallback, Flag, Outcome, Recomposition, Request, Scratch, Severance, Strategy,
+    Warning, World, recompose,
 };
 use std::sync::Arc;
 
-struct Map {
+pub(crate) struct Map {
     topology: Arc<Topology>,
     airspace: Airspace,
 }
 
 impl Map {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let drawing = "
 C...D
 .....
@@ -35,11 +35,11 @@ A...B.E";
         Self { topology, airspace }
     }
 
-    fn node(&self, letter: &str) -> NodeIx {
+    pub(crate) fn node(&self, letter: &str) -> NodeIx {
         self.topology.node(letter).expect("a letter of the drawing")
     }
 
-    fn closing(mut self, nodes: &[&str], segments: &[(&str, &str)]) -> Self {
+    pub(crate) fn closing(mut self, nodes: &[&str], segments: &[(&str, &str)]) -> Self {
         let between = |(from, to): &(&str, &str)| {
             let found = self
                 .topology
@@ -57,8 +57,12 @@ A...B.E";
         self
     }
 
-    fn with_zone(mut self, from_x: f64, to_x: f64) -> Self {
-        let zone = Arc::new(self.zone("zone", from_x, to_x));
+    pub(crate) fn with_zone(self, from_x: f64, to_x: f64) -> Self {
+        self.with_named_zone("zone", from_x, to_x)
+    }
+
+    pub(crate) fn with_named_zone(mut self, id: &str, from_x: f64, to_x: f64) -> Self {
+        let zone = Arc::new(self.zone(id, from_x, to_x));
         let change = Change::Put(Arc::new(Closure::of_zone(&self.topology, zone)));
         self.airspace = self.airspace.apply(&[change], self.airspace.as_of());
         self
@@ -86,7 +90,7 @@ A...B.E";
         Zone::new(draft, self.topology.frame()).expect("a rectangle")
     }
 
-    fn request(&self, failure: FailureType, location: Location) -> Request {
+    pub(crate) fn request(&self, failure: FailureType, location: Location) -> Request {
         Request::exact(FailureReport {
             failure,
             leg: (self.node("A"), self.node("B")),
@@ -97,7 +101,7 @@ A...B.E";
         })
     }
 
-    fn answer(&self, request: &Request) -> Recomposition {
+    pub(crate) fn answer(&self, request: &Request) -> Recomposition {
         let world = World {
             airspace: &self.airspace,
             trees: None,
@@ -105,13 +109,13 @@ A...B.E";
         recompose(&world, request, &mut Scratch::new(&self.topology))
     }
 
-    fn letters(&self, answer: &Recomposition) -> String {
+    pub(crate) fn letters(&self, answer: &Recomposition) -> String {
         let nodes = answer.path.nodes.iter();
         nodes.map(|&node| self.topology.node_id(node)).collect()
     }
 }
 
-fn on_leg(x: f64) -> Location {
+pub(crate) fn on_leg(x: f64) -> Location {
     Location::At(Point::new(x, 0.0))
 }
 
@@ -169,7 +173,8 @@ fn a_zone_ahead_on_the_leg_is_the_cause_and_a_zone_behind_is_passed() {
 fn inside_a_zone_the_drone_leaves_by_the_shorter_way_and_is_told() {
     let map = Map::new().with_zone(150.0, 350.0);
     for (x, first, stretch_m) in [(200.0, "A", 200.0), (300.0, "B", 100.0)] {
-        let answer = map.answer(&map.request(FailureType::Regulatory, on_leg(x)));
+        let answer = map.answer(&map.request(FailureType::ServiceLevel, on_leg(x)));
+        assert_eq!(answer.flags, [Flag::LeavingZone], "at {x}");
         assert!(answer.warnings.contains(&Warning::InsideZone), "at {x}");
         assert!(map.letters(&answer).starts_with(first), "at {x}");
         assert_eq!(answer.first_stretch_m, stretch_m);

@@ -13,6 +13,12 @@ mirror_enum!(FailureType {
     Operational,
     ServiceLevel,
 });
+mirror_enum!(OperationalDetail {
+    Battery,
+    Payload,
+    Propulsion,
+    LandNow,
+});
 mirror_enum!(Strategy {
     Exact,
     TwoPhased,

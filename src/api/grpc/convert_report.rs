@@ -52,6 +52,18 @@ impl IntoProto<proto::FailureReport> for wire::FailureReport {
             explain: self.explain,
             dry_run: self.dry_run,
             location_unknown: self.location_unknown,
+            detail: self.detail.map_or(0, wire::OperationalDetail::into_proto),
+            node: self.node.into_proto(),
+            pads: self.pads,
+            wind_mps: self.wind_mps,
+            gust_mps: self.gust_mps,
+            visibility_m: self.visibility_m,
+            airborne: self.airborne,
+            location_age_s: self.location_age_s,
+            leg: self.leg,
+            fraction: self.fraction,
+            altitude_m: self.altitude_m,
+            altitude_reference: self.altitude_reference,
         }
     }
 }
@@ -93,6 +105,18 @@ impl Reader {
         wire::FailureReport {
             id: message.id.map(|id| ids.read(id)),
             failure: self.failure_type(message.r#type),
+            detail: self.choice("detail", message.detail),
+            node: message.node.map(|id| ids.read(id)),
+            pads: message.pads,
+            wind_mps: self.number("wind_mps", message.wind_mps),
+            gust_mps: self.number("gust_mps", message.gust_mps),
+            visibility_m: self.number("visibility_m", message.visibility_m),
+            airborne: message.airborne,
+            location_age_s: self.number("location_age_s", message.location_age_s),
+            leg: message.leg,
+            fraction: self.number("fraction", message.fraction),
+            altitude_m: self.number("altitude_m", message.altitude_m),
+            altitude_reference: message.altitude_reference,
             service: message.service.map(|service| wire::Service {
                 plan_id: service.plan_id,
                 leg: service.leg,

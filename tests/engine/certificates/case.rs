@@ -15,10 +15,10 @@ use skyway::verify::{CertificateFault, NetworkFacts, Verdict, verify};
 use crate::oracle::generate::{self, Closures, Draw};
 use crate::oracle::{OracleNetwork, World as OracleWorld, shortest};
 
-/// Thirty of each kind of network; `SKYWAY_CASES` multiplies them.
+/// Forty of each kind of network; `SKYWAY_CASES` multiplies them.
 fn seeds() -> std::ops::Range<u64> {
     let times = std::env::var("SKYWAY_CASES").ok();
-    0..180 * times.and_then(|times| times.parse().ok()).unwrap_or(1)
+    0..240 * times.and_then(|times| times.parse().ok()).unwrap_or(1)
 }
 
 /// The cases of all seeds, but those of a drone off its leg with nothing open near it: there is no way
