@@ -1,25 +1,24 @@
 //! The answer to a failure in flight, with time, battery and pads.
 
+use super::brought::{OwnWorld, causes_of_leg, with_airframe};
 use super::composition::{FlightComposition, Proof, equip};
+use super::grounded::hold_on_the_ground;
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::{Landing, land};
 use super::local::{Local, answer_locally, on_way_alone};
 use super::nearby::tell_what_is_near;
 use super::skies::Skies;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
-use crate::airspace::{Cause, Closure};
 use crate::compose::planned_nodes;
-use crate::flight::{FlightPlan, FlightStart, StretchKind, TimedClosure};
+use crate::flight::{Aloft, FlightPlan, FlightStart, StretchKind};
 use crate::itinerary::{
     FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightSetting, Objective,
-    timed_closures,
 };
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::{
     Fallback, Flag, Near, Outcome, Request, Severance, Stage, Strategy, UnsafeWay, Warning,
     WaysBack, World, ways_back,
 };
-use std::sync::Arc;
 
 /// What is known of the battery of a drone in flight, as fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +93,8 @@ pub struct FlightRecomposition {
     pub unsafe_way: Option<UnsafeWay>,
     /// Without a plan: what is near, the nearest first.
     pub near: Vec<Near>,
+    /// Where nobody knows whether the drone is in the air: what one is told that is.
+    pub if_airborne: Option<Box<FlightRecomposition>>,
     /// How certain it is that no plan is better, or that there is none.
     pub proof: Proof,
     /// The strategy asked for.
@@ -177,24 +178,64 @@ pub fn answer_failure(
     failure: &FlightFailure<'_>,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
-    let request = failure.request;
+    let of_airframe = with_airframe(world.setting, failure.request);
+    let failure = &FlightFailure {
+        request: of_airframe.as_ref().unwrap_or(failure.request),
+        ..*failure
+    };
     let now = World {
         airspace: world.skies.now(),
         trees: None,
     };
-    let ways = ways_back(&now, request, &mut scratch.recompose);
-    let battery = battery_now(world.setting.topology(), failure);
-    let brought = brought_closures(world.skies, request);
-    let own_skies = (!brought.is_empty()).then(|| world.skies.with(brought));
-    let own_setting = own_skies
-        .as_ref()
-        .map(|skies| world.setting.with_situation(skies.situation().clone()));
-    let own_world = DeliveryWorld {
-        skies: own_skies.as_ref().unwrap_or(world.skies),
-        setting: own_setting.as_ref().unwrap_or(world.setting),
-        ..*world
+    let ways = ways_back(&now, failure.request, &mut scratch.recompose);
+    let aloft = failure.request.circumstances.aloft;
+    let held = ways.held_at.filter(|_| aloft != Aloft::Airborne);
+    let Some(node) = held else {
+        return answer_by(world, failure, &ways, scratch);
     };
-    let beginnings = Beginnings::of(own_world.setting, failure, &ways);
+    let mut answer = hold_on_the_ground(world, failure, node, scratch);
+    if aloft == Aloft::Unknown {
+        let airborne = answer_by(world, failure, &ways, scratch);
+        answer.if_airborne = Some(Box::new(airborne));
+    }
+    answer
+}
+
+/// Answers a drone in flight by its ways back; where the shorter way out of a zone leads nowhere, by the longer one.
+fn answer_by(
+    world: &DeliveryWorld<'_>,
+    failure: &FlightFailure<'_>,
+    ways: &WaysBack,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let answer = answer_by_these(world, failure, ways, scratch);
+    let spare = ways.spare.filter(|_| answer.outcome == Outcome::NoRoute);
+    let Some(spare) = spare else {
+        return answer;
+    };
+    let longer = WaysBack {
+        ways: vec![spare],
+        spare: None,
+        ..ways.clone()
+    };
+    let other = answer_by_these(world, failure, &longer, scratch);
+    match other.outcome {
+        Outcome::NoRoute => answer,
+        _ => other,
+    }
+}
+
+fn answer_by_these(
+    world: &DeliveryWorld<'_>,
+    failure: &FlightFailure<'_>,
+    ways: &WaysBack,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let request = failure.request;
+    let battery = battery_now(world.setting.topology(), failure);
+    let own = OwnWorld::of(world, request, false);
+    let own_world = own.world(world);
+    let beginnings = Beginnings::of(own_world.setting, failure, ways);
     let closes_leg = request.report.failure.closes_leg();
     let closed: Vec<SegmentIx> = ways.segment.filter(|_| closes_leg).into_iter().collect();
     let latest_s = failure.at_s + DEFAULT_DEADLINE_S;
@@ -212,7 +253,7 @@ pub fn answer_failure(
             in_flight: true,
             explain: true,
         },
-        ways: &ways,
+        ways,
         before: *world,
     };
     let all = beginnings.all();
@@ -231,63 +272,9 @@ pub fn answer_failure(
     }
     if answer.outcome == Outcome::NoRoute {
         tell_what_is_near(&case, &all, &mut answer, scratch);
-        answer.unsafe_way = answer.unsafe_way.or(ways.least_bad);
+        answer.unsafe_way = answer.unsafe_way.or_else(|| ways.least_bad.clone());
     }
     answer
-}
-
-/// All that closes the leg or its ends now, for a drone that may go to neither.
-fn causes_of_leg(skies: &Skies, failure: &FlightFailure<'_>) -> Vec<FlightCause> {
-    let (from, to) = failure.request.report.leg;
-    let segment = skies.topology().segment_between(from, to);
-    let meets = |closure: &TimedClosure| {
-        let is_now = closure.from_s <= failure.at_s && failure.at_s <= closure.until_s;
-        let meets_leg = segment.is_some_and(|segment| closure.segments.contains(&segment));
-        let meets_end = closure.nodes.contains(&from) || closure.nodes.contains(&to);
-        is_now && (meets_leg || meets_end)
-    };
-    let closures = skies.situation().closures.iter().enumerate();
-    let closing = closures.filter(|(_, closure)| meets(closure));
-    let mut causes: Vec<FlightCause> = closing
-        .map(|(number, _)| FlightCause::Closure(number))
-        .collect();
-    let closes_leg = failure.request.report.failure.closes_leg();
-    causes.extend(segment.filter(|_| closes_leg).map(FlightCause::Request));
-    if causes.is_empty() {
-        causes.push(FlightCause::Network);
-    }
-    causes
-}
-
-/// What a report closes for its own request, beside its leg.
-fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
-    let mut closures = Vec::new();
-    // What is left of a node's pads is not told apart: only all of them close.
-    let failed = request.failed_pads().filter(|pads| {
-        let has = skies.topology().pads(pads.node);
-        pads.count.is_none_or(|count| count >= has)
-    });
-    if let Some(failed) = failed {
-        closures.push(TimedClosure {
-            from_s: f64::NEG_INFINITY,
-            until_s: f64::INFINITY,
-            segments: Vec::new(),
-            nodes: Vec::new(),
-            pads: vec![failed.node],
-            widened: false,
-        });
-    }
-    if let Some(brought) = &request.zone {
-        let closure = Closure {
-            id: brought.zone.id().to_owned(),
-            windows: brought.zone.windows().to_vec(),
-            hits: brought.hits.clone(),
-            pads: Vec::new(),
-            cause: Cause::Zone(Arc::clone(&brought.zone)),
-        };
-        closures.extend(timed_closures(&closure, skies.zero()));
-    }
-    closures
 }
 
 /// The answer of `exact`.
@@ -418,12 +405,12 @@ pub(super) fn conclude(
         .warnings
         .splice(0..0, case.ways.warnings.iter().cloned());
     let is_told = answer.composition.is_some();
-    if is_told && case.ways.leaves_zone {
-        answer.flags.push(Flag::LeavingZone);
-    }
-    if is_told && case.ways.cannot_stop {
-        answer.flags.push(Flag::CannotStop);
-    }
+    let of_ways = [
+        (case.ways.leaves_zone, Flag::LeavingZone),
+        (case.ways.cannot_stop, Flag::CannotStop),
+    ];
+    let held = of_ways.into_iter().filter(|(holds, _)| is_told && *holds);
+    answer.flags.extend(held.map(|(_, flag)| flag));
     answer.flags.sort_unstable();
     answer
 }
@@ -482,6 +469,7 @@ pub(super) fn put_into_words(
         is_energy_checked: true,
         unsafe_way: None,
         near: Vec::new(),
+        if_airborne: None,
         composition,
         hold,
         reserve_used,

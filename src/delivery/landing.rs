@@ -3,7 +3,7 @@
 use super::composition::Proof;
 use super::failure::{Case, FlightRecomposition, Found, conclude};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::flight::{FailureType, FlightPlan, FlightStart};
+use crate::flight::{FailureType, FlightPlan, FlightStart, OperationalDetail};
 use crate::itinerary::{
     FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, Objective, Refuge, Step, Value,
     find_nearest, find_refuge,
@@ -35,6 +35,18 @@ pub enum Trouble {
     Payload,
     /// It cannot be kept in the air for long, or has to come down at once.
     Urgent,
+}
+
+impl Trouble {
+    /// By what a report says of its failure.
+    pub fn of(detail: Option<OperationalDetail>) -> Self {
+        match detail {
+            None => Self::Unknown,
+            Some(OperationalDetail::Battery) => Self::Battery,
+            Some(OperationalDetail::Payload) => Self::Payload,
+            Some(OperationalDetail::Propulsion | OperationalDetail::LandNow) => Self::Urgent,
+        }
+    }
 }
 
 /// Which figures a report itself states, of those that show whether its drone can fly on.

@@ -4,9 +4,11 @@
 //! both are immutable and serve any number of requests. [`compose`] makes the plan of a delivery, each leg with what to do when it
 //! closes; [`answer_failure`] answers a drone in flight. Nothing here asks the time: instants are seconds from [`Skies::zero`].
 
+mod brought;
 mod composition;
 mod contingency;
 mod failure;
+mod grounded;
 mod in_flight;
 mod landing;
 mod local;

@@ -104,13 +104,15 @@ impl Skies {
         }
     }
 
-    /// The same with closures that a report brings for its own request.
+    /// The same with closures and taken pads that a report brings for its own request.
     #[must_use]
-    pub(super) fn with(&self, closures: Vec<TimedClosure>) -> Self {
+    pub(super) fn with(&self, closures: Vec<TimedClosure>, taken: Vec<Reservation>) -> Self {
         let mut more = self.clone();
         let reported = closures.iter().map(|_| Severance::Report);
         Arc::make_mut(&mut more.causes).extend(reported);
-        Arc::make_mut(&mut more.situation).closures.extend(closures);
+        let situation = Arc::make_mut(&mut more.situation);
+        situation.closures.extend(closures);
+        situation.reservations.extend(taken);
         more
     }
 

@@ -76,3 +76,30 @@ async fn a_place_that_nobody_knows_costs_the_leg_once() {
     }
     assert_eq!(told[0], told[1]);
 }
+
+#[tokio::test]
+async fn a_detail_says_which_figure_counts() {
+    for (detail, flies_on) in [
+        ("battery", true),
+        ("payload", false),
+        ("propulsion", false),
+        ("land_now", false),
+    ] {
+        let mut told = Vec::new();
+        for dialect in DIALECTS {
+            let town = flying(dialect).await;
+            let more = json!({"detail": detail, "location": {"x": 2100, "y": 0}});
+            let answer = town.report(report("operational", more)).await;
+            town.check(&answer).await;
+            let is_diverted = answer.answer.outcome == Outcome::Diverted;
+            assert_ne!(is_diverted, flies_on, "{detail}: {answer:?}");
+            let energy = if flies_on { "checked" } else { "unchecked" };
+            assert_eq!(&*answer.answer.energy, energy, "{detail}");
+            if is_diverted {
+                assert_eq!(nodes(&answer.answer.path), ["b"], "{detail}");
+            }
+            told.push(answer);
+        }
+        assert_eq!(told[0], told[1], "{detail}");
+    }
+}

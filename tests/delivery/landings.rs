@@ -2,8 +2,8 @@
 
 use crate::town::{Failure, Town};
 use skyway::delivery::{BatteryNow, FlightRecomposition, Landing, ReportedFigures, Trouble};
-use skyway::flight::{FailureType, StretchKind};
-use skyway::recompose::{Flag, Outcome, WhyNot};
+use skyway::flight::{Aloft, FailureType, StretchKind};
+use skyway::recompose::{Flag, Outcome, Warning, WhyNot};
 
 /// `p - a - b - c - q` along a line, pads where they are named.
 fn line(pads: &[&str]) -> Town {
@@ -174,4 +174,28 @@ fn whoever_has_nothing_left_is_told_what_is_near() {
     let near = empty.near.first().expect("the start of its leg");
     assert_eq!(town.ids(&[near.node]), ["a"]);
     assert!(near.battery.expect("it is reckoned") < 0.0);
+}
+
+#[test]
+fn whoever_stands_in_a_zone_is_not_sent_up_through_it() {
+    let town = line(&["a", "c"]).closed_node("a");
+    let at_a = |aloft: Aloft| Failure {
+        aloft,
+        ..Failure::of(FailureType::ServiceLevel)
+    };
+    let node = town.node("a");
+    let holds = town.answer(&at_a(Aloft::Grounded));
+    assert_eq!(holds.outcome, Outcome::Hold, "{holds:#?}");
+    assert_eq!(holds.warnings, [Warning::HoldsWithoutEnd { node }]);
+    let plan = holds.composition.expect("it stays").plan;
+    assert_eq!((plan.start.node, plan.legs.len()), (node, 0));
+    assert!(holds.if_airborne.is_none());
+    // Nobody knows whether it is in the air: it is told both.
+    let both = town.answer(&at_a(Aloft::Unknown));
+    assert_eq!(both.outcome, Outcome::Hold);
+    let airborne = both.if_airborne.expect("the answer to one that is");
+    assert_ne!(airborne.outcome, Outcome::Hold, "{airborne:#?}");
+    let in_the_air = town.answer(&at_a(Aloft::Airborne));
+    assert_eq!(in_the_air.outcome, airborne.outcome);
+    assert_eq!(in_the_air.composition, airborne.composition);
 }

@@ -8,8 +8,8 @@ use skyway::delivery::{
     OtherPlans, Skies, answer_failure, compose,
 };
 use skyway::flight::{
-    Airframe, FailureReport, FailureType, FlightPlan, FlightRules, FlightStart, Location,
-    Reservation, Tariff, Wind, WindField,
+    Airframe, Aloft, Circumstances, FailureReport, FailureType, FlightPlan, FlightRules,
+    FlightStart, Location, Reservation, Tariff, Wind, WindField,
 };
 use skyway::geo::{AltitudeBand, Point};
 use skyway::itinerary::{FlightSetting, Limits, Objective};
@@ -217,6 +217,10 @@ impl Town {
         };
         Request {
             strategy: failure.strategy,
+            circumstances: Circumstances {
+                aloft: failure.aloft,
+                ..Circumstances::default()
+            },
             ..Request::exact(report)
         }
     }
@@ -291,6 +295,7 @@ pub(crate) struct Failure<'a> {
     /// What its plan has of the battery, where it does not tell.
     pub(crate) by_plan: Option<BatteryNow>,
     pub(crate) landing: Option<Landing>,
+    pub(crate) aloft: Aloft,
     pub(crate) strategy: Strategy,
 }
 
@@ -306,6 +311,7 @@ impl Failure<'_> {
             battery: 0.9,
             by_plan: None,
             landing: None,
+            aloft: Aloft::Airborne,
             strategy: Strategy::Exact,
         }
     }

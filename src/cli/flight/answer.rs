@@ -27,7 +27,11 @@ pub(in crate::cli) fn answer(
         objective: flight.objective,
         deadline_s: Some(flight.deadline_s),
         planned_stops: None,
-        landing: Landing::of(request.report.failure, Trouble::Unknown, flight.reported),
+        landing: Landing::of(
+            request.report.failure,
+            Trouble::of(request.circumstances.detail),
+            flight.reported,
+        ),
     };
     let mut scratch = DeliveryScratch::new(flight.skies.topology());
     let answer = answer_failure(&flight.world(), &failure, &mut scratch);

@@ -91,7 +91,7 @@ impl Flights {
         let known = battery(&facts, leg, reporter, scene.now);
         let landing = Landing::of(
             request.report.failure,
-            Trouble::Unknown,
+            Trouble::of(request.circumstances.detail),
             ReportedFigures {
                 battery: facts
                     .battery_fraction
@@ -393,6 +393,8 @@ fn battery(
 
 /// An answer in the terms that those without a flight have, too.
 fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition {
+    let airborne = told.if_airborne.as_deref();
+    let airborne = airborne.map(|airborne| Box::new(without_flight(ground, airborne)));
     let topology = ground.skies.topology();
     let plan = told.composition.as_ref();
     let path = plan.map(|plan| Way {
@@ -415,7 +417,7 @@ fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition 
         flags: told.flags.clone(),
         unsafe_way: told.unsafe_way.clone(),
         near: told.near.clone(),
-        if_airborne: None,
+        if_airborne: airborne,
         strategy: told.strategy,
         strategy_used: told.strategy_used,
         fallback: told.fallback.clone(),

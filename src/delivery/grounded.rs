@@ -1,0 +1,116 @@
+//! A drone on the ground inside an active zone: it holds on its pad until the zone ends, and never leaves through it.
+
+use super::brought::OwnWorld;
+use super::composition::{DeliveryRequest, FlightComposition, Proof, equip};
+use super::failure::{FlightFailure, FlightRecomposition};
+use super::in_flight::battery_now;
+use super::standing::answer_standing;
+use super::world::{DeliveryScratch, DeliveryWorld, Question};
+use crate::flight::{FirstStretch, FlightPlan, StretchKind, StretchLeg};
+use crate::itinerary::{Effort, Step, Value};
+use crate::network::NodeIx;
+use crate::recompose::{Outcome, Request, Warning};
+use jiff::Timestamp;
+
+/// Tells a drone that stands at a node in an active zone to wait there, and what it flies then as far as that is known.
+pub(super) fn hold_on_the_ground(
+    world: &DeliveryWorld<'_>,
+    failure: &FlightFailure<'_>,
+    node: NodeIx,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let own = OwnWorld::of(world, failure.request, true);
+    let world = &own.world(world);
+    let request = DeliveryRequest {
+        source: node,
+        destination: failure.request.report.destination,
+        start_s: failure.at_s,
+        battery: battery_now(world.setting.topology(), failure),
+        objective: failure.objective,
+        deadline_s: failure.deadline_s,
+    };
+    let mut answer = answer_standing(world, &request, None, scratch);
+    let flies_on = matches!(answer.outcome, Outcome::Hold | Outcome::Rerouted);
+    if !flies_on {
+        // No way on is known: it stays, until it is told more.
+        answer.composition = Some(staying(world, &request, scratch));
+        answer.hold = None;
+        answer.reserve_used = false;
+        answer.flags.clear();
+    }
+    answer.outcome = Outcome::Hold;
+    answer.warnings = vec![match end_of_zones(world, failure.request, node) {
+        Some(until) => Warning::HoldsUntil { node, until },
+        None => Warning::HoldsWithoutEnd { node },
+    }];
+    let (from, to) = failure.request.report.leg;
+    let stretch = FirstStretch {
+        kind: StretchKind::None,
+        leg: Some(StretchLeg {
+            from,
+            to,
+            segment: world.setting.topology().segment_between(from, to),
+            fraction: if node == to { 1.0 } else { 0.0 },
+        }),
+        length_m: 0.0,
+        overrun_m: 0.0,
+        begin: world.setting.topology().position(node),
+    };
+    if let Some(composition) = &mut answer.composition {
+        composition.plan.start.stretch = Some(stretch);
+    }
+    answer
+}
+
+/// When the last of the zones over a node ends; `None` where nobody knows.
+fn end_of_zones(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> Option<Timestamp> {
+    let covers = |nodes: &[NodeIx]| nodes.binary_search(&node).is_ok();
+    let standing = world.skies.now().in_force();
+    let standing = standing.filter(|closure| covers(&closure.hits.nodes));
+    let standing = standing.filter_map(|closure| closure.zone());
+    let brought = request.zone.iter();
+    let brought = brought.filter(|brought| covers(&brought.hits.nodes));
+    let zones = standing.chain(brought.map(|brought| &brought.zone));
+    let ends = zones.flat_map(|zone| match zone.windows() {
+        [] => vec![None],
+        windows => windows.iter().map(|window| window.until()).collect(),
+    });
+    let ends: Option<Vec<Timestamp>> = ends.collect();
+    ends?.into_iter().max()
+}
+
+/// A plan that stays where it is.
+fn staying(
+    world: &DeliveryWorld<'_>,
+    request: &DeliveryRequest,
+    scratch: &mut DeliveryScratch,
+) -> FlightComposition {
+    let starts = [request.start()];
+    let question = Question {
+        destination: request.source,
+        deadline_s: f64::INFINITY,
+        ..request.question(world, &starts)
+    };
+    let plan = FlightPlan {
+        start: starts[0],
+        legs: Vec::new(),
+        stops: Vec::new(),
+        arrives_s: request.start_s,
+        battery_at_arrival: request.battery,
+        distance_m: 0.0,
+        energy: 0.0,
+    };
+    let value = Value {
+        weight: 0.0,
+        arrives_s: request.start_s,
+    };
+    let proof = Proof {
+        proved: false,
+        value,
+        lower_bound: value,
+        reason: None,
+        step: Step::Walk,
+        effort: Effort::default(),
+    };
+    equip(world, &question, plan, proof, scratch)
+}
