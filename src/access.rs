@@ -51,7 +51,8 @@ impl Caller {
         }
     }
 
-    /// Whether this caller may speak for a drone: operators for all, a drone for itself, a fleet `f` for `f/...`.
+    /// Whether this caller may speak for a drone: operators for all, a drone for itself, a fleet `f` for `f:...`; also for
+    /// `f/...`, as drones of a fleet were called before.
     pub fn speaks_for(&self, drone_id: &str) -> bool {
         match self.role {
             Role::Operator | Role::Anyone => true,
@@ -60,7 +61,7 @@ impl Caller {
                 let subject = &*self.subject;
                 let of_fleet = drone_id
                     .strip_prefix(subject)
-                    .is_some_and(|rest| rest.starts_with('/'));
+                    .is_some_and(|rest| rest.starts_with([':', '/']));
                 subject == "*" || subject == drone_id || of_fleet
             }
         }

@@ -9,7 +9,7 @@ use serde_json::json;
 const EXAMPLES: &str = "\
 Examples:
   skyway token --role operator --subject '*'            the token, and the lines to add to the file
-  skyway token --role drone --subject acme --json       for a fleet: drones acme/1, acme/2, ...
+  skyway token --role drone --subject acme --json       for a fleet: drones acme:1, acme:2, ...
   (umask 077; skyway token --role drone --subject d-7 2>> tokens.toml > d-7.token)";
 
 /// Arguments of `skyway token`.

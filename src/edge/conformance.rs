@@ -1,16 +1,19 @@
 //! What telemetry shows of a drone's plan: that it has departed, and that it has landed at its end.
 
 use super::Edge;
-use super::drones::{Drones, Rest, Sighting};
+use super::drones::{Drones, Flown, Rest, Sighting};
 use super::fleet;
 use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot};
 use super::state_ends::Seen;
+use super::stretches::spot_on;
 use crate::network::{NodeIx, Topology};
 use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
+/// So far off every way that it was told, in metres, a drone does not conform.
+const OFF_WAY_M: f64 = 50.0;
 /// So near to the last node, in metres, a drone is at it.
 const AT_END_M: f64 = 15.0;
 /// A drone that is slower, in metres per second, rests.
@@ -52,8 +55,18 @@ impl Edge {
         {
             return Some(Seen::Landed(rest.version));
         }
-        let has_departed = sighting.airborne == Some(true) && plan.state == PlanState::Accepted;
-        has_departed.then_some(Seen::Departed)
+        match plan.state {
+            PlanState::Accepted => (sighting.airborne == Some(true)).then_some(Seen::Departed),
+            PlanState::Activated => {
+                let is_off = !is_on_its_ways(snapshot.topology(), plan, sighting);
+                is_off.then_some(Seen::OffItsWays)
+            }
+            PlanState::Nonconforming => {
+                let is_back = is_on_its_ways(snapshot.topology(), plan, sighting);
+                is_back.then_some(Seen::OnItsWay)
+            }
+            PlanState::Contingent | PlanState::Ended => None,
+        }
     }
 }
 
@@ -65,6 +78,40 @@ fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Time
         // Nothing is left to be flown.
         None => plan.reported.is_diversion(),
     }
+}
+
+/// How far a drone has come on what it reported to fly.
+pub(super) fn flown(
+    topology: &Topology,
+    plan: &PlanEntry,
+    sighting: &Sighting,
+    before: Option<&Sighting>,
+) -> Option<Flown> {
+    let version = &plan.reported;
+    let flown_m = before.map_or(0.0, |before| before.flown_m(&plan.id, version.number));
+    let place = sighting.position(topology.frame());
+    let has_departed = sighting.seen_at >= version.departs_at;
+    let spot = spot_on(topology, version, place, flown_m).filter(|_| has_departed)?;
+    // What is far off says nothing of how far it has come.
+    let at_m = if spot.off_m <= OFF_WAY_M {
+        spot.at_m.max(flown_m)
+    } else {
+        flown_m
+    };
+    Some(Flown {
+        plan: plan.id.clone(),
+        version: version.number,
+        at_m,
+    })
+}
+
+/// Whether a drone is on any of the ways that it was told.
+fn is_on_its_ways(topology: &Topology, plan: &PlanEntry, sighting: &Sighting) -> bool {
+    let place = sighting.position(topology.frame());
+    plan.versions().any(|version| {
+        let spot = spot_on(topology, version, place, 0.0);
+        spot.is_none_or(|spot| spot.off_m <= OFF_WAY_M)
+    })
 }
 
 /// Since when a drone rests at the end of what it reported to fly.

@@ -20,8 +20,18 @@ pub(super) struct Sighting {
     pub(super) altitude_reference: Option<AltitudeReference>,
     /// Whether it says that it is in the air.
     pub(super) airborne: Option<bool>,
+    /// How far it has come on a version of its plan.
+    pub(super) flown: Option<Flown>,
     /// Since when it rests at the end of its plan, if it does.
     pub(super) rests: Option<Rest>,
+}
+
+/// How far a drone has come on a version of its plan.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Flown {
+    pub(super) plan: Arc<str>,
+    pub(super) version: u32,
+    pub(super) at_m: f64,
 }
 
 /// A drone rests at the end of a version of its plan.
@@ -44,8 +54,16 @@ impl Sighting {
             heading_deg: None,
             altitude_reference: None,
             airborne: None,
+            flown: None,
             rests: None,
         }
+    }
+
+    /// How far it has come on a version of a plan, in metres from where that begins, as far as its places have shown.
+    pub(super) fn flown_m(&self, plan: &str, version: u32) -> f64 {
+        let flown = self.flown.as_ref();
+        let flown = flown.filter(|flown| &*flown.plan == plan && flown.version == version);
+        flown.map_or(0.0, |flown| flown.at_m)
     }
 
     /// Where the drone was, on a network's plane; it may be laid on another one than when the drone was seen.

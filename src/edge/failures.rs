@@ -15,6 +15,7 @@ use super::records::{AnswerRecord, Published};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::store::Entry;
+use super::stretches::Stretch;
 use super::traces;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure};
@@ -291,7 +292,10 @@ impl Edge {
         drone_id: Option<&str>,
         now: Timestamp,
     ) -> Known<'a> {
-        let progress = |plan| fleet::progress(snapshot.topology(), plan, &self.drones, now);
+        let progress =
+            plan.and_then(|plan| fleet::progress(snapshot.topology(), plan, &self.drones, now));
+        let stretch = plan.and_then(|plan| plan.reported.stretch.as_ref());
+        let on_stretch = progress.is_some_and(|progress| progress.on_stretch);
         let sighting = drone_id.and_then(|id| self.drones.last(id));
         let age_s = sighting
             .as_ref()
@@ -300,7 +304,8 @@ impl Edge {
         Known {
             plan: plan.map(|plan| KnownPlan {
                 nodes: &plan.reported.composition.way.nodes,
-                leg: progress(plan).map(|progress| progress.leg),
+                leg: progress.map(|progress| progress.leg),
+                before: stretch.filter(|_| on_stretch).and_then(Stretch::leg),
             }),
             position: sighting
                 .as_ref()
@@ -372,6 +377,7 @@ impl Edge {
             outcome: Some(record.answer.outcome),
             composition: change.composition.clone()?,
             flight: change.flight.clone(),
+            stretch: stretch_of(record),
             first_stretch_m: record.answer.first_stretch_m,
             departs_at: change.departs_at,
             recomposition_id: Some(Arc::from(record.id())),
@@ -437,6 +443,25 @@ impl Edge {
             }
         }
     }
+}
+
+/// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
+fn stretch_of(record: &AnswerRecord) -> Option<Stretch> {
+    let (answer, report) = (&record.answer, &record.settled.request.report);
+    let stretch = match answer.reentry {
+        Some(_) => Stretch::of(&record.airspace, answer.reentry),
+        None => {
+            let first = *answer.path.nodes.first()?;
+            Stretch::between(&record.airspace, report, first, answer.first_stretch_m)
+        }
+    };
+    let mut stretch = stretch?;
+    let segment = stretch.reentry.stretch.leg.and_then(|leg| leg.segment);
+    if let Some(segment) = segment {
+        let id = record.airspace.topology().segment_id(segment);
+        stretch.knew.push(format!("report:{id}"));
+    }
+    Some(stretch)
 }
 
 /// The airspace with what a report closes, published or not: contingencies must not lead over it.

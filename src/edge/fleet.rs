@@ -3,11 +3,12 @@
 use super::drones::Drones;
 use super::flights::{Flights, FlownAnswer, Scene};
 use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
+use super::stretches::{Stretch, spot_on};
 use crate::airspace::{Airspace, Closure};
 use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
 use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::{Point, total_m};
-use crate::network::Topology;
+use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
 use crate::routing::{TreeCache, Way};
 use jiff::Timestamp;
@@ -17,8 +18,10 @@ use std::sync::Arc;
 /// How far a drone has come on a version of its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Progress {
-    /// The leg it is on.
+    /// The leg it is on; the first where it is on the way there.
     pub(super) leg: usize,
+    /// Whether it is on the first stretch, before all legs.
+    pub(super) on_stretch: bool,
     pub(super) location: Location,
     /// What lies ahead on the plan, in metres.
     pub(super) remaining_m: f64,
@@ -29,6 +32,8 @@ pub(super) struct Progress {
 pub(super) struct Detour {
     pub(super) plan: Arc<PlanEntry>,
     pub(super) answer: DetourAnswer,
+    /// What was asked of the leg that the drone is on.
+    pub(super) report: Option<FailureReport>,
     /// How much longer the route becomes, in metres; `None` where it does not lead to the destination.
     pub(super) extra_m: Option<f64>,
     /// The proposed version; `None` in a preview and where there is no way.
@@ -45,6 +50,19 @@ pub(super) enum DetourAnswer {
     },
     /// By the flight model.
     Flown(Box<FlownAnswer>),
+}
+
+impl DetourAnswer {
+    /// Nothing that was planned is touched where the plan was only assumed: it is another way for who flies it.
+    pub(super) fn is_another_way(&mut self) {
+        let outcome = match self {
+            Self::Shortest { answer, .. } => &mut answer.outcome,
+            Self::Flown(answer) => &mut answer.outcome,
+        };
+        if *outcome == Outcome::Unaffected {
+            *outcome = Outcome::Rerouted;
+        }
+    }
 }
 
 impl Detour {
@@ -108,32 +126,57 @@ pub(super) fn progress(
 ) -> Option<Progress> {
     let version = &plan.reported;
     let legs = &version.composition.legs;
-    let last = legs.len().checked_sub(1)?;
+    let stretch = version.stretch.as_ref();
+    // One that runs straight has to lead to a leg.
+    let stretch = stretch.filter(|stretch| stretch.leg().is_some() || !legs.is_empty());
+    if legs.is_empty() && stretch.is_none() {
+        return None;
+    }
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
     if let Some(sighting) = sighting.filter(|sighting| sighting.seen_at >= version.departs_at) {
         let position = sighting.position(topology.frame());
-        let leg = nearest_leg(topology, legs, position);
-        let to_end_m = position.distance_m(topology.position(legs[leg].to));
+        let flown_m = sighting.flown_m(&plan.id, version.number);
+        let spot = spot_on(topology, version, position, flown_m)?;
+        let (end, after_m) = match spot.leg {
+            Some(leg) => (legs[leg].to, length_after(legs, leg)),
+            None => (
+                stretch?.reentry.node,
+                legs.iter().map(|leg| leg.length_m).sum(),
+            ),
+        };
         return Some(Progress {
-            leg,
+            leg: spot.leg.unwrap_or_default(),
+            on_stretch: spot.leg.is_none(),
             location: Location::At(position),
-            remaining_m: to_end_m + length_after(legs, leg),
+            remaining_m: position.distance_m(topology.position(end)) + after_m,
         });
     }
     let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
     if elapsed_s <= 0.0 {
         return Some(Progress {
             leg: 0,
-            location: Location::LegStart,
+            on_stretch: stretch.is_some(),
+            location: stretch.map_or(Location::LegStart, |stretch| Location::At(stretch.begin())),
+            remaining_m: version.composition.length_m,
+        });
+    }
+    let stretch_s = legs.first().map(|first| first.departure_s);
+    let stretch_s = stretch_s.unwrap_or(version.composition.flight_time_s);
+    if stretch.is_some() && (elapsed_s < stretch_s || legs.is_empty()) {
+        return Some(Progress {
+            leg: 0,
+            on_stretch: true,
+            location: Location::Unknown,
             remaining_m: version.composition.length_m,
         });
     }
     let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
-    let leg = flown.unwrap_or(last);
+    let leg = flown.unwrap_or(legs.len() - 1);
     // By computed times it is known to stand where a leg has not begun.
     let stands = version.flight.is_some() && elapsed_s <= legs[leg].departure_s;
     Some(Progress {
         leg,
+        on_stretch: false,
         location: match stands {
             true => Location::LegStart,
             false => Location::Unknown,
@@ -144,17 +187,6 @@ pub(super) fn progress(
 
 fn length_after(legs: &[Leg], leg: usize) -> f64 {
     total_m(legs[leg + 1..].iter().map(|leg| leg.length_m))
-}
-
-/// The leg that a place is nearest to; of equally near ones the earliest.
-fn nearest_leg(topology: &Topology, legs: &[Leg], place: Point) -> usize {
-    let distance_m = |leg: &Leg| {
-        let (from, to) = (topology.position(leg.from), topology.position(leg.to));
-        distance_to_line_m(place, from, to)
-    };
-    let distances = legs.iter().map(distance_m).enumerate();
-    let nearest = distances.min_by(|left, right| left.1.total_cmp(&right.1));
-    nearest.map_or(0, |(leg, _)| leg)
 }
 
 /// How far a place is from the straight line between two others, ends included, in metres.
@@ -200,10 +232,15 @@ pub(super) fn is_met(
     let version = &plan.reported;
     if let Some((flights, flown)) = means.flights.zip(version.flight.as_deref()) {
         let met = flights.closures_met(means.scene(), plan, (version, flown), progress.leg);
-        return met.contains(&closure.id);
+        let (_, stretch) = ahead(plan, progress);
+        let topology = means.airspace.topology();
+        return met.contains(&closure.id) || is_on_stretch(stretch, closure, topology);
     }
     let is_in_force = means.airspace.is_in_force(&closure.id);
-    is_in_force && is_hit(closure, &version.composition, progress.leg)
+    let (from_leg, stretch) = ahead(plan, progress);
+    is_in_force
+        && (is_hit(closure, &version.composition, from_leg)
+            || is_on_stretch(stretch, closure, means.airspace.topology()))
 }
 
 /// What a plan's drone is told in a world where something ahead has closed.
@@ -224,8 +261,7 @@ pub(super) fn detour_for(
     means: &DetourMeans<'_>,
     scratch: &mut Scratch,
 ) -> Detour {
-    let composition = &plan.reported.composition;
-    let leg = &composition.legs[progress.leg];
+    let (leg, remaining_path) = leg_ahead(plan, progress);
     // A leg that its drone has reported stays failed for it, published or not.
     let reported = plan
         .wanted
@@ -251,19 +287,24 @@ pub(super) fn detour_for(
     };
     let report = FailureReport {
         failure: failure.unwrap_or(otherwise),
-        leg: (leg.from, leg.to),
+        leg,
         location: progress.location,
         cause_location: None,
         destination: plan.destination,
-        remaining_path: Some(composition.way.nodes[progress.leg..].to_vec()),
+        remaining_path,
     };
+    let turns_back = report.remaining_path.is_none();
     let request = Request {
         circumstances,
-        ..Request::exact(report)
+        ..Request::exact(report.clone())
     };
-    let (answer, remaining_length_m) = answered(plan, request, progress.leg, means, scratch);
+    let (mut answer, remaining_length_m) = answered(plan, request, progress.leg, means, scratch);
+    if turns_back {
+        answer.is_another_way();
+    }
     let detour = Detour {
         plan: plan.clone(),
+        report: Some(report),
         answer,
         extra_m: None,
         version: None,
@@ -276,6 +317,54 @@ pub(super) fn detour_for(
         .filter(|_| leads_there)
         .map(|length_m| length_m - progress.remaining_m);
     Detour { extra_m, ..detour }
+}
+
+/// Whether a closure that was not known before lies ahead on a first stretch.
+pub(super) fn is_on_stretch(
+    stretch: Option<(&Stretch, Point)>,
+    closure: &Closure,
+    topology: &Topology,
+) -> bool {
+    stretch.is_some_and(|(stretch, place)| {
+        !stretch.knew.contains(&closure.id) && stretch.is_met(topology, closure, place)
+    })
+}
+
+/// The leg that the drone of a plan is on, and what is left of its way from there. On its first stretch that is the leg on
+/// which the stretch runs, as it was flown before; who flies back on it has left what was planned beyond.
+fn leg_ahead(plan: &PlanEntry, progress: &Progress) -> ((NodeIx, NodeIx), Option<Vec<NodeIx>>) {
+    let version = &plan.reported;
+    let nodes = &version.composition.way.nodes;
+    let stretch = version.stretch.as_ref().filter(|_| progress.on_stretch);
+    if let Some((stretch, leg)) = stretch.and_then(|stretch| Some((stretch, stretch.leg()?))) {
+        let path = std::iter::once(leg.0).chain(nodes.iter().copied());
+        return (leg, stretch.leads_on().then(|| path.collect()));
+    }
+    let leg = &version.composition.legs[progress.leg];
+    ((leg.from, leg.to), Some(nodes[progress.leg..].to_vec()))
+}
+
+/// What of a version is ahead of a drone: from which leg on, and from where on the first stretch.
+pub(super) type Ahead<'a> = (usize, Option<(&'a Stretch, Point)>);
+
+/// What of the reported version is ahead of the drone of a plan.
+pub(super) fn ahead<'a>(plan: &'a PlanEntry, progress: &Progress) -> Ahead<'a> {
+    let stretch = plan.reported.stretch.as_ref();
+    let stretch = stretch.filter(|_| progress.on_stretch);
+    let place = |stretch: &Stretch| match progress.location {
+        Location::At(place) => place,
+        Location::LegStart | Location::Unknown => stretch.begin(),
+    };
+    (
+        progress.leg,
+        stretch.map(|stretch| (stretch, place(stretch))),
+    )
+}
+
+/// All of a version.
+pub(super) fn whole(version: &Version) -> Ahead<'_> {
+    let stretch = version.stretch.as_ref();
+    (0, stretch.map(|stretch| (stretch, stretch.begin())))
 }
 
 /// The answer to a request of a plan's drone on a leg: by the flight model where its plan is flown by that.
@@ -355,7 +444,9 @@ pub(super) fn conflicts_of(
             });
             for conflict in met {
                 let is_known = found.iter().any(|other| {
-                    other.plan == conflict.plan && other.conflict.leg == conflict.conflict.leg
+                    let (known, new) = (&other.conflict, &conflict.conflict);
+                    let is_same = (known.leg, known.direction) == (new.leg, new.direction);
+                    other.plan == conflict.plan && is_same
                 });
                 if !is_known {
                     found.push(conflict);

@@ -57,6 +57,7 @@ mod state_topology;
 mod state_versions;
 mod status;
 mod store;
+mod stretches;
 pub mod sync;
 mod tables;
 mod telemetry;

@@ -186,6 +186,7 @@ impl Edge {
         let sighting = Sighting {
             coordinates,
             seen_at,
+            flown: None,
             rests: None,
             ..sighting
         };

@@ -278,6 +278,7 @@ impl Edge {
             outcome: None,
             composition,
             flight: flown,
+            stretch: None,
             first_stretch_m: 0.0,
             departs_at: delivery.start,
             recomposition_id: None,

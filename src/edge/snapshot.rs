@@ -7,6 +7,7 @@ use super::alarms::AlarmEntry;
 use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
 use super::settings::Settings;
+use super::stretches::Stretch;
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::access::Role;
 use crate::airspace::{Airspace, Closure, Zone};
@@ -159,6 +160,8 @@ pub(super) struct Version {
     pub(super) composition: Composition,
     /// How it is flown, where the flight model made it; the composition is derived from that.
     pub(super) flight: Option<Arc<FlownVersion>>,
+    /// How its drone comes to its first node, where it is not there.
+    pub(super) stretch: Option<Stretch>,
     /// Flown before the first node, in metres.
     pub(super) first_stretch_m: f64,
     pub(super) departs_at: Timestamp,
@@ -171,7 +174,13 @@ pub(super) struct Version {
 impl Version {
     /// When it is on each of its segments, in seconds of Unix time.
     pub(super) fn occupations(&self) -> Vec<Occupation> {
-        self.composition.occupations(self.departs_s())
+        let departs_s = self.departs_s();
+        let legs = self.composition.occupations(departs_s);
+        let first_s = legs.first().map(|first| first.enters_s);
+        let arrives_s = departs_s + self.composition.flight_time_s;
+        let stretch = self.stretch.as_ref();
+        let stretch = stretch.and_then(|it| it.occupation(departs_s, first_s.unwrap_or(arrives_s)));
+        stretch.into_iter().chain(legs).collect()
     }
 
     /// The pads that it takes, in seconds of Unix time.

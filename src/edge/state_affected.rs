@@ -1,13 +1,15 @@
 //! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
 use super::failures::as_reported;
-use super::fleet::{self, Detour, DetourAnswer, DetourMeans, Progress};
+use super::fleet::{self, Ahead, Detour, DetourAnswer, DetourMeans, Progress};
 use super::flights::Scene;
 use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
+use super::stretches::Stretch;
 use crate::airspace::{Airspace, Closure};
 use crate::compose::equip;
+use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, World};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
@@ -47,20 +49,24 @@ impl State {
         &self,
         plan: &PlanEntry,
         version: &Version,
-        from_leg: usize,
+        (from_leg, stretch): Ahead<'_>,
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Option<Vec<String>> {
+        let on_stretch = stretch.map_or_else(Vec::new, |(stretch, place)| {
+            stretch.obstructed_by(airspace, place)
+        });
         let Some((flights, flown)) = self.flights.as_deref().zip(version.flight.as_deref()) else {
             let is_blocked = fleet::is_blocked(airspace, &version.composition, from_leg);
-            return is_blocked.then(Vec::new);
+            return (is_blocked || !on_stretch.is_empty()).then_some(on_stretch);
         };
         let scene = Scene {
             snapshot: &self.next,
             airspace,
             now,
         };
-        let ids = flights.closures_met(scene, plan, (version, flown), from_leg);
+        let mut ids = flights.closures_met(scene, plan, (version, flown), from_leg);
+        ids.extend(on_stretch);
         let is_cut =
             !ids.is_empty() || flights.falls_short(scene, plan, (version, flown), from_leg);
         is_cut.then_some(ids)
@@ -74,14 +80,14 @@ impl State {
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> bool {
-        let is_obstructed = |version: &Version, from_leg: usize| {
-            let obstruction = self.obstruction(plan, version, from_leg, airspace, now);
+        let is_obstructed = |version: &Version, ahead: Ahead<'_>| {
+            let obstruction = self.obstruction(plan, version, ahead, airspace, now);
             obstruction.is_some()
         };
         let wanted = plan.wanted.as_deref();
         plan.falls_short()
-            || is_obstructed(&plan.reported, progress.leg)
-            || wanted.is_some_and(|wanted| is_obstructed(wanted, 0))
+            || is_obstructed(&plan.reported, fleet::ahead(plan, progress))
+            || wanted.is_some_and(|wanted| is_obstructed(wanted, fleet::whole(wanted)))
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -96,12 +102,14 @@ impl State {
         let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
             return Affected::Not;
         };
-        let obstruction = self.obstruction(plan, &plan.reported, progress.leg, airspace, now);
+        let ahead = fleet::ahead(plan, &progress);
+        let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
         let reported_blocked = plan.falls_short() || obstruction.is_some();
-        let wanted_blocked = plan
-            .wanted
-            .as_ref()
-            .is_some_and(|wanted| self.obstruction(plan, wanted, 0, airspace, now).is_some());
+        let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
+            let whole = fleet::whole(wanted);
+            self.obstruction(plan, wanted, whole, airspace, now)
+                .is_some()
+        });
         if !reported_blocked && !wanted_blocked {
             return Affected::Not;
         }
@@ -111,7 +119,7 @@ impl State {
         }
         let affected_by = match plan.reported.flight {
             Some(_) if self.flights.is_some() => obstruction.unwrap_or_default(),
-            _ => affecting(plan, airspace, causes, progress.leg),
+            _ => affecting(plan, airspace, causes, &progress),
         };
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
             return self.keep_wanted(plan, wanted, affected_by);
@@ -199,7 +207,15 @@ impl State {
             DetourAnswer::Shortest { request, answer } => {
                 self.shortest_version(plan, request, answer, airspace, now)?
             }
-            DetourAnswer::Flown(answer) => answer.version_without_number()?,
+            DetourAnswer::Flown(answer) => {
+                let version = answer.version_without_number()?;
+                let first = version.composition.way.nodes.first().copied();
+                let report = detour.report.as_ref().zip(first);
+                let stretch = report.and_then(|(report, first)| {
+                    Stretch::between(airspace, report, first, version.first_stretch_m)
+                });
+                Version { stretch, ..version }
+            }
         };
         Some(Version {
             number: plan.next_version.fetch_add(1, Ordering::Relaxed),
@@ -265,6 +281,7 @@ impl State {
             outcome: Some(answer.outcome),
             composition,
             flight: None,
+            stretch: Stretch::of(airspace, answer.reentry),
             first_stretch_m: answer.first_stretch_m,
             departs_at: now,
             recomposition_id: None,
@@ -290,7 +307,8 @@ impl State {
         }
         let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
         let blocked = progress.is_some_and(|progress| {
-            let obstruction = self.obstruction(plan, &plan.reported, progress.leg, airspace, now);
+            let ahead = fleet::ahead(plan, &progress);
+            let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
             obstruction.is_some()
         });
         if blocked {
@@ -332,16 +350,19 @@ fn affecting(
     plan: &PlanEntry,
     airspace: &Airspace,
     causes: &[String],
-    from_leg: usize,
+    progress: &Progress,
 ) -> Vec<String> {
-    let composition = &plan.reported.composition;
+    let (from_leg, stretch) = fleet::ahead(plan, progress);
+    let is_met = |closure: &Closure| {
+        fleet::is_hit(closure, &plan.reported.composition, from_leg)
+            || fleet::is_on_stretch(stretch, closure, airspace.topology())
+    };
     let known = plan.affected_by.iter().chain(causes);
     let mut ids: Vec<String> = Vec::new();
     for id in known {
         let closure = airspace.closure(id);
         let counts = closure.is_some_and(|closure| {
-            airspace.is_in_force(id)
-                && (plan.affected_by.contains(id) || fleet::is_hit(closure, composition, from_leg))
+            airspace.is_in_force(id) && (plan.affected_by.contains(id) || is_met(closure))
         });
         if counts && !ids.contains(id) {
             ids.push(id.clone());
@@ -349,7 +370,7 @@ fn affecting(
     }
     if ids.is_empty() {
         let all = airspace.in_force();
-        let met = all.filter(|closure| fleet::is_hit(closure, composition, from_leg));
+        let met = all.filter(|closure| is_met(closure));
         ids.extend(met.map(|closure| closure.id.clone()));
     }
     ids

@@ -187,6 +187,7 @@ impl State {
             } else {
                 0.0
             },
+            stretch: left.stretch.filter(|_| starts_as_before),
             ..left
         })
     }
@@ -304,6 +305,7 @@ impl State {
         }
         Some(Detour {
             plan: plan.clone(),
+            report: None,
             answer: DetourAnswer::Flown(Box::new(answer)),
             extra_m: None,
             version: None,
@@ -330,6 +332,7 @@ impl State {
         }
         Some(Detour {
             plan: plan.clone(),
+            report: None,
             answer: DetourAnswer::Shortest {
                 request: Box::new(request),
                 answer: Box::new(answer),
@@ -437,9 +440,12 @@ fn stretch_carried(
         }
         None => None,
     };
+    let stretch = version.stretch.as_ref();
     let version = Version {
         composition,
         flight,
+        stretch: stretch
+            .and_then(|it| it.carried_over(change.to, change.from, change.correspondence)),
         ..version.clone()
     };
     Some((version, contingencies_hold))
@@ -455,6 +461,7 @@ fn nothing_left_of(version: &Version) -> Version {
             flight_time_s: 0.0,
         },
         flight: None,
+        stretch: None,
         ..version.clone()
     }
 }
@@ -471,6 +478,9 @@ fn place_of(
         let last = version.composition.way.nodes.last();
         return last.map(|&node| topology.position(node));
     };
+    if let (_, Some((_, place))) = fleet::ahead(plan, &progress) {
+        return Some(place);
+    }
     let leg = &version.composition.legs[progress.leg];
     let (from, to) = (topology.position(leg.from), topology.position(leg.to));
     Some(match progress.location {

@@ -35,6 +35,10 @@ enum Holds {
 pub(super) enum Seen {
     /// It is in the air.
     Departed,
+    /// It is off every way that it was told.
+    OffItsWays,
+    /// It is on one of them again.
+    OnItsWay,
     /// It rests at the end of this version.
     Landed(u32),
 }
@@ -82,6 +86,8 @@ impl State {
                 return Done::Nothing;
             }
             (Seen::Departed, PlanState::Accepted) => PlanState::Activated,
+            (Seen::OffItsWays, PlanState::Activated) => PlanState::Nonconforming,
+            (Seen::OnItsWay, PlanState::Nonconforming) => PlanState::Activated,
             _ => return Done::Nothing,
         };
         let plan = self.keep_plan(PlanEntry {

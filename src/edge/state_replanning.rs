@@ -4,7 +4,7 @@
 //! pads that they take, shown as affected, and queued; between slices of the queue new orders are carried out.
 
 use super::events::Happening;
-use super::fleet::{self, Detour, Progress};
+use super::fleet::{self, Ahead, Detour, Progress};
 use super::replanning::{Place, Task, Turn, Wave};
 use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version, later};
 use super::state::State;
@@ -128,10 +128,12 @@ impl State {
         let mut nearest: Option<usize> = None;
         let mut causes = Vec::new();
         for closure in closures {
-            let reported = self.first_met(&plan.reported, progress.leg, closure, airspace, now);
+            let ahead = fleet::ahead(&plan, &progress);
+            let reported = self.first_met(&plan.reported, ahead, closure, airspace, now);
             let wanted = plan.wanted.as_ref();
-            let wanted =
-                wanted.and_then(|wanted| self.first_met(wanted, 0, closure, airspace, now));
+            let wanted = wanted.and_then(|wanted| {
+                self.first_met(wanted, fleet::whole(wanted), closure, airspace, now)
+            });
             // What is only to be flown begins where its drone is.
             let wanted = wanted.map(|leg| progress.leg + leg);
             if let Some(leg) = [reported, wanted].into_iter().flatten().min() {
@@ -151,7 +153,7 @@ impl State {
     fn first_met(
         &self,
         version: &Version,
-        from: usize,
+        (from, stretch): Ahead<'_>,
         closure: &Closure,
         airspace: &Airspace,
         now: Timestamp,
@@ -175,6 +177,9 @@ impl State {
                     return Some(from);
                 }
             }
+        }
+        if fleet::is_on_stretch(stretch, closure, airspace.topology()) {
+            return Some(from);
         }
         let legs = version.composition.legs.get(from..)?;
         let met = legs

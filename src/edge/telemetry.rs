@@ -1,7 +1,7 @@
 //! Telemetry: where drones are, and what they are told in return.
 
 use super::Edge;
-use super::conformance::rests;
+use super::conformance::{flown, rests};
 use super::drones::Sighting;
 use super::snapshot::Snapshot;
 use super::views;
@@ -120,15 +120,14 @@ impl Edge {
             }
             Some(entry) => self.see(entry, snapshot, now, &mut warnings),
         };
-        let plan = match accepted {
-            true => drone_id
-                .as_deref()
-                .and_then(|drone| snapshot.plan_of_drone(drone)),
-            false => None,
-        };
+        // A drone whose position is refused has orders all the same.
+        let own = drone_id
+            .as_deref()
+            .filter(|drone| read.is_some() && caller.speaks_for(drone));
+        let plan = own.and_then(|drone| snapshot.plan_of_drone(drone));
         let wanted = plan.and_then(|plan| plan.wanted.as_deref());
         let answered = match (plan, &read) {
-            (Some(plan), Some(entry)) if *answers_left > 0 => {
+            (Some(plan), Some(entry)) if accepted && *answers_left > 0 => {
                 self.answer_off_plan(caller, snapshot, plan, entry, now)
             }
             _ => None,
@@ -194,6 +193,7 @@ impl Edge {
             heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
             altitude_reference: reference(entry, warnings),
             airborne: entry.airborne,
+            flown: None,
             rests: None,
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
@@ -201,7 +201,15 @@ impl Edge {
             let before = self.drones.last(&entry.drone_id);
             rests(snapshot.topology(), plan, &sighting, before.as_ref())
         });
-        let sighting = Sighting { rests, ..sighting };
+        let flown = plan.and_then(|plan| {
+            let before = self.drones.last(&entry.drone_id);
+            flown(snapshot.topology(), plan, &sighting, before.as_ref())
+        });
+        let sighting = Sighting {
+            flown,
+            rests,
+            ..sighting
+        };
         let taken = self.drones.see(&entry.drone_id, sighting.clone());
         if let Some(plan) = plan.filter(|_| taken) {
             self.tell_seen(snapshot, plan, &sighting, now);

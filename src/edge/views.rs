@@ -6,6 +6,7 @@ use super::settings::Settings;
 use super::snapshot::{
     ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
 };
+use super::stretches::Stretch;
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::compose::{Composition, Contingency};
 use crate::flight::LegCourse;
@@ -292,6 +293,21 @@ pub(super) fn legs(
     legs.collect()
 }
 
+fn first_stretch(topology: &Topology, stretch: &Stretch) -> wire::FirstStretch<'static> {
+    let told = crate::formats::first_stretch(topology, &stretch.reentry);
+    wire::FirstStretch {
+        kind: told.kind,
+        from: told.from.map(wire::Id::into_owned),
+        to: told.to.map(wire::Id::into_owned),
+        segment: told.segment.map(|id| Cow::Owned(id.into_owned())),
+        fraction: told.fraction,
+        enters: told.enters.into_owned(),
+        length_m: told.length_m,
+        overrun_m: told.overrun_m,
+        geometry: told.geometry,
+    }
+}
+
 /// A version of a plan.
 pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersion<'static> {
     let composition = &version.composition;
@@ -304,6 +320,10 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         token: 0,
         sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
+        first_stretch: version
+            .stretch
+            .as_ref()
+            .map(|it| first_stretch(topology, it)),
         path: path(topology, &composition.way),
         length_m: composition.length_m,
         flight_time_s: composition.flight_time_s,

@@ -120,6 +120,9 @@ impl Clues<'_> {
         warnings: &mut Vec<ReadWarning>,
     ) -> Option<((NodeIx, NodeIx), LegSource)> {
         let plan = self.plan?;
+        if let Some(leg) = plan.before {
+            return Some((leg, LegSource::Service));
+        }
         if let Some(index) = plan.leg
             && let Some(leg) = plan.at(index)
         {

@@ -81,6 +81,8 @@ pub struct KnownPlan<'a> {
     pub nodes: &'a [NodeIx],
     /// Which leg the drone is on by telemetry or time, counted from 0.
     pub leg: Option<usize>,
+    /// The leg that it is on before all of these, as it flew that before: its first stretch runs there.
+    pub before: Option<(NodeIx, NodeIx)>,
 }
 
 impl KnownPlan<'_> {

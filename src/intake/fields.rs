@@ -107,7 +107,12 @@ impl Faults {
             .any(|letter| letter.is_control() || letter == '/')
         {
             let message = "the id has a control character or a slash in it".to_owned();
-            self.add("id_invalid", pointer, message, None);
+            let has_slash = id.contains('/') && !id.chars().any(char::is_control);
+            let hint = has_slash.then(|| {
+                let renamed = id.replace('/', ":");
+                format!("a fleet's things are named with a colon: '{renamed}'")
+            });
+            self.add("id_invalid", pointer, message, hint);
         }
     }
 

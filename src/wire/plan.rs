@@ -1,6 +1,6 @@
 //! Delivery requests and composition plans.
 
-use super::first_stretch::Waypoint;
+use super::first_stretch::{FirstStretch, Waypoint};
 use super::flight::{DetourFlight, Flight, LegFlight};
 use super::id::{Id, Place};
 use super::recomposition::{Outcome, Path, Warning};
@@ -219,6 +219,8 @@ pub struct PlanVersion<'a> {
     pub sent_at: Cow<'a, str>,
     /// What the drone is to do; a first version is `composed`.
     pub outcome: Cow<'a, str>,
+    /// How the drone comes from its place to the first node; null where it is there.
+    pub first_stretch: Option<FirstStretch<'a>>,
     /// The way.
     pub path: Path<'a>,
     /// Length in metres, what was flown before it not included.

@@ -9,6 +9,7 @@ mod authors;
 mod clock_steps;
 mod enforcing;
 mod failing_disk;
+mod first_stretches;
 mod flights;
 mod flights_change;
 mod flights_kept;

@@ -3,7 +3,7 @@
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Code, MemoryDisk};
+use skyway::edge::{Caller, Code, MemoryDisk, Role};
 use skyway::wire::{self, PlanFlag, PlanState};
 
 impl Stage {
@@ -69,11 +69,8 @@ async fn what_follows_an_overtaken_version_begins_where_the_drone_is() {
     assert_eq!(taken.reported.version, 2);
     let wanted = taken.wanted.expect("version 2 meets the second zone");
     assert!(wanted.version > 3);
-    assert_eq!(
-        names(&wanted.path.nodes)[0],
-        "a1",
-        "5 m ahead of where it said it is"
-    );
+    assert_eq!(names(&wanted.path.nodes), ["a0"], "both rows are cut");
+    assert_eq!(wanted.length_m, 95.0, "from where it said it is");
     let again = stage.acknowledges("p", json!({"version": 2})).await;
     assert_eq!(
         again.wanted.map(|it| it.version),
@@ -226,4 +223,52 @@ async fn versions_that_were_sent_survive_a_restart() {
     let taken = stage.acknowledges("p", json!({"version": 2})).await;
     assert_eq!(taken.reported.version, 2);
     assert!(taken.wanted.expect("another one").version > 3);
+}
+
+#[tokio::test]
+async fn a_drone_whose_position_is_refused_has_orders_all_the_same() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 50.0, 0.0).await;
+    stage.zone(circle("fire", 350.0, 0.0, 10.0)).await;
+    let refused = [
+        json!({"drone_id": "d1", "location": {"x": 40.0, "y": 0.0}, "timestamp": "2026-11-21T05:59:00Z"}),
+        json!({"drone_id": "d1", "location": {"node": "nowhere"}}),
+    ];
+    let positions = refused.to_vec();
+    let told = stage
+        .edge
+        .telemetry(&stage.caller, wire::Telemetry { positions });
+    for told in told.await.expect("telemetry").positions {
+        assert!(!told.accepted && told.affected, "{told:?}");
+        assert_eq!(told.wanted.map(|wanted| wanted.version), Some(2));
+    }
+}
+
+#[tokio::test]
+async fn a_fleet_names_its_drones_with_a_colon() {
+    let stage = Stage::set();
+    let fleet = Caller {
+        role: Role::Drone,
+        subject: "acme".into(),
+        ..Caller::anyone()
+    };
+    assert!(fleet.speaks_for("acme:1") && fleet.speaks_for("acme/1"));
+    assert!(!fleet.speaks_for("acme1") && !fleet.speaks_for("other:1"));
+    let request = |drone: &str| {
+        let request = json!({"source": "a0", "destination": "a3", "drone_id": drone});
+        serde_json::from_value(request).expect("a request")
+    };
+    let plan = stage
+        .edge
+        .compose_plan(&fleet, request("acme:1"), Default::default());
+    assert_eq!(
+        plan.await.expect("a plan").drone_id.as_deref(),
+        Some("acme:1")
+    );
+    let slashed = stage
+        .edge
+        .compose_plan(&fleet, request("acme/2"), Default::default());
+    let refused = slashed.await.expect_err("a slash");
+    assert!(format!("{refused:?}").contains("acme:2"), "{refused:?}");
 }

@@ -17,8 +17,7 @@ async fn a_zone_closes_shortly_before_its_window_says_from_when_and_is_in_force_
     let ack = stage.zone(zone).await;
     let told = (ack.effect.in_force, ack.effect.closes_from.as_deref());
     assert_eq!(told, (false, Some("2026-11-21T07:50:00Z")));
-    let question =
-        json!({"service": {"from": "b1", "to": "b2"}, "location": {"node": "b1"}, "destination": "b3", "dry_run": true});
+    let question = json!({"service": {"from": "b1", "to": "b2"}, "location": {"node": "b1"}, "destination": "b3", "dry_run": true});
     let length = async || stage.answer(question.clone()).await["remaining_length_m"].as_f64();
     let closure = || {
         let closure = stage.edge.closure(&stage.caller, "concert").expect("there");

@@ -247,6 +247,7 @@ fn a_settled_report_by_itself_settles_to_the_same_request_and_is_answered() {
             plan: reporter.maybe(0.3, |own| KnownPlan {
                 nodes: &path,
                 leg: own.maybe(0.5, |own| own.draw.below(9)),
+                before: None,
             }),
             position: reporter.maybe(0.3, Reporter::point),
             position_age_s: 7.5,

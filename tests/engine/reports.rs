@@ -52,9 +52,11 @@ fn settle(report: &Value, told: Told<'_>) -> (Result<Settled, ReportProblem>, Ve
         .plan
         .map(|(letters, leg)| (nodes(airspace.topology(), letters), leg));
     let known = Known {
-        plan: plan
-            .as_ref()
-            .map(|(nodes, leg)| KnownPlan { nodes, leg: *leg }),
+        plan: plan.as_ref().map(|(nodes, leg)| KnownPlan {
+            nodes,
+            leg: *leg,
+            before: None,
+        }),
         position: told.position.map(|(x, y)| Point::new(x, y)),
         now: told.now.map(|now| now.parse().expect("a time")),
         ..Known::nothing()

@@ -122,6 +122,7 @@ mirror!(wire::PlanVersion<'_> => PlanVersion {
     token: plain,
     sent_at: time,
     outcome: plain,
+    first_stretch: plain,
     path: message,
     length_m: plain,
     flight_time_s: plain,

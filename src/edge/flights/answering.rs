@@ -76,6 +76,7 @@ impl FlownAnswer {
             sent_at: self.departs_at,
             outcome: Some(self.outcome),
             composition: composition.clone(),
+            stretch: None,
             first_stretch_m: flown.composition.plan.start.flown_m,
             flight: Some(flown.clone()),
             departs_at: self.departs_at,

@@ -22,6 +22,7 @@ mod plan_rows;
 mod reply_rows;
 mod restore;
 mod sqlite;
+mod stretch_rows;
 mod worlds;
 
 pub use decisions::{StoredDecision, read_decision, read_network};

@@ -5,6 +5,7 @@ use super::file::StoreFault;
 use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
+use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Composition, Contingency, Leg, SafeNode};
 use crate::edge::snapshot::{PlanEntry, PlanFlags, Version};
 use crate::network::Topology;
@@ -126,6 +127,8 @@ struct StoredVersion {
     length_m: f64,
     flight_time_s: f64,
     first_stretch_m: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stretch: Option<StoredStretch>,
     legs: Vec<StoredLeg>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     flight: Option<StoredFlight>,
@@ -200,6 +203,10 @@ fn store_version(
         length_m: composition.length_m,
         flight_time_s: composition.flight_time_s,
         first_stretch_m: version.first_stretch_m,
+        stretch: version
+            .stretch
+            .as_ref()
+            .map(|stretch| store_stretch(topology, stretch, dictionary)),
         legs: legs.map(|leg| store_leg(leg, dictionary)).collect(),
         flight: version
             .flight
@@ -268,6 +275,20 @@ pub(super) fn read_plan(
     })
 }
 
+fn read_safe(
+    places: Places<'_>,
+    (nodes, length_m): &(Vec<u32>, f64),
+) -> Result<SafeNode, StoreFault> {
+    let nodes = places.nodes(nodes)?;
+    let node = nodes.last().copied();
+    let node = node.ok_or_else(|| StoreFault::damaged("a plan has a way to no safe node"))?;
+    Ok(SafeNode {
+        node,
+        nodes,
+        length_m: *length_m,
+    })
+}
+
 fn read_version(
     topology: &Topology,
     places: Places<'_>,
@@ -285,15 +306,7 @@ fn read_version(
         let segment = topology.segment_between(from, to);
         let segment = segment.ok_or_else(|| broken("a leg without a segment"))?;
         way.segments.push(segment);
-        let safe = leg.safe.as_ref().map(|(nodes, length_m)| {
-            let nodes = places.nodes(nodes)?;
-            let node = nodes.last().copied();
-            Ok(SafeNode {
-                node: node.ok_or_else(|| broken("a way to no safe node"))?,
-                nodes,
-                length_m: *length_m,
-            })
-        });
+        let safe = leg.safe.as_ref().map(|safe| read_safe(places, safe));
         legs.push(Leg {
             from,
             to,
@@ -315,6 +328,8 @@ fn read_version(
     let flight = stored.flight.as_ref();
     let flight = flight.map(|flight| read_flight(topology, places, &legs, flight));
     let warnings = stored.warnings.iter().cloned();
+    let stretch = stored.stretch.as_ref();
+    let stretch = stretch.map(|it| read_stretch(topology, places, it));
     let sent_at = stored.sent_at.as_ref().unwrap_or(&stored.departs_at);
     let flight = flight.transpose()?.map(Arc::new);
     Ok(Version {
@@ -329,6 +344,7 @@ fn read_version(
             flight_time_s: stored.flight_time_s,
         },
         flight,
+        stretch: stretch.transpose()?,
         first_stretch_m: stored.first_stretch_m,
         departs_at: stored.departs_at.read()?,
         recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),

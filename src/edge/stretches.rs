@@ -1,0 +1,235 @@
+//! First stretches of versions: a drone that takes a version over begins on the leg that it was on, and that is a leg of the
+//! version like others, of which only a part is flown. And how far along a version a drone is.
+
+use super::snapshot::Version;
+use crate::airspace::{Airspace, Closure};
+use crate::compose::Occupation;
+use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
+use crate::geo::Point;
+use crate::network::{Correspondence, NodeIx, Topology};
+
+/// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
+const BACK_M: f64 = 15.0;
+
+/// How the drone of a version comes to its first node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Stretch {
+    pub(super) reentry: Reentry,
+    /// The closures that were known when it was worked out: it was led past them, or away from them.
+    pub(super) knew: Vec<String>,
+}
+
+impl Stretch {
+    /// The stretch of an answer; `None` where the drone is at the node.
+    pub(super) fn of(airspace: &Airspace, reentry: Option<Reentry>) -> Option<Self> {
+        let reentry = reentry.filter(|reentry| reentry.stretch.kind != StretchKind::None)?;
+        let stretch = Self {
+            reentry,
+            knew: Vec::new(),
+        };
+        let begin = stretch.begin();
+        let knew = stretch.met_by(airspace, begin);
+        Some(Self { knew, ..stretch })
+    }
+
+    /// The stretch of an answer that tells nothing but the node and the length.
+    pub(super) fn between(
+        airspace: &Airspace,
+        report: &FailureReport,
+        first: NodeIx,
+        length_m: f64,
+    ) -> Option<Self> {
+        let topology = airspace.topology();
+        let (from, to) = report.leg;
+        let [behind, ahead] = [from, to].map(|node| topology.position(node));
+        // Where nobody knows the place, it is the one farther off.
+        let begin = match report.location {
+            Location::At(place) => place,
+            Location::LegStart => behind,
+            Location::Unknown if first == from => ahead,
+            Location::Unknown => behind,
+        };
+        let is_on_leg = first == from || first == to;
+        let leg = is_on_leg.then(|| StretchLeg {
+            from,
+            to,
+            segment: topology.segment_between(from, to),
+            fraction: fraction_of(begin, behind, ahead),
+        });
+        let reentry = Reentry {
+            node: first,
+            stretch: FirstStretch {
+                kind: match is_on_leg {
+                    true => StretchKind::Leg,
+                    false => StretchKind::Straight,
+                },
+                leg,
+                length_m,
+                overrun_m: 0.0,
+                begin,
+            },
+        };
+        Self::of(airspace, (length_m > 0.0).then_some(reentry))
+    }
+
+    /// The same on another network; `None` where its node is gone.
+    pub(super) fn carried_over(
+        &self,
+        to: &Topology,
+        from: &Topology,
+        correspondence: &Correspondence,
+    ) -> Option<Self> {
+        let stretch = self.reentry.stretch;
+        let leg = stretch.leg.and_then(|leg| {
+            let ends = [leg.from, leg.to].map(|node| correspondence.node(node));
+            let [Some(behind), Some(ahead)] = ends else {
+                return None;
+            };
+            Some(StretchLeg {
+                from: behind,
+                to: ahead,
+                segment: to.segment_between(behind, ahead),
+                fraction: leg.fraction,
+            })
+        });
+        let begin = to.frame().to_plane(from.frame().from_plane(stretch.begin));
+        Some(Self {
+            reentry: Reentry {
+                node: correspondence.node(self.reentry.node)?,
+                stretch: FirstStretch {
+                    leg,
+                    begin,
+                    ..stretch
+                },
+            },
+            knew: self.knew.clone(),
+        })
+    }
+
+    pub(super) fn begin(&self) -> Point {
+        self.reentry.stretch.begin
+    }
+
+    /// The leg that it runs on, as it was flown before; `None` where it runs straight.
+    pub(super) fn leg(&self) -> Option<(NodeIx, NodeIx)> {
+        self.reentry.stretch.leg.map(|leg| (leg.from, leg.to))
+    }
+
+    /// Whether it leads on along its leg, and not back.
+    pub(super) fn leads_on(&self) -> bool {
+        self.leg().is_some_and(|(_, to)| to == self.reentry.node)
+    }
+
+    /// The closures in force, but for those known before, that are in the way of a drone that is so far on it.
+    pub(super) fn obstructed_by(&self, airspace: &Airspace, place: Point) -> Vec<String> {
+        let mut met = self.met_by(airspace, place);
+        met.retain(|id| !self.knew.contains(id));
+        met
+    }
+
+    fn met_by(&self, airspace: &Airspace, place: Point) -> Vec<String> {
+        let topology = airspace.topology();
+        let closures = airspace.in_force();
+        let met = closures.filter(|closure| self.is_met(topology, closure, place));
+        met.map(|closure| closure.id.clone()).collect()
+    }
+
+    /// Whether a closure lies ahead of a drone that is so far on it. One with a shape lies there; of any other nobody knows
+    /// where on the leg, so that it is ahead of who flies on, and not in the way of who flies back.
+    pub(super) fn is_met(&self, topology: &Topology, closure: &Closure, place: Point) -> bool {
+        let node = self.reentry.node;
+        if let Some(zone) = closure.zone() {
+            let segment = self.reentry.stretch.leg.and_then(|leg| leg.segment);
+            let hits = &closure.hits;
+            // In another band than that of its segment it is nowhere near.
+            let is_in_band = segment
+                .is_none_or(|segment| hits.segments.binary_search(&segment).is_ok())
+                || hits.nodes.binary_search(&node).is_ok();
+            return is_in_band && !zone.coverage(place, topology.position(node)).is_empty();
+        }
+        let segment = self.reentry.stretch.leg.and_then(|leg| leg.segment);
+        let closes_leg = segment.is_some_and(|segment| {
+            self.leads_on() && closure.hits.segments.binary_search(&segment).is_ok()
+        });
+        closes_leg || closure.hits.nodes.binary_search(&node).is_ok()
+    }
+
+    /// When its segment is flown, in seconds of Unix time.
+    pub(super) fn occupation(&self, departs_s: f64, leaves_s: f64) -> Option<Occupation> {
+        let leg = self.reentry.stretch.leg?;
+        Some(Occupation {
+            segment: leg.segment?,
+            from: match self.leads_on() {
+                true => leg.from,
+                false => leg.to,
+            },
+            leg: 0,
+            enters_s: departs_s,
+            leaves_s,
+        })
+    }
+}
+
+/// Where a drone is on a version.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    /// The leg; `None` on the first stretch.
+    pub(super) leg: Option<usize>,
+    /// How far that is from where the version begins, in metres.
+    pub(super) at_m: f64,
+    /// How far off its line the drone is.
+    pub(super) off_m: f64,
+}
+
+/// The nearest place on a version, not before what has been flown of it already; of equally near ones the earliest.
+pub(super) fn spot_on(
+    topology: &Topology,
+    version: &Version,
+    place: Point,
+    flown_m: f64,
+) -> Option<Spot> {
+    let stretch = version.stretch.as_ref().map(|stretch| {
+        let node = topology.position(stretch.reentry.node);
+        (None, stretch.begin(), node)
+    });
+    let legs = version.composition.legs.iter().enumerate();
+    let legs = legs.map(|(number, leg)| {
+        let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
+        (Some(number), from, to)
+    });
+    let mut nearest: Option<Spot> = None;
+    let mut begins_m = 0.0;
+    for (leg, from, to) in stretch.into_iter().chain(legs) {
+        let length_m = from.distance_m(to);
+        let flown_of_it_m = (flown_m - BACK_M - begins_m).max(0.0);
+        if flown_of_it_m <= length_m {
+            let least = if length_m > 0.0 {
+                flown_of_it_m / length_m
+            } else {
+                0.0
+            };
+            let fraction = fraction_of(place, from, to).max(least);
+            let spot = Spot {
+                leg,
+                at_m: begins_m + fraction * length_m,
+                off_m: place.distance_m(from.towards(to, fraction)),
+            };
+            if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m) {
+                nearest = Some(spot);
+            }
+        }
+        begins_m += length_m;
+    }
+    nearest
+}
+
+/// The fraction of a line at which a place is nearest to it.
+fn fraction_of(place: Point, from: Point, to: Point) -> f64 {
+    let along_m2 = from.distance_m(to).powi(2);
+    let dot = (place.x - from.x) * (to.x - from.x) + (place.y - from.y) * (to.y - from.y);
+    if along_m2 > 0.0 {
+        (dot / along_m2).clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
