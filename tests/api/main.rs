@@ -10,6 +10,7 @@ mod flights_told;
 mod harness;
 mod idempotency;
 mod messages;
+mod situations;
 mod stories;
 mod town;
 mod versions;

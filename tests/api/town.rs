@@ -93,10 +93,20 @@ impl Town {
     }
 
     pub(crate) async fn with(dialect: Dialect, time: &str, flight: FlightSettings) -> Self {
-        let text = write_network(&draft());
+        Self::over(&draft(), dialect, time, Some(flight)).await
+    }
+
+    /// Over another network; by distance without a flight model.
+    pub(crate) async fn over(
+        draft: &NetworkDraft,
+        dialect: Dialect,
+        time: &str,
+        flight: Option<FlightSettings>,
+    ) -> Self {
+        let text = write_network(draft);
         let loaded = load_network(&text).expect("a network");
         let settings = Settings {
-            flight: Some(flight),
+            flight,
             // A town has few segments.
             closed_fraction_max: 0.5,
             ..Settings::default()
