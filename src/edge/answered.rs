@@ -154,6 +154,7 @@ pub(super) fn recomposition(
         causes: flown.map_or_else(Vec::new, |flight| flight.causes.clone()),
         opens: flown.and_then(|flight| flight.opens.clone()),
         replayed,
+        valid_until: Some(views::instant(record.valid_until)),
         stamp: wire::Stamp {
             revision: Cow::Borrowed(&*record.revision),
             topology_revision: record.airspace.topology_revision(),
@@ -161,6 +162,7 @@ pub(super) fn recomposition(
             registry_age_s: standing.registry_age_s,
             freshness: standing.freshness,
             clock: standing.clock,
+            network: views::network_name(topology),
         },
     }
 }

@@ -231,6 +231,7 @@ impl Edge {
             epoch: self.epoch,
             number: self.records.next_number(),
             answered_at: now,
+            valid_until: self.valid_until(&snapshot, now),
             subject: caller.subject.clone(),
             airspace: snapshot.airspace.clone(),
             revision: snapshot.revision.clone(),
@@ -282,6 +283,15 @@ impl Edge {
         }
         self.tell_recomposed(caller, record);
         standing
+    }
+
+    /// Until when a drone may begin to follow an answer: as long as it has to acknowledge one, but not beyond the
+    /// next turn of a window.
+    fn valid_until(&self, snapshot: &Snapshot, now: Timestamp) -> Timestamp {
+        let acknowledged = now.saturating_add(self.settings.acknowledge_within);
+        let acknowledged = acknowledged.unwrap_or(now);
+        let turn = snapshot.airspace.next_change();
+        turn.map_or(acknowledged, |turn| turn.clamp(now, acknowledged))
     }
 
     /// What the edge knows of the drone.

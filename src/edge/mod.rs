@@ -228,6 +228,7 @@ impl Edge {
             registry_age_s: standing.registry_age_s,
             freshness: standing.freshness,
             clock: standing.clock,
+            network: views::network_name(snapshot.topology()).into_owned(),
         }
     }
 

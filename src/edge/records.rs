@@ -65,6 +65,8 @@ pub(super) struct AnswerRecord {
     pub(super) epoch: u64,
     pub(super) number: u64,
     pub(super) answered_at: Timestamp,
+    /// Until when its drone may begin to follow it.
+    pub(super) valid_until: Timestamp,
     pub(super) subject: Arc<str>,
     pub(super) report: wire::FailureReport,
     /// About how many bytes that takes.

@@ -53,6 +53,14 @@ pub(super) fn text(text: &str) -> Cow<'static, str> {
     Cow::Owned(text.to_owned())
 }
 
+/// The network, as answers name it.
+pub(super) fn network_name(topology: &Topology) -> wire::NetworkName<'_> {
+    wire::NetworkName {
+        name: Cow::Borrowed(topology.name()),
+        sha256: Cow::Borrowed(topology.fingerprint_text()),
+    }
+}
+
 pub(super) fn instant(instant: Timestamp) -> Cow<'static, str> {
     Cow::Owned(instant.to_string())
 }

@@ -251,6 +251,10 @@ fn assemble(
         segments,
         bounds,
         fingerprint,
+        fingerprint_text: fingerprint
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect(),
     }
 }
 

@@ -68,6 +68,7 @@ pub struct Topology {
     pub(super) nodes_nearby: RTree<NodeBox>,
     pub(super) segments_nearby: RTree<SegmentBox>,
     pub(super) fingerprint: [u8; 32],
+    pub(super) fingerprint_text: String,
 }
 
 impl Topology {
@@ -89,6 +90,11 @@ impl Topology {
     /// SHA-256 of the text that the network was loaded from.
     pub fn fingerprint(&self) -> &[u8; 32] {
         &self.fingerprint
+    }
+
+    /// The same in hexadecimal digits, as answers carry it.
+    pub fn fingerprint_text(&self) -> &str {
+        &self.fingerprint_text
     }
 
     /// How many nodes there are.

@@ -55,7 +55,8 @@ pub use registry::{
     PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
 };
 pub use status::{
-    ClockKind, ClockReading, ClockSource, ClockState, Freshness, RegistryRevision, Stamp,
+    ClockKind, ClockReading, ClockSource, ClockState, Freshness, NetworkName, RegistryRevision,
+    Stamp,
 };
 pub use weather::{Weather, WeatherAnswer, Wind};
 pub use weight::{text_bytes, value_bytes};

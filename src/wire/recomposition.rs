@@ -331,6 +331,9 @@ pub struct Recomposition<'a> {
     pub opens: Option<Opening<'a>>,
     /// True when this is the stored answer of a report sent before.
     pub replayed: bool,
+    /// A drone that has not begun to follow this answer by then asks again, RFC 3339: windows may have turned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid_until: Option<Cow<'a, str>>,
     /// The world it was computed on.
     #[serde(flatten)]
     pub stamp: Stamp<'a>,

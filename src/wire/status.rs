@@ -109,6 +109,26 @@ impl<'de> Deserialize<'de> for RegistryRevision {
     }
 }
 
+/// The network an answer was computed on. Places and ids mean nothing on another one.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct NetworkName<'a> {
+    /// Its name for people.
+    pub name: Cow<'a, str>,
+    /// SHA-256 of its file, in hexadecimal digits.
+    pub sha256: Cow<'a, str>,
+}
+
+impl NetworkName<'_> {
+    /// The same, borrowing nothing.
+    pub fn into_owned(self) -> NetworkName<'static> {
+        NetworkName {
+            name: Cow::Owned(self.name.into_owned()),
+            sha256: Cow::Owned(self.sha256.into_owned()),
+        }
+    }
+}
+
 /// The world an answer was computed on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
@@ -127,4 +147,7 @@ pub struct Stamp<'a> {
     pub freshness: Freshness,
     /// What the edge's times are.
     pub clock: ClockKind,
+    /// The network; of an answer from before networks were named its texts are empty.
+    #[serde(default)]
+    pub network: NetworkName<'a>,
 }

@@ -56,6 +56,12 @@ mirror!(wire::Stamp<'_> => Stamp {
     registry_age_s: plain,
     freshness: plain,
     clock: plain,
+    network: message,
+});
+
+mirror!(wire::NetworkName<'_> => NetworkName {
+    name: plain,
+    sha256: plain,
 });
 
 mirror!(wire::ClockReading<'_> => GetClockResponse {

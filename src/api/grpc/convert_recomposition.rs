@@ -176,6 +176,7 @@ mirror!(wire::Recomposition<'_> => RecompositionAnswer {
     causes: plain,
     opens: plain,
     replayed: plain,
+    valid_until: maybe_time,
     stamp: message,
 });
 
