@@ -40,6 +40,38 @@ pub struct PlanFilter {
     pub affected_by: Option<String>,
     /// Those of this drone.
     pub drone_id: Option<String>,
+    /// Those in this state.
+    pub state: Option<PlanState>,
+    /// Those that are over, or are not.
+    pub ended: Option<bool>,
+}
+
+impl PlanFilter {
+    fn passes(&self, snapshot: &Snapshot, plan: &PlanEntry) -> bool {
+        let closure = self.affected_by.as_ref();
+        let drone = self.drone_id.as_deref();
+        closure.is_none_or(|id| snapshot.affecting(plan).any(|cause| cause == id))
+            && drone.is_none_or(|id| plan.drone_id.as_deref() == Some(id))
+            && self.state.is_none_or(|state| plan.state == state)
+            && self.ended.is_none_or(|ended| ended != plan.is_active())
+    }
+}
+
+/// How many of the plans that a caller may see are in each state.
+fn counted(snapshot: &Snapshot, caller: &Caller) -> wire::PlanCounts {
+    let mut counts = wire::PlanCounts::default();
+    let plans = snapshot.plans.values();
+    for plan in plans.filter(|plan| may_speak_for(caller, plan)) {
+        let count = match plan.state {
+            PlanState::Accepted => &mut counts.accepted,
+            PlanState::Activated => &mut counts.activated,
+            PlanState::Nonconforming => &mut counts.nonconforming,
+            PlanState::Contingent => &mut counts.contingent,
+            PlanState::Ended => &mut counts.ended,
+        };
+        *count += 1;
+    }
+    counts
 }
 
 /// A delivery request that has been read.
@@ -111,15 +143,7 @@ impl Edge {
         let page = page.check()?;
         let snapshot = self.snapshot();
         let passes = |plan: &Arc<PlanEntry>| {
-            let by_closure = filter
-                .affected_by
-                .as_ref()
-                .is_none_or(|id| snapshot.affecting(plan).any(|cause| cause == id));
-            let by_drone = filter
-                .drone_id
-                .as_deref()
-                .is_none_or(|id| plan.drone_id.as_deref() == Some(id));
-            by_closure && by_drone && may_speak_for(caller, plan)
+            filter.passes(&snapshot, plan) && may_speak_for(caller, plan)
         };
         let (told, next) = filtered(&snapshot.plans, &page, passes);
         let stamp = self.stamp_of(&snapshot);
@@ -129,6 +153,7 @@ impl Edge {
         Ok(wire::Plans {
             plans: plans.collect(),
             next_page_token: next.map(|id| token(&id)),
+            counts: counted(&snapshot, caller),
             stamp: stamp.clone(),
         })
     }

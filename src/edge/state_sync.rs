@@ -298,7 +298,8 @@ impl State {
             upstream,
             by: self.author.clone(),
         });
-        let data = json!({"zone": views::zone_feature(&entry)});
+        let etag = self.next.etag(version);
+        let data = json!({"zone": views::zone_feature(&entry), "etag": etag});
         let id = Arc::from(closure.id.as_str());
         self.next.zones.insert(id, entry);
         self.changes.push(Change::Put(closure.clone()));

@@ -184,6 +184,10 @@ impl Edge {
                 .iter()
                 .map(|entry| views::zone_feature(entry))
                 .collect(),
+            etags: told
+                .iter()
+                .map(|entry| Cow::Owned(snapshot.etag(entry.version)))
+                .collect(),
             next_page_token: next.map(|id| token(&id)),
             stamp: self.stamp_of(&snapshot),
         })

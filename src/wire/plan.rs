@@ -297,6 +297,22 @@ pub struct Plan<'a> {
     pub stamp: Stamp<'a>,
 }
 
+/// How many plans are in each state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+pub struct PlanCounts {
+    /// To be flown.
+    pub accepted: u32,
+    /// Departed.
+    pub activated: u32,
+    /// Off every way that their drones were told.
+    pub nonconforming: u32,
+    /// Without a way that their drones could be told.
+    pub contingent: u32,
+    /// Over, as far as they are still kept.
+    pub ended: u32,
+}
+
 /// A page of plans, by id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
@@ -306,6 +322,9 @@ pub struct Plans<'a> {
     /// Where the next page begins; absent on the last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_page_token: Option<String>,
+    /// How many there are in all, whatever was asked for.
+    #[serde(default)]
+    pub counts: PlanCounts,
     /// The world of this answer.
     #[serde(flatten)]
     pub stamp: Stamp<'a>,

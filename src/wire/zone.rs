@@ -89,6 +89,8 @@ pub struct ZoneList<'a> {
     /// The zones.
     #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
     pub features: Vec<Value>,
+    /// The version of each zone, in their order, for `If-Match`.
+    pub etags: Vec<Cow<'a, str>>,
     /// Where the next page begins; absent on the last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_page_token: Option<String>,

@@ -5,6 +5,7 @@ use super::convert_zone::{feature_of, zone_of};
 use super::mirror::{mirror, mirror_enum, required};
 use super::proto;
 use crate::wire;
+use std::borrow::Cow;
 
 mirror_enum!(ClosureCause {
     Zone,
@@ -180,6 +181,7 @@ impl IntoProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
     fn into_proto(self) -> proto::ListZonesResponse {
         proto::ListZonesResponse {
             zones: self.features.iter().map(zone_of).collect(),
+            etags: self.etags.into_iter().map(Cow::into_owned).collect(),
             next_page_token: self.next_page_token,
             stamp: Some(self.stamp.into_proto()),
         }
@@ -191,6 +193,7 @@ impl FromProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
         Ok(Self {
             kind: "FeatureCollection".into(),
             features: message.zones.iter().map(feature_of).collect(),
+            etags: message.etags.into_iter().map(Cow::Owned).collect(),
             next_page_token: message.next_page_token,
             stamp: wire::Stamp::from_proto(required!(message.stamp, stamp), ids)?,
         })

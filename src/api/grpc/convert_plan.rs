@@ -164,9 +164,18 @@ mirror!(wire::Plan<'_> => Plan {
     stamp: message,
 });
 
+mirror!(wire::PlanCounts => PlanCounts {
+    accepted: plain,
+    activated: plain,
+    nonconforming: plain,
+    contingent: plain,
+    ended: plain,
+});
+
 mirror!(wire::Plans<'_> => ListPlansResponse {
     plans: plain,
     next_page_token: plain,
+    counts: message,
     stamp: message,
 });
 

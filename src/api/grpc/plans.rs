@@ -47,6 +47,8 @@ impl plans_server::Plans for Service {
         let filter = PlanFilter {
             affected_by: message.affected_by,
             drone_id: message.drone_id,
+            state: None,
+            ended: message.ended,
         };
         let listed = told(self.edge.plans(&caller, &page, &filter))?;
         Ok(Response::new(listed.into_proto()))

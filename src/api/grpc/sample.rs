@@ -250,6 +250,7 @@ impl Sample for wire::ZoneList<'_> {
         Self {
             kind: Cow::Borrowed("FeatureCollection"),
             features: vec![sampler.zone(), sampler.zone()],
+            etags: Sample::sample(sampler),
             next_page_token: Sample::sample(sampler),
             stamp: Sample::sample(sampler),
         }

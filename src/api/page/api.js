@@ -43,16 +43,17 @@ export async function read(path) {
   return (await request("GET", path)).json();
 }
 
-/** Reads the entries of a list, page by page, at most `most` of them; gives them with the last page. */
-export async function readList(path, key, most) {
-  const entries = [];
-  let page = await read(`${path}?page_size=200`);
-  entries.push(...page[key]);
-  while (page.next_page_token && entries.length < most) {
-    page = await read(`${path}?page_size=200&page_token=${encodeURIComponent(page.next_page_token)}`);
-    entries.push(...page[key]);
-  }
-  return { entries: entries.slice(0, most), page };
+/** Reads a list page by page, until `take` has been given `most` entries; tells whether the edge has more. */
+export async function readPages(path, key, most, take) {
+  let count = 0;
+  let next = "";
+  do {
+    const page = await read(`${path}page_size=200${next && `&page_token=${encodeURIComponent(next)}`}`);
+    count += page[key].length;
+    take(page);
+    next = page.next_page_token ?? "";
+  } while (next && count < most);
+  return Boolean(next);
 }
 
 /**

@@ -130,10 +130,3 @@ function effectText(effect) {
   const met = effect.plan_count ? ` and meets ${counted(effect.plan_count, "plan")}: ${plans.join(", ")}${more}` : " and meets no plan";
   return `Closes ${counted(effect.segment_count, "segment")} and ${counted(effect.node_count, "node")}${met}.`;
 }
-
-/** Lifts a zone, as it is now. */
-export async function liftZone(id) {
-  const path = `/v1/zones/${encodeURIComponent(id)}`;
-  const current = await request("GET", path);
-  await request("DELETE", path, { headers: { "If-Match": current.headers.get("ETag") ?? "*" } });
-}

@@ -23,10 +23,11 @@ const SVG: &str = "image/svg+xml";
 const INDEX: &str = include_str!("index.html");
 
 /// The files below `/page/`, with their media types.
-const FILES: [(&str, &str, &str); 9] = [
+const FILES: [(&str, &str, &str); 10] = [
     ("page.css", CSS, include_str!("page.css")),
     ("icon.svg", SVG, include_str!("icon.svg")),
     ("page.js", SCRIPT, include_str!("page.js")),
+    ("airspace.js", SCRIPT, include_str!("airspace.js")),
     ("api.js", SCRIPT, include_str!("api.js")),
     ("circle.js", SCRIPT, include_str!("circle.js")),
     ("drawing.js", SCRIPT, include_str!("drawing.js")),

@@ -1,14 +1,16 @@
 // The live page: reads the lists, follows the events, polls the drones, and draws what changed.
 
-import { Problem, follow, read, readList, useToken, whenUnauthorized } from "./api.js";
-import { Circle, liftZone } from "./circle.js";
+import { showAirspace } from "./airspace.js";
+import { Problem, follow, read, readPages, useToken, whenUnauthorized } from "./api.js";
+import { Circle } from "./circle.js";
 import { drawGround, drawTraffic, placesOf, readInks } from "./drawing.js";
-import { extraOf, sentence, showAirspace, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp } from "./panels.js";
-import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setStamp, setZone, world } from "./world.js";
+import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp } from "./panels.js";
+import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setZone, world } from "./world.js";
 import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
-const LISTED_MAX = 1000;
+const LISTED_MAX = 5000;
+const COUNT_EVERY_POLLS = 4;
 const RETRY_MIN_MS = 500;
 const RETRY_MAX_MS = 5000;
 const ANNOUNCE_EVERY_MS = 4000;
@@ -63,16 +65,16 @@ async function readNetwork() {
 
 async function readLists() {
   await readNetwork();
-  const [plans, zones, closures, answers] = [
-    await readList("/v1/plans", "plans", LISTED_MAX),
-    await readList("/v1/zones", "features", LISTED_MAX),
-    await readList("/v1/closures", "closures", LISTED_MAX),
-    await read(`/v1/recompositions?page_size=${LINES_MAX}`),
-  ];
+  const answers = await read(`/v1/recompositions?page_size=${LINES_MAX}`);
   clearLists();
-  plans.entries.forEach(setPlan);
-  zones.entries.forEach(setZone);
-  closures.entries.forEach(setClosure);
+  world.leftOut = {
+    plans: await readPages("/v1/plans?ended=false&", "plans", LISTED_MAX, (page) => {
+      world.planCounts = page.counts;
+      page.plans.forEach(setPlan);
+    }),
+    zones: await readPages("/v1/zones?", "features", LISTED_MAX, (page) => page.features.forEach((zone, place) => setZone(zone, page.etags[place]))),
+    closures: await readPages("/v1/closures?", "closures", LISTED_MAX, (page) => page.closures.forEach(setClosure)),
+  };
   world.recompositions = [];
   answers.recompositions.reverse().forEach(addRecomposition);
   setStamp(answers);
@@ -154,11 +156,12 @@ async function followForever() {
 }
 
 async function pollForever() {
-  for (;;) {
+  for (let polls = 0; ; polls += 1) {
     await pause(POLL_MS);
     if (document.hidden || !world.network) continue;
     try {
       setDrones(await read("/v1/drones?page_size=1000"));
+      if (polls % COUNT_EVERY_POLLS === 0) setPlanCounts((await read("/v1/plans?page_size=1")).counts);
     } catch {
       // The stream of events tells the reader that the edge is away.
       await pause(RETRY_MIN_MS);
@@ -214,20 +217,12 @@ function announce(event) {
   $("announcer").textContent = sentence(event);
 }
 
-async function lift(id) {
-  try {
-    await liftZone(id);
-  } catch (problem) {
-    notice(`Zone ${id} was not lifted: ${problem.message}`);
-  }
-}
-
 const PANELS = {
   network: showStamp,
   stamp: showStamp,
   events: showEvents,
   drones: () => { showDrones(view); showCounts(); },
-  zones: () => { showAirspace(lift); showCounts(); },
+  zones: () => { showAirspace(); showCounts(); },
   recompositions: () => showRecompositions(chosen?.id, details, choose),
 };
 

@@ -82,9 +82,10 @@ export function showClock() {
 export function showCounts() {
   const plans = [...world.plans.values()];
   const affected = plans.filter((plan) => plan.affected).length;
+  const flown = world.planCounts ? world.planCounts.accepted + world.planCounts.activated + world.planCounts.nonconforming + world.planCounts.contingent : plans.length;
   const counts = [
     [world.drones.size + (world.dronesLeftOut ? "+" : ""), "drones"],
-    [plans.length, "plans flown"],
+    [flown, "plans flown"],
     [affected, "affected"],
     [[...world.zones.values()].filter((zone) => standing(zone) === "active").length, "zones in force"],
     [world.closures.size, "closures"],
@@ -208,28 +209,4 @@ export function showDrones(view) {
     return make("tr", "", make("td", "", drone.id), make("td", look, state), make("td", "", String(end ?? "–")), make("td", "", metres(left)), make("td", "", charge));
   });
   $("drones").tBodies[0].replaceChildren(...rows);
-}
-
-export function showAirspace(lift) {
-  const zones = [...world.zones.values()].slice(0, LINES_MAX);
-  $("zones-empty").hidden = zones.length > 0;
-  keepingFocus($("zones"), zones.map((zone) => {
-    const stands = standing(zone);
-    const until = zone.properties?.windows?.at(-1)?.until;
-    const reason = zone.properties?.reason;
-    const told = `${zone.properties?.name ?? zone.id}: ${{ active: "in force", coming: "to come", over: "over" }[stands]}${until ? `, until ${hours(until)}` : ""}${reason ? ` (${reason})` : ""}`;
-    const button = make("button", "", "Lift");
-    button.type = "button";
-    button.setAttribute("aria-label", `Lift zone ${zone.id}`);
-    button.dataset.id = String(zone.id);
-    button.addEventListener("click", () => lift(String(zone.id)));
-    return make("li", "", make("span", "", told), button);
-  }));
-  const closures = [...world.closures.values()].slice(0, LINES_MAX);
-  $("closures-empty").hidden = closures.length > 0;
-  $("closures").replaceChildren(...closures.map((closure) => {
-    const who = closure.reported_by ? ` by ${closure.reported_by}` : "";
-    const until = closure.until ? `, until ${hours(closure.until)}` : "";
-    return make("li", "", make("span", "", `${closure.id}: ${words(closure.reason ?? closure.cause)}${who}${until}`));
-  }));
 }

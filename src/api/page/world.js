@@ -11,7 +11,10 @@ export const world = {
   drones: new Map(),
   dronesLeftOut: false,
   plans: new Map(),
+  planCounts: null,
+  leftOut: { plans: false, zones: false, closures: false },
   zones: new Map(),
+  etags: new Map(),
   closures: new Map(),
   inForce: new Set(),
   recompositions: [],
@@ -98,6 +101,12 @@ function brief(version) {
   return { version: version.version, outcome: version.outcome, nodes, length_m: version.length_m, arrives_at: version.arrives_at };
 }
 
+/** Takes how many plans the edge has in each state: it may have more than are drawn. */
+export function setPlanCounts(counts) {
+  world.planCounts = counts;
+  world.changed.add("drones");
+}
+
 /** Takes a plan, of a list or of an event. */
 export function setPlan(plan) {
   world.changed.add("drones");
@@ -115,8 +124,10 @@ export function setPlan(plan) {
   });
 }
 
-export function setZone(zone) {
+/** Takes a zone with its version, which a later write names. */
+export function setZone(zone, etag) {
   world.zones.set(String(zone.id), zone);
+  world.etags.set(String(zone.id), etag);
   world.changed.add("zones");
 }
 
@@ -129,7 +140,7 @@ export function setClosure(closure) {
 
 /** Forgets what lists and events tell, before they are read again. */
 export function clearLists() {
-  for (const kept of [world.plans, world.zones, world.closures, world.inForce]) kept.clear();
+  for (const kept of [world.plans, world.zones, world.etags, world.closures, world.inForce]) kept.clear();
   // An edge that has started again may show an earlier time.
   world.clock = null;
 }
@@ -159,9 +170,10 @@ export function apply(event) {
   world.events = [event, ...world.events].slice(0, LINES_MAX);
   if (data.plan) setPlan(data.plan);
   if (kind === "recomposed") addRecomposition(data);
-  if (kind === "zone_put") setZone(data.zone);
+  if (kind === "zone_put") setZone(data.zone, data.etag);
   if (kind === "zone_deleted") {
     world.zones.delete(data.zone_id);
+    world.etags.delete(data.zone_id);
     world.inForce.delete(data.zone_id);
     world.changed.add("zones");
   }

@@ -5,7 +5,7 @@ use super::asked::{self, By, Named, NoParameters, Query};
 use super::reading::{self, Sent};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter};
-use crate::wire::{Ack, Completion, Decline, DeliveryRequest, Plan, Plans, Release};
+use crate::wire::{Ack, Completion, Decline, DeliveryRequest, Plan, PlanState, Plans, Release};
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
@@ -29,6 +29,12 @@ pub(super) struct PlansParameters {
     /// Only those of this drone.
     #[param(value_type = String, required = false)]
     drone_id: Option<String>,
+    /// Only those in this state.
+    #[param(value_type = String, required = false, example = "activated")]
+    state: Option<PlanState>,
+    /// Only those that are over, or are not.
+    #[param(value_type = bool, required = false)]
+    ended: Option<bool>,
 }
 
 /// Composes a plan: the shortest open way, or with the flight model the best one that the drone can fly; each leg with what to do if it closes.
@@ -89,6 +95,8 @@ pub(super) async fn list_plans(
     let filter = PlanFilter {
         affected_by: asked.affected_by,
         drone_id: asked.drone_id,
+        state: asked.state,
+        ended: asked.ended,
     };
     json(&edge.plans(&caller, &page, &filter)?)
 }

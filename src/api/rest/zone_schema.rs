@@ -196,6 +196,8 @@ pub(in crate::api) struct ZoneCollection {
     r#type: CollectionType,
     /// The zones, by id.
     features: Vec<ZoneFeature>,
+    /// The version of each zone, in their order, for `If-Match`.
+    etags: Vec<String>,
     /// Where the next page begins; absent on the last.
     next_page_token: Option<String>,
     /// The world of this answer.

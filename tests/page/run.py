@@ -1,0 +1,198 @@
+"""The live page in Chromium: what an operator sees and lifts, against an edge of its own.
+
+    run.py SKYWAY    where SKYWAY is the program
+"""
+
+import pathlib
+import sys
+import tempfile
+import time
+
+import requests
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "contract"))
+from edge_process import EdgeProcess  # noqa: E402
+
+PATIENCE_S = 30
+# More than the page once read of the list of plans, ended ones first.
+ENDED_PLANS = 1100
+FLOWN_PLANS = 3
+# More than a list of the page shows at first.
+ZONES = 120
+SHOWN_AT_FIRST = 50
+CENTRE = (151.2086, -33.8660)
+# What the page may not write to the console.
+LOUD = ("SEVERE",)
+
+
+class Page:
+    """The page of an edge in a browser."""
+
+    def __init__(self, url: str, profile: str) -> None:
+        options = webdriver.ChromeOptions()
+        options.binary_location = "/usr/bin/chromium"
+        for flag in (
+            "headless=new",
+            "no-sandbox",
+            "disable-gpu",
+            "disable-quic",
+            "no-first-run",
+            "disable-background-networking",
+            "disable-component-update",
+            "disable-sync",
+            "window-size=1400,900",
+            f"user-data-dir={profile}",
+        ):
+            options.add_argument(f"--{flag}")
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        service = webdriver.ChromeService(executable_path="/usr/bin/chromedriver")
+        self.browser = webdriver.Chrome(options=options, service=service)
+        self.browser.get(url)
+
+    def find(self, selector: str):
+        return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def rows(self, name: str) -> list:
+        return self.browser.find_elements(By.CSS_SELECTOR, f"#{name} li")
+
+    def until(self, what: str, test) -> None:
+        """Waits until something holds; what it waited for is told where it never does."""
+        WebDriverWait(self.browser, PATIENCE_S, poll_frequency=0.05).until(lambda _: test(), what)
+
+    def text(self, selector: str) -> str:
+        return self.find(selector).text
+
+    def complaints(self) -> list[str]:
+        return [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] in LOUD]
+
+
+class Edge:
+    """What the stories ask of the edge beside the page."""
+
+    def __init__(self, port: int) -> None:
+        self.url = f"http://127.0.0.1:{port}"
+        self.session = requests.Session()
+
+    def ask(self, method: str, path: str, **how) -> requests.Response:
+        answer = self.session.request(method, self.url + path, timeout=PATIENCE_S, **how)
+        assert answer.ok, f"{method} {path}: {answer.status_code} {answer.text[:300]}"
+        return answer
+
+    def compose(self, name: str) -> None:
+        self.ask("POST", "/v1/plans", json={"id": name, "source": "379", "destination": "450"})
+
+    def put_zone(self, name: str, radius_m: float, **headers: str) -> None:
+        feature = {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": CENTRE},
+            "properties": {"radius_m": radius_m, "name": name},
+        }
+        self.ask("PUT", f"/v1/zones/{name}", json=feature, headers=headers)
+
+    def has_zone(self, name: str) -> bool:
+        return self.session.get(f"{self.url}/v1/zones/{name}", timeout=PATIENCE_S).status_code == 200
+
+
+def plans_flown_are_counted_beside_many_that_are_over(edge: Edge, page: Page) -> None:
+    def counts() -> str:
+        return page.text("#counts").replace("\n", " ")
+
+    page.until("the plans flown are counted", lambda: f"{FLOWN_PLANS} plans flown" in counts())
+
+
+def zones_beyond_the_first_are_found_and_lifted(edge: Edge, page: Page) -> None:
+    page.until("the first zones are listed", lambda: len(page.rows("zones")) == SHOWN_AT_FIRST)
+    assert f"{ZONES - SHOWN_AT_FIRST} of {ZONES}" in page.text("#zones-more"), page.text("#zones-more")
+    page.find("#zones-more").click()
+    page.until("more are listed", lambda: len(page.rows("zones")) == 2 * SHOWN_AT_FIRST)
+    last = f"zone-{ZONES - 1:03}"
+    page.find("#zones-find").send_keys(last)
+    page.until("one is found", lambda: len(page.rows("zones")) == 1)
+    page.find("#zones button").click()
+    page.until("what opens is named", lambda: "segment" in page.text("#lift-effect"))
+    page.find("#lift-now").click()
+    page.until("it is lifted", lambda: not edge.has_zone(last))
+    find = page.find("#zones-find")
+    find.clear()
+    find.send_keys(" ")
+
+
+def a_click_alone_lifts_nothing(edge: Edge, page: Page) -> None:
+    name = "zone-000"
+    page.find(f'[aria-label="Lift zone {name}"]').click()
+    page.until("it asks", lambda: "segment" in page.text("#lift-effect"))
+    page.find("#lift-cancel").click()
+    page.until("the question is gone", lambda: not page.find("#lift").is_displayed())
+    assert edge.has_zone(name)
+    focused = page.browser.switch_to.active_element.get_attribute("aria-label")
+    assert focused == f"Lift zone {name}", f"the focus is at {focused}"
+
+
+def what_was_seen_is_lifted_and_nothing_newer(edge: Edge, page: Page) -> None:
+    name = "zone-001"
+    page.find(f'[aria-label="Lift zone {name}"]').click()
+    page.until("it asks", lambda: "segment" in page.text("#lift-effect"))
+    edge.put_zone(name, 200, **{"If-Match": edge.ask("GET", f"/v1/zones/{name}").headers["etag"]})
+    page.find("#lift-now").click()
+    page.until("it says that the zone has changed", lambda: "has changed" in page.text("#lift-effect"))
+    assert edge.has_zone(name)
+    page.find("#lift-cancel").click()
+    page.find(f'[aria-label="Lift zone {name}"]').click()
+    page.until("the version that is shown now can be lifted", lambda: page.find("#lift-now").is_enabled())
+    page.find("#lift-now").click()
+    page.until("it is lifted", lambda: not edge.has_zone(name))
+
+
+def rows_stay_where_they_are(edge: Edge, page: Page) -> None:
+    rows = page.rows("zones")
+    edge.put_zone("a-new-one", 30)
+    page.until("the new one counts", lambda: "a-new-one" in page.browser.execute_script("return document.body.textContent"))
+    # An element that was taken out and made anew would be stale.
+    assert all(row.is_displayed() for row in rows[:10])
+    again = page.rows("zones")
+    assert [row.id for row in again[: len(rows)]] == [row.id for row in rows]
+
+
+STORIES = (
+    plans_flown_are_counted_beside_many_that_are_over,
+    zones_beyond_the_first_are_found_and_lifted,
+    a_click_alone_lifts_nothing,
+    what_was_seen_is_lifted_and_nothing_newer,
+    rows_stay_where_they_are,
+)
+
+
+def prepare(edge: Edge) -> None:
+    # Ids in front of those of the plans flown: they come first in the list.
+    for number in range(ENDED_PLANS):
+        edge.compose(f"a-{number:04}")
+        edge.ask("DELETE", f"/v1/plans/a-{number:04}")
+    for number in range(FLOWN_PLANS):
+        edge.compose(f"z-{number}")
+    for number in range(ZONES):
+        edge.put_zone(f"zone-{number:03}", 20)
+
+
+def main() -> None:
+    binary = pathlib.Path(sys.argv[1])
+    began = time.monotonic()
+    with EdgeProcess(binary) as process, tempfile.TemporaryDirectory(prefix="skyway-page-") as profile:
+        edge = Edge(process.port)
+        prepare(edge)
+        page = Page(edge.url, profile)
+        try:
+            for story in STORIES:
+                story(edge, page)
+                print(f"ok  {story.__name__.replace('_', ' ')}")
+            assert not page.complaints(), page.complaints()
+        finally:
+            page.browser.quit()
+    print(f"{len(STORIES)} stories in {time.monotonic() - began:.0f} s")
+    print(f"{len(STORIES)} passed, 0 failed")
+
+
+if __name__ == "__main__":
+    main()
