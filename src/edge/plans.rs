@@ -142,9 +142,8 @@ impl Edge {
     ) -> Result<wire::Plans<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let passes = |plan: &Arc<PlanEntry>| {
-            filter.passes(&snapshot, plan) && may_speak_for(caller, plan)
-        };
+        let passes =
+            |plan: &Arc<PlanEntry>| filter.passes(&snapshot, plan) && may_speak_for(caller, plan);
         let (told, next) = filtered(&snapshot.plans, &page, passes);
         let stamp = self.stamp_of(&snapshot);
         let plans = told

@@ -9,7 +9,6 @@ use super::state_alarms::AFTER_RELIEF;
 use super::stretches::Stretch;
 use crate::airspace::{Airspace, Closure};
 use crate::compose::equip;
-use crate::network::Topology;
 use crate::recompose::{Outcome, Recomposition, Request, World};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;

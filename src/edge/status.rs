@@ -12,8 +12,6 @@ use serde::Serialize;
 pub struct Status {
     /// Version of the program.
     pub version: &'static str,
-    /// Name of the network.
-    pub network: String,
     /// Its nodes.
     pub nodes: usize,
     /// Its segments.
@@ -80,7 +78,6 @@ impl Edge {
         let clock = self.clock.reading();
         Status {
             version: env!("CARGO_PKG_VERSION"),
-            network: topology.name().to_owned(),
             nodes: topology.node_count(),
             segments: topology.segment_count(),
             zones: snapshot.zones.len(),

@@ -303,7 +303,7 @@ async fn probes_and_the_admin_listener_tell_how_the_edge_stands() {
     assert_eq!(api.get("/livez").await.is(200).body, "live\n");
     assert_eq!(api.get("/readyz").await.is(200).body, "ready\n");
     assert_eq!(
-        api.ask_admin("GET /status").await.is(200).json()["network"],
+        api.ask_admin("GET /status").await.is(200).json()["network"]["name"],
         "Sydney CBD"
     );
     let metrics = api.ask_admin("GET /metrics").await.is(200);

@@ -38,7 +38,10 @@ fn an_answer_is_explained_from_its_id_alone() {
 
     // Its line in the log.
     let log = desk.read("log");
-    let line = log.lines().find(|line| line.contains(&id)).expect("a line");
+    let line = log
+        .lines()
+        .find(|line| line.contains(&id) && line.contains("answered"))
+        .expect("a line");
     for part in [
         "DEBUG",
         "answered",

@@ -5,14 +5,23 @@ use serde_json::{Value, json};
 use skyway::edge::{Caller, EventStream, Role, ZoneWrite};
 use skyway::wire::EventKind;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio_stream::StreamExt;
 
+/// Longer than anything takes, so that a test that waits in vain fails.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// The next event of a kind; those before it are told where it never comes.
 async fn next(events: &mut EventStream, kind: EventKind) -> Value {
+    let mut passed = Vec::new();
     loop {
-        let event = events.next().await.expect("more").expect("no gap");
+        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = next.unwrap_or_else(|_| panic!("no {kind:?} after {passed:?}"));
+        let event = next.expect("more").expect("no gap");
         if event.kind == kind {
             return serde_json::from_str(&event.json).expect("JSON");
         }
+        passed.push(event.kind);
     }
 }
 
