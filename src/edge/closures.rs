@@ -1,6 +1,7 @@
 //! Closures: everything that is closed with its cause, and what operators close by their word.
 
 use super::Edge;
+use super::effects;
 use super::fleet::Detour;
 use super::orders::{Done, Order};
 use super::replies::Idempotency;
@@ -211,7 +212,7 @@ fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::
         .collect();
     let now = snapshot.airspace.as_of();
     wire::Closure {
-        effect: Some(views::effect_with_pending(snapshot, closure, &met)),
+        effect: Some(effects::effect_with_pending(snapshot, closure, &met)),
         ..views::closure(snapshot, entry, now)
     }
 }

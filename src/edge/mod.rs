@@ -14,6 +14,8 @@ mod closures;
 mod conformance;
 mod decisions;
 mod drones;
+mod effects;
+mod entries;
 mod events;
 mod failures;
 mod fleet;

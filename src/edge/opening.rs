@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::drones::Drones;
-use super::events::Events;
+use super::events::{Events, Happening};
 use super::flights::Flights;
 use super::network::NetworkDocuments;
 use super::off_plan::OffPlan;
@@ -25,6 +25,7 @@ use crate::network::Topology;
 use crate::routing::TreeCache;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
+use jiff::Timestamp;
 use std::io;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
@@ -195,14 +196,7 @@ impl Opening {
             settings.event_streams_max,
         ));
         let now = clock.now();
-        let enforced = state.enforce(Vec::new(), now);
-        state.look_up(&enforced.look, now);
-        // The writer goes on with the rest.
-        state.replan(now, &mut || true);
-        while self.is_in_place && state.has_waiting() {
-            state.replan(now, &mut || true);
-        }
-        let (snapshot, told) = state.told();
+        let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
         events.add(told, now, &snapshot.revision);
         store.publish(Waiting {
@@ -261,4 +255,20 @@ impl Opening {
         }
         Ok(edge)
     }
+}
+
+/// The state with what has become due while the edge was away, and what is told of it.
+fn caught_up(
+    state: &mut State,
+    is_in_place: bool,
+    now: Timestamp,
+) -> (Arc<Snapshot>, Vec<Happening>) {
+    let enforced = state.enforce(Vec::new(), now);
+    state.look_up(&enforced.look, now);
+    // The writer goes on with the rest.
+    state.replan(now, &mut || true);
+    while is_in_place && state.has_waiting() {
+        state.replan(now, &mut || true);
+    }
+    state.told()
 }

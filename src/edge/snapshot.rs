@@ -4,15 +4,17 @@
 //! share, so that publishing one costs what changed.
 
 use super::alarms::AlarmEntry;
+pub(super) use super::entries::{
+    ClosureEntry, Contested, HoldEntry, ProposalEntry, Reported, ZoneEntry,
+};
 use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
 use super::settings::Settings;
 use super::stretches::Stretch;
-use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
-use crate::access::Role;
-use crate::airspace::{Airspace, Closure, Zone};
+use super::upstream::{OutboxEntry, RegistryCursor};
+use crate::airspace::Airspace;
 use crate::compose::{Composition, Occupation};
-use crate::flight::{FailureType, Reservation};
+use crate::flight::Reservation;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::wire;
 use imbl::OrdMap;
@@ -23,129 +25,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The topology revision of the network that an edge starts with.
 pub(super) const FIRST_TOPOLOGY: u64 = 1;
-
-/// A zone and its version.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct ZoneEntry {
-    pub(super) zone: Arc<Zone>,
-    /// The number of the write that made it so.
-    pub(super) version: u64,
-    /// Its version at the registry; none where it is not there yet.
-    pub(super) upstream: Option<Upstream>,
-    /// Who made it so here; none of what is from the registry.
-    pub(super) by: Option<Arc<wire::Author>>,
-}
-
-/// A closure that no zone causes, and what is known of its cause.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct ClosureEntry {
-    pub(super) closure: Arc<Closure>,
-    /// The number of the write that made it so.
-    pub(super) version: u64,
-    /// The failure type reported, where a report is the cause.
-    pub(super) failure: Option<FailureType>,
-    /// The drone that reported it first; its quota carries it, and that of its fleet.
-    pub(super) reported_by: Option<Arc<str>>,
-    /// Who made it so here; none of what is from the registry.
-    pub(super) by: Option<Arc<wire::Author>>,
-    pub(super) confirmed: bool,
-    pub(super) from: Option<Timestamp>,
-    pub(super) until: Option<Timestamp>,
-    /// Its version at the registry; none where it is not there yet.
-    pub(super) upstream: Option<Upstream>,
-}
-
-impl ClosureEntry {
-    /// What it closes, where a report is its cause.
-    pub(super) fn reported(&self) -> Reported {
-        match self.reported_by {
-            None => Reported::default(),
-            Some(_) => Reported::of(&self.closure),
-        }
-    }
-
-    /// The subject of the token with which a drone or a fleet reported it.
-    pub(super) fn fleet(&self) -> Option<&str> {
-        let by = self
-            .by
-            .as_deref()
-            .filter(|by| by.role == Role::Drone.name());
-        by.filter(|_| self.reported_by.is_some())
-            .map(|by| by.subject.as_str())
-    }
-}
-
-/// How much closures from reports close.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Reported {
-    pub(super) segments: usize,
-    /// Nodes whose pads are closed.
-    pub(super) pads: usize,
-}
-
-impl Reported {
-    pub(super) fn of(closure: &Closure) -> Self {
-        Self {
-            segments: closure.hits.segments.len(),
-            pads: closure.pads.len(),
-        }
-    }
-
-    pub(super) fn plus(self, more: Self) -> Self {
-        Self {
-            segments: self.segments + more.segments,
-            pads: self.pads + more.pads,
-        }
-    }
-
-    pub(super) fn minus(self, less: Self) -> Self {
-        Self {
-            segments: self.segments.saturating_sub(less.segments),
-            pads: self.pads.saturating_sub(less.pads),
-        }
-    }
-}
-
-/// Something a report brought that waits for an operator.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct ProposalEntry {
-    pub(super) number: u64,
-    pub(super) reason: Cow<'static, str>,
-    pub(super) proposed_at: Timestamp,
-    pub(super) expires_at: Timestamp,
-    pub(super) recomposition_id: Arc<str>,
-    pub(super) drone_id: Option<Arc<str>>,
-    pub(super) failure: FailureType,
-    /// What accepting it puts into force: that of a zone is the zone's closure.
-    pub(super) closure: Arc<Closure>,
-}
-
-/// A change made here that the registry has another version of, or will not take.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Contested {
-    pub(super) kind: wire::ObjectKind,
-    pub(super) id: Arc<str>,
-    /// The text of what this edge would put; none where it would lift it.
-    pub(super) body: Option<Arc<str>>,
-    /// The id under which that is in force beside the registry's version.
-    pub(super) aside: Option<Arc<str>>,
-    /// Whether the registry will not take it, rather than having a newer version.
-    pub(super) is_refused: bool,
-    /// The version there that a removal that was refused would lift.
-    pub(super) removes: Option<Upstream>,
-}
-
-/// What waits for an operator: removals, or a change that is contested.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct HoldEntry {
-    pub(super) number: u64,
-    /// Where they come from.
-    pub(super) origin: Arc<str>,
-    pub(super) held_at: Timestamp,
-    /// Ids of the closures they would lift.
-    pub(super) lifts: Vec<String>,
-    pub(super) contested: Option<Arc<Contested>>,
-}
 
 /// One version of a plan.
 #[derive(Clone, Debug, PartialEq)]

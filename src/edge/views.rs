@@ -7,10 +7,10 @@ use super::snapshot::{
     ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
 };
 use super::stretches::Stretch;
-use crate::airspace::{Airspace, Cause, Closure};
+use crate::airspace::{Cause, Closure};
 use crate::compose::{Composition, Contingency};
 use crate::flight::LegCourse;
-use crate::formats::{miss_hint, waypoint, zone_to_feature};
+use crate::formats::{waypoint, zone_to_feature};
 use crate::geo::AltitudeReference;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Outcome;
@@ -44,7 +44,7 @@ pub(super) fn node_ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<wire::Id<'s
     nodes.iter().map(|&node| node_id(topology, node)).collect()
 }
 
-fn segment_ids(topology: &Topology, segments: &[SegmentIx]) -> Vec<Cow<'static, str>> {
+pub(super) fn segment_ids(topology: &Topology, segments: &[SegmentIx]) -> Vec<Cow<'static, str>> {
     let ids = segments.iter().map(|&segment| topology.segment_id(segment));
     ids.map(|id| Cow::Owned(id.into_owned())).collect()
 }
@@ -452,64 +452,5 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
         path: path(topology, &detour.way()),
         extra_m: detour.extra_m,
         version: detour.version,
-    }
-}
-
-/// What a closure that has been put closes, and whom it meets: those whose drones were told something, and how many wait.
-pub(super) fn effect_with_pending(
-    snapshot: &Snapshot,
-    closure: &Closure,
-    detours: &[&Detour],
-) -> wire::ZoneEffect<'static> {
-    let waits = |causes: &&Arc<[String]>| causes.contains(&closure.id);
-    let pending = snapshot.pending.values().filter(waits).count();
-    let effect = effect(&snapshot.airspace, closure, detours);
-    let plan_count = effect.plan_count + pending;
-    let rest = format!("/v1/plans?affected_by={}", escaped(&closure.id));
-    wire::ZoneEffect {
-        plan_count,
-        pending,
-        next: (plan_count > effect.plans.len()).then_some(Cow::Owned(rest)),
-        ..effect
-    }
-}
-
-/// An id in a query (RFC 3986, 2.3): everything but unreserved characters is escaped.
-fn escaped(id: &str) -> String {
-    let mut text = String::with_capacity(id.len());
-    for byte in id.bytes() {
-        match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => {
-                text.push(char::from(byte));
-            }
-            other => text.push_str(&format!("%{other:02X}")),
-        }
-    }
-    text
-}
-
-/// What a closure closes, and whom it meets.
-pub(super) fn effect(
-    airspace: &Airspace,
-    closure: &Closure,
-    detours: &[&Detour],
-) -> wire::ZoneEffect<'static> {
-    let topology = airspace.topology();
-    let (segments, nodes) = (&closure.hits.segments, &closure.hits.nodes);
-    let told = detours.iter().take(PLANS_TOLD_MAX);
-    let meets_nothing = segments.is_empty() && nodes.is_empty();
-    let zone = closure.zone().filter(|_| meets_nothing);
-    wire::ZoneEffect {
-        in_force: airspace.is_active(closure, airspace.as_of()),
-        closes_from: airspace.closes_from(closure, airspace.as_of()).map(instant),
-        segment_count: segments.len(),
-        segments: segment_ids(topology, &segments[..segments.len().min(IDS_MAX)]),
-        node_count: nodes.len(),
-        nodes: node_ids(topology, &nodes[..nodes.len().min(IDS_MAX)]),
-        plan_count: detours.len(),
-        plans: told.map(|detour| affected_plan(topology, detour)).collect(),
-        hint: zone.map(|zone| Cow::Owned(miss_hint(zone, topology))),
-        pending: 0,
-        next: None,
     }
 }

@@ -4,6 +4,7 @@
 //! tells which plans it meets.
 
 use super::Edge;
+use super::effects;
 use super::fleet::{self, Detour, DetourMeans};
 use super::orders::{Done, Order, Outcome};
 use super::replies::Idempotency;
@@ -124,7 +125,7 @@ impl Edge {
             return Err(Refusal::not_found("zone", &id));
         };
         // In the words of the network that its closure is on.
-        let mut effect = views::effect(&before.airspace, &closure, &[]);
+        let mut effect = effects::effect(&before.airspace, &closure, &[]);
         // Where it is gone nothing of it is to come.
         if after.airspace.closure(&id).is_none() {
             effect.in_force = false;
@@ -274,7 +275,7 @@ impl Edge {
             etag: Some(Cow::Owned(snapshot.etag(entry.version))),
             enforced: true,
             durable,
-            effect: views::effect_with_pending(snapshot, closure, &met),
+            effect: effects::effect_with_pending(snapshot, closure, &met),
             stamp: self.stamp_of(snapshot),
         }
     }
@@ -301,7 +302,7 @@ impl Edge {
                 etag: version.map(|version| Cow::Owned(snapshot.etag(version))),
                 enforced: false,
                 durable: false,
-                effect: views::effect(&airspace, &closure, &met),
+                effect: effects::effect(&airspace, &closure, &met),
                 stamp: edge.stamp_of(&snapshot),
             })
         })
