@@ -8,6 +8,7 @@ use super::starts::Leg;
 use crate::airspace::{Airspace, Cause, Zone};
 use crate::geo::Point;
 use crate::network::SegmentIx;
+use crate::planted::{self, Bug};
 
 /// Parts of a line as fractions of it, rising and disjoint.
 pub(super) type Parts = Vec<(f64, f64)>;
@@ -27,8 +28,12 @@ impl Causes {
     pub(super) fn found(request: &Request, airspace: &Airspace, leg: &Leg) -> Self {
         let topology = &**airspace.topology();
         let ends = (topology.position(leg.from), topology.position(leg.to));
+        if planted::is(Bug::DroppedCause) {
+            return Self::default();
+        }
+        let is_assumed_open = planted::is(Bug::RemovedLegOpen);
         let mut causes = Self {
-            unknown: leg.segment.is_none(),
+            unknown: leg.segment.is_none() && !is_assumed_open,
             ..Self::default()
         };
         match leg.segment {

@@ -113,7 +113,10 @@ pub(super) fn close_for_request(
 /// Exact unless another strategy is asked for. Never fails: what cannot be answered as asked is answered
 /// by `exact`, and the answer says why.
 pub fn recompose(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> Recomposition {
-    let aloft = request.circumstances.aloft;
+    let aloft = match request.circumstances.aloft {
+        _ if planted::is(Bug::GroundSentUp) => Aloft::Airborne,
+        aloft => aloft,
+    };
     let mut answer = recompose_as(world, request, aloft, scratch);
     if aloft == Aloft::Unknown && answer.outcome == Outcome::Hold {
         let airborne = recompose_as(world, request, Aloft::Airborne, scratch);

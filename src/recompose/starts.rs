@@ -12,6 +12,7 @@ use crate::airspace::{Airspace, Closed};
 use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::geo::{Point, total_m};
 use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::planted::{self, Bug};
 
 /// A drone farther from its leg than this, in metres, is off it.
 const OFF_LEG_TOLERANCE_M: f64 = 50.0;
@@ -193,7 +194,8 @@ impl Finder<'_, '_> {
 
     /// True when a drone at a place on the leg may come to its start: it is open, or the drone is there.
     fn may_go_back(&self, flown: f64) -> bool {
-        flown == 0.0 || !self.closed.closes_node(self.leg.from)
+        let is_entered = planted::is(Bug::ClosedNodeEntered);
+        flown == 0.0 || is_entered || !self.closed.closes_node(self.leg.from)
     }
 
     /// The same for its end.

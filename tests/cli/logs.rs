@@ -56,7 +56,7 @@ fn an_answer_is_explained_from_its_id_alone() {
     for part in [
         "with 1 closure in force\n",
         r#"asked: {"type":"navigational","airborne":true,"service":{"from":379,"to":406}"#,
-        "\nrecorded: diverted, 0.000 m\ncomputed: diverted, 0.000 m; by exact, searched: global\n",
+        "\nrecorded: diverted, 112.220 m\ncomputed: diverted, 112.220 m; by exact, searched: global\n",
         &format!("\ncut off by: closure '{closure}'\nthe same answer\n"),
     ] {
         assert!(told.contains(part), "no {part} in {told}");

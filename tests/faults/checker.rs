@@ -53,6 +53,7 @@ impl Story {
     fn removed() -> Self {
         let mut story = Self::around();
         story.report["service"]["to"] = json!("n41");
+        story.report["type"] = json!("service_level");
         story.report["location"] = json!({"node": "n11"});
         story
     }
@@ -285,26 +286,9 @@ mod planted {
     }
 
     #[tokio::test]
-    async fn the_margin_of_the_entry_is_seen() {
-        let seen = Story::long_leg().told(Some("margin-at-entry")).await;
-        seen.breaks("closed_segment");
-    }
-
-    #[tokio::test]
     async fn the_battery_of_the_plan_is_seen() {
         let seen = Story::with_less_battery().told(Some("plans-battery")).await;
         seen.breaks("battery");
-    }
-
-    #[tokio::test]
-    async fn a_pad_that_is_taken_twice_is_seen() {
-        Story::one_pad().told(Some("pad-twice")).await.breaks("pad");
-    }
-
-    #[tokio::test]
-    async fn a_drone_on_the_ground_that_is_sent_up_is_seen() {
-        let seen = Story::grounded().told(Some("ground-sent-up")).await;
-        seen.breaks("sent_up");
     }
 
     #[tokio::test]
