@@ -5,6 +5,9 @@ use serde::ser::{Serialize, SerializeSeq, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
+/// The largest whole number that a double can be told from its neighbours, as which many clients read every number.
+const WHOLE_MAX: u64 = (1 << 53) - 1;
+
 /// The id of a node: an integer where the network's file has integers, else text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Id<'a> {
@@ -61,12 +64,17 @@ impl<'de> Deserialize<'de> for Id<'_> {
             }
 
             fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
-                Ok(Id::Integer(number))
+                match number.unsigned_abs() <= WHOLE_MAX {
+                    true => Ok(Id::Integer(number)),
+                    false => Err(E::invalid_value(de::Unexpected::Signed(number), &self)),
+                }
             }
 
             fn visit_u64<E: de::Error>(self, number: u64) -> Result<Self::Value, E> {
-                Ok(i64::try_from(number)
-                    .map_or_else(|_| Id::Text(Cow::Owned(number.to_string())), Id::Integer))
+                match i64::try_from(number) {
+                    Ok(number) => self.visit_i64(number),
+                    Err(_) => Err(E::invalid_value(de::Unexpected::Unsigned(number), &self)),
+                }
             }
 
             fn visit_f64<E: de::Error>(self, number: f64) -> Result<Self::Value, E> {

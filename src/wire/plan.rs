@@ -336,14 +336,18 @@ pub struct Plans<'a> {
 #[serde(deny_unknown_fields)]
 pub struct Ack {
     /// The version taken over.
-    #[serde(deserialize_with = "whole_number")]
+    #[serde(deserialize_with = "version_number")]
     #[cfg_attr(feature = "edge", schema(minimum = 1))]
     pub version: u32,
     /// Where the drone was then, as far as it tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<Place>,
     /// The leg of that version that it was on, counted from 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_whole_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -357,7 +361,7 @@ pub struct Ack {
 #[serde(deny_unknown_fields)]
 pub struct Decline {
     /// The version declined.
-    #[serde(deserialize_with = "whole_number")]
+    #[serde(deserialize_with = "version_number")]
     #[cfg_attr(feature = "edge", schema(minimum = 1))]
     pub version: u32,
     /// Why: `battery`, `payload`, `propulsion`, `obstacle`, `weather`, `passed` (the way begins behind the drone); any other
@@ -369,7 +373,11 @@ pub struct Decline {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<Place>,
     /// The leg of the reported version that it was on, counted from 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_whole_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -386,7 +394,11 @@ pub struct Completion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub location: Option<Place>,
     /// The leg of the reported version that it was on, counted from 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_whole_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -401,6 +413,23 @@ pub struct Completion {
 pub struct Release {
     /// What became of it.
     pub ended_as: EndedAs,
+}
+
+/// The number of a version: they are counted from 1.
+fn version_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    let number = whole_number(deserializer)?;
+    if number == 0 {
+        return Err(D::Error::custom("versions are counted from 1"));
+    }
+    Ok(number)
+}
+
+/// A whole number where there is one.
+fn some_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+    #[derive(Deserialize)]
+    struct Whole(#[serde(deserialize_with = "whole_number")] u32);
+    let number = Option::<Whole>::deserialize(deserializer)?;
+    Ok(number.map(|Whole(number)| number))
 }
 
 /// A number without a fraction, also where it is written with a point: in JSON 3 and 3.0 are one number.

@@ -76,7 +76,7 @@ def answer(outcome: str, nodes: str, stretch: dict | None, flags=(), **more) -> 
         "severed_by": [] if nodes else [{"cause": "report"}],
         "energy": "unchecked",
         "revision": "1-1",
-        "network": {"id": "roofs", "sha256": "0" * 64},
+        "network": {"name": "roofs", "sha256": "0" * 64},
         "valid_until": text_of(NOW_S + 60),
     }
     if not nodes:

@@ -111,7 +111,7 @@ def check_stamp(case: Case) -> None:
     case.expect(REVISION.fullmatch(str(answer.get("revision"))), "stamp", f"the revision {answer.get('revision')!r}")
     network = answer.get("network") or {}
     sha = str(network.get("sha256"))
-    case.expect(network.get("id") and re.fullmatch("[0-9a-f]{64}", sha), "stamp", f"the network {network!r}")
+    case.expect(network.get("name") and re.fullmatch("[0-9a-f]{64}", sha), "stamp", f"the network {network!r}")
     case.expect(isinstance(answer.get("valid_until"), str), "stamp", "valid_until is not told")
     ids = case.nodes + [case.stretch.get("enters"), case.stretch.get("from"), case.stretch.get("to")]
     numbers = [node for node in ids if node is not None and not isinstance(node, str)]

@@ -207,10 +207,7 @@ pub(super) async fn complete_plan(
     Query(NoParameters {}): Query<NoParameters>,
     Sent(body): Sent,
 ) -> Answer {
-    let completion = match body.is_empty() {
-        true => Completion::default(),
-        false => reading::body(&body, "completion")?,
-    };
+    let completion: Completion = reading::body(&body, "completion")?;
     json(&edge.complete_plan(&caller, &id, completion).await?)
 }
 
