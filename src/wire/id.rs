@@ -8,6 +8,9 @@ use std::fmt;
 /// The largest whole number that a double can be told from its neighbours, as which many clients read every number.
 const WHOLE_MAX: u64 = (1 << 53) - 1;
 
+/// The longest id, in characters.
+const TEXT_MAX: usize = 256;
+
 /// The id of a node: an integer where the network's file has integers, else text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Id<'a> {
@@ -87,7 +90,12 @@ impl<'de> Deserialize<'de> for Id<'_> {
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
-                Ok(Id::Text(Cow::Owned(text.to_owned())))
+                match text.chars().count() <= TEXT_MAX {
+                    true => Ok(Id::Text(Cow::Owned(text.to_owned()))),
+                    false => Err(E::custom(format!(
+                        "an id has at most {TEXT_MAX} characters"
+                    ))),
+                }
             }
         }
         deserializer.deserialize_any(IdVisitor)

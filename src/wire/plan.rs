@@ -350,7 +350,11 @@ pub struct Ack {
     )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_share",
+        skip_serializing_if = "Option::is_none"
+    )]
     #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
     pub fraction: Option<f64>,
 }
@@ -380,7 +384,11 @@ pub struct Decline {
     )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_share",
+        skip_serializing_if = "Option::is_none"
+    )]
     #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
     pub fraction: Option<f64>,
 }
@@ -401,7 +409,11 @@ pub struct Completion {
     )]
     pub leg: Option<u32>,
     /// How far on that leg it was, from 0 to 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_share",
+        skip_serializing_if = "Option::is_none"
+    )]
     #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
     pub fraction: Option<f64>,
 }
@@ -432,10 +444,19 @@ fn some_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Optio
     Ok(number.map(|Whole(number)| number))
 }
 
+/// A share from 0 to 1 where there is one.
+fn some_share<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    let share = Option::<f64>::deserialize(deserializer)?;
+    match share.filter(|share| !(0.0..=1.0).contains(share)) {
+        None => Ok(share),
+        Some(other) => Err(D::Error::custom(format!("{other} is not between 0 and 1"))),
+    }
+}
+
 /// A number without a fraction, also where it is written with a point: in JSON 3 and 3.0 are one number.
 fn whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
     let number = f64::deserialize(deserializer)?;
-    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(i32::MAX)).contains(&number);
     match is_whole {
         true => Ok(number as u32),
         false => Err(D::Error::custom(format!(
