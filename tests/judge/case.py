@@ -64,7 +64,9 @@ class Case:
     def holds_on_ground(self) -> bool:
         """It is told as a drone that stands: because it does, or beside `if_airborne` because it may."""
         stands = self.report.airborne is False or (self.report.airborne is None and self.answer.get("if_airborne"))
-        return self.outcome == "hold" and bool(stands)
+        # One that waits elsewhere flies there first.
+        is_there = not self.nodes or str(self.nodes[0]) == self.reading.a
+        return self.outcome == "hold" and bool(stands) and is_there
 
     @property
     def slack_m(self) -> float:

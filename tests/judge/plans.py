@@ -9,10 +9,10 @@ from world import World
 PLANS = 10
 
 
-def keep(edge: Edge, dice: random.Random, world: World, are_new: bool) -> None:
+def keep(edge: Edge, dice: random.Random, world: World, before: list[dict]) -> None:
     """Has plans composed where there are none yet, and puts what all of them take into the world."""
     network = world.network
-    if are_new:
+    if not before:
         goals = [node for node in network.nodes.values() if node.pads == 1] or list(network.nodes.values())
         for number in range(PLANS):
             goal = dice.choice(goals)
@@ -27,6 +27,25 @@ def keep(edge: Edge, dice: random.Random, world: World, are_new: bool) -> None:
         told = edge.rest.call("GET", f"/v1/plans/p{number}")
         if told.code is None:
             world.plans.append(taken_by(told.body))
+    for plan in world.plans:
+        for earlier in before:
+            if earlier["id"] == plan["id"]:
+                add(plan, earlier)
+
+
+def read_again(edge: Edge, world: World) -> None:
+    """Adds what plans took meanwhile: a zone is in force before they follow it."""
+    for plan in world.plans:
+        told = edge.rest.call("GET", f"/v1/plans/{plan['id']}")
+        if told.code is None:
+            add(plan, taken_by(told.body))
+
+
+def add(plan: dict, more: dict) -> None:
+    """Every version that was sent keeps what it takes, and is not told whole any more once there is a newer one."""
+    plan["stays"] += [stay for stay in more["stays"] if stay not in plan["stays"]]
+    plan["segments"] |= more["segments"]
+    plan["ends"] |= more["ends"]
 
 
 def taken_by(plan: dict) -> dict:

@@ -76,6 +76,8 @@ class Reading:
         self.is_doubtful = False
         self.inside: Interval | None = self._inside()
         self.starts: list[Start] = []
+        # The longer way out of a zone, and where the shorter one leads.
+        self.longer: tuple[str, str] | None = None
         self._find_starts()
 
     # --- where it is ---
@@ -129,11 +131,12 @@ class Reading:
     def covers(self, zone: Zone, node) -> str:
         return self.world._covers(zone, node) if zone is self.report.zone else self.world.covers(zone, node)
 
-    def pads_at(self, node: str) -> int:
-        """Pads that nothing closes, whoever stands on them."""
+    def pads_at(self, node: str, since_s: float | None = None, until_s: float | None = None) -> int:
+        """Pads that nothing closes, or nothing between two instants, whoever stands on them."""
         pads = self.world.network.nodes[node].pads
         for closure in self.world.closures:
-            if node in closure.pads and self.counts(closure) != "no":
+            meets = since_s is None or closure.meets(since_s, until_s)
+            if node in closure.pads and self.counts(closure) != "no" and meets:
                 return 0
         if self.report.pads_node == node:
             return max(0, pads - (self.report.pads_fewer or pads))
@@ -151,8 +154,10 @@ class Reading:
             ):
                 continue
             for grown, is_sure in ((-DOUBT_M, True), (DOUBT_M, False)):
+                # In flight a zone that begins later lies there later.
+                lies = is_sure and (not self.world.flown or zone.active_at(NOW_S))
                 for low, high in self.world.near(zone, self.from_at, self.to_at, grown):
-                    causes.append(Cause((low * self.length_m, high * self.length_m), True, is_sure))
+                    causes.append(Cause((low * self.length_m, high * self.length_m), True, lies))
         if self.closes_leg:
             causes.append(Cause(self.point_on_leg(self.report.cause), False))
         for closure in self.world.closures:
@@ -226,6 +231,9 @@ class Reading:
             self._starts_from_inside()
         else:
             self._starts_on_leg()
+        if self.is_doubtful and self.inside is None and self.where in ("leg", "node") and not self.on_ground:
+            # It may be inside, or a zone that is to begin may count: then it may have to leave straight.
+            self.starts += [Start(node, away, "maybe", "straight") for node, away in self.straight_ways(leaving=True)]
         if self.is_doubtful or (self.segment is not None and self.straight_m == 0.0):
             for start in self.starts:
                 start.allowed = "maybe"
@@ -299,9 +307,9 @@ class Reading:
             if abs(back_m - on_m) < 2.0 or "maybe" in (back, onward):
                 back = onward = "maybe"
             elif back_m < on_m:
-                onward = "no"
+                onward, self.longer = "no", (self.b, self.a)
             else:
-                back = "no"
+                back, self.longer = "no", (self.a, self.b)
         self.starts.append(Start(self.a, self.far_m, back, "leg"))
         self.starts.append(Start(self.b, self.length_m - self.at_m, onward, "leg"))
         if self.where == "node":
@@ -371,7 +379,7 @@ class Reading:
         """A zone that a straight line enters; what it begins in it may leave, overlapping zones as one."""
         met = []
         for zone in self.zones:
-            if self.counts(zone) == "no" or (self.world.flown and not zone.meets(NOW_S - 60, NOW_S + 600)):
+            if self.counts(zone) == "no" or (self.world.flown and not zone.active_at(NOW_S)):
                 continue
             met += [(part, zone) for part in self.world.near(zone, start, end, grown_m)]
         together = merged([part for part, _ in met])
@@ -398,6 +406,12 @@ class Reading:
                 if self.closed_nodes.get(onward, "no") == "no":
                     heapq.heappush(heap, (length + segment.length_m, onward))
         return far
+
+    def leads_nowhere(self, node: str) -> bool:
+        """Whether neither the destination nor a pad can be reached from a node."""
+        reached = self.shortest([(node, 0.0)])
+        pads = [other for other in reached if self.pads_at(other) > 0 and self.closed_nodes.get(other, "no") == "no"]
+        return self.report.destination not in reached and not pads
 
     def clean_lengths(self, overrun_m: float | None) -> dict[str, float]:
         """Every node that a clean start leads to, with the least length.

@@ -57,13 +57,27 @@ class Reporter:
             if any(world.hits(zone, segment) == "yes" and zone.meets(NOW_S, NOW_S + 300) for zone in world.zones)
         ]
 
-        ends = {node for plan in world.plans for node in plan["ends"]}
-        self.taken = [segment for segment in self.network.segments if ends & set(segment.ends)]
+        full = self.full_nodes()
+        self.taken = [
+            (segment.other(node), node)
+            for segment in self.network.segments
+            for node in segment.ends
+            if node in full and segment.ends[0] != segment.ends[1]
+        ]
         self.covered = sorted(
             node.id
             for node in self.network.nodes.values()
             if any(zone.active_at(NOW_S) and world.covers(zone, node) == "yes" for zone in world.zones)
         )
+
+    def full_nodes(self) -> set[str]:
+        """Nodes of which other plans have every pad before long."""
+        taken: dict[str, set[int]] = {}
+        for plan in self.world.plans:
+            for node, pad, since, until in plan["stays"]:
+                if since < NOW_S + 600 and until > NOW_S + 60:
+                    taken.setdefault(node, set()).add(pad)
+        return {node for node, pads in taken.items() if len(pads) >= self.network.nodes[node].pads}
 
     def draw(self) -> Report:
         dice = self.dice
@@ -94,15 +108,14 @@ class Reporter:
     def draw_to_land(self) -> Report:
         """It has to land beside a node whose pads another drone has."""
         dice = self.dice
-        segment = dice.choice(self.taken)
-        leg = segment.ends if dice.random() < 0.5 else segment.ends[::-1]
+        leg = dice.choice(self.taken)
         report = Report({}, "on_leg", leg, self.draw_destination(leg), "operational", airborne=True)
         report.detail = dice.choice(["propulsion", "land_now"])
         report.body |= {"type": "operational", "detail": report.detail, "dry_run": True, "airborne": True}
         report.body["service"] = {"from": self.on_wire(leg[0]), "to": self.on_wire(leg[1])}
         report.body["destination"] = self.on_wire(report.destination)
         one, other = (self.network.nodes[node].at for node in leg)
-        report.place = along(one, other, dice.uniform(0.05, 0.95))
+        report.place = along(one, other, dice.uniform(0.4, 0.98))
         report.body["location"] = self.network.place_on_wire(report.place)
         self.add_drone(report)
         return report

@@ -149,18 +149,24 @@ def judge_network(job) -> Outcome:
         file = pathlib.Path(folder) / "network.json"
         file.write_text(json.dumps(network.document()))
         with Edge(binary, file, flown, bug) as edge:
+            flying: list[dict] = []
             for index in range(AIRSPACES):
                 world = make_airspace(dice, network, flown, scale_of(network))
                 put(edge, world)
                 if flown and index >= AIRSPACES // 2:
-                    plans.keep(edge, dice, world, index == AIRSPACES // 2)
+                    plans.keep(edge, dice, world, flying)
+                    flying = world.plans
                 reporter = Reporter(dice, world)
                 reports = [reporter.draw() for _ in range(REPORTS)]
                 where = f"{seed}.{number}"
-                for report, answer in zip(reports, ask(edge, dice, reports)):
+                answers = ask(edge, dice, reports)
+                plans.read_again(edge, world)
+                for report, answer in zip(reports, answers):
                     hold_against(outcome, world, report, answer, where, verbose)
                 clear(edge, world)
             outcome.checker_cases = edge.checker_cases()
+            if verbose and outcome.checker_cases:
+                outcome.shown += edge.cases()
     return outcome
 
 

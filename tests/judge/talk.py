@@ -24,7 +24,7 @@ ENUMS = {
     "clock": "CLOCK_KIND_",
 }
 # What the harness of the contract says of an edge whose checker has had a case.
-REFUSED_ANSWER = "did not pass the checker"
+REFUSED_ANSWER = "did not let an answer pass"
 KINDS = ("leg", "straight", "none", "start", "charge", "swap")
 MEMBERS_OF_ANSWER = ("answer", "stamp")
 
@@ -162,6 +162,10 @@ class Edge:
         """The members that this edge's description has: an older one is asked without the others."""
         described = self.grpc._pool.FindMessageTypeByName("skyway.v1.FailureReport")
         return {name: value for name, value in message.items() if name in described.fields_by_name}
+
+    def cases(self) -> list[str]:
+        """The lines of its log that tell what the checker refused."""
+        return [line for line in self.log().splitlines() if REFUSED_ANSWER in line]
 
     def checker_cases(self) -> float | None:
         """The checker's counter on the admin listener, once there is one."""

@@ -400,7 +400,15 @@ class World:
             return []
         if min(start[1], end[1]) > high_y + margin or max(start[1], end[1]) < low_y - margin:
             return []
-        return zone.shape.near(start, end, margin)
+        if margin >= 0.0:
+            return zone.shape.near(start, end, margin)
+        # A shape without a margin cannot shrink: its part of the line does.
+        least = -margin / max(distance(start, end), -margin)
+        parts = [
+            (low if low <= 0.0 else low + least, high if high >= 1.0 else high - least)
+            for low, high in zone.shape.near(start, end, 0.0)
+        ]
+        return [(low, high) for low, high in parts if low < high]
 
     def hits(self, zone: Zone, segment: Segment) -> str:
         """Whether a zone closes a segment: `yes`, `no`, or `maybe` where the margin just touches it."""
@@ -415,7 +423,7 @@ class World:
         one, other = (self.network.nodes[end].at for end in segment.ends)
         if not self.near(zone, one, other, DOUBT_M):
             return "no"
-        return "yes" if zone.margin_m == 0.0 or self.near(zone, one, other, -DOUBT_M) else "maybe"
+        return "yes" if self.near(zone, one, other, -DOUBT_M) else "maybe"
 
     def covers(self, zone: Zone, node: Node) -> str:
         """Whether a zone closes a node."""
