@@ -6,41 +6,24 @@ use crate::checker::{
     Claim, Drone, Fault, Flag, Flags, FlightClaim, Need, OwnClosures, Sky, Stretch, StretchKind,
     Told, Whereabouts, check,
 };
-use crate::flight::{self, FailureType, Location, OperationalDetail, Reentry};
+use crate::flight::{self, Aloft, FailureType, Location, Reentry};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{self, Outcome, Recomposition, Request, Warning};
 
-/// A drone that does not say how it flies needs at most so much to turn, in metres: 16 m/s, 2 s and 3.5 m/s².
-const STOPPING_M: f64 = 16.0 * 2.0 + 16.0 * 16.0 / (2.0 * 3.5);
+/// Within so many metres of a node a drone may stand there.
+const AT_NODE_M: f64 = 15.0;
 
 /// What is known of a drone beside its request.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Known {
-    /// The node on whose pad it stands; `None` in the air.
+    /// The node on whose pad its plan has it stand; `None` where it flies, or its request says.
     pub stands_at: Option<NodeIx>,
-    /// How far it may have flown since it was where it says, in metres.
-    pub drift_m: f64,
-    /// How far it flies before it can turn, in metres.
-    pub stopping_m: f64,
     /// When that is, in seconds of the clock of its flight.
     pub at_s: f64,
     /// Its battery then, where it or its telemetry said so.
     pub battery: Option<f64>,
     /// Whether the report itself has a figure that can show that it is able to fly on.
     pub has_figure: bool,
-}
-
-impl Default for Known {
-    fn default() -> Self {
-        Self {
-            stands_at: None,
-            drift_m: 0.0,
-            stopping_m: STOPPING_M,
-            at_s: 0.0,
-            battery: None,
-            has_figure: false,
-        }
-    }
 }
 
 /// An outcome in the words of the checker.
@@ -102,19 +85,31 @@ pub(super) fn claim<'a>(
 }
 
 /// What has failed of the drone that reports.
-pub fn need_of(request: &Request, has_figure: bool) -> Need {
+fn need_of(request: &Request, has_figure: bool) -> Need {
     let detail = request.circumstances.detail;
-    let lands_anywhere = detail.is_some_and(OperationalDetail::lands_anywhere);
     match request.report.failure {
-        FailureType::Operational if lands_anywhere => Need::Ground,
+        FailureType::Operational if detail.is_some_and(|it| it.lands_anywhere()) => Need::Ground,
         FailureType::Operational => Need::Pad { shown: has_figure },
         _ => Need::Nothing,
     }
 }
 
+/// The node at which the drone stands, or may stand.
+fn stands_at(request: &Request, topology: &Topology) -> Option<NodeIx> {
+    let (from, to) = request.report.leg;
+    let place = match (request.circumstances.aloft, request.report.location) {
+        (Aloft::Airborne, _) | (_, Location::Unknown) => return None,
+        (_, Location::LegStart) => return Some(from),
+        (_, Location::At(place)) => place,
+    };
+    let off_m = |node: NodeIx| topology.position(node).distance_m(place);
+    let nearer = if off_m(from) <= off_m(to) { from } else { to };
+    (off_m(nearer) <= AT_NODE_M).then_some(nearer)
+}
+
 /// Who is answered.
-pub(super) fn drone<'a>(request: &'a Request, known: &Known) -> Drone<'a> {
-    let drone = &request.circumstances;
+pub(super) fn drone<'a>(request: &'a Request, known: &Known, topology: &Topology) -> Drone<'a> {
+    let circumstances = &request.circumstances;
     let report = &request.report;
     Drone {
         leg: report.leg,
@@ -123,9 +118,9 @@ pub(super) fn drone<'a>(request: &'a Request, known: &Known) -> Drone<'a> {
             Location::LegStart => Whereabouts::LegStart,
             Location::Unknown => Whereabouts::Unknown,
         },
-        drift_m: known.drift_m.max(drone.speed_mps * drone.place_age_s),
-        stopping_m: known.stopping_m.max(drone.stopping_m()),
-        stands_at: known.stands_at,
+        drift_m: circumstances.speed_mps * circumstances.place_age_s,
+        stopping_m: circumstances.stopping_m(),
+        stands_at: known.stands_at.or_else(|| stands_at(request, topology)),
         destination: report.destination,
         planned: report.remaining_path.as_deref(),
         need: need_of(request, known.has_figure),
@@ -140,21 +135,13 @@ pub(super) fn own<'a>(request: &'a Request, topology: &Topology) -> OwnClosures<
     let closes_leg = report.failure.closes_leg();
     let (from, to) = report.leg;
     let segment = topology.segment_between(from, to);
-    // A zone that it brings says where the cause of a regulatory failure lies.
-    let is_told_by_zone = report.failure == FailureType::Regulatory
-        && report.cause_location.is_none()
-        && request
-            .zone
-            .as_ref()
-            .zip(segment)
-            .is_some_and(|(zone, leg)| zone.hits.segments.binary_search(&leg).is_ok());
     let failed = request.failed_pads().filter(|pads| {
         let has = topology.pads(pads.node);
         pads.count.is_none_or(|count| count >= has)
     });
     OwnClosures {
         segment: segment.filter(|_| closes_leg),
-        closes_leg: closes_leg && !is_told_by_zone,
+        closes_leg,
         cause: report.cause_location,
         zone: request
             .zone
@@ -182,23 +169,16 @@ pub fn check_answer(
         own: own(request, topology),
         flight: sky.as_ref(),
     };
-    let mut who = drone(request, known);
-    // One that holds by distance stands where the zone over it has to end.
-    let stands = answer.outcome == Outcome::Hold && flight.is_none();
-    if stands && request.circumstances.aloft != flight::Aloft::Airborne {
-        who.stands_at = who.stands_at.or(answer.path.nodes.first().copied());
-    }
+    let who = drone(request, known, topology);
     check(&claim(answer, flight.map(|(claim, _)| claim)), &who, &sky)?;
-    let Some(airborne) = answer.if_airborne.as_deref() else {
+    // How a flight goes on in the air is checked by its own figures.
+    let airborne = answer.if_airborne.as_deref();
+    let Some(airborne) = airborne.filter(|_| flight.is_none()) else {
         return Ok(());
     };
     let in_the_air = Drone {
         stands_at: None,
         ..who
     };
-    let by_distance = Sky {
-        flight: None,
-        ..sky
-    };
-    check(&claim(airborne, None), &in_the_air, &by_distance)
+    check(&claim(airborne, None), &in_the_air, &sky)
 }

@@ -7,7 +7,7 @@ use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{
     Fallback, Outcome, Recomposition, Request, Scratch, Strategy, UnsafeCode, UnsafeWay, World,
-    recompose,
+    causes_of_leg, recompose,
 };
 use crate::routing::Way;
 
@@ -134,7 +134,10 @@ pub fn settle(
                 .unsafe_way
                 .clone()
                 .or_else(|| ends.unsafe_way(topology)),
-            severed_by: refused.severed_by.clone(),
+            severed_by: match refused.severed_by.is_empty() {
+                true => causes_of_leg(airspace, request),
+                false => refused.severed_by.clone(),
+            },
             ..bare
         };
         (answer, FallenBackTo::NoRoute)

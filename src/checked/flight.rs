@@ -17,6 +17,8 @@ pub struct FlightWorld<'a> {
     pub swaps: &'a dyn Fn(NodeIx) -> bool,
     /// Whether somebody else has a pad at some time between two instants, in seconds.
     pub is_taken: &'a dyn Fn(NodeIx, u16, f64, f64) -> bool,
+    /// For how long a pad has to be free for a drone that lands elsewhere than at its destination, in seconds.
+    pub refuge_stay_s: f64,
 }
 
 impl std::fmt::Debug for FlightWorld<'_> {
@@ -36,6 +38,7 @@ impl<'a> FlightWorld<'a> {
             closed: self.closed,
             swaps: self.swaps,
             is_taken: self.is_taken,
+            refuge_stay_s: self.refuge_stay_s,
         }
     }
 }

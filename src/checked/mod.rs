@@ -7,6 +7,6 @@ mod convert;
 mod fallback;
 mod flight;
 
-pub use convert::{Known, check_answer, need_of, told};
+pub use convert::{Known, check_answer, told};
 pub use fallback::{Alternatives, Case, Checked, FallenBackTo, pass, settle};
 pub use flight::{FlightWorld, claim_of_flight};

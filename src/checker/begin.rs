@@ -173,9 +173,8 @@ fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Re
     let edge = share(EDGE_M);
     let is_inside = |part: &(f64, f64)| part.0 + edge < flown && flown < part.1 - edge;
     let turn = latest + share(stretch.overrun_m);
-    let overruns = stretch.overrun_m > 0.0
-        && (cause_between(leg, sky, flown, turn)
-            || zones.iter().any(|part| part.0 > flown && part.0 <= turn));
+    let overruns = (stretch.overrun_m > 0.0 && cause_between(leg, sky, flown, turn))
+        || zones.iter().any(|part| part.0 > flown && part.0 <= turn);
     Ok(Begun {
         stretch: *stretch,
         is_in_zone: zones.iter().any(is_inside),
@@ -310,7 +309,7 @@ fn is_shut_in(drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>, place: Point) -> bo
         });
         reaches_end || sky.closes_node(end) || passes_nothing(way, leg, sky, &zones).is_err()
     };
-    is_in_zone(sky, place, &leg.band)
+    (around.is_some() || is_in_zone(sky, place, &leg.band))
         && is_shut(Way::Back, drone.leg.0)
         && is_shut(Way::On, drone.leg.1)
 }

@@ -242,6 +242,8 @@ pub struct FlightSky<'a> {
     pub swaps: &'a dyn Fn(NodeIx) -> bool,
     /// Whether another drone has a pad.
     pub is_taken: PadTaken<'a>,
+    /// For how long a pad has to be free for a drone that lands elsewhere than at its destination, in seconds.
+    pub refuge_stay_s: f64,
 }
 
 impl std::fmt::Debug for FlightSky<'_> {
@@ -268,9 +270,11 @@ impl Sky<'_> {
 
     /// Whether a drone may land on a pad of a node, as far as closures go.
     pub(super) fn has_open_pads(&self, node: NodeIx) -> bool {
-        self.airspace.topology().pads(node) > 0
-            && !self.airspace.closes_pads(node)
-            && !self.closes_node(node)
-            && self.own.pads != Some(node)
+        self.has_pads(node) && !self.airspace.closes_pads(node) && !self.closes_node(node)
+    }
+
+    /// Whether a node has pads that the drone does not report as failed.
+    pub(super) fn has_pads(&self, node: NodeIx) -> bool {
+        self.airspace.topology().pads(node) > 0 && self.own.pads != Some(node)
     }
 }

@@ -77,7 +77,8 @@ fn is_occupied(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>, is_set: bool
     };
     let is_taken = match (claim.flight, sky.flight) {
         (Some(flight), Some(world)) => {
-            let (from_s, until_s) = (flight.plan.arrives_s, flight.plan.arrives_s + 1.0);
+            let from_s = flight.plan.arrives_s;
+            let until_s = from_s + world.refuge_stay_s;
             let pads = sky.airspace.topology().pads(node);
             (0..pads).all(|pad| (world.is_taken)(node, pad, from_s, until_s))
         }

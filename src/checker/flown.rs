@@ -396,6 +396,9 @@ impl Flyer<'_> {
     fn finds_a_pad(&self, place: Place) -> Result<(), Fault> {
         let pads = self.sky.airspace.topology().pads(self.node);
         let keeps_its_own = self.drone.stands_at == Some(self.node);
+        let lands_s = self.flight.plan.arrives_s;
+        let mut closed = self.world.closed.of_pads(self.node);
+        let is_closed = closed.any(|time| time.from_s < lands_s && time.until_s > lands_s + SAME_S);
         let has_one = match self.flight.refuge {
             Some(refuge) => {
                 let is_there = refuge.node == self.node && refuge.pad < pads;
@@ -407,7 +410,7 @@ impl Flyer<'_> {
                 (0..pads).any(|pad| !(self.world.is_taken)(self.node, pad, from_s, from_s + 1.0))
             }
         };
-        match has_one || keeps_its_own {
+        match (has_one && !is_closed) || keeps_its_own {
             true => Ok(()),
             false => Err(Fault::new(Rule::Pad, place)),
         }

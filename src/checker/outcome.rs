@@ -73,7 +73,7 @@ pub(super) fn with_path(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> 
                 false => Err(wrong),
             }
         }
-        Told::Diverted => lands(last, drone, sky),
+        Told::Diverted => lands(claim, last, drone, sky),
         Told::Rerouted | Told::Unaffected | Told::NoRoute => Err(wrong),
     }
 }
@@ -98,12 +98,15 @@ fn flies_on(claim: &Claim<'_>, drone: &Drone<'_>) -> Result<(), Fault> {
 }
 
 /// A diversion ends at a pad that can be used; a drone that has to come down ends at any node that is not closed.
-fn lands(node: NodeIx, drone: &Drone<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
+///
+/// In flight, whether either is closed is looked at when the drone is there.
+fn lands(claim: &Claim<'_>, node: NodeIx, drone: &Drone<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
+    let is_flown = claim.flight.is_some();
     let may_land = match drone.need {
-        Need::Ground => !sky.closes_node(node),
-        Need::Nothing | Need::Pad { .. } => {
-            drone.stands_at == Some(node) || sky.has_open_pads(node)
-        }
+        Need::Ground => is_flown || !sky.closes_node(node),
+        Need::Nothing | Need::Pad { .. } if drone.stands_at == Some(node) => true,
+        Need::Nothing | Need::Pad { .. } if is_flown => sky.has_pads(node),
+        Need::Nothing | Need::Pad { .. } => sky.has_open_pads(node),
     };
     match may_land {
         true => Ok(()),

@@ -49,7 +49,9 @@ pub(super) fn is_open(claim: &Claim<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
         if is_clear {
             continue;
         }
-        if claim.told == Told::Hold && has_opened(claim, sky, segment, pair) {
+        // The node that the drone leaves may be closed.
+        let ends = if number == 0 { &pair[1..] } else { pair };
+        if claim.told == Told::Hold && has_opened(claim, sky, segment, ends) {
             continue;
         }
         if sky.closes_segment(segment) {
@@ -66,12 +68,12 @@ pub(super) fn is_open(claim: &Claim<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
 }
 
 /// Whether all that closes a leg is over once the drone has waited: the zones over it, and what ends until then.
-fn has_opened(claim: &Claim<'_>, sky: &Sky<'_>, segment: SegmentIx, pair: &[NodeIx]) -> bool {
+fn has_opened(claim: &Claim<'_>, sky: &Sky<'_>, segment: SegmentIx, ends: &[NodeIx]) -> bool {
     let Some(&waits_at) = claim.nodes.first() else {
         return false;
     };
     let meets = |hits: &Hits| {
-        let mut nodes = pair.iter();
+        let mut nodes = ends.iter();
         hits.segments.binary_search(&segment).is_ok()
             || nodes.any(|node| hits.nodes.binary_search(node).is_ok())
     };

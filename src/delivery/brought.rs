@@ -135,7 +135,7 @@ pub(super) fn causes_of_leg(skies: &Skies, failure: &FlightFailure<'_>) -> Vec<F
 }
 
 /// The report with what its airframe takes to turn; `None` where that is what every drone takes.
-pub(super) fn with_airframe(setting: &FlightSetting, request: &Request) -> Option<Request> {
+pub fn with_airframe(setting: &FlightSetting, request: &Request) -> Option<Request> {
     let airframe = setting.airframe();
     let known = &request.circumstances;
     let turns = (airframe.reaction_s, airframe.acceleration_mps2);

@@ -1,7 +1,7 @@
 //! The answer to a failure in flight, with time, battery and pads.
 
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
-use super::composition::{FlightComposition, Proof, equip};
+use super::composition::{FlightComposition, Proof, equip, nodes_of};
 use super::grounded::hold_on_the_ground;
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::{Landing, land};
@@ -10,9 +10,10 @@ use super::nearby::tell_what_is_near;
 use super::skies::Skies;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
 use crate::compose::planned_nodes;
-use crate::flight::{Aloft, FlightPlan, FlightStart, StretchKind};
+use crate::flight::{Aloft, FlightPlan, FlightRules, FlightStart, StretchKind};
 use crate::itinerary::{
-    FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightSetting, Objective,
+    FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightRequest, FlightSetting,
+    Objective,
 };
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::{
@@ -25,6 +26,8 @@ use crate::recompose::{
 pub enum BatteryNow {
     /// It says so.
     Given(f64),
+    /// Nothing says so: a drone that has to land is taken to have this much.
+    Assumed(f64),
     /// By its plan: at the start and at the end of the leg.
     ByPlan {
         /// At the start.
@@ -51,6 +54,21 @@ pub struct FlightFailure<'a> {
     pub planned_stops: Option<&'a [NodeIx]>,
     /// Where the drone has to land, of which nothing that it reports shows that it can fly on.
     pub landing: Option<Landing>,
+}
+
+impl FlightFailure<'_> {
+    /// Whether the battery of an answer is known: what a plan has is what a drone that has to land does not have.
+    pub(super) fn is_energy_known(&self) -> bool {
+        self.landing.is_none() || matches!(self.battery, BatteryNow::Given(_))
+    }
+
+    /// The least battery to land with: the floor, but for who has to come down, or of whom nobody knows what is left.
+    pub(super) fn least_at_landing(&self, rules: &FlightRules) -> f64 {
+        match (self.landing, self.is_energy_known()) {
+            (Some(Landing::FreePad), true) => rules.floor,
+            _ => FlightRequest::NO_RESERVE,
+        }
+    }
 }
 
 /// A wait on a pad, where the way is not open yet.
@@ -258,23 +276,50 @@ fn answer_by_these(
     };
     let all = beginnings.all();
     let mut answer = match (failure.landing, request.strategy) {
-        (Some(landing), _) => land(&case, landing, &all, scratch),
+        (Some(landing), _) => {
+            let least = failure.least_at_landing(world.setting.rules());
+            let starts = if least > 0.0 {
+                &beginnings.starts
+            } else {
+                &all
+            };
+            land(&case, landing, (starts, least), scratch)
+        }
         (None, Strategy::Exact) => exactly(&case, scratch),
         (None, _) => by_strategy(&case, scratch),
     };
     answer.battery = battery;
-    answer.is_energy_checked = failure.landing.is_none();
-    if failure.landing.is_none() && beginnings.starts.is_empty() {
-        answer.causes = match ways.ways.is_empty() {
-            true => causes_of_leg(case.world.skies, failure),
-            false => beginnings.causes,
-        };
-    }
+    answer.is_energy_checked = failure.is_energy_known();
     if answer.outcome == Outcome::NoRoute {
         tell_what_is_near(&case, &all, &mut answer, scratch);
-        answer.unsafe_way = answer.unsafe_way.or_else(|| ways.least_bad.clone());
+        answer.unsafe_way = answer.unsafe_way.or_else(|| least_bad(&case));
+        let landing = failure.landing.is_some();
+        answer.causes = match &beginnings {
+            _ if ways.ways.is_empty() => causes_of_leg(case.world.skies, failure),
+            Beginnings { starts, causes, .. } if starts.is_empty() => causes.clone(),
+            _ if landing => why_no_landing(&case, scratch),
+            _ => answer.causes,
+        };
     }
     answer
+}
+
+/// Where nothing can be flown: what the ways back say, else the first of them.
+fn least_bad(case: &Case<'_>) -> Option<UnsafeWay> {
+    let ways = case.ways;
+    ways.least_bad.clone().or_else(|| {
+        let topology = case.world.setting.topology();
+        ways.ways.first().map(|way| UnsafeWay::along(topology, way))
+    })
+}
+
+/// Why a drone can land nowhere: what keeps it from its destination, or that no pad is free there.
+fn why_no_landing(case: &Case<'_>, scratch: &mut DeliveryScratch) -> Vec<FlightCause> {
+    let causes = case.world.decide(&case.question, scratch).causes;
+    match causes.is_empty() {
+        true => vec![FlightCause::Pads(case.question.destination)],
+        false => causes,
+    }
 }
 
 /// The answer of `exact`.
@@ -333,6 +378,10 @@ fn prefer_old_plan(case: &Case<'_>, found: &mut Found, scratch: &mut DeliveryScr
     let Some(plan) = &old.answer.plan else {
         return;
     };
+    // A plan that passes a node twice may be flown another way round.
+    if nodes_of(plan) != *rest {
+        return;
+    }
     let is_same = found
         .plan
         .as_ref()

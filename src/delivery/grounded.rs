@@ -6,7 +6,7 @@ use super::failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::flight::{FirstStretch, FlightPlan, StretchKind, StretchLeg};
+use crate::flight::{FlightPlan, Reentry, StretchLeg};
 use crate::itinerary::{Effort, Step, Value};
 use crate::network::NodeIx;
 use crate::recompose::{Outcome, Request, Warning};
@@ -30,13 +30,17 @@ pub(super) fn hold_on_the_ground(
         deadline_s: failure.deadline_s,
     };
     let mut answer = answer_standing(world, &request, None, scratch);
-    let flies_on = matches!(answer.outcome, Outcome::Hold | Outcome::Rerouted);
+    // One that has to land goes nowhere else than where it stands.
+    let flies_on =
+        matches!(answer.outcome, Outcome::Hold | Outcome::Rerouted) && failure.landing.is_none();
+    answer.is_energy_checked = failure.is_energy_known();
     if !flies_on {
         // No way on is known: it stays, until it is told more.
         answer.composition = Some(staying(world, &request, scratch));
         answer.hold = None;
         answer.reserve_used = false;
         answer.flags.clear();
+        answer.unsafe_way = None;
     }
     answer.outcome = Outcome::Hold;
     answer.warnings = vec![match end_of_zones(world, failure.request, node) {
@@ -44,20 +48,16 @@ pub(super) fn hold_on_the_ground(
         None => Warning::HoldsWithoutEnd { node },
     }];
     let (from, to) = failure.request.report.leg;
-    let stretch = FirstStretch {
-        kind: StretchKind::None,
-        leg: Some(StretchLeg {
-            from,
-            to,
-            segment: world.setting.topology().segment_between(from, to),
-            fraction: if node == to { 1.0 } else { 0.0 },
-        }),
-        length_m: 0.0,
-        overrun_m: 0.0,
-        begin: world.setting.topology().position(node),
+    let topology = world.setting.topology();
+    let leg = StretchLeg {
+        from,
+        to,
+        segment: topology.segment_between(from, to),
+        fraction: if node == to { 1.0 } else { 0.0 },
     };
+    let stands = Reentry::at_node(node, topology.position(node), Some(leg));
     if let Some(composition) = &mut answer.composition {
-        composition.plan.start.stretch = Some(stretch);
+        composition.plan.start.stretch = Some(stands.stretch);
     }
     answer
 }

@@ -14,7 +14,7 @@ pub(super) fn battery_now(topology: &Topology, failure: &FlightFailure<'_>) -> f
 /// The battery after a fraction of the leg.
 fn battery_after(battery: BatteryNow, flown: f64) -> f64 {
     match battery {
-        BatteryNow::Given(battery) => battery,
+        BatteryNow::Given(battery) | BatteryNow::Assumed(battery) => battery,
         BatteryNow::ByPlan { before, after } => before - flown * (before - after),
     }
 }
@@ -79,17 +79,12 @@ impl Beginnings {
                     found.short.push(start);
                 }
                 Ok(start) => found.starts.push(start),
-                Err(why) => {
-                    let segment = reentry.stretch.leg.and_then(|leg| leg.segment);
-                    found
-                        .causes
-                        .extend(segment.map(|segment| FlightCause::Unflyable {
-                            from: failure.request.report.leg.0,
-                            segment,
-                            why,
-                            legs: 1,
-                        }));
-                }
+                Err(why) => found.causes.push(FlightCause::Unflyable {
+                    from: failure.request.report.leg.0,
+                    segment: reentry.stretch.leg.and_then(|leg| leg.segment),
+                    why,
+                    legs: 1,
+                }),
             }
         }
         found.causes.dedup();

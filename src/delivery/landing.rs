@@ -84,23 +84,23 @@ impl Landing {
     }
 }
 
-/// Leads a drone to where it has to land, whatever is left in its battery.
+/// Leads a drone to where it has to land, with no less in its battery than so much.
 pub(super) fn land(
     case: &Case<'_>,
     landing: Landing,
-    starts: &[FlightStart],
+    (starts, least): (&[FlightStart], f64),
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
     let question = Question {
         starts,
-        reserve: 0.0,
+        reserve: least,
         ..case.question
     };
     let found = landed(&case.world, &question, landing, scratch);
     conclude(case, &question, found, scratch)
 }
 
-/// The flight to where a drone has to land.
+/// The flight to where a drone has to land, with the reserve of the question.
 pub(super) fn landed(
     world: &DeliveryWorld<'_>,
     question: &Question<'_>,
@@ -113,7 +113,7 @@ pub(super) fn landed(
         objective: Objective::Energy,
         began_s: question.began_s,
         deadline_s: f64::INFINITY,
-        reserve: FlightRequest::NO_RESERVE,
+        reserve: question.reserve,
         closed_segments: question.closed_segments,
         limits: world.limits,
     };
@@ -131,11 +131,11 @@ pub(super) fn landed(
             with_pad.filter(is_near).or(nearest)
         }
     };
-    found(world, refuge)
+    found(world, refuge, question.reserve.max(0.0))
 }
 
 /// A landing as an outcome; nothing to reach is one, too.
-fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>) -> Found {
+fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>, least: f64) -> Found {
     let Some(Refuge { node, answer }) = refuge else {
         let answer = FlightAnswer {
             plan: None,
@@ -150,7 +150,7 @@ fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>) -> Found {
             outcome: Outcome::NoRoute,
             plan: None,
             proof: Proof::of(&answer),
-            reserve: 0.0,
+            reserve: least,
             flags: Vec::new(),
             decision: FlightDecision {
                 outcome: FlightOutcome::NoRoute,
@@ -172,7 +172,7 @@ fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>) -> Found {
         outcome: Outcome::Diverted,
         plan,
         proof: Proof::of(&answer),
-        reserve: 0.0,
+        reserve: least,
         flags: is_taken.then_some(Flag::PadOccupied).into_iter().collect(),
         decision: FlightDecision {
             outcome: FlightOutcome::Diverted { node, reserve_used },

@@ -18,6 +18,7 @@ mod standing;
 mod tables;
 mod world;
 
+pub use brought::with_airframe;
 pub use composition::{
     DeliveryRequest, DroneDeliveryService, FlightComposition, NoDelivery, Proof, QualityOfService,
     compose,
@@ -28,6 +29,6 @@ pub use failure::{
 };
 pub use landing::{Landing, ReportedFigures, Trouble};
 pub use skies::{OtherPlans, Skies};
-pub use standing::answer_standing;
+pub use standing::{Stand, answer_standing};
 pub use tables::FlightTables;
 pub use world::{DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryScratch, DeliveryWorld};

@@ -1,10 +1,49 @@
 //! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
 
 use super::composition::DeliveryRequest;
-use super::failure::{FlightRecomposition, Found, put_into_words};
-use super::landing::{Landing, landed};
+use super::failure::{FlightFailure, FlightRecomposition, Found, put_into_words};
+use super::landing::landed;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::recompose::Strategy;
+use crate::flight::Reentry;
+use crate::network::NodeIx;
+use crate::recompose::{Outcome, Strategy, UnsafeCode, UnsafeWay};
+
+/// A drone that stands on a pad, or has not left yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stand {
+    /// Where.
+    pub node: NodeIx,
+    /// From when on it can do anything, in seconds.
+    pub at_s: f64,
+    /// Its battery then, as a fraction.
+    pub battery: f64,
+}
+
+impl Stand {
+    /// Answers the failure of a drone that stands here.
+    pub fn answer(
+        &self,
+        world: &DeliveryWorld<'_>,
+        failure: &FlightFailure<'_>,
+        scratch: &mut DeliveryScratch,
+    ) -> FlightRecomposition {
+        let request = DeliveryRequest {
+            source: self.node,
+            destination: failure.request.report.destination,
+            start_s: self.at_s,
+            battery: self.battery,
+            objective: failure.objective,
+            deadline_s: failure.deadline_s,
+        };
+        let mut answer = answer_standing(world, &request, Some(failure), scratch);
+        if let Some(composition) = &mut answer.composition {
+            let place = world.setting.topology().position(self.node);
+            let stands = Reentry::at_node(self.node, place, None);
+            composition.plan.start.stretch = Some(stands.stretch);
+        }
+        answer
+    }
+}
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
@@ -13,7 +52,7 @@ use crate::recompose::Strategy;
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,
-    landing: Option<Landing>,
+    failure: Option<&FlightFailure<'_>>,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
     let starts = [request.start()];
@@ -21,14 +60,32 @@ pub fn answer_standing(
         in_flight: true,
         ..request.question(world, &starts)
     };
+    let landing = failure.and_then(|failure| Some((failure.landing?, failure)));
     let found = match landing {
-        Some(landing) => landed(world, &question, landing, scratch),
+        Some((landing, failure)) => {
+            let reserve = failure.least_at_landing(world.setting.rules());
+            let question = Question {
+                reserve,
+                ..question
+            };
+            landed(world, &question, landing, scratch)
+        }
         None => Found::of(world.setting, world.decide(&question, scratch)),
     };
-    let answer = put_into_words(world, &question, found, Strategy::Exact, scratch);
+    let mut answer = put_into_words(world, &question, found, Strategy::Exact, scratch);
+    if answer.outcome == Outcome::NoRoute {
+        // It stays, though its pad is not its own for as long as a drone in need may stay.
+        answer.unsafe_way = Some(UnsafeWay {
+            code: UnsafeCode::NoSafeNode,
+            nodes: vec![request.source],
+            line: vec![world.setting.topology().position(request.source)],
+            length_m: 0.0,
+            battery: Some(request.battery),
+        });
+    }
     FlightRecomposition {
         battery: request.battery,
-        is_energy_checked: landing.is_none(),
+        is_energy_checked: failure.is_none_or(FlightFailure::is_energy_known),
         ..answer
     }
 }

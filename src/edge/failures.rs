@@ -212,7 +212,7 @@ impl Edge {
         let own = drone_of(caller, &report, plan.as_deref(), &mut read);
         let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, is nobody's business who may not speak for it.
-            let known = self.known(&snapshot, plan.as_ref(), own.as_deref(), now);
+            let known = self.known(&snapshot, &report, plan.as_ref(), own.as_deref(), now);
             settle_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
@@ -298,6 +298,7 @@ impl Edge {
     fn known<'a>(
         &self,
         snapshot: &Snapshot,
+        report: &wire::FailureReport,
         plan: Option<&'a Arc<PlanEntry>>,
         drone_id: Option<&str>,
         now: Timestamp,
@@ -324,10 +325,30 @@ impl Edge {
             ground_speed_mps: sighting
                 .filter(|_| is_fresh)
                 .and_then(|sighting| sighting.ground_speed_mps),
-            airspeed_mps: plan.map(|plan| plan.airspeed_mps),
+            airspeed_mps: self.airspeed_mps(report, plan),
             is_grounded: plan.is_some_and(|plan| plan.stands_at(now)),
             unplaced: Unplaced::Anywhere,
             now: Some(now),
+        }
+    }
+
+    /// How fast a drone flies that does not say so: as the airframe that it names, as its plan has it, as the default airframe.
+    fn airspeed_mps(
+        &self,
+        report: &wire::FailureReport,
+        plan: Option<&Arc<PlanEntry>>,
+    ) -> Option<f64> {
+        let flights = self.flights.as_ref();
+        let named = report.drone.as_ref();
+        let named = named.and_then(|drone| drone.airframe.as_deref());
+        let named = named
+            .zip(flights)
+            .and_then(|(name, flights)| flights.airframe(Some(name), None));
+        let otherwise = || flights.and_then(|flights| flights.airframe(None, None));
+        match (named, plan) {
+            (Some(airframe), _) => Some(airframe.airspeed_mps),
+            (None, Some(plan)) => Some(plan.airspeed_mps),
+            (None, None) => otherwise().map(|airframe| airframe.airspeed_mps),
         }
     }
 

@@ -8,8 +8,8 @@ use super::flight_document::{
 use super::weather::wind_field;
 use crate::airspace::{Airspace, Change};
 use crate::delivery::{
-    BatteryNow, DeliveryRequest, DeliveryScratch, DeliveryWorld, FlightFailure,
-    FlightRecomposition, FlightTables, Landing, Skies, answer_failure, answer_standing,
+    BatteryNow, DeliveryScratch, DeliveryWorld, FlightFailure, FlightRecomposition, FlightTables,
+    Landing, Skies, Stand, answer_failure,
 };
 use crate::flight::{Airframe, Situation, Tariff, Wind};
 use crate::itinerary::{FlightSetting, Limits, Objective};
@@ -25,17 +25,6 @@ const FORMAT: &str = "skyway-flight-question-1";
 const ENTRIES_MAX: usize = 2_000;
 /// Bytes that the tables of destinations may take where an answer is computed again.
 const TABLE_BYTES: usize = 32 << 20;
-
-/// A drone that stands on a pad, or has not left yet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stand {
-    /// Where.
-    pub node: NodeIx,
-    /// From when on it can do anything, in seconds.
-    pub at_s: f64,
-    /// Its battery then, as a fraction.
-    pub battery: f64,
-}
 
 /// What an answer in flight is computed from.
 #[derive(Clone, Copy, Debug)]
@@ -88,23 +77,18 @@ impl ReadQuestion {
             limits: Limits::default(),
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
+        let failure = FlightFailure {
+            request,
+            at_s: self.at_s,
+            battery: self.battery,
+            objective: self.objective,
+            deadline_s: self.deadline_s,
+            planned_stops: self.planned_stops.as_deref(),
+            landing: self.landing,
+        };
         match self.stand {
-            Some(stand) => {
-                let delivery = stand.delivery(request, self.objective, self.deadline_s);
-                answer_standing(&world, &delivery, self.landing, &mut scratch)
-            }
-            None => {
-                let failure = FlightFailure {
-                    request,
-                    at_s: self.at_s,
-                    battery: self.battery,
-                    objective: self.objective,
-                    deadline_s: self.deadline_s,
-                    planned_stops: self.planned_stops.as_deref(),
-                    landing: self.landing,
-                };
-                answer_failure(&world, &failure, &mut scratch)
-            }
+            Some(stand) => stand.answer(&world, &failure, &mut scratch),
+            None => answer_failure(&world, &failure, &mut scratch),
         }
     }
 
@@ -119,25 +103,6 @@ impl ReadQuestion {
         let plan = answer.composition.as_ref();
         let document = plan.map(|plan| write_flight_document(&self.skies, &self.setting, plan));
         document.transpose()
-    }
-}
-
-impl Stand {
-    /// What is asked for a drone that stands here.
-    pub fn delivery(
-        &self,
-        request: &Request,
-        objective: Objective,
-        deadline_s: Option<f64>,
-    ) -> DeliveryRequest {
-        DeliveryRequest {
-            source: self.node,
-            destination: request.report.destination,
-            start_s: self.at_s,
-            battery: self.battery,
-            objective,
-            deadline_s,
-        }
     }
 }
 
@@ -198,6 +163,8 @@ struct WrittenStand {
 enum WrittenBattery {
     /// As the drone said.
     Given(f64),
+    /// Of a drone of which it is not known.
+    Assumed(f64),
     /// At the start and at the end of the leg, by its plan.
     ByPlan([f64; 2]),
 }
@@ -232,6 +199,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
         payload_kg: setting.payload_kg(),
         battery: match failure.battery {
             BatteryNow::Given(battery) => WrittenBattery::Given(battery),
+            BatteryNow::Assumed(battery) => WrittenBattery::Assumed(battery),
             BatteryNow::ByPlan { before, after } => WrittenBattery::ByPlan([before, after]),
         },
         objective: failure.objective.name().to_owned(),
@@ -329,6 +297,7 @@ impl Written {
             at_s: self.at_s,
             battery: match self.battery {
                 WrittenBattery::Given(battery) => BatteryNow::Given(battery),
+                WrittenBattery::Assumed(battery) => BatteryNow::Assumed(battery),
                 WrittenBattery::ByPlan([before, after]) => BatteryNow::ByPlan { before, after },
             },
             objective,

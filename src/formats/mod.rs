@@ -47,7 +47,7 @@ pub use flight_document::{
     premises_lines, read_flight_document, write_flight_document,
 };
 pub use flight_question::{
-    FlightQuestion, ReadQuestion, Stand, read_flight_question, write_flight_question,
+    FlightQuestion, ReadQuestion, read_flight_question, write_flight_question,
 };
 pub use foreign::ForeignFormat;
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};

@@ -47,7 +47,7 @@ pub struct Known<'a> {
     pub position_age_s: f64,
     /// How fast it was seen to fly just now, in metres per second.
     pub ground_speed_mps: Option<f64>,
-    /// The airspeed of its plan, in metres per second.
+    /// The airspeed of its airframe or its plan, in metres per second.
     pub airspeed_mps: Option<f64>,
     /// True where it stands: its plan has not departed, or a stay on a pad covers now.
     pub is_grounded: bool,

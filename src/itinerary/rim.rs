@@ -24,8 +24,8 @@ pub enum FlightCause {
     Unflyable {
         /// Where the leg starts.
         from: NodeIx,
-        /// Its segment.
-        segment: SegmentIx,
+        /// Its segment; `None` for a way beside the network.
+        segment: Option<SegmentIx>,
         /// Why.
         why: Unflyable,
         /// Legs on the rim.
@@ -231,7 +231,7 @@ impl Rim<'_> {
             Some(FlightCause::Unflyable { legs, .. }) => *legs += 1,
             _ => self.found.unflyable.push(FlightCause::Unflyable {
                 from,
-                segment,
+                segment: Some(segment),
                 why,
                 legs: 1,
             }),

@@ -182,7 +182,12 @@ impl Run<'_, '_> {
             }
             Goal::AnyNode => {
                 let is_start = matches!(taken.how, How::Start(_));
-                (!is_start || self.may_land_at_start(taken)).then_some(arrived)
+                let arrives_s = taken.family.lo_s + self.terms.world.legs.vertical_s(taken.node);
+                let may_land = !is_start || self.may_land_at_start(taken);
+                may_land.then_some(Value {
+                    arrives_s,
+                    ..arrived
+                })
             }
             Goal::Nowhere | Goal::Near => None,
         }

@@ -1,7 +1,7 @@
 //! Where a drone under way can begin: along its leg to one of the ends, or by a straight line to any node.
 
 use super::setting::FlightSetting;
-use crate::flight::{FlightStart, Reentry, StretchKind, StretchLeg, Unflyable};
+use crate::flight::{FlightStart, LegCost, Reentry, StretchKind, StretchLeg, Unflyable};
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 
@@ -42,7 +42,12 @@ impl FlightSetting {
                 };
                 self.fly_along(&mut start, leg, segment, overrun)?;
             }
-            None => self.fly_straight(&mut start, stretch.begin)?,
+            None => {
+                let end = self.topology().position(reentry.node);
+                let turn = self.turning_point(reentry);
+                self.fly_straight(&mut start, stretch.begin, turn)?;
+                self.fly_straight(&mut start, turn, end)?;
+            }
         }
         Ok(start)
     }
@@ -100,9 +105,24 @@ impl FlightSetting {
         Ok(())
     }
 
-    /// Flies a drone level and straight to its node.
-    fn fly_straight(&self, start: &mut FlightStart, place: Point) -> Result<(), Unflyable> {
-        let end = self.topology().position(start.node);
+    /// Where a drone turns that flies on along its leg first; where it is if it does not.
+    fn turning_point(&self, reentry: &Reentry) -> Point {
+        let stretch = reentry.stretch;
+        let ahead = stretch.leg.map(|leg| self.topology().position(leg.to));
+        let Some(ahead) = ahead.filter(|_| stretch.overrun_m > 0.0) else {
+            return stretch.begin;
+        };
+        let left_m = stretch.begin.distance_m(ahead).max(stretch.overrun_m);
+        stretch.begin.towards(ahead, stretch.overrun_m / left_m)
+    }
+
+    /// Flies a drone level and straight from one place to another.
+    fn fly_straight(
+        &self,
+        start: &mut FlightStart,
+        place: Point,
+        end: Point,
+    ) -> Result<(), Unflyable> {
         let straight_m = place.distance_m(end);
         if straight_m <= 0.0 {
             return Ok(());
@@ -112,16 +132,20 @@ impl FlightSetting {
             (end.y - place.y) / straight_m,
         );
         let (airframe, payload_kg) = (self.airframe(), self.payload_kg());
-        let began_s = start.at_s;
-        for wind in self.wind().on_leg(place, end, began_s) {
+        let mut worst = LegCost {
+            time_s: 0.0,
+            energy: 0.0,
+        };
+        for wind in self.wind().on_leg(place, end, start.at_s) {
             airframe.within_limits(payload_kg, wind)?;
             let cost = airframe.level_leg(payload_kg, straight_m, course, wind, None)?;
-            if cost.energy >= start.drawn {
-                start.drawn = cost.energy;
-                start.at_s = began_s + cost.time_s;
+            if cost.energy >= worst.energy {
+                worst = cost;
             }
         }
-        start.battery -= start.drawn;
+        start.at_s += worst.time_s;
+        start.drawn += worst.energy;
+        start.battery -= worst.energy;
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use super::recomposition::{Scratch, Task, close_for_request};
 use super::request::Request;
 use super::starts::{AT_NODE_WITHIN_M, Leg};
 use crate::airspace::{Airspace, Change, Closed, Closure};
-use crate::flight::{Aloft, Location, Reentry, StretchLeg};
+use crate::flight::{Aloft, FailureType, Location, Reentry, StretchLeg};
 use crate::network::NodeIx;
 use crate::routing::Way;
 use std::sync::Arc;
@@ -70,8 +70,9 @@ impl Task<'_> {
         let place = self.closed.topology().position(node);
         let stands = Reentry::at_node(node, place, Some(leg));
         let brings = self.request.zone.is_some();
-        let way = match is_endless || brings {
-            // What is flown then, nobody can tell.
+        let may_not_fly_on = self.request.report.failure == FailureType::Operational;
+        let way = match is_endless || brings || may_not_fly_on {
+            // What is flown then is not known.
             true => Way {
                 nodes: vec![node],
                 segments: Vec::new(),

@@ -1,10 +1,10 @@
 //! What is said where nothing can be reached: causes, what is near, and the least bad way.
 
-use super::answer::{Outcome, Severance, Warning};
+use super::answer::{Outcome, Warning};
 use super::recomposition::Task;
-use super::safety::{Near, UnsafeCode, UnsafeWay, WhyNot};
-use super::severance::severances;
-use crate::flight::{Location, StretchKind};
+use super::safety::{Near, UnsafeWay, WhyNot};
+use super::severance::{causes_of_leg, severances};
+use crate::flight::Location;
 use crate::geo::Point;
 use crate::network::NodeIx;
 
@@ -25,7 +25,7 @@ impl Task<'_> {
 
     pub(super) fn tell_what_severed(&mut self) {
         self.answer.severed_by = match self.starts.ways.is_empty() {
-            true => self.causes_of_the_leg(),
+            true => causes_of_leg(self.airspace, self.request),
             false => {
                 let (airspace, closed, ways) = (self.airspace, &self.closed, &self.starts.ways);
                 severances(airspace, closed, ways, self.searcher)
@@ -33,49 +33,12 @@ impl Task<'_> {
         };
     }
 
-    /// All that closes the leg or its ends.
-    fn causes_of_the_leg(&self) -> Vec<Severance> {
-        let mut causes = Vec::new();
-        if self.request.report.failure.closes_leg() || self.request.zone.is_some() {
-            causes.push(Severance::Report);
-        }
-        let leg = &self.leg;
-        let hits_leg = |segments: &[_]| {
-            leg.segment
-                .is_some_and(|segment| segments.binary_search(&segment).is_ok())
-        };
-        let hits_end = |nodes: &[NodeIx]| {
-            [leg.from, leg.to]
-                .iter()
-                .any(|end| nodes.binary_search(end).is_ok())
-        };
-        let in_force = self.airspace.in_force();
-        let cutting = in_force
-            .filter(|closure| hits_leg(&closure.hits.segments) || hits_end(&closure.hits.nodes));
-        causes.extend(cutting.map(|closure| Severance::Closure(closure.id.clone())));
-        if causes.is_empty() || leg.segment.is_none() {
-            causes.push(Severance::Network);
-        }
-        causes
-    }
-
     fn least_bad_way(&mut self) -> Option<UnsafeWay> {
         if let Some(way) = self.starts.least_bad.take() {
             return Some(way);
         }
         let way = self.starts.ways.first()?;
-        let node = self.closed.topology().position(way.node);
-        let mut line = vec![way.stretch.begin];
-        if way.stretch.kind != StretchKind::None {
-            line.push(node);
-        }
-        Some(UnsafeWay {
-            code: UnsafeCode::NoSafeNode,
-            nodes: vec![way.node],
-            line,
-            length_m: way.stretch.length_m,
-            battery: None,
-        })
+        Some(UnsafeWay::along(self.closed.topology(), way))
     }
 
     /// The nearest nodes with pads, and why the path does not lead there; nodes without pads where there are none.

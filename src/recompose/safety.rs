@@ -1,7 +1,8 @@
 //! What an answer says of the safety of its way: flags, the least bad way where none is safe, and what is near.
 
+use crate::flight::{Reentry, StretchKind};
 use crate::geo::Point;
-use crate::network::NodeIx;
+use crate::network::{NodeIx, Topology};
 
 /// A property of the way told that holds and that the drone, and whoever checks the way, should know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -108,6 +109,23 @@ pub struct UnsafeWay {
     pub length_m: f64,
     /// Battery at its end as a fraction, with the flight model; it may be below 0.
     pub battery: Option<f64>,
+}
+
+impl UnsafeWay {
+    /// Back into the network, from where no safe node can be reached.
+    pub(crate) fn along(topology: &Topology, way: &Reentry) -> Self {
+        let mut line = vec![way.stretch.begin];
+        if way.stretch.kind != StretchKind::None {
+            line.push(topology.position(way.node));
+        }
+        Self {
+            code: UnsafeCode::NoSafeNode,
+            nodes: vec![way.node],
+            line,
+            length_m: way.stretch.length_m,
+            battery: None,
+        }
+    }
 }
 
 /// Why a near node is not told as the end of the path.

@@ -1,6 +1,7 @@
 //! What cut a drone off: the causes along the rim of all that it can still reach.
 
 use super::answer::Severance;
+use super::request::Request;
 use crate::airspace::{Airspace, Closed, Closure};
 use crate::flight::Reentry;
 use crate::network::{NodeIx, SegmentIx};
@@ -44,6 +45,28 @@ pub(super) fn severances(
     let mut causes: Vec<Severance> = by_report.then_some(Severance::Report).into_iter().collect();
     causes.extend(standing.map(|closure| Severance::Closure(closure.id.clone())));
     if causes.is_empty() {
+        causes.push(Severance::Network);
+    }
+    causes
+}
+
+/// All that closes the leg of a request or its ends; the network where nothing does.
+pub(crate) fn causes_of_leg(airspace: &Airspace, request: &Request) -> Vec<Severance> {
+    let (from, to) = request.report.leg;
+    let segment = airspace.topology().segment_between(from, to);
+    let mut causes = Vec::new();
+    if request.report.failure.closes_leg() || request.zone.is_some() {
+        causes.push(Severance::Report);
+    }
+    let cuts = |closure: &&std::sync::Arc<Closure>| {
+        let hits = &closure.hits;
+        segment.is_some_and(|segment| hits.segments.binary_search(&segment).is_ok())
+            || hits.nodes.binary_search(&from).is_ok()
+            || hits.nodes.binary_search(&to).is_ok()
+    };
+    let cutting = airspace.in_force().filter(cuts);
+    causes.extend(cutting.map(|closure| Severance::Closure(closure.id.clone())));
+    if causes.is_empty() || segment.is_none() {
         causes.push(Severance::Network);
     }
     causes

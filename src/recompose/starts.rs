@@ -9,7 +9,7 @@ use super::causes::{Causes, all_zones, fraction_along, way_out, zone_parts};
 use super::request::Request;
 use super::safety::{UnsafeCode, UnsafeWay};
 use crate::airspace::{Airspace, Closed};
-use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
+use crate::flight::{Aloft, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::geo::{Point, total_m};
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::planted::{self, Bug};
@@ -169,10 +169,11 @@ impl Finder<'_, '_> {
                     true => since_m / self.leg.length_m,
                     false => 0.0,
                 };
+                let latest = (flown + since).min(1.0);
                 self.on_leg(Flown {
                     reported: flown,
-                    latest: (flown + since).min(1.0),
-                    moves: flown > 0.0 && flown < 1.0,
+                    latest,
+                    moves: flown < 1.0 && latest > 0.0,
                 });
             }
         }
@@ -221,6 +222,9 @@ impl Finder<'_, '_> {
     }
 
     fn on_leg(&mut self, drone: Flown) {
+        if self.stands(drone) {
+            return;
+        }
         let causes = Causes::found(self.request, self.airspace, self.leg);
         if let Some(part) = causes.around(drone.reported) {
             self.out_of_zone(&causes, drone, part);
@@ -242,6 +246,25 @@ impl Finder<'_, '_> {
         if self.starts.ways.is_empty() {
             self.trapped(&causes, drone.reported);
         }
+    }
+
+    /// The way of a drone on the ground: the node that it stands at, over whose open segments it may leave. False for any other.
+    fn stands(&mut self, drone: Flown) -> bool {
+        let left_m = |share: f64| share * self.leg.length_m;
+        let (from_m, to_m) = (left_m(drone.reported), left_m(1.0 - drone.reported));
+        let is_grounded = self.request.circumstances.aloft == Aloft::Grounded;
+        if !is_grounded || from_m.min(to_m) > AT_NODE_WITHIN_M {
+            return false;
+        }
+        let way = match from_m <= to_m {
+            true => self.back(drone.reported, 0.0),
+            false => self.on(drone.reported),
+        };
+        if self.closed.closes_node(way.node) {
+            self.warnings.push(Warning::StartClosed { node: way.node });
+        }
+        self.starts.ways.push(way);
+        true
     }
 
     /// The ways of a drone that comes into a zone ahead before it can turn; false where there is none so near.

@@ -20,7 +20,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A drone that was seen so near to a node, in metres, may stand on a pad there.
-const AT_NODE_M: f64 = 50.0;
+pub(super) const AT_NODE_M: f64 = 50.0;
 
 /// A state of the edge, with an airspace that may be an imagined one.
 #[derive(Clone, Copy, Debug)]

@@ -61,7 +61,7 @@ impl Ground {
                 from, segment: at, ..
             } => {
                 told.node = Some(node_id(topology, *from));
-                told.segment = Some(segment(*at));
+                told.segment = at.map(segment);
             }
             FlightCause::Energy {
                 from,

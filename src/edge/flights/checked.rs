@@ -5,8 +5,9 @@ use super::others::PadKey;
 use super::{Flights, FlownAnswer, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
+use crate::delivery::with_airframe;
 use crate::edge::snapshot::{PlanEntry, Snapshot};
-use crate::flight::{FailureReport, FailureType, Location, Reentry, Reservation};
+use crate::flight::{Aloft, FailureReport, FailureType, Location, Reentry, Reservation};
 use crate::network::NodeIx;
 use crate::planted;
 use crate::recompose::{Recomposition, Request, Strategy};
@@ -26,14 +27,23 @@ impl Flights {
         answer: &Recomposition,
     ) -> Result<(), Fault> {
         let version = flight.version.as_ref().map(|(version, _)| &**version);
+        let who = (&drone.kind, drone.plan.as_deref());
         self.check_version(
             scene,
-            (&drone.kind, drone.plan.as_deref()),
+            who,
             version.map(|version| (version, flight.departs_at)),
             request,
             known,
             answer,
-        )
+        )?;
+        let Some(airborne) = answer.if_airborne.as_deref() else {
+            return Ok(());
+        };
+        let mut request = request.clone();
+        request.circumstances.aloft = Aloft::Airborne;
+        let version = flight.if_airborne.as_deref();
+        let version = version.map(|version| (version, scene.now));
+        self.check_version(scene, who, version, &request, known, airborne)
     }
 
     /// Checks an answer with the version that it makes of a plan.
@@ -49,8 +59,11 @@ impl Flights {
         known: &Known,
         answer: &Recomposition,
     ) -> Result<(), Fault> {
+        let sky = self.sky(scene.airspace, scene.now);
+        // What closes later is looked at by the times of the flight.
+        let airspace = sky.skies.now();
         let Some((version, departs_at)) = version else {
-            return check_answer(scene.airspace, request, known, answer, None);
+            return check_answer(airspace, request, known, answer, None);
         };
         // A drone on the ground has no way to where its plan begins.
         let start = &version.composition.plan.start;
@@ -69,7 +82,6 @@ impl Flights {
             until_s: refuge.until_s + departs_s,
             ..refuge
         });
-        let sky = self.sky(scene.airspace, scene.now);
         let weather = scene.snapshot.weather.as_ref();
         let compiled = self.compiled(scene.airspace.topology(), kind, weather);
         let closed = sky
@@ -86,11 +98,13 @@ impl Flights {
             closed,
             swaps: &swaps,
             is_taken: &is_taken,
+            refuge_stay_s: self.settings.refuge_stay_s,
         };
         let claim = claim_of_flight(&timed, refuge, version.is_energy_checked);
+        let of_airframe = with_airframe(&compiled.setting, request);
         check_answer(
-            scene.airspace,
-            request,
+            airspace,
+            of_airframe.as_ref().unwrap_or(request),
             known,
             answer,
             Some((&claim, &world)),

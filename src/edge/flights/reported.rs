@@ -1,17 +1,18 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
-use super::answering::stops_ahead;
+use super::answering::{AT_NODE_M, stops_ahead};
 use super::{DroneKind, Flights, FlownVersion, Ground, Scene};
 use crate::compose::Composition;
 use crate::delivery::{
-    BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
-    answer_failure, answer_standing, severance,
+    BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Stand, Trouble,
+    answer_failure, severance,
 };
 use crate::edge::drones::Sighting;
 use crate::edge::snapshot::PlanEntry;
-use crate::formats::{FlightQuestion, ReadWarning, Stand, write_flight_question};
+use crate::flight::{Aloft, Location};
+use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
 use crate::itinerary::Objective;
-use crate::network::NodeIx;
+use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
 use crate::recompose::{Recomposition, Request, Severance};
 use crate::routing::Way;
@@ -66,6 +67,8 @@ pub(in crate::edge) struct ReportedFlight {
     pub(in crate::edge) version: Option<(Arc<FlownVersion>, Composition)>,
     /// When that departs.
     pub(in crate::edge) departs_at: Timestamp,
+    /// How one flies that is in the air, where nobody knows whether this one is.
+    pub(in crate::edge) if_airborne: Option<Arc<FlownVersion>>,
     /// What keeps the drone from its destination.
     pub(in crate::edge) causes: Vec<wire::FlightCause<'static>>,
     /// The plan that there would be but for the deadline.
@@ -101,8 +104,8 @@ impl Flights {
             },
         );
         // Who has to land lands whatever is left.
-        let reckoned = landing.map(|_| BatteryNow::Given(self.settings.airframe.full_charge));
-        let Some(battery) = known.or(reckoned) else {
+        let assumed = landing.map(|_| BatteryNow::Assumed(self.settings.airframe.full_charge));
+        let Some(battery) = known.or(assumed) else {
             read.push(ReadWarning::new(
                 "battery_unknown",
                 "nobody knows the drone's battery, so that the answer is the shortest way and may not be flyable; \
@@ -110,11 +113,12 @@ impl Flights {
             ));
             return None;
         };
-        // What it reports of its leg does not fit a drone that stands.
-        let may_stand = !request.report.failure.closes_leg();
         let topology = scene.airspace.topology();
-        let stand = plan.filter(|_| may_stand).and_then(|plan| {
+        let stand = plan.filter(|_| may_stand(request)).and_then(|plan| {
             let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
+            if !is_near(topology, request, stand.node) {
+                return None;
+            }
             let stated = facts.battery_fraction.filter(is_fraction);
             Some(Stand {
                 node: stand.node,
@@ -258,24 +262,25 @@ impl Flights {
         request: &Request,
     ) -> (Recomposition, ReportedFlight) {
         let world = ground.world();
+        let failure = self.failure(drone, request, scene.now);
         let told = self.with_scratch(scene.airspace.topology(), |scratch| match drone.stand {
-            Some(stand) => {
-                let delivery = stand.delivery(request, drone.objective, drone.deadline_s);
-                answer_standing(&world, &delivery, drone.landing, scratch)
-            }
-            None => answer_failure(&world, &self.failure(drone, request, scene.now), scratch),
+            Some(stand) => stand.answer(&world, &failure, scratch),
+            None => answer_failure(&world, &failure, scratch),
         });
         let departs_s = drone.stand.map(|stand| stand.at_s);
         let departs_at = departs_s.and_then(|departs_s| ground.skies.instant(departs_s));
         let departs_at = departs_at.unwrap_or(scene.now);
-        let composition = told.composition.as_ref();
+        let flown = |told: &FlightRecomposition, departs_at: Timestamp| {
+            let composition = told.composition.as_ref()?;
+            let (flown, way) = FlownVersion::of(ground, composition, told.into(), departs_at);
+            Some((Arc::new(flown), way))
+        };
+        let airborne = told.if_airborne.as_deref();
+        let airborne = airborne.and_then(|told| flown(told, scene.now));
         let flight = ReportedFlight {
-            version: composition.map(|composition| {
-                let (flown, way) =
-                    FlownVersion::of(ground, composition, (&told).into(), departs_at);
-                (Arc::new(flown), way)
-            }),
+            version: flown(&told, departs_at),
             departs_at,
+            if_airborne: airborne.map(|(version, _)| version),
             causes: ground.causes(&told.causes),
             opens: told.opens.and_then(|opens| ground.opening(opens)),
             is_energy_checked: told.is_energy_checked,
@@ -341,6 +346,21 @@ impl Flights {
             planned_stops: drone.planned_stops.as_deref(),
             landing: drone.landing,
         }
+    }
+}
+
+/// Whether what a drone reports fits one that stands: it does not fly, and nothing of its leg has failed.
+fn may_stand(request: &Request) -> bool {
+    let flies = request.circumstances.aloft == Aloft::Airborne;
+    !flies && !request.report.failure.closes_leg()
+}
+
+/// Whether a drone is at a node, by the place that it reports.
+fn is_near(topology: &Topology, request: &Request, node: NodeIx) -> bool {
+    match request.report.location {
+        Location::At(place) => place.distance_m(topology.position(node)) <= AT_NODE_M,
+        Location::LegStart => request.report.leg.0 == node,
+        Location::Unknown => true,
     }
 }
 
