@@ -203,6 +203,22 @@ async fn an_id_is_the_digits_of_its_integer_and_nothing_else() {
     }
 }
 
+#[tokio::test]
+async fn a_segment_is_named_from_either_end_and_told_in_one_way() {
+    let api = Api::start().await;
+    for (id, named) in [("c1", "379-406"), ("c2", "406-379")] {
+        let draft = json!({"id": id, "reason": "crane", "segments": [named]});
+        let told = api.post("/v1/closures", &draft).await.is(201).json();
+        assert_eq!(told["segments"], json!(["379-406"]), "{named}");
+    }
+    let report = json!({"service": {"from": 406, "to": 379}, "destination": "1", "dry_run": true});
+    let told = api.post("/v1/failures", &report).await.is(200).json();
+    assert_eq!(told["first_stretch"]["segment"], "379-406");
+    let node = api.get("/v1/nodes/406").await.is(200).json();
+    let segments = node["segments"].as_array().expect("a list");
+    assert!(segments.iter().any(|segment| segment["id"] == "379-406"));
+}
+
 /// The schemas that a part of a description leads to, by name.
 fn schemas_of(description: &Value, part: &Value) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
