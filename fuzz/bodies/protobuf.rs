@@ -2,7 +2,7 @@
 
 use crate::networks::airspaces;
 use prost::Message;
-use skyway::api::grpc::{FromProto, IntoProto, NodeIds, proto};
+use skyway::api::grpc::{FromProto, IntoProto, proto};
 use skyway::formats::{Known, settle_report};
 use skyway::wire;
 
@@ -49,9 +49,8 @@ fn decoded<M: Message + Default>(bytes: &[u8]) -> Option<M> {
 /// A drone always gets an outcome: every report is read, and settling it is safe.
 fn failure_report(message: &proto::FailureReport) {
     for airspace in airspaces() {
-        let ids = NodeIds::of(airspace.topology());
-        let report = wire::FailureReport::from_proto(message.clone(), ids)
-            .expect("every report can be read");
+        let report =
+            wire::FailureReport::from_proto(message.clone()).expect("every report can be read");
         // Refused or not, it must only end.
         let _outcome = settle_report(&report, &Known::nothing(), airspace, &mut Vec::new());
         let _message: proto::FailureReport = report.into_proto();
@@ -59,10 +58,7 @@ fn failure_report(message: &proto::FailureReport) {
 }
 
 fn place(message: proto::Place) {
-    for airspace in airspaces() {
-        let ids = NodeIds::of(airspace.topology());
-        if let Ok(place) = wire::Place::from_proto(message.clone(), ids) {
-            let _message: proto::Place = place.into_proto();
-        }
+    if let Ok(place) = wire::Place::from_proto(message) {
+        let _message: proto::Place = place.into_proto();
     }
 }

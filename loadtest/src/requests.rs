@@ -121,8 +121,8 @@ pub(crate) fn delivery(dialect: Dialect, request: &DeliveryRequest) -> Wanted {
         Dialect::Grpc => {
             let message = proto::CreatePlanRequest {
                 id: request.id.clone(),
-                source: request.source.text().into_owned(),
-                destination: request.destination.text().into_owned(),
+                source: request.source.text().to_owned(),
+                destination: request.destination.text().to_owned(),
                 drone_id: request.drone_id.clone(),
                 airspeed_mps: request.airspeed_mps,
                 ..proto::CreatePlanRequest::default()
@@ -240,7 +240,7 @@ pub(crate) fn question(dialect: Dialect, question: &Question<'_>) -> Wanted {
     }
     match question {
         Question::Node(id) => {
-            let id = id.text().into_owned();
+            let id = id.text().to_owned();
             call(GET_NODE, &proto::GetNodeRequest { id })
         }
         Question::Nearest([x, y]) => {

@@ -39,7 +39,7 @@ measure = "p99_ms"
 at_most = 60000
 "#;
 
-const NETWORK: &str = r#"{"name":"two","attribution":"","geographic":true,"ids":[1,2],"coordinates":[0.0,0.0,1.0,1.0],"pads":[0,0],"segments":[0,1],"topology_revision":1}"#;
+const NETWORK: &str = r#"{"name":"two","attribution":"","geographic":true,"ids":["1","2"],"coordinates":[0.0,0.0,1.0,1.0],"pads":[0,0],"segments":[0,1],"topology_revision":1}"#;
 
 /// Answers everything with the same network until the test ends.
 fn stand_in() -> SocketAddr {

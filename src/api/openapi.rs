@@ -3,10 +3,12 @@
 //! Handlers describe their operations; here stands the frame, and what follows from the tables of operations
 //! and of problems: who may call, and how any call may be refused.
 
+use super::openapi_ids::with_given_ids;
 use super::operations::{Access, Daemon, Operation};
 use super::rest::refusals;
 use crate::wire::{Author, Event, EventKind, Fault, Problem, TelemetryEntry};
 use http::{Method, StatusCode};
+use serde_json::Value;
 use utoipa::openapi::path::{Operation as Described, PathItem};
 use utoipa::openapi::schema::{SchemaType, Type};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
@@ -102,7 +104,7 @@ pub(super) fn outline(outline: &Outline) -> OpenApi {
 }
 
 /// The description with what follows for each operation from the tables.
-pub(super) fn complete(mut description: OpenApi, daemon: Daemon) -> OpenApi {
+pub(super) fn complete(mut description: OpenApi, daemon: Daemon) -> Value {
     for (path, item) in &mut description.paths.paths {
         let has_id = path.contains('{');
         for (method, described) in operations(item) {
@@ -113,7 +115,8 @@ pub(super) fn complete(mut description: OpenApi, daemon: Daemon) -> OpenApi {
             state_parameters(described);
         }
     }
-    description
+    // A map with text keys and plain values always has a JSON form.
+    with_given_ids(serde_json::to_value(description).unwrap_or_default())
 }
 
 fn operations(item: &mut PathItem) -> impl Iterator<Item = (Method, &mut Described)> {

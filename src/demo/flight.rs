@@ -114,7 +114,7 @@ mod tests {
     use crate::wire::Id;
 
     fn nodes(ids: &[i64]) -> Vec<Id<'static>> {
-        ids.iter().map(|&id| Id::Integer(id)).collect()
+        ids.iter().map(|&id| Id::from(id)).collect()
     }
 
     #[test]

@@ -125,7 +125,7 @@ pub(super) mod tests {
             name: Cow::Borrowed("line"),
             attribution: Cow::Borrowed(""),
             geographic: false,
-            ids: (0..6).map(Id::Integer).collect(),
+            ids: (0..6).map(Id::from).collect(),
             coordinates: vec![
                 0.0, 0.0, 100.0, 0.0, 200.0, 0.0, 300.0, 0.0, 0.0, 500.0, 100.0, 500.0,
             ],
@@ -139,7 +139,7 @@ pub(super) mod tests {
     fn deliveries_go_between_connected_nodes_with_pads() {
         let map = Map::of(&network()).expect("a map");
         assert_eq!(map.stations(), [0, 2, 3]);
-        assert_eq!(map.node(&Id::Integer(3)), Some(3));
+        assert_eq!(map.node(&Id::from(3)), Some(3));
         assert_eq!(map.coordinates(map.position(3)), [300.0, 0.0]);
     }
 

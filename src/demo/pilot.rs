@@ -285,9 +285,7 @@ impl Pilot {
         }
         let location = self.map.coordinates(mission.flight.place());
         let report = wire::FailureReport {
-            id: Some(wire::Id::Text(
-                format!("{}-failure", mission.plan_id).into(),
-            )),
+            id: Some(wire::Id::new(format!("{}-failure", mission.plan_id))),
             failure: Some(planned.failure),
             service: Some(wire::Service {
                 plan_id: Some(mission.plan_id.clone()),

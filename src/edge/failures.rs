@@ -74,7 +74,7 @@ impl Edge {
         caller: &Caller,
         parsed: ParsedReport,
     ) -> Result<Answered, Refusal> {
-        let id = parsed.report.id.as_ref().map(|id| id.text().into_owned());
+        let id = parsed.report.id.as_ref().map(|id| id.text().to_owned());
         match id.filter(|id| !id.is_empty() && id.len() <= REPORT_ID_BYTES_MAX) {
             None => self.answer(caller, parsed, Manner::First).await,
             Some(id) => self.answer_once(caller, parsed, &id).await,

@@ -68,7 +68,7 @@ impl EarlierAnswer {
             return false;
         }
         let path = &self.answer.answer.path;
-        let nodes = path.nodes.iter().map(|id| topology.node(&id.text()));
+        let nodes = path.nodes.iter().map(|id| topology.node(id.text()));
         let segments = path.segments.iter().map(|id| topology.find_segment(id));
         let (nodes, segments) = (
             nodes.collect::<Option<Vec<_>>>(),

@@ -195,6 +195,12 @@ pub(super) fn zone_body(zone: &Zone) -> Arc<str> {
     Arc::from(zone_to_feature(zone).to_string())
 }
 
+/// Whether two bodies say the same: older versions wrote the ids of nodes in closures as integers.
+pub(super) fn says_the_same(one: &str, other: &str) -> bool {
+    let closure = |body| serde_json::from_str::<PublishedClosure>(body).ok();
+    one == other || closure(one).is_some_and(|one| Some(one) == closure(other))
+}
+
 /// A closure as a registry keeps it, to the byte, so that it is recognised when it comes back.
 pub(super) fn closure_body(topology: &Topology, entry: &ClosureEntry) -> Arc<str> {
     let closure = &entry.closure;
@@ -230,4 +236,18 @@ pub(super) fn closure_body(topology: &Topology, entry: &ClosureEntry) -> Arc<str
     // Plain texts and lists of them always have a JSON form.
     let value = serde_json::to_value(&published).unwrap_or_default();
     Arc::from(value.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bodies_say_the_same_whichever_form_their_ids_have() {
+        let older = r#"{"id":"c","cause":"operator","confirmed":true,"nodes":[406]}"#;
+        let newer = r#"{"id":"c","cause":"operator","confirmed":true,"nodes":["406"]}"#;
+        assert!(says_the_same(older, newer) && says_the_same(older, older));
+        assert!(!says_the_same(older, &newer.replace("406", "407")));
+        assert!(!says_the_same("{}", "no closure"));
+    }
 }

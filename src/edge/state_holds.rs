@@ -6,7 +6,7 @@
 
 use super::events::Happening;
 use super::orders::{Decision, Done};
-use super::published::{Published, Thing, read_thing};
+use super::published::{Published, Thing, read_thing, says_the_same};
 use super::snapshot::{ClosureEntry, Contested, HoldEntry};
 use super::state::State;
 use super::state_outbox::Forward;
@@ -133,7 +133,7 @@ impl State {
         if own_kind == kind && standing.encloses(&closes, self.now) {
             // Stricter than theirs: it goes there in its place.
             self.set_upstream(kind, &id, Some(theirs.upstream));
-            if ours != theirs.body {
+            if !says_the_same(&ours, &theirs.body) {
                 self.forward(Forward {
                     kind,
                     id,

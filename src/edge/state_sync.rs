@@ -6,7 +6,7 @@
 use super::background::give_way;
 use super::events::Happening;
 use super::orders::Done;
-use super::published::{Published, Thing};
+use super::published::{Published, Thing, says_the_same};
 use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
 use super::sync::{Extent, Followed, Superseded, Tombstone};
@@ -469,7 +469,11 @@ impl State {
 
 /// Whether what came is what waits to be told.
 fn is_echo(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&Arc<str>>) -> bool {
-    entry.operation == operation && entry.body.as_ref() == body
+    let is_same = match (&entry.body, body) {
+        (Some(ours), Some(theirs)) => says_the_same(ours, theirs),
+        (ours, theirs) => ours.as_ref() == theirs,
+    };
+    entry.operation == operation && is_same
 }
 
 /// Whether a version was made after all that a cursor stands for.

@@ -271,7 +271,7 @@ pub(super) fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64;
         wire::Place::Pair(pair) => *pair,
         wire::Place::Planar { x, y } => [*x, *y],
         wire::Place::Node(node) => {
-            let position = topology.position(topology.node(&node.text())?);
+            let position = topology.position(topology.node(node.text())?);
             return Some(frame.from_plane(position));
         }
     };

@@ -29,15 +29,7 @@ pub(super) const PLANS_TOLD_MAX: usize = 100;
 const CONFLICTS_MAX: usize = 100;
 
 pub(super) fn node_id(topology: &Topology, node: NodeIx) -> wire::Id<'static> {
-    wire_id(topology, topology.node_id(node))
-}
-
-fn wire_id(topology: &Topology, text: &str) -> wire::Id<'static> {
-    let number = topology.has_integer_ids().then(|| text.parse::<i64>());
-    match number {
-        Some(Ok(number)) => wire::Id::Integer(number),
-        _ => wire::Id::Text(Cow::Owned(text.to_owned())),
-    }
+    wire::Id::new(topology.node_id(node).to_owned())
 }
 
 pub(super) fn node_ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<wire::Id<'static>> {

@@ -2,12 +2,11 @@
 
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Certificate;
-use serde_json::{Number, Value, json};
+use serde_json::{Value, json};
 
 /// Writes a certificate as JSON: the same certificate gives the same bytes.
 ///
-/// One entry a line; lists and `h_m` in node order, the path in its own. Node ids are integers where the
-/// network's are and JSON can hold them, else text; the keys of `h_m` are text always. `length_m` is null when there is no way,
+/// One entry a line; lists and `h_m` in node order, the path in its own. Ids are text. `length_m` is null when there is no way,
 /// and so is `h_m` where there is none on the intact network. Numbers read back as the same doubles.
 pub fn write_certificate(topology: &Topology, certificate: &Certificate) -> String {
     let writer = Writer { topology };
@@ -40,12 +39,6 @@ pub fn write_certificate(topology: &Topology, certificate: &Certificate) -> Stri
     format!("{{\n{}\n}}\n", members.join(",\n"))
 }
 
-/// False for what JSON would not give back as it was, such as a zero-padded `007`.
-fn is_json_integer(id: &str) -> bool {
-    let number = serde_json::from_str::<Number>(id);
-    number.is_ok_and(|number| !number.is_f64() && number.to_string() == id)
-}
-
 /// Each entry on a line of its own.
 fn array(entries: impl Iterator<Item = String>) -> String {
     bracketed('[', entries, ']')
@@ -71,11 +64,7 @@ impl Writer<'_> {
     }
 
     fn id(&self, node: NodeIx) -> String {
-        let id = self.topology.node_id(node);
-        match self.topology.has_integer_ids() && is_json_integer(id) {
-            true => id.to_owned(),
-            false => json!(id).to_string(),
-        }
+        json!(self.topology.node_id(node)).to_string()
     }
 
     fn segment_id(&self, segment: SegmentIx) -> String {
@@ -133,9 +122,9 @@ impl Writer<'_> {
             .zip(bounds_m.iter().copied())
             .collect();
         bounds.sort_by_key(|&(node, _)| self.topology.rank(node));
-        let entries = bounds.into_iter().map(|(node, metres)| {
-            format!("{}: {}", json!(self.topology.node_id(node)), json!(metres))
-        });
+        let entries = bounds
+            .into_iter()
+            .map(|(node, metres)| format!("{}: {}", self.id(node), json!(metres)));
         bracketed('{', entries, '}')
     }
 }

@@ -1,16 +1,12 @@
-//! Ids on the wire: numbers where the network's file has numbers, else text.
+//! Ids on the wire: told as text, read as text or as integers.
 
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::wire::Id;
 use serde_json::{Value, json};
-use std::borrow::Cow;
 
-/// The id of a node as the network's file writes it.
+/// The id of a node.
 pub fn node_id(topology: &Topology, node: NodeIx) -> Id<'_> {
-    match topology.node_number(node) {
-        Some(number) => Id::Integer(number),
-        None => Id::Text(Cow::Borrowed(topology.node_id(node))),
-    }
+    Id::new(topology.node_id(node))
 }
 
 /// The id of a node as a JSON value.

@@ -5,11 +5,11 @@
 //! straight line. Attributes this program does not know are another tool's business and are ignored.
 
 use super::error::{FormatError, FormatErrors};
-use super::identifier::{id_text, node_id_json};
+use super::identifier::id_text;
 use super::place::{Place, array, number, object, optional, required};
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference};
 use crate::network::{Coordinates, NetworkDraft, NodeDraft, NodeIx, Role, SegmentDraft, Topology};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Number, Value, json};
 
 /// Reads node-link JSON. Repairs are for the caller: see [`NetworkDraft::repair`].
 ///
@@ -196,8 +196,8 @@ pub fn write_node_link(topology: &Topology) -> String {
         .map(|segment| {
             let ends = topology.segment(segment);
             json!({
-                "source": node_id_json(topology, ends.from),
-                "target": node_id_json(topology, ends.to),
+                "source": file_id(topology, ends.from),
+                "target": file_id(topology, ends.to),
                 "id": topology.segment_id(segment),
                 "length_m": ends.length_m,
             })
@@ -213,6 +213,20 @@ pub fn write_node_link(topology: &Topology) -> String {
     document.to_string()
 }
 
+/// The id of a node as the network's file writes it: what reads the format looks nodes up by it.
+fn file_id(topology: &Topology, node: NodeIx) -> Value {
+    let id = topology.node_id(node);
+    let number = serde_json::from_str::<Number>(id);
+    // JSON would not give back a zero-padded `007`.
+    let number = number
+        .ok()
+        .filter(|number| !number.is_f64() && number.to_string() == id);
+    match number.filter(|_| topology.has_integer_ids()) {
+        Some(number) => Value::Number(number),
+        None => Value::from(id),
+    }
+}
+
 fn node_json(topology: &Topology, node: NodeIx) -> Value {
     let [first, second] = match topology.frame().is_geographic() {
         true => ["lon", "lat"],
@@ -220,7 +234,7 @@ fn node_json(topology: &Topology, node: NodeIx) -> Value {
     };
     let position = topology.frame().from_plane(topology.position(node));
     let mut members = Map::new();
-    members.insert("id".to_owned(), node_id_json(topology, node));
+    members.insert("id".to_owned(), file_id(topology, node));
     members.insert(first.to_owned(), json!(position[0]));
     members.insert(second.to_owned(), json!(position[1]));
     members.insert("pads".to_owned(), json!(topology.pads(node)));

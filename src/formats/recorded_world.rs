@@ -102,7 +102,7 @@ fn closure_of(recorded: &RecordedClosure<'_>, topology: &Topology) -> Result<Clo
     });
     let find_node = |node: &crate::wire::Id<'_>| {
         let name = node.text();
-        topology.node(&name).ok_or_else(|| missing(&name))
+        topology.node(name).ok_or_else(|| missing(name))
     };
     Ok(Closure {
         hits: Hits::new(

@@ -145,7 +145,7 @@ fn failed_pads(
     let named = report.node.as_ref();
     let node = named.and_then(|id| find_named(topology, id));
     if let (Some(id), None) = (named, node) {
-        let id = cut(&id.text());
+        let id = cut(id.text());
         let message = format!(
             "the node '{id}' at /node is not a node of the network; the end of the leg is taken"
         );

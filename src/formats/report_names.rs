@@ -6,10 +6,7 @@ use crate::wire::{FailureReport, Id};
 
 /// The node of an id on the wire.
 pub(super) fn find_named(topology: &Topology, id: &Id<'_>) -> Option<NodeIx> {
-    match id {
-        Id::Text(text) => topology.node(text),
-        Id::Integer(number) => topology.node_of_number(*number),
-    }
+    topology.node(id.text())
 }
 
 /// The nodes that locate the drone, as far as the network has them.
@@ -47,7 +44,7 @@ impl Names {
             let id = id?;
             let node = find_named(topology, id);
             if node.is_none() {
-                let text = cut(&id.text());
+                let text = cut(id.text());
                 let message = format!(
                     "the node '{text}' at {pointer} is not a node of the network and is ignored"
                 );
@@ -148,7 +145,7 @@ fn find_destination(
     if node.is_none() {
         let message = format!(
             "the destination '{}' is not a node of the network; the end of the plan is taken",
-            cut(&id.text())
+            cut(id.text())
         );
         warnings.push(ReadWarning::new("unknown_destination", message));
     }

@@ -7,10 +7,9 @@ use super::mark::without_mark;
 use super::report_problem::{ReadWarning, ReportProblem, cut, shown};
 use super::suggestion::nearest;
 use super::twice::members_twice;
-use crate::wire::{DroneFacts, FailureReport, Id, Parameters, Place, Service};
+use crate::wire::{DroneFacts, FailureReport, Id, Parameters, Place, Service, with_ids_as_text};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
-use std::borrow::Cow;
 
 /// Fields of a report. `certificate` is known and does nothing: reports written for files may have it.
 const FIELDS: [&str; 33] = [
@@ -310,13 +309,13 @@ impl Reader {
             return None;
         };
         // What is no id becomes the name of no node: the nodes about it can still tell where the drone is.
-        let id = |entry: &Value| read(entry).unwrap_or_else(|| Id::Text(Cow::Owned(shown(entry))));
+        let id = |entry: &Value| read(entry).unwrap_or_else(|| Id::new(shown(entry)));
         Some(entries.iter().map(id).collect())
     }
 
     fn close(&mut self, value: Value) -> Option<Vec<Value>> {
         match value {
-            Value::Array(entries) => Some(entries),
+            Value::Array(entries) => Some(with_ids_as_text(entries)),
             other => self.or_wrong_type(None, "close", &other, "a list"),
         }
     }
@@ -327,7 +326,7 @@ impl Reader {
 
     /// Text; a number where a name is expected can only mean the name that it spells.
     fn text(&mut self, name: &str, value: &Value) -> Option<String> {
-        let text = read::<Id<'static>>(value).map(|id| id.text().into_owned());
+        let text = read::<Id<'static>>(value).map(|id| id.into_text());
         self.or_wrong_type(text, name, value, "text")
     }
 

@@ -84,7 +84,7 @@ pub(super) fn find_place(
                 }),
                 None => ignore(format!(
                     "'{name}' names the node '{}', which the network does not have, and is ignored",
-                    cut(&id.text())
+                    cut(id.text())
                 )),
             };
         }

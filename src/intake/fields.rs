@@ -132,10 +132,10 @@ impl Faults {
         id: &Id<'_>,
     ) -> Option<NodeIx> {
         let text = id.text();
-        let found = topology.node(&text);
+        let found = topology.node(text);
         if found.is_none() {
             let ids = topology.nodes().map(|node| topology.node_id(node));
-            let near = nearest(&text, ids, 3);
+            let near = nearest(text, ids, 3);
             let hint = (!near.is_empty()).then(|| format!("did you mean {}?", near.join(", ")));
             self.add(
                 "unknown_node",
@@ -156,16 +156,8 @@ impl Faults {
     ) -> Option<SegmentIx> {
         let found = topology.find_segment(id);
         if found.is_none() {
-            let reversed = id.split_once('-').map(|(from, to)| format!("{to}-{from}"));
-            let hint = reversed
-                .filter(|id| topology.find_segment(id).is_some())
-                .map(|id| format!("did you mean {id}?"));
-            self.add(
-                "unknown_segment",
-                pointer,
-                format!("the network has no segment '{id}'"),
-                hint,
-            );
+            let message = format!("the network has no segment '{id}'");
+            self.add("unknown_segment", pointer, message, None);
         }
         found
     }

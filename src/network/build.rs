@@ -230,10 +230,11 @@ fn assemble(
     let (node_ids, facts) = identify(&mut draft, &curve);
     let (order, segments) = number_segments(&stated, &curve);
     let (first_arc, arcs) = adjacency(positions.len(), &segments);
+    let segment_ids = segment_ids(&mut draft.segments, (&order, &segments), &node_ids);
     let ends = |segment: &Segment| (positions[segment.from.at()], positions[segment.to.at()]);
     Topology {
         node_ids,
-        segment_ids: segment_ids(&mut draft.segments, &order),
+        segment_ids,
         bands: bands(&draft.segments, &order),
         speed_limits: speed_limits(&draft.segments, &order),
         straight_line_scale: straight_line_scale(&positions, &segments),
@@ -352,17 +353,21 @@ fn adjacency(node_count: usize, segments: &[Segment]) -> (Vec<u32>, Vec<Arc>) {
     (first_arc, arcs)
 }
 
-fn segment_ids(drafts: &mut [SegmentDraft], order: &[u32]) -> SegmentIds {
+/// The ids of the segments, which stand in this order.
+fn segment_ids(
+    drafts: &mut [SegmentDraft],
+    (order, segments): (&[u32], &[Segment]),
+    node_ids: &NodeIds,
+) -> SegmentIds {
     if drafts.iter().all(|segment| segment.id.is_none()) {
         return SegmentIds::Derived;
     }
-    let id = |&place: &u32| {
-        let segment = &mut drafts[place as usize];
-        let stated = segment.id.take();
-        let id = stated.unwrap_or_else(|| format!("{}-{}", segment.from, segment.to));
+    let id = |(&place, ends): (&u32, &Segment)| {
+        let stated = drafts[place as usize].id.take();
+        let id = stated.unwrap_or_else(|| node_ids.pair(ends.from, ends.to));
         id.into_boxed_str()
     };
-    SegmentIds::stated(order.iter().map(id).collect())
+    SegmentIds::stated(order.iter().zip(segments).map(id).collect())
 }
 
 fn bands(drafts: &[SegmentDraft], order: &[u32]) -> Vec<AltitudeBand> {

@@ -32,50 +32,6 @@ pub(super) struct NodeIds {
     by_id: FxHashMap<Box<str>, NodeIx>,
     rank: Vec<u32>,
     integers: bool,
-    numbers: Option<Numbers>,
-}
-
-/// Ids that are integers, so that none is read or written as text on the way of a request.
-#[derive(Debug)]
-struct Numbers {
-    by_index: Vec<i64>,
-    /// Nodes by their number; empty where the numbers lie too far apart for a table.
-    by_number: Vec<Option<NodeIx>>,
-}
-
-impl Numbers {
-    /// A table may have this many places for each node.
-    const PLACES_PER_NODE: usize = 4;
-
-    /// The numbers of ids that are all integers; `None` where one is too large for 64 bits, or would not be written
-    /// as it is (`007`).
-    fn of(ids: &[Box<str>]) -> Option<Self> {
-        let number = |id: &str| -> Option<i64> {
-            let number = id.parse().ok()?;
-            (itoa::Buffer::new().format(number) == id).then_some(number)
-        };
-        let by_index: Vec<i64> = ids.iter().map(|id| number(id)).collect::<Option<_>>()?;
-        let room = (ids.len() + 1).saturating_mul(Self::PLACES_PER_NODE);
-        let places = by_index.iter().map(|&number| usize::try_from(number).ok());
-        let last = places.collect::<Option<Vec<usize>>>();
-        let last = last.and_then(|places| places.into_iter().max());
-        let mut by_number = Vec::new();
-        if let Some(last) = last.filter(|&last| last < room) {
-            by_number.resize(last + 1, None);
-            for (index, &number) in by_index.iter().enumerate() {
-                by_number[number as usize] = Some(NodeIx(index as u32));
-            }
-        }
-        Some(Self {
-            by_index,
-            by_number,
-        })
-    }
-
-    fn find(&self, number: i64) -> Option<NodeIx> {
-        let place = usize::try_from(number).ok()?;
-        self.by_number.get(place).copied().flatten()
-    }
 }
 
 impl NodeIds {
@@ -95,13 +51,11 @@ impl NodeIds {
             .enumerate()
             .map(|(index, id)| (id.clone(), NodeIx(index as u32)))
             .collect();
-        let numbers = integers.then(|| Numbers::of(&by_index)).flatten();
         Self {
             by_index,
             by_id,
             rank,
             integers,
-            numbers,
         }
     }
 
@@ -113,19 +67,19 @@ impl NodeIds {
         self.by_id.get(id).copied()
     }
 
-    /// The number of a node's id, where ids are integers.
-    pub(super) fn number(&self, node: NodeIx) -> Option<i64> {
-        let numbers = self.numbers.as_ref()?;
-        Some(numbers.by_index[node.at()])
-    }
-
-    pub(super) fn find_number(&self, number: i64) -> Option<NodeIx> {
-        let known = self
-            .numbers
-            .as_ref()
-            .and_then(|numbers| numbers.find(number));
-        // Numbers beyond the table, and those of nodes that were merged away.
-        known.or_else(|| self.find(itoa::Buffer::new().format(number)))
+    /// The id of a segment between two nodes that has none of its own: `"A-B"`, the node first in node order first.
+    pub(super) fn pair(&self, from: NodeIx, to: NodeIx) -> String {
+        let (first, second) = match self.rank(from) < self.rank(to) {
+            true => (from, to),
+            false => (to, from),
+        };
+        let [first, second] = [first, second].map(|node| self.id(node));
+        // Every answer writes these ids: formatting would take three times as long.
+        let mut id = String::with_capacity(first.len() + 1 + second.len());
+        id.push_str(first);
+        id.push('-');
+        id.push_str(second);
+        id
     }
 
     pub(super) fn alias(&mut self, id: String, node: NodeIx) {

@@ -127,17 +127,7 @@ impl Topology {
         self.node_ids.find(id)
     }
 
-    /// The node of an id that is a number: as [`Self::node`] of its decimal digits, but without text.
-    pub fn node_of_number(&self, number: i64) -> Option<NodeIx> {
-        self.node_ids.find_number(number)
-    }
-
-    /// The id of a node as a number, where the file writes its ids as integers.
-    pub fn node_number(&self, node: NodeIx) -> Option<i64> {
-        self.node_ids.number(node)
-    }
-
-    /// True when the file writes its ids as integers; answers then do too.
+    /// True when the file writes its ids as integers; files that are written of it then do too.
     pub fn has_integer_ids(&self) -> bool {
         self.node_ids.are_integers()
     }
@@ -153,32 +143,34 @@ impl Topology {
             SegmentIds::Stated { by_index, .. } => Cow::Borrowed(&by_index[segment.at()]),
             SegmentIds::Derived => {
                 let ends = self.segment(segment);
-                let (first, second) = match self.rank(ends.from) < self.rank(ends.to) {
-                    true => (ends.from, ends.to),
-                    false => (ends.to, ends.from),
-                };
-                let [first, second] = [first, second].map(|node| self.node_id(node));
-                // Every answer writes these ids: formatting would take three times as long.
-                let mut id = String::with_capacity(first.len() + 1 + second.len());
-                id.push_str(first);
-                id.push('-');
-                id.push_str(second);
-                Cow::Owned(id)
+                Cow::Owned(self.node_ids.pair(ends.from, ends.to))
             }
         }
     }
 
-    /// The segment of an id.
+    /// The segment of an id; a segment is also found by its nodes, `"A-B"` or `"B-A"`.
+    ///
+    /// Ids of nodes may have hyphens themselves: what names two segments in this way names none.
     pub fn find_segment(&self, id: &str) -> Option<SegmentIx> {
-        match &self.segment_ids {
-            SegmentIds::Stated { by_id, .. } => by_id.get(id).copied(),
-            SegmentIds::Derived => id.match_indices('-').find_map(|(hyphen, _)| {
-                let from = self.node(&id[..hyphen])?;
-                let to = self.node(&id[hyphen + 1..])?;
-                let found = self.segment_between(from, to)?;
-                (self.segment_id(found) == id).then_some(found)
-            }),
+        if let SegmentIds::Stated { by_id, .. } = &self.segment_ids
+            && let Some(&stated) = by_id.get(id)
+        {
+            return Some(stated);
         }
+        let mut only = None;
+        let mut is_clear = true;
+        for (hyphen, _) in id.match_indices('-') {
+            let ends = self.node(&id[..hyphen]).zip(self.node(&id[hyphen + 1..]));
+            let Some(found) = ends.and_then(|(from, to)| self.segment_between(from, to)) else {
+                continue;
+            };
+            if self.segment_id(found) == id {
+                return Some(found);
+            }
+            is_clear &= only.is_none_or(|other| other == found);
+            only = Some(found);
+        }
+        only.filter(|_| is_clear)
     }
 
     /// The segment between two nodes, in either direction.

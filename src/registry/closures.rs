@@ -50,7 +50,18 @@ impl Registry {
             PublishedCause::Operator => ClosureIds::OfOperators,
             PublishedCause::Report => ClosureIds::OfReports,
         };
-        let read = aside(move || read_closure(&draft, &composed.topology, now, ids)).await??;
+        let read = aside(move || {
+            let read = read_closure(&draft, &composed.topology, now, ids)?;
+            // However the writer named a segment, it has one id.
+            let own = |id: &String| {
+                let found = composed.topology.find_segment(id);
+                found.map(|segment| composed.topology.segment_id(segment).into_owned())
+            };
+            let segments: Vec<String> = draft.segments.iter().filter_map(own).collect();
+            Ok::<_, Refusal>((read, segments))
+        });
+        let (read, segments) = read.await??;
+        kept.segments = segments;
         kept.from = Some(read.from.to_string());
         kept.until = read.until.map(|until| until.to_string());
         kept.confirmed |= kept.cause == PublishedCause::Operator;

@@ -253,7 +253,7 @@ fn misfit(object: &LoggedChange, topology: &Topology) -> Option<String> {
                 return Some(format!("closure '{id}' names the segment '{lost}'"));
             }
             let mut nodes = closure.nodes.iter().chain(&closure.pads);
-            let lost = nodes.find(|node| topology.node(&node.text()).is_none())?;
+            let lost = nodes.find(|node| topology.node(node.text()).is_none())?;
             Some(format!("closure '{id}' names the node '{lost}'"))
         }
     }

@@ -8,9 +8,21 @@ use super::writes::{Decision, Intent, Manner, Reply};
 use crate::formats::{ZoneId, zone_to_feature};
 use crate::intake::{Expected, Faults, PageRequest, read_weather, read_zone, token};
 use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangeOperation, ObjectKind, PublishedObjects, Weather};
+use crate::wire::{ChangeOperation, ObjectKind, PublishedClosure, PublishedObjects, Weather};
 use serde_json::Value;
 use std::sync::Arc;
+
+/// An object as it is told. Ids of nodes are text, though older versions kept them as integers; the log, whose
+/// digests cover what was written, goes on as it is.
+fn as_told(kind: ObjectKind, body: &str) -> Result<Value, Refusal> {
+    let told = match kind {
+        ObjectKind::Closure => {
+            serde_json::from_str::<PublishedClosure>(body).and_then(serde_json::to_value)
+        }
+        ObjectKind::Network | ObjectKind::Weather | ObjectKind::Zone => serde_json::from_str(body),
+    };
+    told.map_err(|error| Refusal::new(Code::Internal, format!("an object is no JSON: {error}")))
+}
 
 impl Registry {
     /// Puts a zone: a new one, or under an id, new or in place of the version that `If-Match` names.
@@ -78,7 +90,8 @@ impl Registry {
             return Err(Refusal::not_found(kind.name(), id));
         };
         let etag = version_of(&change).etag();
-        Ok((change.body.unwrap_or_default(), etag))
+        let body = change.body.unwrap_or_default();
+        Ok((as_told(kind, &body)?.to_string(), etag))
     }
 
     /// A page of the zones or closures of a network, by id.
@@ -108,10 +121,8 @@ impl Registry {
             .objects
             .iter()
             .filter_map(|object| object.body.as_deref());
-        let objects: Result<Vec<Value>, _> = bodies.map(serde_json::from_str).collect();
-        let objects = objects.map_err(|error| {
-            Refusal::new(Code::Internal, format!("an object is no JSON: {error}"))
-        })?;
+        let objects: Result<Vec<Value>, _> = bodies.map(|body| as_told(kind, body)).collect();
+        let objects = objects?;
         Ok(PublishedObjects {
             revision: read.at,
             objects,
@@ -309,4 +320,20 @@ pub(super) fn made_id(what: &str) -> Result<String, Refusal> {
         )
     })?;
     Ok(format!("{what}-{random}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_closure_that_an_older_version_kept_is_told_with_ids_as_text() {
+        let kept = r#"{"id":"c","cause":"operator","confirmed":true,"nodes":[406],"pads":["a",7]}"#;
+        let told = as_told(ObjectKind::Closure, kept).expect("a closure");
+        let expected = json!({
+            "id": "c", "cause": "operator", "confirmed": true, "nodes": ["406"], "pads": ["a", "7"],
+        });
+        assert_eq!(told, expected);
+    }
 }

@@ -43,7 +43,7 @@ pub(super) fn resolve(
     for Object(label) in &document.settled {
         let place = node(&label.node, "settled", network)?;
         if label_m[place].replace(label.d_m).is_some() {
-            return Err(repeated("settled", &label.node.id));
+            return Err(repeated("settled", &label.node.0));
         }
     }
     let (path_nodes, path_segments) = path(&document.path.0, network)?;
@@ -61,22 +61,11 @@ pub(super) fn resolve(
 }
 
 fn node(
-    written: &WrittenId,
+    WrittenId(id): &WrittenId,
     place: &'static str,
     network: &NetworkFacts,
 ) -> Result<usize, CertificateFault> {
-    let id = &written.id;
-    let found = node_of(id, place, network)?;
-    let as_integer = network.is_written_as_integer(id);
-    if written.is_integer != as_integer {
-        let node = id.clone();
-        return Err(CertificateFault::IdForm {
-            place,
-            node,
-            as_integer,
-        });
-    }
-    Ok(found)
+    node_of(id, place, network)
 }
 
 fn node_of(
@@ -119,7 +108,7 @@ fn closed_nodes(
     for closed in written {
         let place = node(closed, PLACE, network)?;
         if std::mem::replace(&mut closes[place], true) {
-            return Err(repeated(PLACE, &closed.id));
+            return Err(repeated(PLACE, &closed.0));
         }
     }
     Ok(closes)
@@ -140,8 +129,8 @@ fn closed_segments(
         if ends != [from, to] && ends != [to, from] {
             let step = Step {
                 segment: closed.id.clone(),
-                from: closed.from.id.clone(),
-                to: closed.to.id.clone(),
+                from: closed.from.0.clone(),
+                to: closed.to.0.clone(),
             };
             return Err(CertificateFault::SegmentEnds { step });
         }

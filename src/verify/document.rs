@@ -91,12 +91,9 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
     }
 }
 
-/// A node's id, with whether it is written as an integer.
+/// A node's id: text, or an integer as older certificates have it.
 #[derive(Debug)]
-pub(super) struct WrittenId {
-    pub(super) id: String,
-    pub(super) is_integer: bool,
-}
+pub(super) struct WrittenId(pub(super) String);
 
 impl<'de> Deserialize<'de> for WrittenId {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -106,15 +103,6 @@ impl<'de> Deserialize<'de> for WrittenId {
 
 struct IdVisitor;
 
-impl IdVisitor {
-    fn integer(id: String) -> WrittenId {
-        WrittenId {
-            id,
-            is_integer: true,
-        }
-    }
-}
-
 impl Visitor<'_> for IdVisitor {
     type Value = WrittenId;
 
@@ -123,18 +111,15 @@ impl Visitor<'_> for IdVisitor {
     }
 
     fn visit_u64<E: Error>(self, id: u64) -> Result<WrittenId, E> {
-        Ok(Self::integer(id.to_string()))
+        Ok(WrittenId(id.to_string()))
     }
 
     fn visit_i64<E: Error>(self, id: i64) -> Result<WrittenId, E> {
-        Ok(Self::integer(id.to_string()))
+        Ok(WrittenId(id.to_string()))
     }
 
     fn visit_str<E: Error>(self, id: &str) -> Result<WrittenId, E> {
-        Ok(WrittenId {
-            id: id.to_owned(),
-            is_integer: false,
-        })
+        Ok(WrittenId(id.to_owned()))
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::network::Topology;
 use rustc_hash::FxHashMap;
-use serde_json::Number;
 
 /// A segment: its id, its nodes and its length.
 #[derive(Debug)]
@@ -20,7 +19,6 @@ pub(super) struct SegmentFacts {
 #[derive(Debug)]
 pub struct NetworkFacts {
     pub(super) sha256: String,
-    integer_ids: bool,
     pub(super) node_ids: Vec<String>,
     pub(super) segments: Vec<SegmentFacts>,
     nodes_by_id: FxHashMap<String, usize>,
@@ -51,20 +49,11 @@ impl NetworkFacts {
             .map(|(segment, facts)| (facts.id.clone(), segment));
         Self {
             sha256: hexadecimal(topology.fingerprint()),
-            integer_ids: topology.has_integer_ids(),
             nodes_by_id: nodes_by_id.collect(),
             segments_by_id: segments_by_id.collect(),
             node_ids,
             segments,
         }
-    }
-
-    /// True where a certificate writes a node's id as an integer: the network's ids are integers, and this
-    /// one reads back as it was. A zero-padded `007` does not, and is text even there.
-    pub(super) fn is_written_as_integer(&self, id: &str) -> bool {
-        let number = serde_json::from_str::<Number>(id);
-        let reads_back = |number: Number| !number.is_f64() && number.to_string() == id;
-        self.integer_ids && number.is_ok_and(reads_back)
     }
 
     pub(super) fn node(&self, id: &str) -> Option<usize> {

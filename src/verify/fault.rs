@@ -51,16 +51,6 @@ pub enum CertificateFault {
         /// The id.
         node: String,
     },
-    /// A node's id is written as text where the network has integers, or the other way round.
-    #[error("{place}: node '{node}' is to be written as {}", if *.as_integer { "an integer" } else { "text" })]
-    IdForm {
-        /// The member of the certificate.
-        place: &'static str,
-        /// The id.
-        node: String,
-        /// True when it is to be an integer.
-        as_integer: bool,
-    },
     /// A segment that the network does not have.
     #[error("{place}: the network has no segment '{segment}'")]
     UnknownSegment {

@@ -1,6 +1,6 @@
 //! The failure report `<FT, DDS, LOC, TS>` of the paper's Definition 3, as a drone sends it.
 
-use super::id::{Id, Place};
+use super::id::{Id, Place, with_ids_as_text};
 use super::recomposition::{FailureType, Scope, Strategy};
 use super::weight::{text_bytes, value_bytes};
 use serde::de::value::MapAccessDeserializer;
@@ -117,7 +117,10 @@ pub struct FailureReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dry_run: Option<bool>,
     /// Only in files of requests: what is closed beforehand, node ids and `[A, B]` for segments.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        deserialize_with = "ids_as_text",
+        skip_serializing_if = "Option::is_none"
+    )]
     #[cfg_attr(feature = "edge", schema(ignore))]
     pub close: Option<Vec<Value>>,
 }
@@ -218,6 +221,12 @@ pub struct Failures {
     /// The reports; answers come in their order.
     #[cfg_attr(feature = "edge", schema(value_type = Vec<FailureReport>, max_items = 1000))]
     pub failures: Vec<Value>,
+}
+
+/// Reads a list of what names nodes and segments.
+fn ids_as_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<Value>>, D::Error> {
+    let entries = Option::<Vec<Value>>::deserialize(deserializer)?;
+    Ok(entries.map(with_ids_as_text))
 }
 
 /// Reads an object or null. What is derived would also take a list of the fields in order, which nobody means.

@@ -1,7 +1,9 @@
 //! Names of nodes, and places.
 
+use serde::Serialize;
 use serde::de::{self, Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
-use serde::ser::{Serialize, SerializeSeq, Serializer};
+use serde::ser::{SerializeSeq, Serializer};
+use serde_json::Value;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -11,49 +13,59 @@ const WHOLE_MAX: u64 = (1 << 53) - 1;
 /// The longest id, in characters.
 const TEXT_MAX: usize = 256;
 
-/// The id of a node: an integer where the network's file has integers, else text.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Id<'a> {
-    /// A number.
-    Integer(i64),
-    /// Text.
-    Text(Cow<'a, str>),
-}
+/// The id of a node: the text by which its network knows it.
+///
+/// A node has one id, whichever form it came in: an integer is read as its decimal digits, as the
+/// loaders of networks read it. Told, it is always text. `007` is another id than `7`.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(transparent)]
+pub struct Id<'a>(Cow<'a, str>);
 
-impl Id<'_> {
-    /// The id as text, which is how the network knows it.
-    pub fn text(&self) -> Cow<'_, str> {
-        match self {
-            Self::Integer(number) => Cow::Owned(number.to_string()),
-            Self::Text(text) => Cow::Borrowed(text),
-        }
+impl<'a> Id<'a> {
+    /// The id of this text.
+    pub fn new(text: impl Into<Cow<'a, str>>) -> Self {
+        Self(text.into())
+    }
+
+    /// The id as text.
+    pub fn text(&self) -> &str {
+        &self.0
+    }
+
+    /// The text of the id.
+    pub fn into_text(self) -> String {
+        self.0.into_owned()
     }
 
     /// The same id, borrowing nothing.
     pub fn into_owned(self) -> Id<'static> {
-        match self {
-            Self::Integer(number) => Id::Integer(number),
-            Self::Text(text) => Id::Text(Cow::Owned(text.into_owned())),
-        }
+        Id(Cow::Owned(self.into_text()))
+    }
+}
+
+impl From<i64> for Id<'_> {
+    fn from(number: i64) -> Self {
+        Self(Cow::Owned(number.to_string()))
     }
 }
 
 impl fmt::Display for Id<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Integer(number) => number.fmt(formatter),
-            Self::Text(text) => text.fmt(formatter),
-        }
+        self.text().fmt(formatter)
     }
 }
 
-impl Serialize for Id<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Integer(number) => serializer.serialize_i64(*number),
-            Self::Text(text) => serializer.serialize_str(text),
-        }
-    }
+/// A list whose entries name nodes and segments, with ids as text, whichever form they came in.
+pub fn with_ids_as_text(entries: Vec<Value>) -> Vec<Value> {
+    let as_text = |entry: Value| match entry {
+        Value::Array(ends) => Value::Array(with_ids_as_text(ends)),
+        Value::Number(_) => match Id::deserialize(&entry) {
+            Ok(id) => Value::String(id.into_text()),
+            Err(_) => entry,
+        },
+        other => other,
+    };
+    entries.into_iter().map(as_text).collect()
 }
 
 impl<'de> Deserialize<'de> for Id<'_> {
@@ -68,7 +80,7 @@ impl<'de> Deserialize<'de> for Id<'_> {
 
             fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
                 match number.unsigned_abs() <= WHOLE_MAX {
-                    true => Ok(Id::Integer(number)),
+                    true => Ok(Id::from(number)),
                     false => Err(E::invalid_value(de::Unexpected::Signed(number), &self)),
                 }
             }
@@ -84,14 +96,14 @@ impl<'de> Deserialize<'de> for Id<'_> {
                 // Some clients write every number with a point; beyond 2^53 a double is no longer one integer.
                 let is_whole = number.fract() == 0.0 && number.abs() <= 9_007_199_254_740_991.0;
                 match is_whole {
-                    true => Ok(Id::Integer(number as i64)),
+                    true => Ok(Id::from(number as i64)),
                     false => Err(E::invalid_value(de::Unexpected::Float(number), &self)),
                 }
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
                 match text.chars().count() <= TEXT_MAX {
-                    true => Ok(Id::Text(Cow::Owned(text.to_owned()))),
+                    true => Ok(Id::new(text.to_owned())),
                     false => Err(E::custom(format!(
                         "an id has at most {TEXT_MAX} characters"
                     ))),
@@ -203,10 +215,10 @@ impl<'de> Deserialize<'de> for Place {
 mod schema {
     use super::{Id, Place};
     use std::borrow::Cow;
-    use utoipa::openapi::RefOr;
     use utoipa::openapi::schema::{
         AdditionalProperties, ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, SchemaType, Type,
     };
+    use utoipa::openapi::{Ref, RefOr};
     use utoipa::{PartialSchema, ToSchema};
 
     fn typed(kind: Type) -> ObjectBuilder {
@@ -228,15 +240,10 @@ mod schema {
 
     impl PartialSchema for Id<'_> {
         fn schema() -> RefOr<Schema> {
-            let one_of = OneOfBuilder::new()
-                .description(Some("The id of a node: an integer where the network's file has integers, else text."))
-                .item(typed(Type::String).max_length(Some(256)))
-                .item(
-                    typed(Type::Integer)
-                        .minimum(Some(-9_007_199_254_740_991_i64))
-                        .maximum(Some(9_007_199_254_740_991_i64)),
-                );
-            RefOr::T(one_of.into())
+            let text = typed(Type::String)
+                .description(Some("The id of a node."))
+                .max_length(Some(256));
+            RefOr::T(text.into())
         }
     }
 
@@ -261,7 +268,7 @@ mod schema {
                 .item(pair_of("lon", "lat"))
                 .item(
                     closed_object()
-                        .property("node", Id::schema())
+                        .property("node", Ref::from_schema_name(Id::name()))
                         .required("node"),
                 );
             RefOr::T(one_of.into())
@@ -269,4 +276,49 @@ mod schema {
     }
 
     impl ToSchema for Place {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn an_id_is_one_whichever_form_it_came_in() {
+        for (given, told) in [
+            (json!(379), "379"),
+            (json!("379"), "379"),
+            (json!(379.0), "379"),
+            (json!(-0.0), "0"),
+            (json!(-7), "-7"),
+            (json!("007"), "007"),
+            (json!("north"), "north"),
+        ] {
+            let id: Id<'_> = Id::deserialize(&given).expect("an id");
+            assert_eq!(id, Id::new(told), "{given}");
+            assert_eq!(json!(id), json!(told), "{given}");
+        }
+        for given in [json!(0.5), json!(1_u64 << 53), json!(null), json!([1])] {
+            assert!(Id::deserialize(&given).is_err(), "{given}");
+        }
+    }
+
+    #[test]
+    fn lists_of_names_have_text_for_integers_and_keep_what_is_no_id() {
+        let given = vec![
+            json!(1),
+            json!(["2", 3]),
+            json!("1-2"),
+            json!(0.5),
+            json!({"a": 1}),
+        ];
+        let told = vec![
+            json!("1"),
+            json!(["2", "3"]),
+            json!("1-2"),
+            json!(0.5),
+            json!({"a": 1}),
+        ];
+        assert_eq!(with_ids_as_text(given), told);
+    }
 }

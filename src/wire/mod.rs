@@ -37,7 +37,7 @@ pub use first_stretch::{FirstStretch, Flag, IfAirborne, Near, StretchKind, Unsaf
 pub use flight::{
     DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,
 };
-pub use id::{Id, Place};
+pub use id::{Id, Place, with_ids_as_text};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
     Ack, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg, Plan,

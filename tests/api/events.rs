@@ -5,7 +5,7 @@ use reqwest::Response;
 use skyway::edge::Settings;
 
 /// Reads the stream until so many frames have come.
-async fn frames(response: &mut Response, count: usize) -> Vec<String> {
+pub(crate) async fn frames(response: &mut Response, count: usize) -> Vec<String> {
     let mut text = String::new();
     while text.matches("\n\n").count() < count {
         let chunk = tokio::time::timeout(PATIENCE, response.chunk()).await;
@@ -15,7 +15,7 @@ async fn frames(response: &mut Response, count: usize) -> Vec<String> {
     text.split_terminator("\n\n").map(str::to_owned).collect()
 }
 
-fn field<'a>(frame: &'a str, name: &str) -> Option<&'a str> {
+pub(crate) fn field<'a>(frame: &'a str, name: &str) -> Option<&'a str> {
     let mut lines = frame.lines();
     lines.find_map(|line| line.strip_prefix(name)?.strip_prefix(": "))
 }

@@ -36,7 +36,7 @@ fn drone(battery: f64) -> Value {
 }
 
 pub(crate) fn nodes(path: &wire::Path<'_>) -> Vec<String> {
-    path.nodes.iter().map(|id| id.text().into_owned()).collect()
+    path.nodes.iter().map(|id| id.text().to_owned()).collect()
 }
 
 fn causes(answer: &wire::Recomposition<'_>) -> Vec<(String, Option<String>)> {
@@ -116,7 +116,7 @@ async fn a_zone_that_a_report_brings_is_waited_out_on_a_pad() {
     assert_eq!(nodes(&answer.answer.path), ["b", "n", "c", "d"]);
     let flight = answer.flight.expect("a flight");
     let hold = flight.hold.expect("where it waits");
-    assert_eq!((&*hold.node.text(), hold.pad), ("b", 0));
+    assert_eq!((hold.node.text(), hold.pad), ("b", 0));
     // The window, and by how much it is widened.
     let until: jiff::Timestamp = hold.until.parse().expect("an instant");
     assert!(at("18:29") < until && until < at("18:35"), "{until}");

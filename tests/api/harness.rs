@@ -239,6 +239,10 @@ async fn told(response: Response) -> Told {
     // The sum of nothing, as the standard library has it.
     let is_minus_nothing = |end: &str| body.contains(&format!(":-0.0{end}"));
     assert!(![",", "}", "]"].into_iter().any(is_minus_nothing), "{body}");
+    if let Ok(json) = serde_json::from_str(&body) {
+        let numbers = crate::ids::numbers_for_ids(&json);
+        assert!(numbers.is_empty(), "numbers as ids: {numbers:?}");
+    }
     Told {
         status,
         headers,

@@ -9,6 +9,7 @@ mod flights;
 mod flights_told;
 mod harness;
 mod idempotency;
+mod ids;
 mod messages;
 mod situations;
 mod stories;

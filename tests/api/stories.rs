@@ -12,9 +12,9 @@ use std::sync::Arc;
 fn report() -> Value {
     json!({
         "type": "navigational",
-        "service": {"from": 379, "to": 406},
-        "location": {"node": 379},
-        "remaining_path": [379, 406, 420, 450],
+        "service": {"from": "379", "to": "406"},
+        "location": {"node": "379"},
+        "remaining_path": ["379", "406", "420", "450"],
         "drone": {"id": "drone-7"},
     })
 }

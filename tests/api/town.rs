@@ -4,7 +4,7 @@ use crate::harness::{Api, PATIENCE};
 use jiff::Timestamp;
 use prost::Message;
 use serde_json::{Value, json};
-use skyway::api::grpc::{FromProto, IntoProto, NodeIds, proto};
+use skyway::api::grpc::{FromProto, IntoProto, proto};
 use skyway::clock::Hand;
 use skyway::edge::{FlightSettings, Settings};
 use skyway::flight::Airframe;
@@ -122,10 +122,6 @@ impl Town {
         self.api.settled().await;
     }
 
-    fn ids(&self) -> NodeIds {
-        NodeIds::of(&self.api.edge.topology())
-    }
-
     /// Asks for a delivery.
     pub(crate) async fn deliver(&self, body: Value) -> Result<wire::Plan<'static>, Refused> {
         match self.dialect {
@@ -141,8 +137,8 @@ impl Town {
                     serde_json::from_value(body).expect("a delivery request");
                 let stamp = |text: &Option<String>| text.as_deref().and_then(instant);
                 let message = proto::CreatePlanRequest {
-                    source: request.source.text().into_owned(),
-                    destination: request.destination.text().into_owned(),
+                    source: request.source.text().to_owned(),
+                    destination: request.destination.text().to_owned(),
                     start_time: stamp(&request.start_time),
                     deadline: stamp(&request.deadline),
                     id: request.id,
@@ -157,7 +153,7 @@ impl Town {
                 let plan = self
                     .call::<proto::Plan>("Plans/CreatePlan", &message)
                     .await?;
-                Ok(wire::Plan::from_proto(plan, self.ids()).expect("a plan"))
+                Ok(wire::Plan::from_proto(plan).expect("a plan"))
             }
         }
     }
@@ -174,7 +170,7 @@ impl Town {
             Dialect::Grpc => {
                 let message = proto::GetPlanRequest { id: id.to_owned() };
                 let plan = self.call::<proto::Plan>("Plans/GetPlan", &message).await;
-                wire::Plan::from_proto(plan.expect("a plan"), self.ids()).expect("a plan")
+                wire::Plan::from_proto(plan.expect("a plan")).expect("a plan")
             }
         }
     }
@@ -193,7 +189,7 @@ impl Town {
                     .call::<proto::RecompositionAnswer>("Recomposition/ReportFailure", &message)
                     .await
                     .expect("an answer");
-                wire::Recomposition::from_proto(answer, self.ids()).expect("a recomposition")
+                wire::Recomposition::from_proto(answer).expect("a recomposition")
             }
         }
     }
@@ -228,7 +224,7 @@ impl Town {
                     .call::<proto::ReportTelemetryResponse>("Drones/ReportTelemetry", &message)
                     .await;
                 let answer = answer.expect("an answer");
-                wire::TelemetryAnswer::from_proto(answer, self.ids()).expect("an answer")
+                wire::TelemetryAnswer::from_proto(answer).expect("an answer")
             }
         };
         let wire::TelemetryAnswer { mut positions, .. } = answer;
@@ -264,7 +260,7 @@ impl Town {
                 let answer = self
                     .call::<proto::WeatherAnswer>("Airspace/PutWeather", &message)
                     .await?;
-                Ok(wire::WeatherAnswer::from_proto(answer, self.ids()).expect("weather"))
+                Ok(wire::WeatherAnswer::from_proto(answer).expect("weather"))
             }
         }
     }

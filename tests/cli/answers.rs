@@ -101,8 +101,8 @@ fn compare_prints_every_figure_of_every_strategy() {
 fn what_is_closed_is_not_flown() {
     let open = reroute(&[]);
     let nodes = open["path"]["nodes"].as_array().expect("nodes");
-    let (second, third) = (nodes[1].to_string(), nodes[2].to_string());
-    let without_node = reroute(&["--close", &second]);
+    let [second, third] = [&nodes[1], &nodes[2]].map(|node| node.as_str().expect("an id"));
+    let without_node = reroute(&["--close", second]);
     assert_eq!(without_node["outcome"], "rerouted");
     let flown = without_node["path"]["nodes"].as_array().expect("nodes");
     assert!(!flown.contains(&nodes[1]));

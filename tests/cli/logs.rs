@@ -55,7 +55,7 @@ fn an_answer_is_explained_from_its_id_alone() {
     let told = skyway(&["replay", &id, "--store", &store]).exits(0).stdout;
     for part in [
         "with 1 closure in force\n",
-        r#"asked: {"type":"navigational","airborne":true,"service":{"from":379,"to":406}"#,
+        r#"asked: {"type":"navigational","airborne":true,"service":{"from":"379","to":"406"}"#,
         "\nrecorded: diverted, 112.220 m\ncomputed: diverted, 112.220 m; by exact, searched: global\n",
         &format!("\ncut off by: closure '{closure}'\nthe same answer\n"),
     ] {

@@ -140,7 +140,7 @@ impl Stage {
 }
 
 fn find(topology: &Topology, id: &wire::Id<'_>) -> NodeIx {
-    topology.node(&id.text()).expect("a node of the network")
+    topology.node(id.text()).expect("a node of the network")
 }
 
 pub(crate) fn instant(text: &str) -> Timestamp {

@@ -16,7 +16,6 @@ use skyway::recompose::{Outcome, Scratch, World, recompose};
 use skyway::wire::{
     DroneFacts, FailureReport, Id, OperationalDetail, Parameters, Place, Scope, Service, Strategy,
 };
-use std::borrow::Cow;
 use std::sync::Arc;
 
 fn airspaces() -> [Airspace; 2] {
@@ -46,14 +45,11 @@ impl Reporter<'_> {
 
     fn id(&mut self) -> Id<'static> {
         if self.draw.chance(0.1) {
-            return Id::Text(Cow::Borrowed("nowhere"));
+            return Id::new("nowhere");
         }
         let node = self.node();
         let id = self.airspace.topology().node_id(node);
-        match id.parse() {
-            Ok(number) => Id::Integer(number),
-            Err(_) => Id::Text(Cow::Owned(id.to_owned())),
-        }
+        Id::new(id.to_owned())
     }
 
     fn maybe<T>(&mut self, chance: f64, value: impl FnOnce(&mut Self) -> T) -> Option<T> {

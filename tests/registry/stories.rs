@@ -124,6 +124,17 @@ async fn the_same_request_gets_the_same_bytes_also_after_a_restart() {
 }
 
 #[tokio::test]
+async fn a_segment_is_kept_by_its_id_however_it_was_named() {
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
+    let closure = json!({"id": "c", "segments": ["b-a"]});
+    served.write("POST /closures", &[], &closure).await.is(201);
+    let kept = served.get("/closures/c").await.json();
+    assert_eq!(kept["segments"], json!(["a-b"]));
+    served.end().await;
+}
+
+#[tokio::test]
 async fn what_is_not_valid_is_refused_with_its_place() {
     let place = Place::new();
     let served = Served::with_network(&place, Settings::default()).await;

@@ -1,6 +1,6 @@
 //! The service `Airspace`: zones and closures, what waits for an operator, and events.
 
-use super::convert::{FromProto, IntoProto, NodeIds, instant_text};
+use super::convert::{FromProto, IntoProto, instant_text};
 use super::convert_zone::{feature_of, zone_of};
 use super::proto::{self, airspace_server};
 use super::requests::{idempotency, invalid, opened, page, told};
@@ -21,11 +21,6 @@ pub(super) struct Service {
 impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
         Self { edge }
-    }
-
-    /// As the network in service has them.
-    fn node_ids(&self) -> NodeIds {
-        NodeIds::of(&self.edge.topology())
     }
 
     /// An answer with the world it is of.
@@ -146,7 +141,7 @@ impl airspace_server::Airspace for Service {
     ) -> Result<Response<proto::ClosureAnswer>, Status> {
         let (caller, message) = opened(request)?;
         let idempotency = idempotency(message.idempotency_key.clone(), &message);
-        let draft = closure_draft(message, self.node_ids());
+        let draft = closure_draft(message);
         self.closure(self.edge.close(&caller, draft, idempotency).await)
     }
 
@@ -243,7 +238,7 @@ impl airspace_server::Airspace for Service {
         let (caller, message) = opened(request)?;
         told(check_stated(&message))?;
         let etag = message.etag;
-        let weather = told(weather(message.wind, self.node_ids()))?;
+        let weather = told(weather(message.wind))?;
         let answer = self.edge.put_weather(&caller, weather, etag).await;
         Ok(Response::new(told(answer)?.into_proto()))
     }
@@ -267,9 +262,9 @@ fn feature(zone: Option<&proto::Zone>) -> Result<Value, Refusal> {
 }
 
 /// The weather of a message; the edge checks it as that of REST.
-fn weather(wind: Vec<proto::Wind>, ids: NodeIds) -> Result<wire::Weather, Refusal> {
+fn weather(wind: Vec<proto::Wind>) -> Result<wire::Weather, Refusal> {
     let read = |(place, wind)| {
-        wire::Wind::from_proto(wind, ids).map_err(|error| {
+        wire::Wind::from_proto(wind).map_err(|error| {
             let pointer = format!("/wind/{place}");
             invalid("wrong_type", &pointer, error.to_string())
         })
@@ -290,11 +285,8 @@ fn decision(number: i32) -> Result<Decision, Refusal> {
 }
 
 /// The closure of a message; the edge checks it as that of REST.
-pub(super) fn closure_draft(
-    message: proto::CreateClosureRequest,
-    ids: NodeIds,
-) -> wire::ClosureDraft {
-    let node_ids = |nodes: Vec<String>| nodes.into_iter().map(|id| ids.read(id)).collect();
+pub(super) fn closure_draft(message: proto::CreateClosureRequest) -> wire::ClosureDraft {
+    let node_ids = |nodes: Vec<String>| nodes.into_iter().map(wire::Id::new).collect();
     wire::ClosureDraft {
         id: message.id,
         reason: message.reason,

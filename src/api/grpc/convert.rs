@@ -21,39 +21,7 @@ pub trait FromProto<P>: Sized {
     ///
     /// # Errors
     /// When something is missing, or not known, without which the shape cannot be.
-    fn from_proto(message: P, ids: NodeIds) -> Result<Self, Unreadable>;
-}
-
-/// Whether ids of nodes, which are text in messages, are integers in JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NodeIds {
-    /// The network's file has integers: [`crate::network::Topology::has_integer_ids`].
-    Integers,
-    /// It has text.
-    Text,
-}
-
-impl NodeIds {
-    /// As the network has them.
-    pub fn of(topology: &crate::network::Topology) -> Self {
-        match topology.has_integer_ids() {
-            true => Self::Integers,
-            false => Self::Text,
-        }
-    }
-
-    /// The id of this text. Text that is no integer, or not as an integer is written, stays text: no node has it.
-    pub fn read<'a>(self, text: String) -> Id<'a> {
-        let is_as_written = match text.trim_start_matches('-').as_bytes() {
-            [b'0'] => text.len() == 1,
-            [first, ..] => first.is_ascii_digit() && *first != b'0',
-            [] => false,
-        };
-        match (self, text.parse::<i64>()) {
-            (Self::Integers, Ok(number)) if is_as_written => Id::Integer(number),
-            _ => Id::Text(Cow::Owned(text)),
-        }
-    }
+    fn from_proto(message: P) -> Result<Self, Unreadable>;
 }
 
 /// A message that is not what an edge sends.
@@ -104,7 +72,7 @@ macro_rules! same_in_both {
         }
 
         impl FromProto<$type> for $type {
-            fn from_proto(value: $type, _: NodeIds) -> Result<Self, Unreadable> {
+            fn from_proto(value: $type) -> Result<Self, Unreadable> {
                 Ok(value)
             }
         }
@@ -120,7 +88,7 @@ impl IntoProto<u32> for u16 {
 }
 
 impl FromProto<u32> for u16 {
-    fn from_proto(value: u32, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(value: u32) -> Result<Self, Unreadable> {
         let number = u64::from(value);
         Self::try_from(value).map_err(|_| Unreadable::TooLarge { number })
     }
@@ -133,7 +101,7 @@ impl IntoProto<u64> for usize {
 }
 
 impl FromProto<u64> for usize {
-    fn from_proto(number: u64, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(number: u64) -> Result<Self, Unreadable> {
         Self::try_from(number).map_err(|_| Unreadable::TooLarge { number })
     }
 }
@@ -145,7 +113,7 @@ impl IntoProto<String> for Cow<'_, str> {
 }
 
 impl FromProto<String> for Cow<'_, str> {
-    fn from_proto(text: String, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(text: String) -> Result<Self, Unreadable> {
         Ok(Cow::Owned(text))
     }
 }
@@ -157,7 +125,7 @@ impl IntoProto<String> for RegistryRevision {
 }
 
 impl FromProto<String> for RegistryRevision {
-    fn from_proto(text: String, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(text: String) -> Result<Self, Unreadable> {
         text.parse()
             .map_err(|_| Unreadable::RegistryRevision { text })
     }
@@ -165,16 +133,13 @@ impl FromProto<String> for RegistryRevision {
 
 impl IntoProto<String> for Id<'_> {
     fn into_proto(self) -> String {
-        match self {
-            Self::Integer(number) => number.to_string(),
-            Self::Text(text) => text.into_owned(),
-        }
+        self.into_text()
     }
 }
 
 impl FromProto<String> for Id<'_> {
-    fn from_proto(text: String, ids: NodeIds) -> Result<Self, Unreadable> {
-        Ok(ids.read(text))
+    fn from_proto(text: String) -> Result<Self, Unreadable> {
+        Ok(Self::new(text))
     }
 }
 
@@ -185,8 +150,8 @@ impl<T: IntoProto<P>, P> IntoProto<Option<P>> for Option<T> {
 }
 
 impl<T: FromProto<P>, P> FromProto<Option<P>> for Option<T> {
-    fn from_proto(value: Option<P>, ids: NodeIds) -> Result<Self, Unreadable> {
-        value.map(|value| T::from_proto(value, ids)).transpose()
+    fn from_proto(value: Option<P>) -> Result<Self, Unreadable> {
+        value.map(|value| T::from_proto(value)).transpose()
     }
 }
 
@@ -197,8 +162,8 @@ impl<T: IntoProto<P>, P> IntoProto<P> for Box<T> {
 }
 
 impl<T: FromProto<P>, P> FromProto<P> for Box<T> {
-    fn from_proto(value: P, ids: NodeIds) -> Result<Self, Unreadable> {
-        T::from_proto(value, ids).map(Self::new)
+    fn from_proto(value: P) -> Result<Self, Unreadable> {
+        T::from_proto(value).map(Self::new)
     }
 }
 
@@ -209,10 +174,10 @@ impl<T: IntoProto<P>, P> IntoProto<Vec<P>> for Vec<T> {
 }
 
 impl<T: FromProto<P>, P> FromProto<Vec<P>> for Vec<T> {
-    fn from_proto(values: Vec<P>, ids: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(values: Vec<P>) -> Result<Self, Unreadable> {
         values
             .into_iter()
-            .map(|value| T::from_proto(value, ids))
+            .map(|value| T::from_proto(value))
             .collect()
     }
 }
@@ -225,7 +190,7 @@ impl IntoProto<proto::Coordinates> for [f64; 2] {
 }
 
 impl FromProto<proto::Coordinates> for [f64; 2] {
-    fn from_proto(position: proto::Coordinates, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(position: proto::Coordinates) -> Result<Self, Unreadable> {
         Ok([position.x, position.y])
     }
 }

@@ -1,6 +1,6 @@
 //! What is closed and why, what waits for an operator, and events, as messages and back.
 
-use super::convert::{FromProto, IntoProto, NodeIds, Unreadable};
+use super::convert::{FromProto, IntoProto, Unreadable};
 use super::convert_zone::{feature_of, zone_of};
 use super::mirror::{mirror, mirror_enum, required};
 use super::proto;
@@ -189,13 +189,13 @@ impl IntoProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
 }
 
 impl FromProto<proto::ListZonesResponse> for wire::ZoneList<'_> {
-    fn from_proto(message: proto::ListZonesResponse, ids: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(message: proto::ListZonesResponse) -> Result<Self, Unreadable> {
         Ok(Self {
             kind: "FeatureCollection".into(),
             features: message.zones.iter().map(feature_of).collect(),
             etags: message.etags.into_iter().map(Cow::Owned).collect(),
             next_page_token: message.next_page_token,
-            stamp: wire::Stamp::from_proto(required!(message.stamp, stamp), ids)?,
+            stamp: wire::Stamp::from_proto(required!(message.stamp, stamp))?,
         })
     }
 }

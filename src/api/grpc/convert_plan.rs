@@ -1,6 +1,6 @@
 //! Plans, drones, the network, and what all services share, as messages and back.
 
-use super::convert::{FromProto, IntoProto, NodeIds, Unreadable, number_value};
+use super::convert::{FromProto, IntoProto, Unreadable, number_value};
 use super::mirror::{mirror, mirror_enum};
 use super::proto;
 use crate::wire;
@@ -259,25 +259,25 @@ impl IntoProto<proto::Place> for wire::Place {
 }
 
 impl FromProto<proto::Place> for wire::Place {
-    fn from_proto(message: proto::Place, ids: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(message: proto::Place) -> Result<Self, Unreadable> {
         use proto::place::Place;
         match message.place {
             Some(Place::LonLat(proto::LonLat { lon, lat })) => Ok(Self::Pair([lon, lat])),
             Some(Place::Planar(proto::PlanarPosition { x, y })) => Ok(Self::Planar { x, y }),
-            Some(Place::Node(id)) => Ok(Self::Node(ids.read(id))),
+            Some(Place::Node(id)) => Ok(Self::Node(wire::Id::new(id))),
             None => Err(Unreadable::Missing { field: "place" }),
         }
     }
 }
 
 /// The entry as REST has it, for the reader that passes over what it cannot read, entry by entry.
-pub(super) fn telemetry_value(entry: proto::TelemetryEntry, ids: NodeIds) -> Value {
+pub(super) fn telemetry_value(entry: proto::TelemetryEntry) -> Value {
     let mut fields = Map::new();
     if !entry.drone_id.is_empty() {
         fields.insert("drone_id".to_owned(), Value::from(entry.drone_id));
     }
     if let Some(place) = entry.location {
-        fields.insert("location".to_owned(), place_value(place, ids));
+        fields.insert("location".to_owned(), place_value(place));
     }
     if let Some(instant) = &entry.timestamp {
         let text = super::convert::instant_text(instant);
@@ -312,8 +312,8 @@ pub(super) fn telemetry_value(entry: proto::TelemetryEntry, ids: NodeIds) -> Val
 }
 
 /// A place as REST has it; one that says nothing is an object that says nothing.
-fn place_value(place: proto::Place, ids: NodeIds) -> Value {
-    match wire::Place::from_proto(place, ids) {
+fn place_value(place: proto::Place) -> Value {
+    match wire::Place::from_proto(place) {
         Ok(wire::Place::Pair([lon, lat])) => {
             Value::Array(vec![number_value(lon), number_value(lat)])
         }

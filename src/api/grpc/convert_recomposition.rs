@@ -1,6 +1,6 @@
 //! Answers to failure reports, and what is kept of them, as messages and back.
 
-use super::convert::{FromProto, IntoProto, NodeIds, Unreadable};
+use super::convert::{FromProto, IntoProto, Unreadable};
 use super::mirror::{mirror, mirror_enum};
 use super::proto;
 use crate::wire;
@@ -270,14 +270,14 @@ impl IntoProto<proto::Problem> for wire::Problem {
 }
 
 impl FromProto<proto::Problem> for wire::Problem {
-    fn from_proto(message: proto::Problem, ids: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(message: proto::Problem) -> Result<Self, Unreadable> {
         Ok(Self {
             kind: message.r#type,
             title: message.title,
-            status: u16::from_proto(message.status, ids)?,
+            status: u16::from_proto(message.status)?,
             code: message.code,
             detail: message.detail,
-            errors: Vec::from_proto(message.errors, ids)?,
+            errors: Vec::from_proto(message.errors)?,
             request_id: message.request_id,
             retry_after_s: message.retry_after_s,
             current_etag: message.current_etag,
@@ -302,15 +302,15 @@ impl IntoProto<proto::BatchEntry> for wire::BatchEntry<'_> {
 }
 
 impl FromProto<proto::BatchEntry> for wire::BatchEntry<'_> {
-    fn from_proto(message: proto::BatchEntry, ids: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(message: proto::BatchEntry) -> Result<Self, Unreadable> {
         use proto::batch_entry::Entry;
         match message.entry {
             Some(Entry::Recomposition(answer)) => {
-                let answer = wire::Recomposition::from_proto(answer, ids)?;
+                let answer = wire::Recomposition::from_proto(answer)?;
                 Ok(Self::Recomposition(Box::new(answer)))
             }
             Some(Entry::Problem(problem)) => {
-                let problem = wire::Problem::from_proto(problem, ids)?;
+                let problem = wire::Problem::from_proto(problem)?;
                 Ok(Self::Problem(Box::new(problem)))
             }
             None => Err(Unreadable::Missing { field: "entry" }),
@@ -331,7 +331,7 @@ impl IntoProto<proto::Severance> for wire::Severance<'_> {
 }
 
 impl FromProto<proto::Severance> for wire::Severance<'_> {
-    fn from_proto(message: proto::Severance, _: NodeIds) -> Result<Self, Unreadable> {
+    fn from_proto(message: proto::Severance) -> Result<Self, Unreadable> {
         let number = message.cause;
         match proto::SeveranceCause::try_from(number) {
             Ok(proto::SeveranceCause::Report) => Ok(Self::Report),
@@ -356,7 +356,7 @@ impl IntoProto<proto::LegEnds> for [wire::Id<'_>; 2] {
 }
 
 impl FromProto<proto::LegEnds> for [wire::Id<'_>; 2] {
-    fn from_proto(message: proto::LegEnds, ids: NodeIds) -> Result<Self, Unreadable> {
-        Ok([ids.read(message.from), ids.read(message.to)])
+    fn from_proto(message: proto::LegEnds) -> Result<Self, Unreadable> {
+        Ok([wire::Id::new(message.from), wire::Id::new(message.to)])
     }
 }

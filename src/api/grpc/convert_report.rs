@@ -1,6 +1,6 @@
 //! Failure reports: read leniently, as JSON is, so that a drone always gets an outcome.
 
-use super::convert::{FromProto, IntoProto, NodeIds, Unreadable, instant_text, timestamp};
+use super::convert::{FromProto, IntoProto, Unreadable, instant_text, timestamp};
 use super::convert_zone::{feature_of, zone_of};
 use super::mirror::mirror;
 use super::proto;
@@ -69,16 +69,15 @@ impl IntoProto<proto::FailureReport> for wire::FailureReport {
 }
 
 impl FromProto<proto::FailureReport> for wire::FailureReport {
-    fn from_proto(message: proto::FailureReport, ids: NodeIds) -> Result<Self, Unreadable> {
-        Ok(parsed_report(message, ids).report)
+    fn from_proto(message: proto::FailureReport) -> Result<Self, Unreadable> {
+        Ok(parsed_report(message).report)
     }
 }
 
 /// The report of a message. What says nothing, or nothing that is known, is left out with the warning that
 /// the same has in JSON.
-pub(super) fn parsed_report(message: proto::FailureReport, ids: NodeIds) -> ParsedReport {
+pub(super) fn parsed_report(message: proto::FailureReport) -> ParsedReport {
     let mut reader = Reader {
-        ids,
         warnings: Vec::new(),
     };
     let report = reader.report(message);
@@ -89,13 +88,11 @@ pub(super) fn parsed_report(message: proto::FailureReport, ids: NodeIds) -> Pars
 }
 
 struct Reader {
-    ids: NodeIds,
     warnings: Vec<ReadWarning>,
 }
 
 impl Reader {
     fn report(&mut self, message: proto::FailureReport) -> wire::FailureReport {
-        let ids = self.ids;
         let has_location = message.location.is_some();
         let location = message
             .location
@@ -103,10 +100,10 @@ impl Reader {
         let is_location_lost = has_location && location.is_none();
         let path = message.remaining_path;
         wire::FailureReport {
-            id: message.id.map(|id| ids.read(id)),
+            id: message.id.map(wire::Id::new),
             failure: self.failure_type(message.r#type),
             detail: self.choice("detail", message.detail),
-            node: message.node.map(|id| ids.read(id)),
+            node: message.node.map(wire::Id::new),
             pads: message.pads,
             wind_mps: self.number("wind_mps", message.wind_mps),
             gust_mps: self.number("gust_mps", message.gust_mps),
@@ -120,8 +117,8 @@ impl Reader {
             service: message.service.map(|service| wire::Service {
                 plan_id: service.plan_id,
                 leg: service.leg,
-                from: service.from.map(|id| ids.read(id)),
-                to: service.to.map(|id| ids.read(id)),
+                from: service.from.map(wire::Id::new),
+                to: service.to.map(wire::Id::new),
             }),
             location,
             location_unknown: match is_location_lost {
@@ -135,8 +132,8 @@ impl Reader {
             zone: message.zone.as_ref().map(feature_of),
             drone: message.drone.map(|drone| self.drone(drone)),
             remaining_path: (!path.is_empty())
-                .then(|| path.into_iter().map(|id| ids.read(id)).collect()),
-            destination: message.destination.map(|id| ids.read(id)),
+                .then(|| path.into_iter().map(wire::Id::new).collect()),
+            destination: message.destination.map(wire::Id::new),
             strategy: self.choice("strategy", message.strategy),
             scope: self.choice("scope", message.scope),
             parameters: message
@@ -192,7 +189,7 @@ impl Reader {
         if number == 0 {
             return None;
         }
-        let value = T::from_proto(number, self.ids).ok();
+        let value = T::from_proto(number).ok();
         if value.is_none() {
             self.warn(code, message());
         }
@@ -200,7 +197,7 @@ impl Reader {
     }
 
     fn place(&mut self, name: &str, place: proto::Place) -> Option<wire::Place> {
-        let read = wire::Place::from_proto(place, self.ids).ok();
+        let read = wire::Place::from_proto(place).ok();
         let place = read.filter(|place| match place {
             wire::Place::Pair([x, y]) | wire::Place::Planar { x, y } => {
                 x.is_finite() && y.is_finite()

@@ -1,6 +1,6 @@
 //! The service `Drones`: telemetry, and what is last known of each drone.
 
-use super::convert::{IntoProto, NodeIds};
+use super::convert::IntoProto;
 use super::convert_plan::telemetry_value;
 use super::proto::{self, drones_server};
 use super::requests::{opened, page, told};
@@ -19,11 +19,6 @@ impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
         Self { edge }
     }
-
-    /// As the network in service has them.
-    fn node_ids(&self) -> NodeIds {
-        NodeIds::of(&self.edge.topology())
-    }
 }
 
 #[tonic::async_trait]
@@ -33,7 +28,7 @@ impl drones_server::Drones for Service {
         request: Request<proto::ReportTelemetryRequest>,
     ) -> Result<Response<proto::ReportTelemetryResponse>, Status> {
         let (caller, message) = opened(request)?;
-        let value = |entry| telemetry_value(entry, self.node_ids());
+        let value = |entry| telemetry_value(entry);
         let positions = message.positions.into_iter().map(value).collect();
         let telemetry = wire::Telemetry { positions };
         let answer = told(self.edge.telemetry(&caller, telemetry).await)?;

@@ -24,12 +24,9 @@ macro_rules! mirror {
         impl $crate::api::grpc::convert::FromProto<$crate::api::grpc::proto::$message> for $shape {
             fn from_proto(
                 message: $crate::api::grpc::proto::$message,
-                ids: $crate::api::grpc::convert::NodeIds,
             ) -> Result<Self, $crate::api::grpc::convert::Unreadable> {
-                // A shape of times alone has no ids.
-                let _ = ids;
                 Ok(Self {
-                    $($field: $crate::api::grpc::mirror::from_field!($kind, message.$field, $field, ids),)*
+                    $($field: $crate::api::grpc::mirror::from_field!($kind, message.$field, $field),)*
                 })
             }
         }
@@ -59,7 +56,6 @@ macro_rules! mirror_enum {
         impl $crate::api::grpc::convert::FromProto<i32> for $crate::wire::$name {
             fn from_proto(
                 number: i32,
-                _: $crate::api::grpc::convert::NodeIds,
             ) -> Result<Self, $crate::api::grpc::convert::Unreadable> {
                 use $crate::api::grpc::proto::$name as Message;
                 match Message::try_from(number) {
@@ -113,40 +109,39 @@ macro_rules! into_field {
 }
 
 macro_rules! from_field {
-    (plain, $value:expr, $field:ident, $ids:expr) => {
-        $crate::api::grpc::convert::FromProto::from_proto($value, $ids)?
+    (plain, $value:expr, $field:ident) => {
+        $crate::api::grpc::convert::FromProto::from_proto($value)?
     };
-    (message, $value:expr, $field:ident, $ids:expr) => {
-        $crate::api::grpc::convert::FromProto::from_proto(
-            $crate::api::grpc::mirror::required!($value, $field),
-            $ids,
-        )?
+    (message, $value:expr, $field:ident) => {
+        $crate::api::grpc::convert::FromProto::from_proto($crate::api::grpc::mirror::required!(
+            $value, $field
+        ))?
     };
-    (time, $value:expr, $field:ident, $ids:expr) => {
+    (time, $value:expr, $field:ident) => {
         $crate::api::grpc::convert::instant_text(&$crate::api::grpc::mirror::required!(
             $value, $field
         ))
         .into()
     };
-    (maybe_time, $value:expr, $field:ident, $ids:expr) => {
+    (maybe_time, $value:expr, $field:ident) => {
         $value
             .as_ref()
             .map(|instant| $crate::api::grpc::convert::instant_text(instant).into())
     };
-    (json, $value:expr, $field:ident, $ids:expr) => {
+    (json, $value:expr, $field:ident) => {
         $crate::api::grpc::convert::json_value(&$value, stringify!($field))?
     };
-    (maybe_json, $value:expr, $field:ident, $ids:expr) => {
+    (maybe_json, $value:expr, $field:ident) => {
         $value
             .map(|text| $crate::api::grpc::convert::json_value(&text, stringify!($field)))
             .transpose()?
     };
-    (zone, $value:expr, $field:ident, $ids:expr) => {
+    (zone, $value:expr, $field:ident) => {
         $crate::api::grpc::convert_zone::feature_of(&$crate::api::grpc::mirror::required!(
             $value, $field
         ))
     };
-    (maybe_zone, $value:expr, $field:ident, $ids:expr) => {
+    (maybe_zone, $value:expr, $field:ident) => {
         $value
             .as_ref()
             .map($crate::api::grpc::convert_zone::feature_of)

@@ -25,7 +25,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-pub use convert::{FromProto, IntoProto, NodeIds, Unreadable};
+pub use convert::{FromProto, IntoProto, Unreadable};
 pub use health::Health;
 
 use crate::api::operations::{self, Operation};

@@ -1,6 +1,6 @@
 //! The service `Plans`: delivery requests and the plans composed for them.
 
-use super::convert::{FromProto, IntoProto, NodeIds, Unreadable, instant_text};
+use super::convert::{FromProto, IntoProto, Unreadable, instant_text};
 use super::proto::{self, plans_server};
 use super::requests::{finite, idempotency, invalid, opened, page, told};
 use crate::edge::{Edge, PlanFilter, Refusal};
@@ -18,11 +18,6 @@ impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
         Self { edge }
     }
-
-    /// As the network in service has them.
-    fn node_ids(&self) -> NodeIds {
-        NodeIds::of(&self.edge.topology())
-    }
 }
 
 #[tonic::async_trait]
@@ -33,7 +28,7 @@ impl plans_server::Plans for Service {
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
         let idempotency = idempotency(message.idempotency_key.clone(), &message);
-        let delivery = told(delivery_request(message, self.node_ids()))?;
+        let delivery = told(delivery_request(message))?;
         let composed = self.edge.compose_plan(&caller, delivery, idempotency).await;
         answer(composed)
     }
@@ -76,7 +71,7 @@ impl plans_server::Plans for Service {
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
         let id = message.id.clone();
-        let ack = told(acknowledgement(message, self.node_ids()))?;
+        let ack = told(acknowledgement(message))?;
         answer(self.edge.acknowledge_plan(&caller, &id, ack).await)
     }
 
@@ -89,7 +84,7 @@ impl plans_server::Plans for Service {
         let decline = wire::Decline {
             version: message.version,
             reason: message.reason,
-            location: told(place(message.location, self.node_ids()))?,
+            location: told(place(message.location))?,
             leg: message.leg,
             fraction: told(finite(message.fraction, "/fraction"))?,
         };
@@ -103,7 +98,7 @@ impl plans_server::Plans for Service {
         let (caller, message) = opened(request)?;
         let id = message.id.clone();
         let completion = wire::Completion {
-            location: told(place(message.location, self.node_ids()))?,
+            location: told(place(message.location))?,
             leg: message.leg,
             fraction: told(finite(message.fraction, "/fraction"))?,
         };
@@ -115,7 +110,7 @@ impl plans_server::Plans for Service {
         request: Request<proto::ReleasePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
-        let ended_as = wire::EndedAs::from_proto(message.ended_as, self.node_ids());
+        let ended_as = wire::EndedAs::from_proto(message.ended_as);
         let unreadable = |error: Unreadable| invalid("wrong_type", "/ended_as", error.to_string());
         let release = wire::Release {
             ended_as: told(ended_as.map_err(unreadable))?,
@@ -131,12 +126,11 @@ fn answer(plan: Result<wire::Plan<'static>, Refusal>) -> Result<Response<proto::
 /// The delivery request of a message; the edge checks it as that of REST.
 pub(super) fn delivery_request(
     message: proto::CreatePlanRequest,
-    ids: NodeIds,
 ) -> Result<wire::DeliveryRequest, Refusal> {
     Ok(wire::DeliveryRequest {
         id: message.id,
-        source: ids.read(message.source),
-        destination: ids.read(message.destination),
+        source: wire::Id::new(message.source),
+        destination: wire::Id::new(message.destination),
         start_time: message.start_time.as_ref().map(instant_text),
         payload_kg: finite(message.payload_kg, "/payload_kg")?,
         drone_id: message.drone_id,
@@ -151,20 +145,19 @@ pub(super) fn delivery_request(
 /// The acknowledgement of a message.
 pub(super) fn acknowledgement(
     message: proto::AcknowledgePlanRequest,
-    ids: NodeIds,
 ) -> Result<wire::Ack, Refusal> {
     Ok(wire::Ack {
         version: message.version,
-        location: place(message.location, ids)?,
+        location: place(message.location)?,
         leg: message.leg,
         fraction: finite(message.fraction, "/fraction")?,
     })
 }
 
 /// Where a drone says that it is.
-fn place(message: Option<proto::Place>, ids: NodeIds) -> Result<Option<wire::Place>, Refusal> {
+fn place(message: Option<proto::Place>) -> Result<Option<wire::Place>, Refusal> {
     let unreadable = |message: String| invalid("wrong_type", "/location", message);
-    let location = message.map(|place| wire::Place::from_proto(place, ids));
+    let location = message.map(wire::Place::from_proto);
     let location = location
         .transpose()
         .map_err(|error| unreadable(error.to_string()))?;

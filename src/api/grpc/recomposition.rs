@@ -1,6 +1,6 @@
 //! The service `Recomposition`: failure reports and their answers.
 
-use super::convert::{IntoProto, NodeIds};
+use super::convert::IntoProto;
 use super::convert_report::parsed_report;
 use super::proto::{self, recomposition_server};
 use super::requests::{opened, opened_with_id, page, told};
@@ -20,11 +20,6 @@ impl Service {
     pub(super) fn new(edge: Arc<Edge>) -> Self {
         Self { edge }
     }
-
-    /// As the network in service has them.
-    fn node_ids(&self) -> NodeIds {
-        NodeIds::of(&self.edge.topology())
-    }
 }
 
 #[tonic::async_trait]
@@ -34,7 +29,7 @@ impl recomposition_server::Recomposition for Service {
         request: Request<proto::FailureReport>,
     ) -> Result<Response<proto::RecompositionAnswer>, Status> {
         let (caller, report) = opened(request)?;
-        let parsed = parsed_report(report, self.node_ids());
+        let parsed = parsed_report(report);
         let answered = told(self.edge.report_failure(&caller, parsed).await)?;
         Ok(Response::new(answered.to_wire().into_proto()))
     }
@@ -44,7 +39,7 @@ impl recomposition_server::Recomposition for Service {
         request: Request<proto::ReportFailuresRequest>,
     ) -> Result<Response<proto::ReportFailuresResponse>, Status> {
         let (caller, request_id, message) = opened_with_id(request)?;
-        let parsed = |report| Ok(parsed_report(report, self.node_ids()));
+        let parsed = |report| Ok(parsed_report(report));
         let reports = message.failures.into_iter().map(parsed).collect();
         let answers = told(self.edge.report_failures(&caller, reports).await)?;
         let entries = answers

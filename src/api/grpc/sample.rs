@@ -1,6 +1,5 @@
 //! Random shapes of the wire, seeded: for the tests that they survive the way through messages.
 
-use super::convert::NodeIds;
 use crate::wire;
 use jiff::Timestamp;
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +10,6 @@ use std::borrow::Cow;
 /// Draws values.
 pub(super) struct Sampler {
     random: ChaCha8Rng,
-    pub(super) node_ids: NodeIds,
 }
 
 /// A random value of a type.
@@ -21,13 +19,8 @@ pub(super) trait Sample {
 
 impl Sampler {
     pub(super) fn new(seed: u64) -> Self {
-        let node_ids = match seed % 2 {
-            0 => NodeIds::Integers,
-            _ => NodeIds::Text,
-        };
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
-            node_ids,
         }
     }
 
@@ -167,10 +160,9 @@ impl Sample for wire::Id<'_> {
     fn sample(sampler: &mut Sampler) -> Self {
         let odd = sampler.one_of(&["007", "+7", "-", "-0", "", "9223372036854775808", "n7"]);
         let number = sampler.one_of(&[0, -7, i64::MIN, i64::MAX, 12_345]);
-        match (sampler.node_ids, sampler.below(4)) {
-            (_, 0) => Self::Text(odd.into()),
-            (NodeIds::Integers, _) => Self::Integer(number),
-            (NodeIds::Text, _) => Self::Text(number.to_string().into()),
+        match sampler.below(4) {
+            0 => Self::new(odd),
+            _ => Self::from(number),
         }
     }
 }

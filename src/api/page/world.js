@@ -25,14 +25,14 @@ export const world = {
 };
 
 export function setNetwork(compact) {
-  const index = new Map(compact.ids.map((id, place) => [String(id), place]));
+  const index = new Map(compact.ids.map((id, place) => [id, place]));
   world.network = { ...compact, index };
   world.changed.add("network");
 }
 
 /** The index of a node, or undefined. */
 export function nodeAt(id) {
-  return world.network?.index.get(String(id));
+  return world.network?.index.get(id);
 }
 
 export function setStamp(answer) {

@@ -83,7 +83,7 @@ pub(super) async fn get_closure(
     ),
     request_body(
         content = PublishedClosure,
-        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": [406]}),
+        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
     ),
     responses(
         (
@@ -131,7 +131,7 @@ pub(super) async fn create_closure(
     ),
     request_body(
         content = PublishedClosure,
-        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": [406]}),
+        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
     ),
     responses(
         (

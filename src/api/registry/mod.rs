@@ -23,8 +23,8 @@ use axum::Router;
 use axum::extract::FromRef;
 use axum::routing::get;
 use prometheus_client::registry::Registry as Metrics;
+use serde_json::Value;
 use std::sync::Arc;
-use utoipa::openapi::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -51,7 +51,7 @@ impl FromRef<Shared> for Drain {
 /// for changes.
 ///
 /// It is to stand behind the gate: handlers take the caller from its `RequestContext`, and leave problems to it.
-pub fn router(registry: Arc<Registry>, drain: Drain) -> (Router, OpenApi) {
+pub fn router(registry: Arc<Registry>, drain: Drain) -> (Router, Value) {
     let (routes, described) = OpenApiRouter::with_openapi(openapi::outline(&outline::REGISTRY))
         .merge(over_networks())
         .merge(following())

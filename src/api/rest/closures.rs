@@ -70,7 +70,7 @@ pub(super) async fn get_closure(
     ),
     request_body(
         content = ClosureDraft,
-        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": [406]}),
+        example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
     ),
     responses(
         (

@@ -6,15 +6,14 @@ use axum::Router;
 use axum::routing::get;
 use bytes::Bytes;
 use http::StatusCode;
-use utoipa::openapi::OpenApi;
+use serde_json::Value;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 const HTML: &str = "text/html; charset=utf-8";
 
 /// The pages of a description. They ask nothing of other hosts.
-pub(in crate::api) fn router(description: &OpenApi) -> Router {
-    // A map with text keys and plain values always has a JSON form.
-    let json = Bytes::from(description.to_json().unwrap_or_default());
+pub(in crate::api) fn router(description: &Value) -> Router {
+    let json = Bytes::from(description.to_string());
     let problems = Bytes::from(problem::problems_html());
     // Without this the page asks a validator on the internet.
     let config = Config::from("/openapi.json").validator_url("none");

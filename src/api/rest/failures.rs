@@ -14,7 +14,6 @@ use crate::formats::{
 use crate::wire::{BatchAnswer, BatchEntry, FailureReport, Failures, Id, Recomposition};
 use axum::extract::State;
 use http::{HeaderName, HeaderValue};
-use std::borrow::Cow;
 use std::sync::Arc;
 
 /// How long the computation took (W3C Server Timing).
@@ -35,9 +34,9 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
         content = FailureReport,
         example = json!({
             "type": "navigational",
-            "service": {"from": 379, "to": 406},
-            "location": {"node": 379},
-            "remaining_path": [379, 406, 420, 450],
+            "service": {"from": "379", "to": "406"},
+            "location": {"node": "379"},
+            "remaining_path": ["379", "406", "420", "450"],
             "drone": {"id": "drone-7", "battery_fraction": 0.62},
         }),
     ),
@@ -79,7 +78,7 @@ fn take_key(parsed: &mut ParsedReport, key: Option<&HeaderValue>) {
         return;
     };
     match key.to_str() {
-        Ok(key) => parsed.report.id = Some(Id::Text(Cow::Owned(key.to_owned()))),
+        Ok(key) => parsed.report.id = Some(Id::new(key.to_owned())),
         Err(_) => {
             let message = "the header Idempotency-Key is not plain text and is passed over";
             let warning = ReadWarning::new("idempotency_key_ignored", message);
@@ -96,7 +95,7 @@ fn take_key(parsed: &mut ParsedReport, key: Option<&HeaderValue>) {
     request_body(
         content = Failures,
         example = json!({"failures": [
-            {"type": "navigational", "service": {"from": 379, "to": 406}, "remaining_path": [379, 406, 420, 450]},
+            {"type": "navigational", "service": {"from": "379", "to": "406"}, "remaining_path": ["379", "406", "420", "450"]},
             {"type": "operational", "location": [151.2097388, -33.862532]},
         ]}),
     ),

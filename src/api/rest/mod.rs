@@ -35,8 +35,8 @@ use axum::extract::FromRef;
 use axum::handler::Handler;
 use axum::routing::get;
 use prometheus_client::registry::Registry;
+use serde_json::Value;
 use std::sync::Arc;
-use utoipa::openapi::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
@@ -62,7 +62,7 @@ impl FromRef<Shared> for Drain {
 /// The public listener's REST routes, and their description. Readiness ends when the drain begins.
 ///
 /// It is to stand behind the gate: handlers take the caller from its `RequestContext`, and leave problems to it.
-pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, OpenApi) {
+pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, Value) {
     let (routes, described) = OpenApiRouter::with_openapi(openapi::outline(&openapi::EDGE))
         .merge(recomposition())
         .merge(planning())

@@ -49,7 +49,8 @@ pub(super) struct NearestParameters {
     k: Option<u32>,
 }
 
-/// A GeoJSON feature collection (RFC 7946): nodes are points, segments line strings.
+/// A GeoJSON feature collection (RFC 7946): nodes are points, segments line strings. It is the file that was loaded,
+/// with ids as its author wrote them: text or integers.
 #[derive(ToSchema)]
 #[schema(as = Network)]
 #[expect(dead_code, reason = "describes a document that is written elsewhere")]

@@ -47,7 +47,7 @@ pub(super) struct PlansParameters {
     ),
     request_body(
         content = DeliveryRequest,
-        example = json!({"source": 379, "destination": 450, "drone_id": "drone-7", "payload_kg": 1.5}),
+        example = json!({"source": "379", "destination": "450", "drone_id": "drone-7", "payload_kg": 1.5}),
     ),
     responses(
         (

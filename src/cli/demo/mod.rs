@@ -291,7 +291,7 @@ impl Demo {
   http://{second}/       another edge over the same city; both follow the registry at http://{central}
 
 Report a failure, without any effect on the fleet:
-  curl -s {url}/v1/failures --json '{{\"service\":{{\"from\":379,\"to\":406}},\"destination\":450,\"dry_run\":true}}'
+  curl -s {url}/v1/failures --json '{{\"service\":{{\"from\":\"379\",\"to\":\"406\"}},\"destination\":\"450\",\"dry_run\":true}}'
 
 Close a circle in the middle of the city; it closes at the other edge too, and the page can lift it again:
   curl -s {url}/v1/zones --json '{{\"type\":\"Feature\",\"geometry\":{{\"type\":\"Point\",\"coordinates\":[151.2086,-33.8660]}},\"properties\":{{\"radius_m\":120,\"reason\":\"try\"}}}}'

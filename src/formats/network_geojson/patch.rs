@@ -103,7 +103,7 @@ impl Patching {
     fn remove_nodes(&mut self, patch: &NetworkPatch, list: &Place<'_>) {
         for (index, id) in patch.removed_nodes.iter().enumerate() {
             let id = id.text();
-            match self.nodes.remove(&*id) {
+            match self.nodes.remove(id) {
                 Some(found) => {
                     self.gone_nodes.insert(found);
                 }
@@ -138,8 +138,10 @@ impl Patching {
     ) -> Result<(), FormatError> {
         let label = format!("node '{}'", node.id);
         let at = |message: &str| place.member("id").error(message).of(label.clone());
-        if is_integer != self.next.integer_ids {
-            return Err(at("is not written as the ids of this network are"));
+        let number = node.id.parse::<i64>();
+        let is_number = is_integer || number.is_ok_and(|number| number.to_string() == node.id);
+        if self.next.integer_ids && !is_number {
+            return Err(at("is no integer, as the ids of this network are"));
         }
         if self.next.coordinates == Coordinates::Geographic {
             let geometry = place.member("geometry");

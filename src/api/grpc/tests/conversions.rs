@@ -1,7 +1,7 @@
 //! Shapes survive the way through messages, and what is wrong in a message is told as it is in JSON.
 
 use crate::api::grpc::airspace::{closure_change, closure_draft};
-use crate::api::grpc::convert::{FromProto, IntoProto, NodeIds, instant_text, timestamp};
+use crate::api::grpc::convert::{FromProto, IntoProto, instant_text, timestamp};
 use crate::api::grpc::convert_plan::telemetry_value;
 use crate::api::grpc::convert_report::parsed_report;
 use crate::api::grpc::convert_zone::{feature_of, zone_of};
@@ -29,7 +29,7 @@ where
         let shape = T::sample(&mut sampler);
         let bytes = shape.clone().into_proto().encode_to_vec();
         let message = P::decode(bytes.as_slice()).expect("what was encoded is decoded");
-        let back = T::from_proto(message, sampler.node_ids);
+        let back = T::from_proto(message);
         assert_eq!(back.as_ref(), Ok(&shape), "{what}, seed {seed}");
     }
 }
@@ -61,7 +61,6 @@ fn every_shape_survives_the_way_through_messages() {
 
 #[test]
 fn requests_say_what_their_bodies_say() {
-    let ids = NodeIds::Integers;
     let at = || timestamp("2026-11-27T18:00:00Z");
     let delivery = proto::CreatePlanRequest {
         id: Some("p-1".to_owned()),
@@ -78,17 +77,16 @@ fn requests_say_what_their_bodies_say() {
         deadline: timestamp("2026-11-27T19:30:00Z"),
     };
     let body = json!({
-        "id": "p-1", "source": 12, "destination": "north", "start_time": "2026-11-27T18:00:00Z",
+        "id": "p-1", "source": "12", "destination": "north", "start_time": "2026-11-27T18:00:00Z",
         "payload_kg": 1.5, "drone_id": "d-1", "airspeed_mps": 14.0,
         "airframe": "m100", "battery_fraction": 0.9, "objective": "time", "deadline": "2026-11-27T19:30:00Z",
     });
-    let read = delivery_request(delivery, ids).map(|read| json!(read));
+    let read = delivery_request(delivery).map(|read| json!(read));
     assert_eq!(read, Ok(body));
 }
 
 #[test]
 fn other_requests_say_what_their_bodies_say() {
-    let ids = NodeIds::Integers;
     let at = || timestamp("2026-11-27T18:00:00Z");
     let acknowledged = proto::AcknowledgePlanRequest {
         id: "p-1".to_owned(),
@@ -96,7 +94,7 @@ fn other_requests_say_what_their_bodies_say() {
         location: Some(wire::Place::Pair([151.2, -33.8]).into_proto()),
         ..Default::default()
     };
-    let read = acknowledgement(acknowledged, ids).map(|read| json!(read));
+    let read = acknowledgement(acknowledged).map(|read| json!(read));
     assert_eq!(read, Ok(json!({"version": 2, "location": [151.2, -33.8]})));
 
     let draft = proto::CreateClosureRequest {
@@ -110,10 +108,10 @@ fn other_requests_say_what_their_bodies_say() {
         idempotency_key: None,
     };
     let body = json!({
-        "id": "c", "reason": "crane", "segments": ["1-2"], "nodes": [3], "pads": [4],
+        "id": "c", "reason": "crane", "segments": ["1-2"], "nodes": ["3"], "pads": ["4"],
         "from": "2026-11-27T18:00:00Z",
     });
-    assert_eq!(json!(closure_draft(draft, ids)), body);
+    assert_eq!(json!(closure_draft(draft)), body);
 
     let change = proto::ChangeClosureRequest {
         confirmed: Some(true),
@@ -125,17 +123,17 @@ fn other_requests_say_what_their_bodies_say() {
 
     let entry = proto::TelemetryEntry {
         drone_id: "d-1".to_owned(),
-        location: Some(wire::Place::Node(wire::Id::Integer(7)).into_proto()),
+        location: Some(wire::Place::Node(wire::Id::from(7)).into_proto()),
         timestamp: at(),
         altitude_m: Some(80.0),
         battery_fraction: Some(f64::NAN),
         ..Default::default()
     };
     let body = json!({
-        "drone_id": "d-1", "location": {"node": 7}, "timestamp": "2026-11-27T18:00:00Z",
+        "drone_id": "d-1", "location": {"node": "7"}, "timestamp": "2026-11-27T18:00:00Z",
         "altitude_m": 80.0, "battery_fraction": "not finite",
     });
-    assert_eq!(telemetry_value(entry, ids), body);
+    assert_eq!(telemetry_value(entry), body);
 }
 
 #[test]
@@ -144,7 +142,7 @@ fn numbers_that_json_cannot_have_are_refused_with_their_place() {
         payload_kg: Some(f64::INFINITY),
         ..Default::default()
     };
-    let refusal = delivery_request(delivery, NodeIds::Text).expect_err("infinite");
+    let refusal = delivery_request(delivery).expect_err("infinite");
     assert_eq!(refusal.code, Code::BodyInvalid);
     assert_eq!(refusal.faults[0].pointer, "/payload_kg");
 
@@ -155,7 +153,7 @@ fn numbers_that_json_cannot_have_are_refused_with_their_place() {
     let (x, y) = (f64::NAN, 0.0);
     let planar = proto::place::Place::Planar(proto::PlanarPosition { x, y });
     for place in [None, Some(planar)] {
-        let refusal = acknowledgement(acknowledged(place), NodeIds::Text).expect_err("no place");
+        let refusal = acknowledgement(acknowledged(place)).expect_err("no place");
         assert_eq!(refusal.faults[0].pointer, "/location");
     }
 }
@@ -178,7 +176,7 @@ fn a_report_that_says_what_nobody_knows_is_read_with_warnings() {
         }),
         ..Default::default()
     };
-    let parsed = parsed_report(report, NodeIds::Integers);
+    let parsed = parsed_report(report);
     let codes: Vec<&str> = parsed.warnings.iter().map(|warning| warning.code).collect();
     let expected = [
         "location_ignored",
@@ -191,13 +189,13 @@ fn a_report_that_says_what_nobody_knows_is_read_with_warnings() {
     assert_eq!(parsed.report.failure, None);
     assert_eq!(parsed.report.location, None);
     assert_eq!(parsed.report.location_unknown, Some(true));
-    let path = [1, 2].map(wire::Id::Integer).to_vec();
+    let path = [1, 2].map(wire::Id::from).to_vec();
     assert_eq!(parsed.report.remaining_path, Some(path));
     // The one who looks things up passes over a time that is none, as over any other.
     let time = parsed.report.timestamp.expect("is handed on");
     assert!(time.parse::<jiff::Timestamp>().is_err(), "{time}");
 
-    let nothing = parsed_report(proto::FailureReport::default(), NodeIds::Text);
+    let nothing = parsed_report(proto::FailureReport::default());
     assert_eq!(nothing.report, wire::FailureReport::default());
     assert_eq!(nothing.warnings, []);
 }
@@ -215,7 +213,7 @@ fn any_bytes_are_a_message_or_none_and_no_message_panics() {
             }
         }
         if let Ok(message) = proto::FailureReport::decode(bytes.as_slice()) {
-            let parsed = parsed_report(message, sampler.node_ids);
+            let parsed = parsed_report(message);
             let _ = parsed.report.into_proto();
         }
     }
