@@ -95,7 +95,7 @@ fn need_of(request: &Request, has_figure: bool) -> Need {
 }
 
 /// The node at which the drone stands, or may stand.
-fn stands_at(request: &Request, topology: &Topology) -> Option<NodeIx> {
+pub(super) fn stands_at(request: &Request, topology: &Topology) -> Option<NodeIx> {
     let (from, to) = request.report.leg;
     let place = match (request.circumstances.aloft, request.report.location) {
         (Aloft::Airborne, _) | (_, Location::Unknown) => return None,

@@ -1,9 +1,9 @@
 //! What is sent instead of an answer that did not pass.
 
-use super::convert::{Known, check_answer};
+use super::convert::{Known, check_answer, stands_at};
 use crate::airspace::Airspace;
 use crate::checker::Fault;
-use crate::flight::{FirstStretch, Location, Reentry, StretchKind, StretchLeg};
+use crate::flight::{Aloft, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{
     Fallback, Outcome, Recomposition, Request, Scratch, Strategy, UnsafeCode, UnsafeWay, World,
@@ -22,6 +22,8 @@ pub enum FallenBackTo {
     Contingency,
     /// The plan's alternate.
     Alternate,
+    /// Staying on the ground.
+    Hold,
     /// No route.
     NoRoute,
     /// Nothing: a plan that was asked for was refused.
@@ -36,6 +38,7 @@ impl FallenBackTo {
             Self::Reported => "reported",
             Self::Contingency => "contingency",
             Self::Alternate => "alternate",
+            Self::Hold => "hold",
             Self::NoRoute => "no_route",
             Self::Refusal => "refusal",
         }
@@ -127,21 +130,21 @@ pub fn settle(
     .or_else(|| Some((as_flown()?, FallenBackTo::Reported)).filter(|it| passes(&it.0)))
     .or_else(|| Some((if_closed()?, FallenBackTo::Contingency)).filter(|it| passes(&it.0)))
     .or_else(|| Some((alternate()?, FallenBackTo::Alternate)).filter(|it| passes(&it.0)));
-    let (mut answer, fallback) = found.unwrap_or_else(|| {
-        let bare = Recomposition::without_path(request.strategy);
-        let answer = Recomposition {
-            unsafe_way: refused
-                .unsafe_way
-                .clone()
-                .or_else(|| ends.unsafe_way(topology)),
-            severed_by: match refused.severed_by.is_empty() {
-                true => causes_of_leg(airspace, request),
-                false => refused.severed_by.clone(),
-            },
-            ..bare
-        };
-        (answer, FallenBackTo::NoRoute)
-    });
+    let no_route = || Recomposition {
+        unsafe_way: refused
+            .unsafe_way
+            .clone()
+            .or_else(|| ends.unsafe_way(topology)),
+        severed_by: match refused.severed_by.is_empty() {
+            true => causes_of_leg(airspace, request),
+            false => refused.severed_by.clone(),
+        },
+        ..Recomposition::without_path(request.strategy)
+    };
+    let holds = || Some((stay(request, topology, &no_route)?, FallenBackTo::Hold));
+    let (mut answer, fallback) = found
+        .or_else(|| holds().filter(|it| passes(&it.0)))
+        .unwrap_or_else(|| (no_route(), FallenBackTo::NoRoute));
     answer.strategy = request.strategy;
     answer.fallback = Some(Fallback::Checker);
     let case = Case {
@@ -154,6 +157,36 @@ pub fn settle(
         answer,
         case: Some(case),
     }
+}
+
+/// A drone on the ground stays there; one that may be in the air is told that it has no way then.
+fn stay(
+    request: &Request,
+    topology: &Topology,
+    no_route: impl Fn() -> Recomposition,
+) -> Option<Recomposition> {
+    let node = stands_at(request, topology)?;
+    let place = topology.position(node);
+    let (from, to) = request.report.leg;
+    let leg = StretchLeg {
+        from,
+        to,
+        segment: topology.segment_between(from, to),
+        fraction: if node == to { 1.0 } else { 0.0 },
+    };
+    let may_fly = request.circumstances.aloft == Aloft::Unknown;
+    Some(Recomposition {
+        outcome: Outcome::Hold,
+        path: Way {
+            nodes: vec![node],
+            segments: Vec::new(),
+        },
+        recomposed_length_m: Some(0.0),
+        remaining_length_m: Some(0.0),
+        reentry: Some(Reentry::at_node(node, place, Some(leg))),
+        if_airborne: may_fly.then(|| Box::new(no_route())),
+        ..Recomposition::without_path(request.strategy)
+    })
 }
 
 /// The drone on its leg.

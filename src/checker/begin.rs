@@ -171,10 +171,15 @@ fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Re
         return Ok(Begun::at(*stretch));
     };
     let edge = share(EDGE_M);
-    let is_inside = |part: &(f64, f64)| part.0 + edge < flown && flown < part.1 - edge;
+    let is_inside = |part: &(f64, f64)| {
+        let has_begun = part.0 <= 0.0 || part.0 + edge < flown;
+        has_begun && (part.1 >= 1.0 || flown < part.1 - edge)
+    };
     let turn = latest + share(stretch.overrun_m);
+    // Who is in a zone already leaves it, whatever comes next.
+    let may_enter = !zones.iter().any(|part| part.0 <= flown && flown <= part.1);
     let overruns = (stretch.overrun_m > 0.0 && cause_between(leg, sky, flown, turn))
-        || zones.iter().any(|part| part.0 > flown && part.0 <= turn);
+        || (may_enter && zones.iter().any(|part| part.0 > flown && part.0 <= turn));
     Ok(Begun {
         stretch: *stretch,
         is_in_zone: zones.iter().any(is_inside),

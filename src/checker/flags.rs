@@ -44,7 +44,8 @@ fn is_in_active_zone(drone: &Drone<'_>, sky: &Sky<'_>) -> bool {
     } else {
         leg.band
     };
-    let on_leg = leg.flown.map(|flown| leg.ends.0.towards(leg.ends.1, flown));
+    let flown = leg.flown.filter(|_| !leg.is_off());
+    let on_leg = flown.map(|flown| leg.ends.0.towards(leg.ends.1, flown));
     let place = match drone.at {
         Whereabouts::At(place) => Some(place),
         Whereabouts::LegStart => Some(leg.ends.0),

@@ -30,11 +30,11 @@ pub use timed::ClosedTimes;
 /// # Errors
 /// The first rule that it breaks, with the place and the figures.
 pub fn check(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> Result<(), Fault> {
+    outcome::on_the_ground(claim, drone, sky)?;
     if claim.told == Told::NoRoute {
         return outcome::without_path(claim);
     }
     path::joins(claim, sky)?;
-    outcome::on_the_ground(claim, drone, sky)?;
     let begun = begin::check(claim, drone, sky)?;
     match claim.flight {
         Some(flight) => flown::check(claim, flight, drone, sky)?,

@@ -30,8 +30,8 @@ pub(super) fn on_the_ground(
     let Some(node) = drone.stands_at.filter(|_| claim.flight.is_none()) else {
         return Ok(());
     };
-    let goes_up = claim.told != Told::Hold && !claim.segments.is_empty();
-    if goes_up && sky.closes_node(node) && is_in_zone_now(sky, node) {
+    let stays = claim.told == Told::Hold;
+    if !stays && sky.closes_node(node) && is_in_zone_now(sky, node) {
         return Err(Fault::new(Rule::SentUp, Place::Node(node)));
     }
     Ok(())

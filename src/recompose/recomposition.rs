@@ -321,8 +321,8 @@ impl Task<'_> {
         if reentry.stretch.kind == StretchKind::Straight {
             self.answer.flags.push(Flag::Unverified);
         }
-        if planted::is(Bug::FlagWithoutGround) {
-            self.answer.flags.push(Flag::LeavingZone);
+        if planted::is(Bug::FlagWithoutGround) && !self.starts.leaves_zone {
+            self.answer.flags.insert(0, Flag::LeavingZone);
         }
         if planted::is(Bug::StretchForgotten) {
             self.answer.reentry = Some(Reentry::at_node(reentry.node, reentry.stretch.begin, None));

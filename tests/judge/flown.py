@@ -383,6 +383,9 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
     ):
         ends = (case.answer.get("flight") or {}).get("battery_at_arrival_fraction")
         best = max((left[node] for node in free if node != report.destination), default=0.0)
+        if any(plan["sent"] - plan["seen"] for plan in case.world.plans):
+            # A version that was not told whole may have the pad.
+            best = 0.0
         if is_finite(ends) and best >= FLOOR + SPARE:
             case.expect(
                 ends >= best - SPARE, "diverted", f"arrives with {ends}, another pad can be reached with {best:.4f}"

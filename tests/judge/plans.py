@@ -46,6 +46,8 @@ def add(plan: dict, more: dict) -> None:
     plan["stays"] += [stay for stay in more["stays"] if stay not in plan["stays"]]
     plan["segments"] |= more["segments"]
     plan["ends"] |= more["ends"]
+    plan["sent"] |= more["sent"]
+    plan["seen"] |= more["seen"]
 
 
 def taken_by(plan: dict) -> dict:
@@ -70,4 +72,7 @@ def taken_by(plan: dict) -> dict:
         "ends": ends,
         "nodes": nodes,
         "drone": plan.get("drone_id"),
+        # Numbers of the versions that were sent, and of those that were told whole.
+        "sent": {version["version"] for version in plan.get("versions") or []},
+        "seen": {version["version"] for version in versions},
     }

@@ -18,6 +18,8 @@ BUGS = (
     "closed-node-entered",
     "ground-sent-up",
 )
+# What an answer that falls back may be: not the best, and by distance. It is safe all the same.
+FALLEN_BACK = ("needless", "shortest", "energy", "diverted")
 # Networks that are tried until a fault is found.
 NETWORKS = 40
 ENDS_AT_CASES = 3
@@ -50,7 +52,7 @@ def guarded(binary: pathlib.Path, seed: int, bug: str, judge_network) -> tuple[s
     sent = 0
     for number in range(NETWORKS):
         outcome = judge_network((binary, seed, number, Planted(bug, False), False))
-        sent += len(outcome.faults)
+        sent += sum(rule not in FALLEN_BACK for rule, _, _ in outcome.faults)
         if (outcome.checker_cases or 0) >= ENDS_AT_CASES:
             return f"network {number}, {outcome.checker_cases:.0f} cases", sent
     return None, sent

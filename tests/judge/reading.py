@@ -58,6 +58,9 @@ class Reading:
             12.0 if world.flown and report.airframe == "m100" else DEFAULT_AIRSPEED_MPS
         )
         self.stopping_m = self.airspeed_mps * 2 + self.airspeed_mps**2 / 7
+        # Without a battery to reckon with a drone is answered by distance, and what closes within the horizon is closed.
+        has_battery = report.battery is not None or report.plan is not None
+        self.by_times = world.flown and (has_battery or report.failure == "operational")
         self.zones = world.zones + ([report.zone] if report.zone is not None else [])
         self.where = self._where()
         self.fraction, self.aside_m = 0.0, 0.0
@@ -93,7 +96,7 @@ class Reading:
 
     def counts(self, thing: Zone | Closure) -> str:
         """Whether it closes for a drone that flies now: `maybe` for what opens or closes on its way."""
-        if self.world.flown:
+        if self.by_times:
             if not thing.meets(NOW_S - 120, NOW_S + FLIGHT_S):
                 return "no"
             return "maybe" if thing.windows else "yes"
@@ -147,7 +150,7 @@ class Reading:
     def _causes(self) -> list[Cause]:
         causes = []
         for zone in self.zones:
-            if self.counts(zone) == "no" or (self.world.flown and not zone.meets(NOW_S - 60, NOW_S + 600)):
+            if self.counts(zone) == "no" or (self.by_times and not zone.meets(NOW_S - 60, NOW_S + 600)):
                 continue
             if self.segment is not None and not zone.reaches(
                 self.segment.lower_m, self.segment.upper_m, self.segment.reference
@@ -155,7 +158,7 @@ class Reading:
                 continue
             for grown, is_sure in ((-DOUBT_M, True), (DOUBT_M, False)):
                 # In flight a zone that begins later lies there later.
-                lies = is_sure and (not self.world.flown or zone.active_at(NOW_S))
+                lies = is_sure and (not self.by_times or zone.active_at(NOW_S))
                 for low, high in self.world.near(zone, self.from_at, self.to_at, grown):
                     causes.append(Cause((low * self.length_m, high * self.length_m), True, lies))
         if self.closes_leg:
@@ -206,6 +209,10 @@ class Reading:
             self.is_doubtful = True
         if sure is not None and not self.active_now():
             self.is_doubtful = True
+        if sure is not None and self.where == "leg":
+            # At the edge by less than figures are told to.
+            edges = [end for end in sure if 0.0 < end < self.length_m]
+            self.is_doubtful |= any(abs(self.at_m - end) < 0.25 for end in edges)
         return sure
 
     def active_now(self) -> bool:
@@ -269,9 +276,7 @@ class Reading:
             self.starts.append(Start(self.a, 0.0, "yes", "none"))
         else:
             back = weaker(self.enterable(self.a), self.free(0.0, self.far_m))
-            passed = [cause.interval for cause in self.causes if cause.interval is not None and not cause.is_zone]
-            if self.where == "leg" and any(self.at_m <= low <= self.far_m for low, _ in passed):
-                # What it saw ahead when it told its place it may have passed since, or not.
+            if self.where == "leg" and self.may_have_passed():
                 back = "maybe"
             if self.where == "leg" and self.at_m <= AT_NODE_M:
                 back = "maybe"
@@ -292,12 +297,19 @@ class Reading:
             onward = weaker(weaker(self.enterable(self.b), self.onward_causes()), "maybe")
         self.starts.append(Start(self.b, self.length_m - self.at_m, onward, "leg"))
 
+    def may_have_passed(self) -> bool:
+        """Whether it may have passed since what it saw ahead when it told its place."""
+        placed = [cause.interval for cause in self.causes if cause.interval is not None and not cause.is_zone]
+        return any(self.at_m <= low <= self.far_m for low, _ in placed)
+
     def _starts_from_inside(self) -> None:
         low, high = self.inside
         back_m, on_m = self.far_m - low, high - self.at_m
         back = "no"
         if low > 0.0:
             back = weaker(self.enterable(self.a), self.free(0.0, self.far_m, self.inside))
+            if self.may_have_passed():
+                back = weaker("maybe", weaker(self.enterable(self.a), self.free(0.0, self.at_m, self.inside)))
         onward = "no"
         if high < self.length_m:
             onward = weaker(
@@ -377,12 +389,14 @@ class Reading:
 
     def crossed(self, start: Point, end: Point, leaving: bool, grown_m: float) -> Zone | None:
         """A zone that a straight line enters; what it begins in it may leave, overlapping zones as one."""
-        met = []
+        met, touching = [], []
         for zone in self.zones:
-            if self.counts(zone) == "no" or (self.world.flown and not zone.active_at(NOW_S)):
+            if self.counts(zone) == "no" or (self.by_times and not zone.active_at(NOW_S)):
                 continue
             met += [(part, zone) for part in self.world.near(zone, start, end, grown_m)]
-        together = merged([part for part, _ in met])
+            touching += self.world.near(zone, start, end, DOUBT_M)
+        # Zones that all but touch may be one.
+        together = merged(touching)
         left_at = together[0][1] if leaving and together and together[0][0] <= 1e-9 else -1.0
         return next((zone for (_, high), zone in met if high > left_at), None)
 

@@ -120,6 +120,22 @@ class Reporter:
         self.add_drone(report)
         return report
 
+    def draw_long(self) -> Report | None:
+        """It hovers at the start of a long leg, and flies slowly."""
+        dice = self.dice
+        longest = sorted(self.network.segments, key=lambda segment: -segment.length_m)[:8]
+        leg = dice.choice(longest).ends
+        if leg[0] == leg[1]:
+            return None
+        report = Report({}, "hover", leg, leg[1], "service_level", airborne=True, stands_at=leg[0])
+        report.place = self.network.nodes[leg[0]].at
+        report.airspeed_mps, report.battery = 8.0, 0.9
+        report.body |= {"type": "service_level", "dry_run": True, "airborne": True, "destination": leg[1]}
+        report.body["service"] = {"from": leg[0], "to": leg[1]}
+        report.body["location"] = {"node": leg[0]}
+        report.body["drone"] = {"id": "slow", "airspeed_mps": 8.0, "battery_fraction": 0.9}
+        return report
+
     def draw_planned(self) -> Report | None:
         """By its plan, on the first leg of it."""
         dice = self.dice

@@ -10,6 +10,7 @@ run.py --self-test                  the judge finds faults that answers are bent
 import argparse
 import collections
 import concurrent.futures
+import dataclasses
 import json
 import os
 import pathlib
@@ -22,11 +23,12 @@ import bent
 import plans
 import planted
 import situations
+from flown import instant, widened
 from replaced import judge_replaced
 from reports import Report, Reporter, scale_of
 from rules import judge
 from talk import Edge, told
-from world import NOW_S, World, make_airspace, make_network, text_of
+from world import NOW_S, World, make_airspace, make_network, make_squeeze, text_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BINARY = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/skyway"
@@ -82,12 +84,15 @@ class Outcome:
         self.faults: list[tuple[str, str, str]] = []
         self.checker_cases: float | None = None
         self.shown: list[str] = []
+        # What the checker did not let pass.
+        self.refused: list[str] = []
 
     def add(self, other: "Outcome") -> None:
         self.answers += other.answers
         self.covered += other.covered
         self.faults += other.faults
         self.shown += other.shown
+        self.refused += other.refused
         if other.checker_cases is not None:
             self.checker_cases = (self.checker_cases or 0.0) + other.checker_cases
 
@@ -100,7 +105,7 @@ class Outcome:
             shown[rule] += 1
             if shown[rule] <= limit:
                 lines.append(f"FAILED: world {where}: {rule}: {text}")
-        lines += self.shown
+        lines += self.shown + self.refused[:limit]
         return "\n".join(lines)
 
 
@@ -163,11 +168,31 @@ def judge_network(job) -> Outcome:
                 plans.read_again(edge, world)
                 for report, answer in zip(reports, answers):
                     hold_against(outcome, world, report, answer, where, verbose)
+                if flown and not world.plans:
+                    squeeze(outcome, edge, dice, world, where, verbose)
                 clear(edge, world)
             outcome.checker_cases = edge.checker_cases()
-            if verbose and outcome.checker_cases:
-                outcome.shown += edge.cases()
+            if outcome.checker_cases:
+                outcome.refused += [f"world {seed}.{number}: {line}" for line in edge.cases()]
     return outcome
+
+
+def squeeze(outcome: Outcome, edge: Edge, dice: random.Random, world: World, where: str, verbose: bool) -> None:
+    """A zone begins just when a drone is still on a long leg, or just not any more, by the margin of its window."""
+    report = Reporter(dice, world).draw_long()
+    answer = edge.single(report.body) if report is not None else {}
+    leg = next(iter(answer.get("legs") or []), None)
+    if leg is None or answer["outcome"] == "hold":
+        return
+    arrives_s = instant(leg["arrives_at"])
+    segment = world.network.by_id[leg["segment"]]
+    for early_s in (0.6, 2.0, 4.0):
+        zone = make_squeeze(world.network, segment, arrives_s + widened(arrives_s) - early_s)
+        expect_done(edge, "POST", "/v1/zones", zone.feature)
+        squeezed = dataclasses.replace(world, zones=[*world.zones, zone], kept={})
+        hold_against(outcome, squeezed, report, edge.single(report.body), where, verbose)
+        tag = edge.rest.call("GET", f"/v1/zones/{zone.id}").headers.get("etag")
+        expect_done(edge, "DELETE", f"/v1/zones/{zone.id}", None, {"if-match": tag} if tag else {})
 
 
 def judge_new_network(binary: pathlib.Path, seed: int, number: int) -> Outcome:

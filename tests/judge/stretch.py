@@ -152,5 +152,5 @@ def check_straight(case: Case) -> None:
     node = case.world.network.nodes[case.nodes[0]]
     is_inside = reading.inside is not None or reading.in_zone_aside()
     zone = reading.crossed(reading.report.place, node.at, is_inside, -DOUBT_M)
-    if zone is not None and zone.everywhere_high() and (not case.world.flown or not zone.windows):
+    if zone is not None and zone.everywhere_high() and (not reading.by_times or not zone.windows):
         case.expect(False, "unverified", f"its straight line to {node.id} enters the zone {zone.id}")

@@ -294,6 +294,19 @@ def make_zone(dice: random.Random, network: Network, identity: str, scale_m: flo
     return Zone(identity, shape, margin, lower, references[0], upper, references[1], windows, feature)
 
 
+def make_squeeze(network: Network, segment: Segment, begins_s: float) -> Zone:
+    """A small zone over the middle of a leg that begins at an instant."""
+    one, other = (network.nodes[end].at for end in segment.ends)
+    centre, radius = along(one, other, 0.5), 15.0
+    shape = Circle(centre, radius)
+    windows = [(begins_s, begins_s + 3600.0)]
+    told = [{"from": text_of(begins_s), "until": text_of(begins_s + 3600.0)}]
+    properties = {"reason": "judged", "radius_m": radius, "margin_m": MARGIN_M, "windows": told}
+    geometry = {"type": "Point", "coordinates": list(network.plane.from_plane(centre))}
+    feature = {"type": "Feature", "id": "squeeze", "geometry": geometry, "properties": properties}
+    return Zone("squeeze", shape, MARGIN_M, None, "agl", None, "agl", windows, feature)
+
+
 def make_shape(dice: random.Random, plane: Plane, kind: str, centre: Point, radius: float):
     """The shape on the plane, and as it goes over the wire."""
     if kind == "circle":
