@@ -86,12 +86,20 @@ impl Causes {
             .copied()
     }
 
-    /// Where the next zone ahead begins.
-    pub(super) fn next_zone(&self, flown: f64) -> Option<f64> {
+    /// The same for the way on but for one zone, which the drone comes into.
+    pub(super) fn lie_ahead_but(&self, flown: f64, zone: (f64, f64)) -> bool {
+        self.unknown
+            || self.known.is_some_and(|cause| cause >= flown)
+            || self
+                .zones
+                .iter()
+                .any(|&part| part.0 > flown && part != zone)
+    }
+
+    /// The part of the leg in the next zone ahead.
+    pub(super) fn next_zone(&self, flown: f64) -> Option<(f64, f64)> {
         let mut zones = self.zones.iter();
-        zones
-            .find(|&&(from, _)| from > flown)
-            .map(|&(from, _)| from)
+        zones.find(|&&(from, _)| from > flown).copied()
     }
 }
 

@@ -273,18 +273,38 @@ impl Finder<'_, '_> {
         let Some(zone) = causes.next_zone(drone.reported).filter(|_| drone.moves) else {
             return false;
         };
-        if (zone - drone.latest) * self.leg.length_m >= stopping_m {
+        let (begins, ends) = zone;
+        if (begins - drone.latest) * self.leg.length_m >= stopping_m {
             return false;
         }
         let turns = (drone.latest + stopping_m / self.leg.length_m).min(1.0);
         let overrun_m = (turns - drone.latest) * self.leg.length_m;
         self.starts.cannot_stop = true;
-        // Once inside, back is the way that enters no zone from outside again.
-        match !causes.lie_behind(drone.reported) && self.may_go_back(drone.latest) {
-            true => self.starts.ways.push(self.back(drone.latest, overrun_m)),
-            false => self.trapped(causes, drone.reported),
+        let may_go_back = !causes.lie_behind(drone.reported) && self.may_go_back(drone.latest);
+        let may_go_on = ends < 1.0
+            && !causes.lie_ahead_but(drone.reported, zone)
+            && self.may_go_on(drone.reported);
+        let back = may_go_back.then(|| self.back(drone.latest, overrun_m));
+        let on = may_go_on.then(|| self.on(drone.reported));
+        if back.is_none() && on.is_none() {
+            self.trapped(causes, drone.reported);
+            return true;
         }
+        // Once inside, it leaves by the shorter way.
+        self.take_shorter(back, on, turns - begins <= ends - turns);
         true
+    }
+
+    /// Takes the shorter way out of a zone; the other one for where that leads nowhere.
+    fn take_shorter(&mut self, back: Option<Reentry>, on: Option<Reentry>, is_back_shorter: bool) {
+        let (first, other) = if is_back_shorter {
+            (back, on)
+        } else {
+            (on, back)
+        };
+        let mut ways = first.into_iter().chain(other);
+        self.starts.ways.extend(ways.next());
+        self.starts.spare = ways.next();
     }
 
     /// The way of a drone out of the zones that it is in: along its leg, else straight.
@@ -297,14 +317,9 @@ impl Finder<'_, '_> {
         let may_go_on = until < 1.0 && !causes.lie_ahead(flown) && self.may_go_on(flown);
         let back = may_go_back.then(|| self.back(drone.latest, 0.0));
         let on = may_go_on.then(|| self.on(flown));
-        let (way, spare) = match (back, on) {
-            (Some(back), Some(on)) if flown - from <= until - flown => (Some(back), Some(on)),
-            (Some(back), Some(on)) => (Some(on), Some(back)),
-            (way, None) | (None, way) => (way, None),
-        };
-        if let Some(way) = way {
-            self.starts.ways.push(way);
-            self.starts.spare = spare;
+        if back.is_some() || on.is_some() {
+            let is_back_shorter = flown - from <= until - flown;
+            self.take_shorter(back, on, is_back_shorter);
             return;
         }
         let (start, end) = self.ends();

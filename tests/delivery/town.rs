@@ -183,9 +183,10 @@ impl Town {
         let asked = FlightFailure {
             request: &request,
             at_s: 0.0,
-            battery: failure
-                .by_plan
-                .unwrap_or(BatteryNow::Given(failure.battery)),
+            battery: failure.by_plan.unwrap_or(match failure.landing {
+                Some(_) => BatteryNow::Assumed(failure.battery),
+                None => BatteryNow::Given(failure.battery),
+            }),
             objective: Objective::Distance,
             deadline_s: self.deadline_s,
             planned_stops: None,

@@ -37,6 +37,7 @@ impl World {
             closed: &ClosedTimes::of_timed(&self.situation.closures, now),
             swaps: &|node| self.situation.swap_stations.contains(&node),
             is_taken: &is_taken,
+            refuge_stay_s: 0.0,
         };
         let sky = Sky {
             airspace: &airspace,

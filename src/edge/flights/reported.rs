@@ -105,6 +105,14 @@ impl Flights {
         );
         // Who has to land lands whatever is left.
         let assumed = landing.map(|_| BatteryNow::Assumed(self.settings.airframe.full_charge));
+        let is_stated = facts
+            .battery_fraction
+            .is_some_and(|share| is_fraction(&share));
+        // What its telemetry said of a drone that has to land was said before it failed.
+        let known = known.map(|known| match known {
+            BatteryNow::Given(seen) if landing.is_some() && !is_stated => BatteryNow::Assumed(seen),
+            known => known,
+        });
         let Some(battery) = known.or(assumed) else {
             read.push(ReadWarning::new(
                 "battery_unknown",
