@@ -13,6 +13,7 @@ mod memory;
 mod memory_store;
 mod pages;
 mod postgres;
+mod readiness;
 mod restored;
 mod sqlite;
 mod stories;

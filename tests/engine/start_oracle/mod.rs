@@ -263,11 +263,10 @@ fn starts_are_those_of_the_rules() {
             }
         }
     }
-    println!("{worlds} worlds from seed 0: {kinds:?}; in doubt: {doubts:?}");
     let compared: u64 = kinds.values().sum();
     assert!(
         compared > worlds * 3 / 4,
-        "only {compared} of {worlds} were clear cut"
+        "only {compared} of {worlds} from seed 0 on were clear cut: {doubts:?}"
     );
     assert_eq!(kinds.len(), 10, "{kinds:?}");
     assert!(

@@ -67,9 +67,9 @@ pub(super) fn expected(world: &PlainWorld) -> Result<Expected, Doubt> {
             return Err("a node is at a boundary");
         }
     }
-    let stays = |fraction: f64| leg.from_place(fraction, fraction, false);
+    let stays = |fraction: f64| leg.starts_on_leg(fraction, fraction, false);
     match world.place {
-        Place::Unknown => Ok(leg.from_anywhere()),
+        Place::Unknown => Ok(leg.starts_anywhere()),
         Place::AtStart => stays(0.0),
         Place::At(spot) => {
             let (fraction, off_m) = projected(leg.ends, spot);
@@ -77,14 +77,14 @@ pub(super) fn expected(world: &PlainWorld) -> Result<Expected, Doubt> {
                 return Err("it is just off its leg");
             }
             if off_m > OFF_LEG_M {
-                return leg.from_aside(spot);
+                return leg.starts_aside(spot);
             }
             let since = world.speed_mps * world.age_s / leg.length_m;
             let latest = (fraction + since).min(1.0);
             if fraction == 0.0 && latest > 0.0 {
                 return Err("it stood at the start of its leg, some time ago");
             }
-            leg.from_place(fraction, latest, fraction > 0.0 && fraction < 1.0)
+            leg.starts_on_leg(fraction, latest, fraction > 0.0 && fraction < 1.0)
         }
     }
 }
@@ -148,13 +148,13 @@ impl<'a> Leg<'a> {
         !self.unknown && !passes && comes_in && !ends_inside
     }
 
-    fn from_place(&self, at: f64, latest: f64, moves: bool) -> Result<Expected, Doubt> {
+    fn starts_on_leg(&self, at: f64, latest: f64, moves: bool) -> Result<Expected, Doubt> {
         let near_cause = |cause: f64| (cause - at).abs() * self.length_m < DOUBT_M;
         if self.walk.is_doubtful_at(at) || self.known.is_some_and(near_cause) {
             return Err("it is at a boundary, or at its cause");
         }
         if let Some(part) = self.walk.part_at(at) {
-            return self.from_inside(at, latest, part);
+            return self.starts_inside(at, latest, part);
         }
         if let Some(run_in) = self.cannot_stop(at, latest, moves)? {
             return Ok(run_in);
@@ -217,7 +217,7 @@ impl<'a> Leg<'a> {
         Ok(Some(expected))
     }
 
-    fn from_inside(&self, at: f64, latest: f64, part: (f64, f64)) -> Result<Expected, Doubt> {
+    fn starts_inside(&self, at: f64, latest: f64, part: (f64, f64)) -> Result<Expected, Doubt> {
         let mut expected = Expected {
             leaves_zone: true,
             ..Expected::default()
@@ -259,7 +259,7 @@ impl<'a> Leg<'a> {
     }
 
     /// Nobody knows where it is: at the worse end for each way.
-    fn from_anywhere(&self) -> Expected {
+    fn starts_anywhere(&self) -> Expected {
         let has_zones = !self.walk.parts.is_empty();
         let mut expected = Expected::default();
         // What the drone reports itself, and cannot pass, is not behind it.
@@ -276,7 +276,7 @@ impl<'a> Leg<'a> {
         expected
     }
 
-    fn from_aside(&self, spot: Spot) -> Result<Expected, Doubt> {
+    fn starts_aside(&self, spot: Spot) -> Result<Expected, Doubt> {
         let clearances = self.world.zones.iter().map(|zone| zone.clearance_m(spot));
         let clearance_m = clearances.fold(f64::INFINITY, f64::min);
         if clearance_m.abs() < DOUBT_M {
