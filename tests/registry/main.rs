@@ -5,6 +5,7 @@ mod compaction;
 mod contract;
 mod description;
 mod drafts;
+mod earlier_store;
 mod harness;
 mod keeping;
 mod memory;
