@@ -175,9 +175,13 @@ impl SqlStore {
 
     /// Whether it answers.
     async fn answer(&self) -> Result<(), StoreError> {
-        let asked = sqlx::query("SELECT 1").execute(&self.readers).await;
-        asked.map(drop).map_err(|error| StoreError::Unavailable {
-            message: error.to_string(),
+        let asked = sqlx::query("SELECT value FROM facts LIMIT 1").fetch_optional(&self.readers);
+        let asked = asked.await;
+        asked.map(drop).map_err(|error| {
+            self.distrust();
+            StoreError::Unavailable {
+                message: error.to_string(),
+            }
         })
     }
 

@@ -34,7 +34,10 @@ impl Registry {
         if self.probes.begun.load(Ordering::Relaxed) == begun_before {
             self.probes.begun.fetch_add(1, Ordering::Relaxed);
             let answered = timeout(PATIENCE, self.store.ping()).await;
-            self.noted(matches!(answered, Ok(Ok(()))));
+            // That it answers again, the next look finds out: it asks for more.
+            if !matches!(answered, Ok(Ok(()))) {
+                self.noted(false);
+            }
         }
         self.is_ready()
     }

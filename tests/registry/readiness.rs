@@ -5,7 +5,8 @@ use skyway::registry::Settings;
 
 #[tokio::test]
 async fn a_registry_whose_store_is_gone_is_not_ready_from_the_next_question_on() {
-    let mut served = Served::with_network(&Place::new(), Settings::default()).await;
+    let place = Place::new();
+    let mut served = Served::with_network(&place, Settings::default()).await;
     served.ask("GET /readyz", &[], "").await.is(200);
     served.lose_store().await;
     let told = served.ask("GET /readyz", &[], "").await;
@@ -15,7 +16,8 @@ async fn a_registry_whose_store_is_gone_is_not_ready_from_the_next_question_on()
 
 #[tokio::test]
 async fn many_probes_at_once_are_all_answered() {
-    let served = Served::with_network(&Place::new(), Settings::default()).await;
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
     let probes: Vec<_> = (0..50).map(|_| served.probe_later()).collect();
     for probe in probes {
         probe.await.expect("an answer").is(200);
