@@ -32,11 +32,15 @@ impl PlainWorld {
             self.clearance_m(between(from, to, share))
         };
         let looks: Vec<f64> = (0..=steps).map(clearance_m).collect();
-        let grazes = looks
-            .windows(3)
-            .any(|three| three[1] <= three[0].min(three[2]) && three[1] > 0.0 && three[1] < STEP_M);
-        if grazes {
-            return Err("a line grazes a zone");
+        // Between two looks it may come into a zone, or out of one into the next.
+        let comes_near = |three: &[f64]| {
+            let (before, here, after) = (three[0], three[1], three[2]);
+            let is_lowest = here > 0.0 && here <= before.min(after);
+            let is_highest = here <= 0.0 && here >= before.max(after);
+            here.abs() < STEP_M && (is_lowest || is_highest)
+        };
+        if looks.windows(3).any(comes_near) {
+            return Err("a line grazes a zone, or comes just from one into the next");
         }
         let mut parts: Vec<(f64, f64)> = Vec::new();
         let share = |step: usize| step as f64 / steps as f64;
