@@ -373,11 +373,12 @@ impl Stopwatch {
     }
 }
 
+/// What the wall clock of the machine shows, whatever clock a daemon goes by.
 #[expect(
     clippy::disallowed_methods,
     reason = "the door to the clock: the time of the world"
 )]
-fn machine_now() -> Timestamp {
+pub(crate) fn machine_now() -> Timestamp {
     Timestamp::now()
 }
 

@@ -1,7 +1,7 @@
 //! What is counted about requests and connections. Labels are operations, classes and codes: never an id or a place.
 
 use super::durations::Durations;
-use super::operations::{Class, Operation, TABLE};
+use super::operations::{Class, Daemon, Operation, TABLE};
 use super::problem;
 use crate::edge::Code;
 use opentelemetry::trace::TraceId;
@@ -53,6 +53,19 @@ pub enum ShedReason {
     Connections,
 }
 
+impl ShedReason {
+    const ALL: [Self; 4] = [Self::Slots, Self::Streams, Self::Wait, Self::Connections];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Slots => "slots",
+            Self::Streams => "streams",
+            Self::Wait => "wait",
+            Self::Connections => "connections",
+        }
+    }
+}
+
 /// Why a connection is closed by the server.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CloseReason {
@@ -73,6 +86,16 @@ pub enum CloseReason {
 }
 
 impl CloseReason {
+    const ALL: [Self; 7] = [
+        Self::Cap,
+        Self::Address,
+        Self::Preface,
+        Self::Header,
+        Self::Idle,
+        Self::Stalled,
+        Self::Forced,
+    ];
+
     /// The name in metrics and logs.
     pub fn name(self) -> &'static str {
         match self {
@@ -225,6 +248,38 @@ impl RequestMetrics {
         );
     }
 
+    /// Tells of everything that a daemon counts before it happens: a rate sees the first event only where there was a 0.
+    pub fn begin_at_zero(&self, daemon: Daemon) {
+        for row in TABLE.iter().filter(|row| row.operation.is_of(daemon)) {
+            let is_rest = !row.rest.is_empty();
+            let rest = is_rest.then_some(Dialect::Rest);
+            let grpc = row.grpc.map(|_| Dialect::Grpc);
+            for dialect in rest.into_iter().chain(grpc) {
+                drop(self.requests.get_or_create(&RequestLabels {
+                    operation: row.name,
+                    dialect: dialect.name(),
+                    status: dialect.ok(),
+                }));
+            }
+        }
+        for class in Class::ALL {
+            for reason in ShedReason::ALL {
+                drop(self.shed.get_or_create(&ShedLabels {
+                    class: class.name(),
+                    reason: reason.name(),
+                }));
+            }
+        }
+        for reason in CloseReason::ALL {
+            let reason = reason.name();
+            drop(self.closed.get_or_create(&ReasonLabels { reason }));
+        }
+        for row in problem::TABLE {
+            let code = row.name;
+            drop(self.refusals.get_or_create(&CodeLabels { code }));
+        }
+    }
+
     /// An answer's head is out; its status is that of its dialect. The trace is that of the request, where it is sent.
     pub(crate) fn answered(
         &self,
@@ -281,15 +336,9 @@ impl RequestMetrics {
     }
 
     pub(crate) fn shed(&self, class: Class, reason: ShedReason) {
-        let reason = match reason {
-            ShedReason::Slots => "slots",
-            ShedReason::Streams => "streams",
-            ShedReason::Wait => "wait",
-            ShedReason::Connections => "connections",
-        };
         let labels = ShedLabels {
             class: class.name(),
-            reason,
+            reason: reason.name(),
         };
         self.shed.get_or_create(&labels).inc();
     }

@@ -1,15 +1,15 @@
 //! `skyway config`: what a daemon would be configured with, and what is wrong with that.
 
-use super::config_sources::misconfigured;
+use super::config_sources::{Looked, misconfigured};
+use super::edge::runtime;
 use super::edge_flags::EdgeFlags;
 use super::files;
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::{
-    Admission, ConfigFault, Configuration, EdgeConfig, EffectiveConfig, RegistryConfig, sample,
-};
-use crate::registry::{check_store_name, is_database};
+use crate::config::{Configuration, EdgeConfig, EffectiveConfig, Origin, RegistryConfig, sample};
+use crate::edge::SqliteFile;
+use crate::registry::{SqliteStore, check_store_name, is_database};
 use clap::{Args, Subcommand};
 use std::path::Path;
 
@@ -125,51 +125,61 @@ impl Sample {
 impl Check {
     fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         if self.whose.registry {
-            let effective = self.flags.effective_of::<RegistryConfig>(&[]);
-            let effective = effective.map_err(|stop| match self.flags.effective() {
-                Ok(_) => advised(stop, "this configures an edge: check it without --registry"),
-                Err(_) => stop,
-            })?;
-            let of_store = store_faults(&effective);
-            return told(effective.admit(), of_store, output);
+            let looked = self.flags.look::<RegistryConfig>()?;
+            let advice = "this configures an edge: check it without --registry";
+            let advice = self.advice::<EdgeConfig>(&looked.faults, advice)?;
+            let store = &looked.effective.config.store;
+            let of_store = store_faults(store, &looked.effective.origin("store"))?;
+            return told(&looked, of_store, advice, output);
         }
-        let effective = self.flags.effective().map_err(|stop| {
-            match self.flags.effective_of::<RegistryConfig>(&[]) {
-                Ok(_) => advised(stop, "this configures a registry: check it with --registry"),
-                Err(_) => stop,
-            }
-        })?;
-        let of_network = network_faults(&effective, output)?;
-        told(effective.admit(), of_network, output)
+        let looked = self.flags.look::<EdgeConfig>()?;
+        let advice = "this configures a registry: check it with --registry";
+        let advice = self.advice::<RegistryConfig>(&looked.faults, advice)?;
+        let effective = &looked.effective;
+        let mut more = network_faults(effective, output)?;
+        if let Some(store) = &effective.config.store {
+            more.extend(file_faults(store, &effective.origin("store"), |store| {
+                runtime()?.block_on(async {
+                    let checked = SqliteFile::check(store).await;
+                    Ok(checked.err().map(|fault| fault.to_string()))
+                })
+            })?);
+        }
+        told(&looked, more, advice, output)
     }
-}
 
-/// Faults of a configuration that is without any for the other daemon, and what to do about it.
-fn advised(stop: Stop, advice: &str) -> Stop {
-    match stop {
-        Stop::Misconfigured(mut faults) => {
-            faults.push(advice.to_owned());
-            Stop::Misconfigured(faults)
-        }
-        stop => stop,
+    /// What to do about a configuration that is without any fault for the other daemon.
+    fn advice<C: Configuration>(
+        &self,
+        faults: &[String],
+        advice: &str,
+    ) -> Result<Option<String>, Stop> {
+        let is_others = !faults.is_empty() && self.flags.look::<C>()?.faults.is_empty();
+        Ok(is_others.then(|| advice.to_owned()))
     }
 }
 
 /// Tells what would keep a daemon from starting, or that nothing would.
-fn told(
-    admission: Result<Admission, Vec<ConfigFault>>,
+fn told<C: Configuration>(
+    looked: &Looked<C>,
     more: Vec<String>,
+    advice: Option<String>,
     output: &Output,
 ) -> Result<Verdict, Stop> {
-    let mut faults = match &admission {
-        Ok(_) => Vec::new(),
-        Err(faults) => misconfigured(faults).messages(),
-    };
+    let mut faults = looked.faults.clone();
+    let mut warnings = Vec::new();
+    match looked.effective.admit() {
+        // Of a file that is no TOML nobody knows what else it says.
+        _ if !looked.is_read => {}
+        Ok(admission) => warnings = admission.warnings,
+        Err(found) => faults.extend(misconfigured(&found).messages()),
+    }
     faults.extend(more);
     if !faults.is_empty() {
+        faults.extend(advice);
         return Err(Stop::Misconfigured(faults));
     }
-    for warning in admission.iter().flat_map(|admission| &admission.warnings) {
+    for warning in &warnings {
         output.warn(&warning.to_string());
     }
     output.line("ok")?;
@@ -189,28 +199,45 @@ fn network_faults(effective: &EffectiveConfig, output: &Output) -> Result<Vec<St
     }
 }
 
-/// What is wrong with the store of a registry, with who named it; it is not opened, which would make it.
-fn store_faults(effective: &EffectiveConfig<RegistryConfig>) -> Vec<String> {
-    let (name, origin) = (&effective.config.store, effective.origin("store"));
+/// What is wrong with the store of a registry, with who named it. A database is not asked.
+fn store_faults(name: &str, origin: &Origin) -> Result<Vec<String>, Stop> {
     if let Err(error) = check_store_name(name) {
-        return vec![format!("{origin}: {error}")];
+        return Ok(vec![format!("{origin}: {error}")]);
     }
     if is_database(name) {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let file = Path::new(name);
+    file_faults(Path::new(name), origin, |store| {
+        runtime()?.block_on(async {
+            let checked = SqliteStore::check(store).await;
+            Ok(checked.err().map(|error| error.to_string()))
+        })
+    })
+}
+
+/// What is wrong with a store in a file. One that is not there is not made; one that is there is opened to read it.
+fn file_faults(
+    file: &Path,
+    origin: &Origin,
+    open: impl FnOnce(&Path) -> Result<Option<String>, Stop>,
+) -> Result<Vec<String>, Stop> {
+    let name = file.display();
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     let problem = match folder {
-        _ if files::is_folder(file) => format!("{name} is a folder; name a file"),
+        _ if files::is_folder(file) => Some(format!("{name} is a folder; name a file")),
         Some(folder) if !files::is_folder(folder) => {
-            format!(
-                "there is no folder {}; make it, or name another",
-                folder.display()
-            )
+            let folder = folder.display();
+            Some(format!(
+                "there is no folder {folder}; make it, or name another"
+            ))
         }
-        _ => return Vec::new(),
+        _ if files::is_there(file) => open(file)?,
+        _ => None,
     };
-    vec![format!("{origin}: {problem}")]
+    let problem = problem.into_iter();
+    Ok(problem
+        .map(|problem| format!("{origin}: {problem}"))
+        .collect())
 }
 
 impl Show {

@@ -2,7 +2,9 @@
 
 use super::files;
 use super::stop::Stop;
-use crate::config::{ConfigFault, Configuration, EffectiveConfig, Flag, Sources, resolve};
+use crate::config::{
+    ConfigFault, Configuration, EffectiveConfig, Flag, Sources, resolve_leniently,
+};
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::path::Path;
@@ -19,12 +21,49 @@ pub(super) fn effective<C: Configuration>(
     named: &[Named<'_>],
     set: &[String],
 ) -> Result<EffectiveConfig<C>, Stop> {
+    let Looked {
+        effective, faults, ..
+    } = look(file, named, set)?;
+    match faults.is_empty() {
+        true => Ok(effective),
+        false => Err(Stop::Misconfigured(faults)),
+    }
+}
+
+/// A configuration as far as it can be understood.
+pub(super) struct Looked<C> {
+    pub(super) effective: EffectiveConfig<C>,
+    /// Everything wrong in what was said.
+    pub(super) faults: Vec<String>,
+    /// Whether all of it was read: of a file that is no TOML nothing is known.
+    pub(super) is_read: bool,
+}
+
+/// The same with all faults of all sources at once.
+///
+/// # Errors
+/// When the file cannot be read.
+pub(super) fn look<C: Configuration>(
+    file: Option<&Path>,
+    named: &[Named<'_>],
+    set: &[String],
+) -> Result<Looked<C>, Stop> {
+    let mut told = Vec::new();
     let sources = Sources {
         file: read(file)?,
-        environment: environment(C::ENVIRONMENT_PREFIX)?,
-        flags: flags(named, set)?,
+        environment: environment(C::ENVIRONMENT_PREFIX, &mut told),
+        flags: flags(named, set, &mut told),
     };
-    resolve(&sources).map_err(|faults| misconfigured(&faults))
+    let (effective, faults) = resolve_leniently(&sources);
+    let is_read = !faults
+        .iter()
+        .any(|fault| matches!(fault, ConfigFault::Syntax { .. }));
+    let faults = faults.iter().map(ToString::to_string);
+    Ok(Looked {
+        effective,
+        faults: faults.chain(told).collect(),
+        is_read,
+    })
 }
 
 fn read(file: Option<&Path>) -> Result<Option<(String, String)>, Stop> {
@@ -35,7 +74,7 @@ fn read(file: Option<&Path>) -> Result<Option<(String, String)>, Stop> {
     Ok(Some((path.display().to_string(), text)))
 }
 
-fn flags(named: &[Named<'_>], set: &[String]) -> Result<Vec<Flag>, Stop> {
+fn flags(named: &[Named<'_>], set: &[String], faults: &mut Vec<String>) -> Vec<Flag> {
     let given = named.iter().filter_map(|(flag, name, value)| {
         let value = (*value).clone()?;
         Some(Flag {
@@ -47,9 +86,10 @@ fn flags(named: &[Named<'_>], set: &[String]) -> Result<Vec<Flag>, Stop> {
     let mut flags: Vec<Flag> = given.collect();
     for pair in set {
         let Some((name, value)) = pair.split_once('=') else {
-            return Err(Stop::Misconfigured(vec![format!(
+            faults.push(format!(
                 "flag --set {pair}: write NAME=VALUE, as in limits.body=2MiB"
-            )]));
+            ));
+            continue;
         };
         flags.push(Flag {
             flag: format!("--set {name}"),
@@ -57,7 +97,7 @@ fn flags(named: &[Named<'_>], set: &[String]) -> Result<Vec<Flag>, Stop> {
             value: value.to_owned(),
         });
     }
-    Ok(flags)
+    flags
 }
 
 /// Everything wrong with a configuration, as the end of a command.
@@ -70,16 +110,16 @@ pub(super) fn misconfigured(faults: &[ConfigFault]) -> Stop {
     clippy::disallowed_methods,
     reason = "the door to the environment: settings of the daemons"
 )]
-fn environment(prefix: &str) -> Result<Vec<(String, String)>, Stop> {
-    ours(prefix, std::env::vars_os())
+fn environment(prefix: &str, faults: &mut Vec<String>) -> Vec<(String, String)> {
+    ours(prefix, std::env::vars_os(), faults)
 }
 
 fn ours(
     prefix: &str,
     variables: impl Iterator<Item = (OsString, OsString)>,
-) -> Result<Vec<(String, String)>, Stop> {
+    faults: &mut Vec<String>,
+) -> Vec<(String, String)> {
     let mut ours = Vec::new();
-    let mut faults = Vec::new();
     for (name, value) in variables {
         let name = name.to_string_lossy();
         if !name.starts_with(prefix) {
@@ -92,10 +132,7 @@ fn ours(
     }
     // The environment has no order of its own; faults are told in one that stays.
     ours.sort();
-    match faults.is_empty() {
-        true => Ok(ours),
-        false => Err(Stop::Misconfigured(faults)),
-    }
+    ours
 }
 
 fn not_text(variable: &dyn Display) -> String {

@@ -1,6 +1,6 @@
 //! The flags that configure an edge.
 
-use super::config_sources::{self, Named};
+use super::config_sources::{self, Looked, Named};
 use super::stop::Stop;
 use crate::config::{Configuration, EdgeConfig, EffectiveConfig};
 use clap::Args;
@@ -72,21 +72,34 @@ impl EdgeFlags {
         own: &[Named<'_>],
     ) -> Result<EffectiveConfig<C>, Stop> {
         let no_store = self.no_store.then(String::new);
-        let named = [
+        let named = [&self.named(&no_store)[..], own].concat();
+        config_sources::effective(self.config.as_deref(), &named, &self.set)
+    }
+
+    /// The same as far as it can be understood, with everything that is wrong beside it.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub(super) fn look<C: Configuration>(&self) -> Result<Looked<C>, Stop> {
+        let no_store = self.no_store.then(String::new);
+        let named = self.named(&no_store);
+        config_sources::look(self.config.as_deref(), &named, &self.set)
+    }
+
+    fn named<'a>(&'a self, no_store: &'a Option<String>) -> [Named<'a>; 12] {
+        [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
             ("--network", "network", &self.network),
             ("--registry-url", "registry.url", &self.registry_url),
             ("--store", "store", &self.store),
-            ("--no-store", "store", &no_store),
+            ("--no-store", "store", no_store),
             ("--tokens-file", "tokens_file", &self.tokens_file),
             ("--ports-file", "ports_file", &self.ports_file),
             ("--clock-start", "clock.start", &self.clock_start),
             ("--clock-rate", "clock.rate", &self.clock_rate),
             ("--log", "log.filter", &self.log),
             ("--log-format", "log.format", &self.log_format),
-        ];
-        let named = [&named, own].concat();
-        config_sources::effective(self.config.as_deref(), &named, &self.set)
+        ]
     }
 }

@@ -71,6 +71,12 @@ pub(super) fn is_folder(path: &Path) -> bool {
     path.is_dir()
 }
 
+/// True when there is anything of this name.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+pub(super) fn is_there(path: &Path) -> bool {
+    path.exists()
+}
+
 /// Writes a whole file, or standard output.
 pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(), Stop> {
     if path.as_os_str() == STANDARD_STREAM {

@@ -26,7 +26,7 @@ pub use edge::{
 };
 pub use fault::{ConfigFault, ConfigWarning, Origin};
 pub use registry::RegistryConfig;
-pub use resolve::{EffectiveConfig, Flag, Sources, resolve};
+pub use resolve::{EffectiveConfig, Flag, Sources, resolve, resolve_leniently};
 pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;

@@ -48,6 +48,17 @@ pub struct EffectiveConfig<C = EdgeConfig> {
 pub fn resolve<C: Configuration>(
     sources: &Sources,
 ) -> Result<EffectiveConfig<C>, Vec<ConfigFault>> {
+    let (effective, faults) = resolve_leniently(sources);
+    match faults.is_empty() {
+        true => Ok(effective),
+        false => Err(faults),
+    }
+}
+
+/// The same with everything that is wrong beside what can be understood, for those who look for more faults.
+pub fn resolve_leniently<C: Configuration>(
+    sources: &Sources,
+) -> (EffectiveConfig<C>, Vec<ConfigFault>) {
     let mut effective = EffectiveConfig {
         config: C::default(),
         origins: vec![Origin::Default; C::SETTINGS.len()],
@@ -66,10 +77,7 @@ pub fn resolve<C: Configuration>(
     for flag in &sources.flags {
         effective.read_flag(flag, &mut faults);
     }
-    match faults.is_empty() {
-        true => Ok(effective),
-        false => Err(faults),
-    }
+    (effective, faults)
 }
 
 impl<C: Configuration> EffectiveConfig<C> {

@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::status::Status;
-use super::sync::SyncStatus;
+use super::sync::{ClientError, SyncStatus};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
 use prometheus_client::metrics::MetricType;
@@ -249,9 +249,11 @@ fn encode_counts(sync: &SyncStatus, encoder: &mut DescriptorEncoder<'_>) -> Resu
     let help = "Questions to the registry that failed, by reason";
     let mut family =
         encoder.encode_descriptor("registry_failures", help, None, MetricType::Counter)?;
-    for (reason, count) in &sync.failures {
-        let labels = [("reason", *reason)];
-        ConstCounter::new(*count).encode(family.encode_family(&labels)?)?;
+    // Every reason is there from the start.
+    for reason in ClientError::REASONS {
+        let count = sync.failures.get(reason).copied().unwrap_or_default();
+        let labels = [("reason", reason)];
+        ConstCounter::new(count).encode(family.encode_family(&labels)?)?;
     }
     Ok(())
 }

@@ -5,19 +5,19 @@
 
 mod closure;
 mod fields;
-mod lost_store;
 mod network;
 mod pages;
+mod store_look;
 mod version;
 mod weather;
 mod zone;
 
 pub(crate) use closure::{ClosureIds, read_closure};
 pub(crate) use fields::Faults;
-pub(crate) use lost_store::{EMPTY_STORE, is_empty_file};
 pub(crate) use network::{network_refusal, network_rejected};
 pub use pages::PageRequest;
 pub(crate) use pages::{Page, filtered, read_token, slice, token};
+pub(crate) use store_look::{EMPTY_STORE, FOREIGN_STORE, StoreLook, look_at_store};
 pub(crate) use version::Expected;
 pub(crate) use weather::read_weather;
 pub(crate) use zone::read_zone;

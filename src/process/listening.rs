@@ -1,6 +1,7 @@
 //! What the daemons have in common where they meet the network: addresses, tokens, and why one does not start.
 
 use crate::api::metrics::RequestMetrics;
+use crate::api::operations::Daemon;
 use crate::api::server::{Authentication, FindCaller};
 use crate::config::{AirframeError, HttpUrl, Tokens};
 use crate::edge;
@@ -57,12 +58,15 @@ pub struct Addresses {
 /// The metrics of requests, with exemplars where requests are traced.
 pub(super) fn request_metrics(
     registry: &mut Registry,
+    daemon: Daemon,
     collector: Option<&HttpUrl>,
 ) -> Arc<RequestMetrics> {
-    Arc::new(match collector {
+    let metrics = match collector {
         Some(_) => RequestMetrics::traced(registry),
         None => RequestMetrics::new(registry),
-    })
+    };
+    metrics.begin_at_zero(daemon);
+    Arc::new(metrics)
 }
 
 /// Binds an address; `flag` is the flag that sets it.

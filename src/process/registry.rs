@@ -68,7 +68,8 @@ impl RegistryService {
         });
         let registry = registry.await?;
         let mut metrics = Metrics::with_prefix("skyway_registry");
-        let request_metrics = request_metrics(&mut metrics, config.traces.endpoint.as_ref());
+        let collector = config.traces.endpoint.as_ref();
+        let request_metrics = request_metrics(&mut metrics, Daemon::Registry, collector);
         registry.register_metrics(&mut metrics);
         let drain = Drain::new();
         let (router, _) = rest::router(registry.clone(), drain.clone());

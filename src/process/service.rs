@@ -8,6 +8,7 @@ use super::planted::plant_bug;
 use super::store_lock::StoreLock;
 use super::store_thread::StoreThread;
 use crate::api::grpc::{self, Health};
+use crate::api::metrics::RequestMetrics;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::page;
 use crate::api::rest;
@@ -87,11 +88,8 @@ impl Service {
         let lock = lock.transpose().map_err(OpenError::from)?;
         let opening = opening.fresh_id(random_id()?);
         let (edge, store_thread) = open(opening, config.store.as_deref()).await?;
-        let mut registry = Registry::with_prefix("skyway");
-        let metrics = request_metrics(&mut registry, config.traces.endpoint.as_ref());
-        edge.register_metrics(&mut registry);
         let queue_wait = Arc::new(QueueWait::new(config.limits.queue_wait));
-        queue_wait.register(&mut registry);
+        let (registry, metrics) = own_metrics(&edge, &config, &queue_wait);
         let following = follow(&edge, &config)?;
         let drain = Drain::new();
         let authentication = authentication(tokens);
@@ -177,6 +175,20 @@ async fn probe(queue_wait: Arc<QueueWait>) {
         tracing::warn!(%error, "how long requests wait is not known, and none is shed for that");
         tokio::time::sleep(PROBE_AGAIN).await;
     }
+}
+
+/// What an edge counts of itself, and of its requests.
+fn own_metrics(
+    edge: &Arc<Edge>,
+    config: &EdgeConfig,
+    queue_wait: &QueueWait,
+) -> (Registry, Arc<RequestMetrics>) {
+    let mut registry = Registry::with_prefix("skyway");
+    let collector = config.traces.endpoint.as_ref();
+    let metrics = request_metrics(&mut registry, Daemon::Edge, collector);
+    edge.register_metrics(&mut registry);
+    queue_wait.register(&mut registry);
+    (registry, metrics)
 }
 
 /// Follows the registry that is configured, if any is.

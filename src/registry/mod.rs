@@ -45,6 +45,7 @@ use std::sync::{Arc, Mutex};
 use store::{Identity, Store, StoreError};
 use thiserror::Error;
 use topologies::Topologies;
+use upkeep::Probes;
 
 /// Why a registry cannot be opened.
 #[derive(Debug, Error)]
@@ -103,6 +104,7 @@ pub struct Registry {
     running: Mutex<BTreeSet<(String, String)>>,
     /// Whether the store answered when it was last asked.
     answers: AtomicBool,
+    probes: Probes,
     counts: Counts,
 }
 
@@ -208,6 +210,7 @@ impl Registry {
             followers: Followers::default(),
             running: Mutex::default(),
             answers: AtomicBool::new(true),
+            probes: Probes::default(),
             counts: Counts::default(),
         }))
     }

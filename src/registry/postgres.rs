@@ -52,6 +52,9 @@ pub struct SqlStore {
     /// False once the database has refused a notification.
     notifies: AtomicBool,
     listener: Mutex<Option<PgListener>>,
+    /// For asking whether the database is there: a pool asks again for as long as it has patience.
+    probe: Mutex<Option<PgConnection>>,
+    options: PgConnectOptions,
 }
 
 impl SqlStore {
@@ -79,10 +82,12 @@ impl SqlStore {
             .max_connections(CONNECTIONS)
             .acquire_timeout(PATIENCE);
         let store = Self {
-            pool: pool.connect_with(options).await.map_err(unusable)?,
+            pool: pool.connect_with(options.clone()).await.map_err(unusable)?,
             writing: Mutex::new(()),
             notifies: AtomicBool::new(true),
             listener: Mutex::new(None),
+            probe: Mutex::new(None),
+            options,
         };
         store.migrate(fresh_id).await?;
         Ok(store)
@@ -91,6 +96,23 @@ impl SqlStore {
     /// Checks the name of a database without asking it anything.
     pub(super) fn check_name(url: &str) -> Result<(), StoreError> {
         PgConnectOptions::from_str(url).map(drop).map_err(unusable)
+    }
+
+    /// Whether it answers: over the connection of before, else over a new one.
+    async fn answer(&self) -> Result<(), StoreError> {
+        let mut held = self.probe.lock().await;
+        if let Some(mut connection) = held.take()
+            && connection.ping().await.is_ok()
+        {
+            *held = Some(connection);
+            return Ok(());
+        }
+        let connected = PgConnection::connect_with(&self.options).await;
+        let connection = connected.map_err(|error| StoreError::Unavailable {
+            message: error.to_string(),
+        })?;
+        *held = Some(connection);
+        Ok(())
     }
 
     async fn begin_write(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
@@ -146,6 +168,7 @@ impl SqlStore {
 
     async fn close_all(&self) {
         *self.listener.lock().await = None;
+        *self.probe.lock().await = None;
         self.pool.close().await;
     }
 }

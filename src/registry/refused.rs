@@ -14,7 +14,8 @@ impl From<StoreError> for Refusal {
             StoreError::Damaged { .. }
             | StoreError::Newer { .. }
             | StoreError::Unusable { .. }
-            | StoreError::Empty { .. } => {
+            | StoreError::Empty { .. }
+            | StoreError::Foreign { .. } => {
                 tracing::error!(%error, "the store");
                 Code::Internal
             }

@@ -25,11 +25,12 @@ mod statements;
 mod upkeep;
 
 use super::sql::Trouble;
+use super::sql::schema::STEPS;
 use super::store::StoreError;
-use crate::intake::is_empty_file;
+use crate::intake::{StoreLook, look_at_store};
 use sqlx::pool::PoolOptions;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
-use sqlx::{Pool, Sqlite, SqliteConnection, Transaction};
+use sqlx::{Connection as _, Pool, Sqlite, SqliteConnection, Transaction};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -77,17 +78,33 @@ impl Distrusted {
     }
 }
 
+/// Refuses what is no store of a registry, before anything is made in it.
+async fn look(file: &Path) -> Result<StoreLook, StoreError> {
+    let name = file.display().to_string();
+    match look_at_store(file, "facts").await {
+        look @ (StoreLook::Openable | StoreLook::Bare) => Ok(look),
+        StoreLook::Empty => Err(StoreError::Empty { name }),
+        StoreLook::Foreign => Err(StoreError::Foreign { name }),
+    }
+}
+
+async fn check_schema(connection: &mut Connection) -> Result<(), StoreError> {
+    let known = STEPS.len() as u64;
+    match statements::schema(connection).await {
+        Ok(found) if found > known => Err(StoreError::Newer { found, known }),
+        Ok(_) => Ok(()),
+        Err(Trouble::Lasting(error)) => Err(error),
+        Err(Trouble::Contended) => Err(StoreError::Contended),
+    }
+}
+
 impl SqlStore {
     /// Opens a store, and makes it where there is none, with this id.
     ///
     /// # Errors
     /// When the file cannot be opened, is no store, or was made by a later version.
     pub async fn open(file: &Path, fresh_id: &str) -> Result<Self, StoreError> {
-        if is_empty_file(file).await {
-            return Err(StoreError::Empty {
-                name: file.display().to_string(),
-            });
-        }
+        look(file).await?;
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(true)
@@ -113,6 +130,38 @@ impl SqlStore {
         Ok(store)
     }
 
+    /// Whether a file that is there would be opened, without changing anything in it.
+    ///
+    /// # Errors
+    /// What keeps it from being opened.
+    pub async fn check(file: &Path) -> Result<(), StoreError> {
+        if look(file).await? == StoreLook::Bare {
+            return Ok(());
+        }
+        let unusable = |message: String| StoreError::Unusable {
+            name: file.display().to_string(),
+            message,
+        };
+        let options = SqliteConnectOptions::new()
+            .filename(file)
+            .create_if_missing(false)
+            .busy_timeout(PATIENCE)
+            .pragma("query_only", "ON");
+        let connected = SqliteConnection::connect_with(&options).await;
+        let mut connection = connected.map_err(|error| unusable(error.to_string()))?;
+        let said: Result<String, sqlx::Error> = sqlx::query_scalar("PRAGMA quick_check(1)")
+            .fetch_one(&mut connection)
+            .await;
+        let checked = match said {
+            Ok(said) if said == "ok" => check_schema(&mut connection).await,
+            Ok(said) => Err(unusable(said)),
+            Err(error) => Err(unusable(error.to_string())),
+        };
+        // What was read is known, however it is closed.
+        let _ = connection.close().await;
+        checked
+    }
+
     /// The version of SQLite that is on board.
     ///
     /// # Errors
@@ -121,6 +170,18 @@ impl SqlStore {
         let version = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(&self.readers);
         version.await.map_err(|error| StoreError::Unavailable {
             message: error.to_string(),
+        })
+    }
+
+    /// Whether it answers.
+    async fn answer(&self) -> Result<(), StoreError> {
+        let asked = sqlx::query("SELECT value FROM facts LIMIT 1").fetch_optional(&self.readers);
+        let asked = asked.await;
+        asked.map(drop).map_err(|error| {
+            self.distrust();
+            StoreError::Unavailable {
+                message: error.to_string(),
+            }
         })
     }
 

@@ -58,6 +58,12 @@ pub enum StoreError {
         /// The name.
         name: String,
     },
+    /// Its file is a database of something else.
+    #[error("{name}: {}", crate::intake::FOREIGN_STORE)]
+    Foreign {
+        /// The name.
+        name: String,
+    },
     /// Others wrote the same at the same time, again and again.
     #[error("others wrote the same at the same time; try again")]
     Contended,
@@ -315,6 +321,9 @@ pub struct EdgeHeard {
 pub trait Store: Debug + Send + Sync {
     /// Which registry this is.
     fn identity(&self) -> Answer<'_, Identity>;
+
+    /// Whether it answers now: at once no, where what keeps it is gone.
+    fn ping(&self) -> Answer<'_, ()>;
 
     /// Begins a new epoch, after this one where it is later than the store's own; nobody can follow from before it.
     fn begin_epoch(&self, after: u64) -> Answer<'_, Identity>;

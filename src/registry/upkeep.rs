@@ -4,8 +4,9 @@ use super::Registry;
 use super::store::{Compaction, NetworkState};
 use crate::refusal::Refusal;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use tokio::sync::Mutex;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_util::sync::CancellationToken;
 
@@ -16,7 +17,31 @@ const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// A store that takes longer to say that it is there is not.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// Those who ask whether a registry is ready, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct Probes {
+    turn: Mutex<()>,
+    /// How many looks at the store were begun for them.
+    begun: AtomicU64,
+}
+
 impl Registry {
+    /// Whether the store answers now. Whoever asks while another one looks waits for one further look at most, so that a
+    /// flood of probes is no flood of questions.
+    pub async fn probe(&self) -> bool {
+        let begun_before = self.probes.begun.load(Ordering::Relaxed);
+        let _turn = self.probes.turn.lock().await;
+        if self.probes.begun.load(Ordering::Relaxed) == begun_before {
+            self.probes.begun.fetch_add(1, Ordering::Relaxed);
+            let answered = timeout(PATIENCE, self.store.ping()).await;
+            // That it answers again, the next look finds out: it asks for more.
+            if !matches!(answered, Ok(Ok(()))) {
+                self.noted(false);
+            }
+        }
+        self.is_ready()
+    }
+
     /// Does all of it until it is stopped; then keeps what is left and closes the store.
     pub async fn run(self: Arc<Self>, stop: CancellationToken) {
         let work = async {
@@ -59,6 +84,11 @@ impl Registry {
             }
             Err(_) => false,
         };
+        self.noted(answers);
+    }
+
+    /// Notes whether the store answers.
+    fn noted(&self, answers: bool) {
         let answered = self.answers.swap(answers, Ordering::Relaxed);
         if answered != answers {
             tracing::warn!(answers, "the store");

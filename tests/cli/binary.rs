@@ -291,3 +291,8 @@ pub(crate) fn repository(path: &str) -> PathBuf {
 pub(crate) fn read(path: &Path) -> String {
     std::fs::read_to_string(path).expect("a readable file")
 }
+
+/// Reads a file as it is.
+pub(crate) fn read_bytes(path: &str) -> Vec<u8> {
+    std::fs::read(path).expect("a readable file")
+}

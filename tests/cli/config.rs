@@ -1,6 +1,6 @@
 //! `skyway config` and `skyway token`: what a supervisor sees of a configuration, and where secrets go.
 
-use crate::binary::{Desk, read, repository, skyway, skyway_in};
+use crate::binary::{Desk, Server, read, read_bytes, repository, skyway, skyway_in};
 use serde_json::Value;
 
 const TOKEN_LETTERS: usize = "sky_".len() + 64;
@@ -28,15 +28,27 @@ fn every_fault_is_told_and_the_exit_code_is_that_of_configurations() {
         "--set",
         "limits.batch",
     ];
+    let network = ["--network", "sidney"];
+    let store = ["--store", &desk.write("empty.db", "")];
+    let check = [&check[..], &network, &store].concat();
     let run = skyway_in(&check, &environment).exits(78);
-    assert_eq!(
-        run.stderr,
-        "error: flag --set limits.batch: write NAME=VALUE, as in limits.body=2MiB\n"
-    );
-    let run = skyway_in(&check[..4], &environment).exits(78);
-    let expected = "error: file FILE:1: there is no setting 'lisen'; did you mean listen?\n\
-        error: env SKYWAY_EDGE_LOG_FORMAT: log.format: 'xml' is not text or json\n";
-    assert_eq!(run.stderr.replace(&file, "FILE"), expected);
+    let told: Vec<&str> = run.stderr.lines().collect();
+    // One run tells all of it: of the file, the environment, the flags, who may call, the network and the store.
+    let expected = [
+        "error: file FILE:1: there is no setting 'lisen'; did you mean listen?",
+        "error: env SKYWAY_EDGE_LOG_FORMAT: log.format: 'xml' is not text or json",
+        "error: flag --set limits.batch: write NAME=VALUE, as in limits.body=2MiB",
+        "error: file FILE:2: listen = 0.0.0.0:1",
+        "error: file FILE:2: listen = 0.0.0.0:1",
+        "error: flag --network: there is no file sidney",
+        "error: flag --store: ",
+    ];
+    assert_eq!(told.len(), expected.len(), "{run:#?}");
+    for (line, begins) in told.iter().zip(expected) {
+        let line = line.replace(&file, "FILE");
+        assert!(line.starts_with(begins), "{line}, not {begins}");
+    }
+    assert!(told[6].contains("it is empty"), "{run:#?}");
     assert_eq!(run.stdout, "");
     let missing = desk.path("missing.toml");
     let run = skyway(&["config", "show", "--config", &missing]).exits(78);
@@ -51,7 +63,7 @@ fn every_fault_is_told_and_the_exit_code_is_that_of_configurations() {
 #[test]
 fn a_flag_that_names_its_setting_does_not_name_it_twice() {
     let of = |set: &[&str]| {
-        let run = skyway(&[&["config", "check"], set].concat()).exits(78);
+        let run = skyway(&[&["config", "check", "--quiet"], set].concat()).exits(78);
         run.stderr
     };
     assert_eq!(
@@ -225,4 +237,52 @@ fn the_store_of_a_registry_is_checked_without_being_made() {
     ];
     let run = skyway(&show).exits(0);
     assert!(run.stdout.contains("mine.db"), "{run:?}");
+}
+
+#[test]
+fn a_store_that_cannot_be_opened_is_a_fault_and_one_that_is_checked_is_left_as_it_is() {
+    let desk = Desk::new();
+    let (edge, registry) = (desk.path("edge.db"), desk.path("registry.db"));
+    let check = |registry: bool, store: &str| {
+        let whose: &[&str] = if registry { &["--registry"] } else { &[] };
+        skyway(&[&["config", "check", "--quiet", "--store", store], whose].concat())
+    };
+    for (role, store) in [("edge", &edge), ("registry", &registry)] {
+        let daemon = Server::start(&Desk::new(), &[role, "--store", store]);
+        check(role == "registry", store).exits(0);
+        assert_eq!(daemon.end(), 0);
+        check(role == "registry", store).exits(0);
+    }
+    let left = [read_bytes(&edge), read_bytes(&registry)];
+    let torn = desk.write(
+        "torn.db",
+        "no database at all, but long enough to be taken for one",
+    );
+    for (is_registry, store, says) in [
+        (false, &registry, "it has tables of something else"),
+        (true, &edge, "it has tables of something else"),
+        (false, &torn, "is no store"),
+        (true, &torn, "no store"),
+        (false, &desk.path("missing/edge.db"), "there is no folder"),
+        (false, &desk.path(""), "is a folder; name a file"),
+    ] {
+        let run = check(is_registry, store).exits(78);
+        let is_told = run.stderr.starts_with("error: flag --store: ") && run.stderr.contains(says);
+        assert!(is_told, "{store}: {run:?}");
+    }
+    assert_eq!([read_bytes(&edge), read_bytes(&registry)], left);
+    let foreign = skyway(&[
+        "edge",
+        "--quiet",
+        "--store",
+        &registry,
+        "--listen",
+        "127.0.0.1:0",
+    ]);
+    assert_ne!(foreign.code, 0);
+    assert!(
+        foreign.stderr.contains("tables of something else"),
+        "{foreign:?}"
+    );
+    assert_eq!(read_bytes(&registry), left[1], "nothing was made in it");
 }

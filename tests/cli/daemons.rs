@@ -119,3 +119,77 @@ fn a_database_that_is_not_there_is_named_with_the_cause() {
     }
     assert!(!run.stderr.contains("secret"), "{run:#?}");
 }
+
+/// The lines of a page of metrics.
+fn metrics(daemon: &Server, accept: &str) -> Vec<String> {
+    let headers = format!("accept: {accept}\r\n");
+    let page = Server::ask(daemon.admin, "GET /metrics", &headers, "");
+    page.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn metrics_are_told_in_the_format_that_the_scraper_reads() {
+    for (role, prefix) in [("edge", "skyway"), ("registry", "skyway_registry")] {
+        let desk = Desk::new();
+        let daemon = Server::start(&desk, &[role, "--store", &desk.path("store.db")]);
+        let of_today = metrics(&daemon, "application/openmetrics-text;version=1.0.0");
+        assert!(of_today.contains(&format!("# TYPE {prefix}_requests counter")));
+        assert_eq!(of_today.last().map(String::as_str), Some("# EOF"));
+        let older = metrics(&daemon, "text/plain;version=0.0.4");
+        assert!(older.contains(&format!("# TYPE {prefix}_requests_total counter")));
+        let has = |begins: &str| older.iter().any(|line| line.starts_with(begins));
+        assert!(has(&format!(
+            "# HELP {prefix}_requests_total Requests answered"
+        )));
+        assert!(!has("# EOF") && !has("# UNIT"));
+        assert!(has("content-type: text/plain; version=0.0.4"));
+        // Each sample has the help and type of its name.
+        let named = |kind: &str| -> Vec<String> {
+            let named = older.iter().filter_map(|line| line.strip_prefix(kind));
+            let names = named.filter_map(|line| line.split(' ').next());
+            names.map(str::to_owned).collect()
+        };
+        let (helps, types) = (named("# HELP "), named("# TYPE "));
+        for line in older.iter().filter(|line| line.starts_with("skyway")) {
+            let name = line.split(['{', ' ']).next().unwrap_or_default();
+            let family = ["_bucket", "_sum", "_count"]
+                .iter()
+                .find_map(|end| name.strip_suffix(end));
+            let is_named = |names: &[String]| {
+                names
+                    .iter()
+                    .any(|of| of == name || Some(of.as_str()) == family)
+            };
+            assert!(is_named(&helps) && is_named(&types), "{role}: {line}");
+        }
+        assert_eq!(daemon.end(), 0);
+    }
+}
+
+#[test]
+fn what_is_counted_is_told_before_it_happens() {
+    let desk = Desk::new();
+    let away = ["--no-store", "--registry-url", "http://127.0.0.1:1"];
+    let edge = Server::start(&desk, &[&["edge"], &away[..]].concat());
+    let told = metrics(&edge, "text/plain");
+    for line in [
+        "skyway_requests_total{operation=\"report_failure\",dialect=\"rest\",status=\"200\"} 0",
+        "skyway_requests_total{operation=\"report_failure\",dialect=\"grpc\",status=\"0\"} 0",
+        "skyway_shed_total{class=\"failure\",reason=\"slots\"} 0",
+        "skyway_connections_closed_total{reason=\"stalled\"} 0",
+        "skyway_refusals_total{code=\"not_found\"} 0",
+        "skyway_registry_failures_total{reason=\"unreadable\"} 0",
+        "skyway_alarms_total{kind=\"no_route\"} 0",
+        "skyway_checker_cases_total 0",
+    ] {
+        assert!(
+            told.iter().any(|told| told == line),
+            "no {line} in {told:#?}"
+        );
+    }
+    let of_others = told
+        .iter()
+        .find(|line| line.contains("registry_put_network"));
+    assert_eq!(of_others, None, "an edge answers no such request");
+    assert_eq!(edge.end(), 0);
+}

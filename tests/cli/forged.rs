@@ -7,7 +7,7 @@ use skyway::network::{Topology, bundled};
 use skyway::verify::{FlightPremises, verify_flight};
 
 /// A plan past a zone, into wind, with a pad reserved and another plan elsewhere.
-fn plan(desk: &Desk) -> Value {
+pub(crate) fn plan(desk: &Desk) -> Value {
     let zone = json!({
         "type": "Feature",
         "id": "parade",
@@ -51,7 +51,7 @@ fn plan(desk: &Desk) -> Value {
 }
 
 /// What a reader of a verdict is told, or that there is none.
-fn told(plan: &Value, topology: &Topology) -> Result<Vec<String>, String> {
+pub(crate) fn told(plan: &Value, topology: &Topology) -> Result<Vec<String>, String> {
     let document =
         read_flight_document(&plan.to_string(), topology).map_err(|fault| fault.to_string())?;
     let starts = [document.start];
@@ -77,7 +77,7 @@ fn told(plan: &Value, topology: &Topology) -> Result<Vec<String>, String> {
 }
 
 /// The places of all numbers in a document, as JSON pointers.
-fn numbers(value: &Value, pointer: &str, found: &mut Vec<String>) {
+pub(crate) fn numbers(value: &Value, pointer: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(pointer.to_owned()),
         Value::Array(entries) => {

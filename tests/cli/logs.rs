@@ -94,3 +94,24 @@ fn an_edge_says_once_why_it_cannot_follow() {
     assert!(line.contains("the registry is not followed"), "{line}");
     assert!(line.contains("the registry does not answer"), "{line}");
 }
+
+#[test]
+fn an_edge_says_when_it_follows_again() {
+    let desk = Desk::new();
+    let registry_desk = Desk::new();
+    let store = registry_desk.path("registry.db");
+    let registry = Server::start(&registry_desk, &["registry", "--store", &store]);
+    let url = format!("http://{}", registry.address);
+    let edge = Server::start(&desk, &["edge", "--no-store", "--registry-url", &url]);
+    let is_told = |what: &str| desk.read("log").lines().any(|line| line.contains(what));
+    // The registry has no network yet, so that there is nothing to follow.
+    while !is_told("the registry is not followed") {}
+    assert!(!is_told("the registry is followed again"));
+    let network = skyway(&["network", "convert", "--to", "geojson", "--quiet"]).exits(0);
+    let headers = "content-type: application/geo+json\r\n";
+    let line = "PUT /v1/networks/sydney";
+    Server::ask(registry.address, line, headers, &network.stdout);
+    while !is_told("the registry is followed again") {}
+    assert_eq!(edge.end(), 0);
+    assert_eq!(registry.end(), 0);
+}

@@ -12,6 +12,7 @@ mod evaluate;
 mod flights;
 mod foreign;
 mod forged;
+mod forged_plans;
 mod help;
 mod input;
 #[cfg(feature = "edge")]

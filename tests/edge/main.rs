@@ -7,6 +7,7 @@
 
 mod authors;
 mod clock_steps;
+mod earlier_store;
 mod enforcing;
 mod failing_disk;
 mod first_stretches;

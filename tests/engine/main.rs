@@ -12,6 +12,7 @@ mod composition;
 mod drawing;
 #[cfg(feature = "cli")]
 mod evaluate;
+mod kept_between;
 mod numbered_nodes;
 mod oracle;
 mod projection;
@@ -20,6 +21,7 @@ mod reports;
 mod shape_cases;
 mod shape_queries;
 mod shapes;
+mod start_oracle;
 mod start_rules;
 mod starts;
 mod strategies;

@@ -14,7 +14,7 @@ const DESTINATIONS: usize = 9;
 /// Intact tables that fit; with closures worked in an entry takes half as much again.
 const TABLES_THAT_FIT: usize = 4;
 
-fn topology(seed: u64) -> Arc<Topology> {
+pub(crate) fn topology(seed: u64) -> Arc<Topology> {
     let generated = Generated {
         nodes: 120,
         max_neighbours: 5,
@@ -42,7 +42,7 @@ fn with_closures(topology: &Arc<Topology>) -> Airspace {
 }
 
 /// A failure at the first segment from a node.
-fn request(topology: &Topology, from: NodeIx, destination: NodeIx) -> Option<Request> {
+pub(crate) fn request(topology: &Topology, from: NodeIx, destination: NodeIx) -> Option<Request> {
     let leg = (from, topology.arcs(from).first()?.to);
     Some(Request::exact(FailureReport {
         failure: FailureType::Navigational,

@@ -171,6 +171,18 @@ impl Served {
         self.running.await.expect("the upkeep ends");
     }
 
+    /// Asks whether it is ready, without waiting for the answer.
+    pub(crate) fn probe_later(&self) -> JoinHandle<Told> {
+        let (client, address) = (self.client.clone(), self.address);
+        tokio::spawn(async move { ask(&client, address, "GET /readyz", &[], "").await })
+    }
+
+    /// Closes its store, which answers nothing more; the registry is served as before.
+    pub(crate) async fn lose_store(&mut self) {
+        self.stop.cancel();
+        (&mut self.running).await.expect("the upkeep ends");
+    }
+
     /// Asks the public listener; `line` is a method and a path.
     pub(crate) async fn ask(&self, line: &str, headers: &[(&str, &str)], body: &str) -> Told {
         ask(&self.client, self.address, line, headers, body).await

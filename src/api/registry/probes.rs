@@ -36,7 +36,7 @@ pub(super) async fn ready(
     if drain.has_begun() {
         return Err(Refusal::new(Code::ShuttingDown, "the registry is draining").into());
     }
-    if !registry.is_ready() {
+    if !registry.probe().await {
         let refusal = Refusal::new(Code::StoreUnavailable, "the store does not answer");
         return Err(refusal.retry_after_s(1).into());
     }

@@ -1,18 +1,15 @@
 //! `GET /metrics` and `GET /status`, for the keepers of a daemon.
 
 use super::answer::{Answer, json, of_bytes};
+use super::exposition::{OPENMETRICS, PLAIN, in_older_format, reads_openmetrics};
 use crate::edge::{Code, Edge, Refusal};
 use axum::Router;
 use axum::extract::State;
 use axum::routing::get;
-use http::{HeaderMap, StatusCode, header};
+use http::{HeaderMap, StatusCode};
 use prometheus_client::encoding::text::encode;
 use prometheus_client::registry::Registry;
 use std::sync::Arc;
-
-const OPENMETRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
-/// The older format, which knows no exemplars.
-const PLAIN: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// Both pages.
 pub(in crate::api) fn router(edge: Arc<Edge>, registry: Arc<Registry>) -> Router {
@@ -35,31 +32,8 @@ async fn metrics(State(registry): State<Arc<Registry>>, headers: HeaderMap) -> A
     })?;
     Ok(match reads_openmetrics(&headers) {
         true => of_bytes(StatusCode::OK, OPENMETRICS, text),
-        false => of_bytes(StatusCode::OK, PLAIN, without_exemplars(&text)),
+        false => of_bytes(StatusCode::OK, PLAIN, in_older_format(&text)),
     })
-}
-
-/// Whether who asks reads `OpenMetrics`: everyone but those who ask for the older format alone.
-fn reads_openmetrics(headers: &HeaderMap) -> bool {
-    let accepted = headers.get_all(header::ACCEPT).iter();
-    let accepted = accepted.filter_map(|value| value.to_str().ok());
-    let types: Vec<&str> = accepted
-        .flat_map(|value| value.split(','))
-        .filter_map(|range| range.split(';').next())
-        .map(str::trim)
-        .collect();
-    let asks_for = |name: &str| types.iter().any(|range| range.eq_ignore_ascii_case(name));
-    asks_for("application/openmetrics-text") || !asks_for("text/plain")
-}
-
-/// The same without what the older format does not know. No label of ours has a ` # ` in its value.
-fn without_exemplars(text: &str) -> String {
-    let mut plain = String::with_capacity(text.len());
-    for line in text.lines() {
-        plain.push_str(line.split_once(" # {").map_or(line, |(sample, _)| sample));
-        plain.push('\n');
-    }
-    plain
 }
 
 async fn status(State(edge): State<Arc<Edge>>) -> Answer {

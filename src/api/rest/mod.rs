@@ -12,6 +12,7 @@ mod closures;
 pub(in crate::api) mod docs;
 mod drones;
 mod events;
+mod exposition;
 mod failures;
 mod holds;
 mod network;

@@ -6,6 +6,7 @@
 //! After: deadline, panics, metrics, the dialect of refusals, headers.
 
 use super::bodies::{AnswerBody, BoundedBody, Permit};
+use super::date::date;
 use super::drain::Drain;
 use super::gate_config::{Authentication, GateConfig};
 use super::hosts::Hosts;
@@ -18,6 +19,7 @@ use crate::access::{Caller, Role};
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
 use crate::api::operations::{Access, Class, Operation, Unresolved};
 use crate::api::problem;
+use crate::clock::machine_now;
 use crate::edge::{Code, Refusal};
 use http::request::Parts;
 use http::{HeaderValue, Request, Response, Version, header};
@@ -426,6 +428,7 @@ impl Gate {
         // Never the same twice: without this HTTP/2 would remember each in its table of headers.
         request_id.set_sensitive(true);
         headers.insert(X_REQUEST_ID, request_id);
+        headers.extend(date(machine_now()).map(|date| (header::DATE, date)));
         if known.dialect == Dialect::Rest {
             headers.insert(
                 header::X_CONTENT_TYPE_OPTIONS,

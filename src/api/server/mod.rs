@@ -7,6 +7,7 @@
 mod accept;
 mod bodies;
 mod connection;
+mod date;
 mod drain;
 mod gate;
 mod gate_config;

@@ -52,6 +52,12 @@ pub enum StoreFault {
         /// The name.
         name: String,
     },
+    /// It is a database of something else.
+    #[error("{name}: {}", crate::intake::FOREIGN_STORE)]
+    Foreign {
+        /// The name.
+        name: String,
+    },
     /// Another process writes to it.
     #[error("another edge writes to this store; give each edge a file of its own")]
     Taken,

@@ -6,7 +6,7 @@
 //! is copied into the file proper, with pages that the system has to write again.
 
 use super::file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
-use crate::intake::is_empty_file;
+use crate::intake::{StoreLook, look_at_store};
 use crate::planted::{self, Bug};
 use sha2::{Digest, Sha256};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
@@ -47,11 +47,7 @@ impl SqliteFile {
     /// # Errors
     /// When it cannot be opened, is empty, damaged or no store, or was made by a later version.
     pub async fn open(path: &Path) -> Result<Self, StoreFault> {
-        if is_empty_file(path).await {
-            return Err(StoreFault::Empty {
-                name: path.display().to_string(),
-            });
-        }
+        look(path).await?;
         let options = SqliteConnectOptions::new()
             .filename(path)
             .create_if_missing(true)
@@ -70,6 +66,20 @@ impl SqliteFile {
             path: path.to_owned(),
             connection: Some(connection),
         })
+    }
+
+    /// Whether a file that is there would be opened, without changing anything in it.
+    ///
+    /// # Errors
+    /// What keeps it from being opened.
+    pub async fn check(path: &Path) -> Result<(), StoreFault> {
+        if look(path).await? == StoreLook::Bare {
+            return Ok(());
+        }
+        let mut file = Self::open_to_read(path).await?;
+        let checked = check_structure(file.connection()?).await;
+        Box::new(file).close().await;
+        checked
     }
 
     /// Opens a file that is there, only to read it; another process may have it open.
@@ -99,6 +109,16 @@ impl SqliteFile {
         self.connection
             .as_mut()
             .ok_or(StoreFault::Unavailable { message })
+    }
+}
+
+/// Refuses what is no store of an edge, before anything is made in it.
+async fn look(path: &Path) -> Result<StoreLook, StoreFault> {
+    let name = path.display().to_string();
+    match look_at_store(path, "entries").await {
+        look @ (StoreLook::Openable | StoreLook::Bare) => Ok(look),
+        StoreLook::Empty => Err(StoreFault::Empty { name }),
+        StoreLook::Foreign => Err(StoreFault::Foreign { name }),
     }
 }
 

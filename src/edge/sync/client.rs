@@ -53,6 +53,9 @@ pub enum ClientError {
 }
 
 impl ClientError {
+    /// All reasons.
+    pub const REASONS: [&'static str; 4] = ["transport", "unreadable", "too_large", "refused"];
+
     /// The reason in one word, for metrics.
     pub fn reason(&self) -> &'static str {
         match self {

@@ -4,7 +4,7 @@ use super::written::{
     Written, WrittenClosure, WrittenKind, WrittenLeg, WrittenPlan, WrittenReservation, WrittenStop,
     WrittenTraffic, WrittenWind,
 };
-use super::{FlightDocument, FlightDocumentFault, sha256};
+use super::{FORMAT, FlightDocument, FlightDocumentFault, sha256};
 use crate::flight::{
     Airframe, FlightPlan, FlightStart, FlownLeg, Reservation, Situation, Stop, StopKind,
     TimedClosure, TrafficLeg, Wind, WindField, WindPatch,
@@ -26,6 +26,12 @@ pub fn read_flight_document(
         serde_json::from_str(text).map_err(|error| FlightDocumentFault::Unreadable {
             reason: error.to_string(),
         })?;
+    if written.format != FORMAT {
+        let format = &written.format;
+        return Err(FlightDocumentFault::Unreadable {
+            reason: format!("its format is '{format}', and {FORMAT} is read"),
+        });
+    }
     if written.network_sha256 != sha256(topology) {
         return Err(FlightDocumentFault::OtherNetwork {
             stated: written.network_sha256,

@@ -2,8 +2,8 @@
 
 use super::written::WrittenRules;
 use super::{FlightDocument, FlightDocumentFault};
-use crate::flight::{Airframe, FlightRules};
-use crate::network::Topology;
+use crate::flight::{Airframe, FlightRules, TimedClosure};
+use crate::network::{NodeIx, Topology};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
@@ -136,7 +136,8 @@ fn in_the_way(document: &FlightDocument, topology: &Topology) -> Vec<String> {
         .map(|(closure, id)| {
             let margins = if closure.widened { ", widened" } else { "" };
             let window = window(zero, closure.from_s, closure.until_s);
-            format!("closure '{id}' {window}{margins}")
+            let closes = closes(closure, topology);
+            format!("closure '{id}' {window}{margins}, of {closes}")
         })
         .collect();
     if lines.is_empty() {
@@ -153,8 +154,9 @@ fn in_the_way(document: &FlightDocument, topology: &Topology) -> Vec<String> {
     lines.extend(told(stays, "reserved pads"));
     let legs = situation.traffic.iter().map(|leg| {
         format!(
-            "another plan on segment '{}' {}",
+            "another plan on segment '{}' from node '{}' {}",
             topology.segment_id(leg.segment),
+            topology.node_id(leg.from),
             window(zero, leg.enters_s, leg.leaves_s)
         )
     });
@@ -170,6 +172,35 @@ fn in_the_way(document: &FlightDocument, topology: &Topology) -> Vec<String> {
         format!("segment '{id}' closed for this plan alone")
     }));
     lines
+}
+
+/// What a closure closes: a plan whose closures close less proves less.
+fn closes(closure: &TimedClosure, topology: &Topology) -> String {
+    let segments = closure.segments.iter();
+    let segments = segments.map(|&segment| topology.segment_id(segment).into_owned());
+    let ids = |nodes: &[NodeIx]| -> Vec<String> {
+        let ids = nodes.iter().map(|&node| topology.node_id(node).to_owned());
+        ids.collect()
+    };
+    let all = [
+        ("segments", segments.collect()),
+        ("nodes", ids(&closure.nodes)),
+        ("pads at", ids(&closure.pads)),
+    ];
+    let some = all.iter().filter(|(_, ids)| !ids.is_empty());
+    let told: Vec<String> = some
+        .map(|(what, ids)| {
+            let first = &ids[..ids.len().min(TOLD_MAX)];
+            match ids.len() - first.len() {
+                0 => format!("{what} {}", first.join(", ")),
+                more => format!("{what} {} and {more} more", first.join(", ")),
+            }
+        })
+        .collect();
+    match told.is_empty() {
+        true => "nothing".to_owned(),
+        false => told.join("; "),
+    }
 }
 
 /// The first entries, and how many there are beyond them.

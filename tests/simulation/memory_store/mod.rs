@@ -149,6 +149,10 @@ impl Store for MemoryStore {
         self.ask(|it| it.identity.clone())
     }
 
+    fn ping(&self) -> Answer<'_, ()> {
+        self.ask(|_| ())
+    }
+
     fn begin_epoch(&self, after: u64) -> Answer<'_, Identity> {
         self.change(move |it| {
             it.identity.epoch = it.identity.epoch.max(after) + 1;
