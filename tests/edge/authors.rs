@@ -25,6 +25,22 @@ async fn next(events: &mut EventStream, kind: EventKind) -> Value {
     }
 }
 
+/// The next events of two kinds, in either order: an answer is told beside the writer, which tells what is published.
+async fn both(events: &mut EventStream, kinds: [EventKind; 2]) -> [Value; 2] {
+    let mut passed = Vec::new();
+    let mut found = [None, None];
+    while found.contains(&None) {
+        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = next.unwrap_or_else(|_| panic!("not {kinds:?}, but {passed:?}"));
+        let event = next.expect("more").expect("no gap");
+        passed.push(event.kind);
+        if let Some(place) = kinds.iter().position(|kind| *kind == event.kind) {
+            found[place] = serde_json::from_str(&event.json).ok();
+        }
+    }
+    found.map(Option::unwrap_or_default)
+}
+
 #[tokio::test]
 async fn an_event_says_who_made_it_happen() {
     let mut stage = Stage::set();
@@ -62,8 +78,7 @@ async fn an_event_says_who_made_it_happen() {
         "service": {"from": "a0", "to": "a1"}, "destination": "a4",
     });
     stage.answer(report).await;
-    for kind in [EventKind::Recomposed, EventKind::ClosurePut] {
-        let told = next(&mut events, kind).await;
+    for told in both(&mut events, [EventKind::Recomposed, EventKind::ClosurePut]).await {
         assert_eq!(told["by"]["subject"], "d1", "{told}");
         assert_eq!(told["by"]["role"], "drone", "{told}");
     }
