@@ -29,6 +29,7 @@ mod off_plan;
 mod offers;
 mod opening;
 mod orders;
+mod places;
 mod plan_reports;
 mod plans;
 mod publication;

@@ -5,6 +5,7 @@
 use super::Edge;
 use super::drones::Sighting;
 use super::orders::Order;
+use super::places::Untaken;
 use super::plans::own_plan;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::state_ends::landed_as;
@@ -106,10 +107,10 @@ impl Edge {
             leg: completion.leg,
             fraction: completion.fraction,
         };
-        self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
         let topology = snapshot.topology();
-        let place = completion.location.as_ref();
-        let place = place.and_then(|place| place_of(place, &snapshot));
+        // The start of a leg is where it was, and not where it has landed.
+        let place = place.filter(|_| completion.location.is_some());
         let landed = place.map_or_else(
             || landed_as(&plan),
             |place| {
@@ -161,21 +162,20 @@ impl Edge {
         self.told(outcome.done, &snapshot)
     }
 
-    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as telemetry.
+    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as telemetry. Gives the
+    /// place where it is one; one that is none is passed over, as what else is said is true all the same.
     fn note_place(
         &self,
         snapshot: &Snapshot,
-        plan: &PlanEntry,
+        plan: &Arc<PlanEntry>,
         version: Option<&Arc<Version>>,
         told: &Whereabouts<'_>,
-    ) {
-        let Some(drone) = plan.drone_id.as_deref() else {
-            return;
-        };
+    ) -> Option<[f64; 2]> {
         let stated = told.location.and_then(|place| place_of(place, snapshot));
         let on_leg = || version.and_then(|version| place_on(snapshot, version, told));
-        let Some(coordinates) = stated.or_else(on_leg) else {
-            return;
+        let coordinates = stated.or_else(on_leg)?;
+        let Some(drone) = plan.drone_id.as_deref() else {
+            return Some(coordinates);
         };
         let seen_at = self.clock.now();
         let before = self.drones.last(drone);
@@ -190,7 +190,15 @@ impl Edge {
             rests: None,
             ..sighting
         };
-        self.drones.see(drone, sighting);
+        match self.judge_place(snapshot, Some(plan), drone, &sighting) {
+            Ok(()) => {
+                self.drones.see(drone, sighting);
+            }
+            Err(Untaken::Impossible(_)) => return None,
+            // Its telemetry has come ahead of what it says.
+            Err(Untaken::Outdated) => {}
+        }
+        Some(coordinates)
     }
 }
 

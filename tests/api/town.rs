@@ -69,8 +69,8 @@ fn draft() -> NetworkDraft {
 /// A town, and how it is asked.
 pub(crate) struct Town {
     pub(crate) api: Api,
-    hand: Hand,
-    dialect: Dialect,
+    pub(crate) hand: Hand,
+    pub(crate) dialect: Dialect,
 }
 
 /// An hour and minute of the day of all stories.
@@ -122,7 +122,7 @@ impl Town {
         self.api.settled().await;
     }
 
-    fn ids(&self) -> NodeIds {
+    pub(crate) fn ids(&self) -> NodeIds {
         NodeIds::of(&self.api.edge.topology())
     }
 
@@ -270,7 +270,7 @@ impl Town {
     }
 
     /// Calls a method of a service; unary calls need nothing of a client but HTTP/2.
-    async fn call<A: Message + Default>(
+    pub(crate) async fn call<A: Message + Default>(
         &self,
         method: &str,
         message: &impl Message,
@@ -356,7 +356,7 @@ fn instant(text: &str) -> Option<proto::Timestamp> {
     })
 }
 
-fn refused(problem: &Value) -> Refused {
+pub(crate) fn refused(problem: &Value) -> Refused {
     let text = |value: &Value| value.as_str().map(str::to_owned);
     let errors = problem["errors"].as_array().cloned().unwrap_or_default();
     let errors = errors.iter().map(|error| {
