@@ -182,9 +182,13 @@ pub(crate) fn removal(dialect: Dialect, standing: &Standing) -> Wanted {
             delete(format!("/v1/zones/{id}"), Some(etag.clone()))
         }
         (Dialect::Rest, Standing::Closure(id)) => delete(format!("/v1/closures/{id}"), None),
-        (Dialect::Grpc, Standing::Plan(id)) => {
-            call(CANCEL_PLAN, &proto::CancelPlanRequest { id: id.clone() })
-        }
+        (Dialect::Grpc, Standing::Plan(id)) => call(
+            CANCEL_PLAN,
+            &proto::CancelPlanRequest {
+                id: id.clone(),
+                ..Default::default()
+            },
+        ),
         (Dialect::Grpc, Standing::Zone { id, etag }) => {
             let message = proto::DeleteZoneRequest {
                 id: id.clone(),

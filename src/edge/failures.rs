@@ -13,7 +13,7 @@ use super::orders::Order;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::snapshot::{PlanEntry, Snapshot, Version, version_flags};
 use super::store::Entry;
 use super::stretches::Stretch;
 use super::traces;
@@ -216,12 +216,13 @@ impl Edge {
             settle_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
+        let is_quote = plan.as_ref().is_some_and(|plan| plan.is_quote());
         let case = Case {
             snapshot: &snapshot,
             report: &report,
             request: &settled.request,
             plan: plan.as_ref(),
-            may_change: !dry_run && manner != Manner::Silent,
+            may_change: !dry_run && manner != Manner::Silent && !is_quote,
             drone_id: own.as_deref(),
             now,
         };
@@ -395,6 +396,7 @@ impl Edge {
                 .answered_at
                 .checked_add(self.settings.acknowledge_within)
                 .ok(),
+            flags: version_flags(&record.answer.flags),
             warnings: warnings
                 .map(|warning| {
                     let (code, message) = warning_text(topology, warning);

@@ -133,12 +133,7 @@ pub(super) fn progress(
         return None;
     }
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
-    // A place beyond the network, believed or not, says nothing of how far it has come on its way.
-    let is_there = |sighting: &Sighting| {
-        let place = sighting.position(topology.frame());
-        sighting.seen_at >= version.departs_at && check_place(topology, place, None, None).is_ok()
-    };
-    if let Some(sighting) = sighting.filter(is_there) {
+    if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
         let position = sighting.position(topology.frame());
         let flown_m = sighting.flown_m(&plan.id, version.number);
         let spot = spot_on(topology, version, position, flown_m)?;
@@ -188,6 +183,13 @@ pub(super) fn progress(
         },
         remaining_m: legs[leg].length_m + length_after(legs, leg),
     })
+}
+
+/// Whether a sighting says how far a drone has come on a version. A place beyond the network does not, believed or not.
+fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
+    let place = sighting.position(topology.frame());
+    let has_departed = sighting.seen_at >= version.departs_at;
+    has_departed && check_place(topology, place, None, None).is_ok()
 }
 
 fn length_after(legs: &[Leg], leg: usize) -> f64 {

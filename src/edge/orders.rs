@@ -11,6 +11,7 @@ use super::sync::Followed;
 use super::upstream::Upstream;
 use crate::access::Caller;
 use crate::airspace::Closure;
+use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
@@ -92,6 +93,8 @@ pub(super) enum Order {
     AddPlan(Box<PlanEntry>),
     CancelPlan {
         id: String,
+        /// Whether it was said where its drone is.
+        is_placed: bool,
     },
     AcknowledgePlan {
         id: String,
@@ -106,6 +109,8 @@ pub(super) enum Order {
     CompletePlan {
         id: String,
         landed: EndedAs,
+        /// On the plane of the network; at its end where none is told.
+        place: Option<Point>,
     },
     /// An operator says what became of a plan.
     ReleasePlan {
@@ -186,7 +191,7 @@ impl Order {
                 Decision::Reject => ("hold_rejected", number.to_string()),
             },
             Self::PutWeather { .. } => ("weather_put", String::new()),
-            Self::CancelPlan { id } => ("plan_cancelled", id.clone()),
+            Self::CancelPlan { id, .. } => ("plan_cancelled", id.clone()),
             Self::ReleasePlan { id, .. } => ("plan_released", id.clone()),
             Self::AcknowledgeAlarm { number, .. } => ("alarm_acknowledged", number.to_string()),
             _ => return None,

@@ -1,23 +1,22 @@
 //! What is said of a plan: taken over, declined or completed by its drone, released by an operator.
 //!
-//! Each can be said again, and says where the drone is, which counts as its telemetry does.
+//! Each can be said again, and says where the drone is, which counts as its telemetry does. With an idempotency key it is
+//! done once, and answered the same as often as it is sent.
 
 use super::Edge;
 use super::drones::Sighting;
 use super::orders::Order;
 use super::places::Untaken;
 use super::plans::own_plan;
+use super::replies::Idempotency;
 use super::snapshot::{PlanEntry, Snapshot, Version};
-use super::state_ends::landed_as;
+use super::state_ends::{LANDED_WITHIN_M, landed_as};
 use super::state_versions::DeclineReason;
 use super::telemetry::place_of;
 use crate::access::Caller;
 use crate::refusal::Refusal;
 use crate::wire::{self, EndedAs, Place};
 use std::sync::Arc;
-
-/// So near to a node, in metres, a drone that has landed is on it.
-const LANDED_WITHIN_M: f64 = 50.0;
 
 /// Where a drone says that it is.
 struct Whereabouts<'a> {
@@ -26,7 +25,88 @@ struct Whereabouts<'a> {
     fraction: Option<f64>,
 }
 
+/// Something that is said of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlanWord {
+    /// Its drone takes a version over.
+    Acknowledge(wire::Ack),
+    /// Its drone does not.
+    Decline(wire::Decline),
+    /// Its drone has landed.
+    Complete(wire::Completion),
+    /// An operator says what became of it.
+    Release(wire::Release),
+    /// It is not to be flown any more.
+    Cancel(wire::Cancellation),
+}
+
+impl PlanWord {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Acknowledge(_) => "acknowledge_plan",
+            Self::Decline(_) => "decline_plan",
+            Self::Complete(_) => "complete_plan",
+            Self::Release(_) => "release_plan",
+            Self::Cancel(_) => "cancel_plan",
+        }
+    }
+}
+
 impl Edge {
+    /// Takes what is said of a plan, once where it has an idempotency key.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's, what is said cannot be, or the key was used for something else.
+    pub async fn say_of_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        word: PlanWord,
+        idempotency: Idempotency,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        // A key counts for one plan.
+        let operation = format!("{} {id}", word.name());
+        let said = async {
+            match word {
+                PlanWord::Acknowledge(ack) => self.acknowledge_plan(caller, id, ack).await,
+                PlanWord::Decline(decline) => self.decline_plan(caller, id, decline).await,
+                PlanWord::Complete(landed) => self.complete_plan(caller, id, landed).await,
+                PlanWord::Release(release) => self.release_plan(caller, id, release).await,
+                PlanWord::Cancel(cancelled) => self.cancel_plan(caller, id, cancelled).await,
+            }
+        };
+        let now = self.clock.now();
+        self.write_replies
+            .once(&caller.subject, operation, idempotency, now, said)
+            .await
+    }
+
+    /// Cancels a plan. In flight its segments are free for others only where somebody says where its drone is, or it has
+    /// been seen just now: else it may be anywhere on its ways.
+    ///
+    /// # Errors
+    /// When there is none that the caller may change, or it is over.
+    pub async fn cancel_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        cancellation: wire::Cancellation,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let whereabouts = Whereabouts {
+            location: cancellation.location.as_ref(),
+            leg: cancellation.leg,
+            fraction: cancellation.fraction,
+        };
+        let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        let order = Order::CancelPlan {
+            id: id.to_owned(),
+            is_placed: place.is_some(),
+        };
+        self.said_of_plan(caller, order).await
+    }
+
     /// A drone takes a version over: whichever of those that were sent it says.
     ///
     /// # Errors
@@ -111,10 +191,10 @@ impl Edge {
         let topology = snapshot.topology();
         // The start of a leg is where it was, and not where it has landed.
         let place = place.filter(|_| completion.location.is_some());
+        let place = place.map(|place| topology.frame().to_plane(place));
         let landed = place.map_or_else(
             || landed_as(&plan),
             |place| {
-                let place = topology.frame().to_plane(place);
                 let goal = topology.position(plan.destination);
                 match place.distance_m(goal) <= LANDED_WITHIN_M {
                     true => EndedAs::Delivered,
@@ -127,6 +207,7 @@ impl Edge {
             Order::CompletePlan {
                 id: id.to_owned(),
                 landed,
+                place,
             },
         )
         .await

@@ -219,14 +219,14 @@ impl State {
             Order::DecideHold { number, decision } => self.decide_hold(number, decision),
             Order::PutWeather { text, expected } => self.put_weather(text, &expected),
             Order::AddPlan(plan) => self.add_plan(*plan),
-            Order::CancelPlan { id } => self.cancel_plan(&id),
+            Order::CancelPlan { id, is_placed } => self.cancel_plan(&id, is_placed),
             Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
             Order::DeclinePlan {
                 id,
                 version,
                 reason,
             } => self.decline_plan(&id, version, reason),
-            Order::CompletePlan { id, landed } => self.complete_plan(&id, landed),
+            Order::CompletePlan { id, landed, place } => self.complete_plan(&id, landed, place),
             Order::ReleasePlan { id, ended_as } => self.release_plan(&id, ended_as),
             Order::SeePlan { id, seen } => Ok(self.see_plan(&id, seen)),
             Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
@@ -331,6 +331,7 @@ impl State {
                     self.miss_acknowledgement(&plan, version, now)
                 }
                 Due::Departure(plan) => self.depart(&plan),
+                Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
             }

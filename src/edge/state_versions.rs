@@ -8,6 +8,7 @@ use super::orders::Done;
 use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
+use super::state_ends::only_quoted;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::flight::FailureType;
 use crate::network::SegmentIx;
@@ -35,6 +36,9 @@ impl State {
     /// A drone flies a version: whichever of those that were sent.
     pub(super) fn acknowledge_plan(&mut self, id: &str, version: u32) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
+        if plan.is_quote() {
+            return Err(only_quoted(id));
+        }
         if version < plan.reported.number {
             // Said before, and come late.
             return Ok(Done::Plan(plan));
@@ -141,6 +145,9 @@ impl State {
         reason: DeclineReason,
     ) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
+        if plan.is_quote() {
+            return Err(only_quoted(id));
+        }
         let newest = plan.versions().last().map_or(0, |newest| newest.number);
         if version == 0 || version > newest {
             return Err(never_sent(&plan, version));

@@ -78,6 +78,9 @@ impl Edge {
             plan_id: snapshot
                 .plan_of_drone(&id)
                 .map(|plan| views::text(&plan.id)),
+            stands_at: snapshot
+                .landed_plan(&id)
+                .map(|(_, landed)| views::node_id(snapshot.topology(), landed.node)),
             id: views::text(&id),
             location: sighting.coordinates,
             seen_at: views::instant(sighting.seen_at),
@@ -214,6 +217,9 @@ impl Edge {
             ..sighting
         };
         let taken = self.drones.see(&entry.drone_id, sighting.clone());
+        if taken {
+            self.tell_left(snapshot, &entry.drone_id, &sighting);
+        }
         if let Some(plan) = plan.filter(|_| taken) {
             self.tell_seen(snapshot, plan, &sighting, now);
         }

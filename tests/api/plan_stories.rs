@@ -3,7 +3,7 @@
 use crate::situations::open;
 use crate::town::{DIALECTS, Town};
 use serde_json::{Value, json};
-use skyway::wire::{EndedAs, Plan, PlanFlag, PlanState};
+use skyway::wire::{EndedAs, Flag, Plan, PlanFlag, PlanState};
 
 /// What was answered on the way, for comparison with the other dialect.
 type Transcript = Vec<Value>;
@@ -190,6 +190,27 @@ async fn silence_after_a_new_version() {
             assert_eq!(met, ["p"], "{id}");
             note(told, &other);
         }
+    }
+    compare(told);
+}
+
+#[tokio::test]
+async fn a_version_has_the_flags_of_its_answer() {
+    let mut told = [Vec::new(), Vec::new()];
+    for (dialect, told) in DIALECTS.into_iter().zip(&mut told) {
+        let town = begun(dialect).await;
+        flies(&town, "10:01:33", 1_500.0).await;
+        town.close("around", [1_480.0, 0.0], 90.0).await;
+        let plan = town.plan("p").await;
+        let wanted = plan.wanted.as_ref().expect("a way out");
+        assert_eq!(wanted.flags, [Flag::LeavingZone]);
+        assert!(plan.reported.flags.is_empty());
+        note(told, &plan);
+        let taken = town.acknowledge("p", json!({"version": 2})).await;
+        assert_eq!(
+            taken.expect("taken over").reported.flags,
+            [Flag::LeavingZone]
+        );
     }
     compare(told);
 }

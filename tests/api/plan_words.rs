@@ -9,8 +9,17 @@ use skyway::wire;
 /// What is said of a plan: an answer, or why it is refused.
 pub(crate) type Said = Result<wire::Plan<'static>, Refused>;
 
+/// A body without its idempotency key, which is a header of REST and a field of gRPC.
+fn keyed(mut body: Value) -> (Value, Option<String>) {
+    let fields = body.as_object_mut().expect("an object");
+    let key = fields.remove("idempotency_key");
+    let key = key.and_then(|key| key.as_str().map(str::to_owned));
+    (body, key)
+}
+
 impl Town {
     pub(crate) async fn acknowledge(&self, id: &str, body: Value) -> Said {
+        let (body, idempotency_key) = keyed(body);
         let ack: wire::Ack = read(&body);
         let message = proto::AcknowledgePlanRequest {
             id: id.to_owned(),
@@ -18,13 +27,15 @@ impl Town {
             location: ack.location.map(IntoProto::into_proto),
             leg: ack.leg,
             fraction: ack.fraction,
-            ..Default::default()
+            idempotency_key: idempotency_key.clone(),
         };
-        self.say((id, "ack", body), "AcknowledgePlan", &message)
+        let line = format!("POST /v1/plans/{id}/ack");
+        self.say((&line, body, idempotency_key), "AcknowledgePlan", &message)
             .await
     }
 
     pub(crate) async fn decline(&self, id: &str, body: Value) -> Said {
+        let (body, idempotency_key) = keyed(body);
         let decline: wire::Decline = read(&body);
         let message = proto::DeclinePlanRequest {
             id: id.to_owned(),
@@ -33,50 +44,86 @@ impl Town {
             location: decline.location.map(IntoProto::into_proto),
             leg: decline.leg,
             fraction: decline.fraction,
-            ..Default::default()
+            idempotency_key: idempotency_key.clone(),
         };
-        self.say((id, "decline", body), "DeclinePlan", &message)
+        let line = format!("POST /v1/plans/{id}/decline");
+        self.say((&line, body, idempotency_key), "DeclinePlan", &message)
             .await
     }
 
     pub(crate) async fn complete(&self, id: &str, body: Value) -> Said {
+        let (body, idempotency_key) = keyed(body);
         let completion: wire::Completion = read(&body);
         let message = proto::CompletePlanRequest {
             id: id.to_owned(),
             location: completion.location.map(IntoProto::into_proto),
             leg: completion.leg,
             fraction: completion.fraction,
-            ..Default::default()
+            idempotency_key: idempotency_key.clone(),
         };
-        self.say((id, "complete", body), "CompletePlan", &message)
+        let line = format!("POST /v1/plans/{id}/complete");
+        self.say((&line, body, idempotency_key), "CompletePlan", &message)
             .await
     }
 
     pub(crate) async fn release(&self, id: &str, ended_as: &str) -> Said {
-        let release: wire::Release = read(&json!({"ended_as": ended_as}));
-        let ended_as = IntoProto::<i32>::into_proto(release.ended_as);
+        let body = json!({"ended_as": ended_as});
+        let release: wire::Release = read(&body);
         let message = proto::ReleasePlanRequest {
             id: id.to_owned(),
-            ended_as,
-            ..Default::default()
+            ended_as: IntoProto::<i32>::into_proto(release.ended_as),
+            idempotency_key: None,
         };
-        let body = json!({"ended_as": release.ended_as});
-        self.say((id, "release", body), "ReleasePlan", &message)
-            .await
+        let line = format!("POST /v1/plans/{id}/release");
+        self.say((&line, body, None), "ReleasePlan", &message).await
+    }
+
+    /// Cancels a plan; `place` is its query in REST.
+    pub(crate) async fn cancel(&self, id: &str, place: Value) -> Said {
+        let (place, idempotency_key) = keyed(place);
+        let number = |name: &str| place[name].as_f64();
+        let planar = number("x").zip(number("y"));
+        let planar = planar.map(|(x, y)| wire::Place::Planar { x, y });
+        let message = proto::CancelPlanRequest {
+            id: id.to_owned(),
+            location: planar.map(IntoProto::into_proto),
+            leg: place["leg"]
+                .as_u64()
+                .and_then(|leg| u32::try_from(leg).ok()),
+            fraction: number("fraction"),
+            idempotency_key: idempotency_key.clone(),
+        };
+        let query: Vec<String> = place
+            .as_object()
+            .expect("an object")
+            .iter()
+            .map(|(name, value)| format!("{name}={value}"))
+            .collect();
+        let line = format!("DELETE /v1/plans/{id}?{}", query.join("&"));
+        self.say(
+            (&line, Value::Null, idempotency_key),
+            "CancelPlan",
+            &message,
+        )
+        .await
     }
 
     async fn say(
         &self,
-        (id, verb, body): (&str, &str, Value),
+        (line, body, key): (&str, Value, Option<String>),
         method: &str,
         message: &impl Message,
     ) -> Said {
         let said = match self.dialect {
             Dialect::Rest => {
-                let told = self
-                    .api
-                    .post(&format!("/v1/plans/{id}/{verb}"), &body)
-                    .await;
+                let key = key.as_deref().map(|key| ("idempotency-key", key));
+                let headers: Vec<(&str, &str)> = key.into_iter().collect();
+                let body = if body.is_null() {
+                    String::new()
+                } else {
+                    body.to_string()
+                };
+                let told = self.api.ask(line, &headers, &body).await;
                 match told.status {
                     200 => Ok(serde_json::from_str(&told.body).expect("a plan")),
                     _ => Err(refused(&told.json())),

@@ -126,8 +126,17 @@ impl Town {
         NodeIds::of(&self.api.edge.topology())
     }
 
-    /// Asks for a delivery.
-    pub(crate) async fn deliver(&self, body: Value) -> Result<wire::Plan<'static>, Refused> {
+    /// Asks for a delivery, by a drone of its own where none is named.
+    pub(crate) async fn deliver(&self, mut body: Value) -> Result<wire::Plan<'static>, Refused> {
+        if body.get("drone_id").is_none() {
+            let plan = body["id"].as_str().unwrap_or("unnamed");
+            body["drone_id"] = json!(format!("drone-{plan}"));
+        }
+        self.ask_for(body).await
+    }
+
+    /// Asks for a plan, or a quote where no drone is named.
+    pub(crate) async fn ask_for(&self, body: Value) -> Result<wire::Plan<'static>, Refused> {
         match self.dialect {
             Dialect::Rest => {
                 let told = self.api.post("/v1/plans", &body).await;

@@ -16,6 +16,7 @@ mod flights_kept;
 mod flying;
 mod idempotency;
 mod journal;
+mod pads;
 mod plan_ends;
 mod plan_versions;
 mod plans;

@@ -205,7 +205,10 @@ async fn a_plan_deleted_in_flight_without_a_place_keeps_its_air() {
         if is_seen {
             stage.tells("d1", 50.0, json!({})).await;
         }
-        let ended = stage.edge.cancel_plan(&stage.caller, "east").await;
+        let ended = stage
+            .edge
+            .cancel_plan(&stage.caller, "east", Default::default())
+            .await;
         assert_eq!(ended.expect("ended").ended_as, Some(EndedAs::Cancelled));
         assert_eq!(conflicts() == 0, is_seen);
         stage.release("east", EndedAs::Cancelled).await;
@@ -222,7 +225,7 @@ async fn a_plan_that_nobody_flies_ends_by_itself() {
         .edge
         .compose_plan(&stage.caller, request, Default::default());
     plan.await.expect("a plan");
-    stage.pass(SignedDuration::from_secs(91)).await;
+    stage.pass(SignedDuration::from_secs(301)).await;
     assert_eq!(stage.plan("quote").ended_as, Some(EndedAs::Cancelled));
 }
 

@@ -137,7 +137,7 @@ async fn opposite_plans_on_one_segment_conflict_until_one_is_cancelled() {
     );
     stage
         .edge
-        .cancel_plan(&stage.caller, "east")
+        .cancel_plan(&stage.caller, "east", Default::default())
         .await
         .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());

@@ -149,7 +149,7 @@ async fn plans_on_both_sides_of_the_change_still_conflict() {
     assert_eq!(&*west.conflicts[0].plan_id, "east");
     stage
         .edge
-        .cancel_plan(&stage.caller, "east")
+        .cancel_plan(&stage.caller, "east", Default::default())
         .await
         .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());
