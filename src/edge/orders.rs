@@ -150,6 +150,8 @@ pub(super) enum Order {
     /// An order that somebody has given, who stands on what it changes.
     By {
         author: Arc<Author>,
+        /// Why, where they have said.
+        reason: Option<Arc<str>>,
         order: Box<Order>,
     },
     /// Nothing but the time has changed.
@@ -161,15 +163,26 @@ pub(super) enum Order {
 impl Order {
     /// This order, given by a caller.
     pub(super) fn by(self, caller: &Caller) -> Self {
+        self.because(caller, None)
+    }
+
+    /// This order, given by a caller for a reason.
+    pub(super) fn because(self, caller: &Caller, reason: Option<Arc<str>>) -> Self {
         Self::By {
             author: author(caller),
+            reason,
             order: Box::new(self),
         }
     }
 
     /// What an order that somebody has given does to which thing, for the log.
     pub(super) fn told(&self) -> Option<Told> {
-        let Self::By { author, order } = self else {
+        let Self::By {
+            author,
+            reason,
+            order,
+        } = self
+        else {
             return None;
         };
         let order = match &**order {
@@ -198,6 +211,7 @@ impl Order {
         };
         Some(Told {
             author: author.clone(),
+            reason: reason.clone(),
             what,
             id,
         })
@@ -241,6 +255,7 @@ impl Order {
 #[derive(Debug)]
 pub(super) struct Told {
     pub(super) author: Arc<Author>,
+    pub(super) reason: Option<Arc<str>>,
     pub(super) what: &'static str,
     pub(super) id: String,
 }
@@ -259,6 +274,7 @@ impl Told {
             role,
             change = self.what,
             id = self.id,
+            reason = self.reason.as_deref(),
             "changed"
         );
     }

@@ -239,18 +239,31 @@ impl State {
             Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
-            Order::By { author, order } => {
-                let told_before = self.events.len();
-                self.author = Some(author);
-                let done = self.carry_out(*order, now);
-                let author = self.author.take();
-                for event in &mut self.events[told_before..] {
-                    event.by.clone_from(&author);
-                }
-                done
-            }
+            Order::By {
+                author,
+                reason,
+                order,
+            } => self.carry_out_by((author, reason), *order, now),
             Order::Tick | Order::Settle => Ok(Done::Nothing),
         }
+    }
+
+    /// Carries out an order that somebody has given: they stand on all that it tells.
+    fn carry_out_by(
+        &mut self,
+        (author, reason): (Arc<Author>, Option<Arc<str>>),
+        order: Order,
+        now: Timestamp,
+    ) -> Result<Done, Refusal> {
+        let told_before = self.events.len();
+        self.author = Some(author);
+        let done = self.carry_out(order, now);
+        let author = self.author.take();
+        for event in &mut self.events[told_before..] {
+            event.by.clone_from(&author);
+            event.reason.clone_from(&reason);
+        }
+        done
     }
 
     /// The number of the next write.

@@ -63,10 +63,15 @@ async fn an_event_says_who_made_it_happen() {
         validate_only: false,
     };
     stage.caller.subject = Arc::from("noor");
-    let lifted = stage.edge.delete_zone(&stage.caller, write).await;
+    let why = Some("it is over".to_owned());
+    let lifted = stage.edge.delete_zone(&stage.caller, write, why).await;
     lifted.expect("lifted");
     let told = next(&mut events, EventKind::ZoneDeleted).await;
     assert_eq!(told["by"]["subject"], "noor", "{told}");
+    assert_eq!(told["reason"], "it is over", "{told}");
+    // What follows from it is nobody's reason.
+    let told = next(&mut events, EventKind::PlanRelieved).await;
+    assert_eq!((&told["by"], told.get("reason")), (&edge, None));
     // A drone's report, and what it closes.
     stage.caller = Caller {
         role: Role::Drone,

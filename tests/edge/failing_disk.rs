@@ -23,7 +23,11 @@ async fn delete(stage: &Stage, id: &str) -> Result<(), Refusal> {
         if_match: Some("*".to_owned()),
         validate_only: false,
     };
-    stage.edge.delete_zone(&stage.caller, write).await.map(drop)
+    stage
+        .edge
+        .delete_zone(&stage.caller, write, None)
+        .await
+        .map(drop)
 }
 
 async fn resize(stage: &Stage, id: &str, radius_m: f64) -> Result<(), Refusal> {

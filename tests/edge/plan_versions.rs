@@ -129,7 +129,7 @@ async fn what_was_withdrawn_may_still_be_flown() {
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("lifted");
     let plan = stage.plan("p");

@@ -60,7 +60,7 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("deleted");
     let plan = stage.plan("met");

@@ -106,7 +106,9 @@ async fn alarm(stage: &Stage) {
         .edge
         .close(&stage.caller, draft, Idempotency::default());
     let etag = closed.await.expect("a closure").etag.into_owned();
-    let lifted = stage.edge.lift_closure(&stage.caller, "shut", Some(etag));
+    let lifted = stage
+        .edge
+        .lift_closure(&stage.caller, "shut", Some(etag), None);
     lifted.await.expect("lifted");
 }
 

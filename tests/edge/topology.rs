@@ -109,7 +109,7 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("deleted");
     assert_eq!(stage.plan("p").flags, [PlanFlag::Affected]);
