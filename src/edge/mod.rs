@@ -52,6 +52,7 @@ mod state_checked;
 mod state_clock;
 mod state_ends;
 mod state_fleet;
+mod state_guarded;
 mod state_holds;
 mod state_outbox;
 mod state_pads;

@@ -12,7 +12,7 @@ use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
-use super::snapshot::{Snapshot, revision_text};
+use super::snapshot::{OccupationKey, Snapshot, revision_text};
 use super::state_affected::Look;
 use super::state_clock::HeardClock;
 use super::state_outbox::{Ended, Told};
@@ -68,6 +68,8 @@ pub(super) struct State {
     pub(super) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
     pub(super) touched_plans: BTreeSet<Arc<str>>,
+    /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by plan.
+    pub(super) guarded: BTreeMap<Arc<str>, Vec<OccupationKey>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,
     /// The plans whose drones are to be answered.
@@ -116,6 +118,7 @@ impl State {
             events: Vec::new(),
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
+            guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),
             waves: BTreeMap::new(),

@@ -32,6 +32,7 @@ impl State {
         now: Timestamp,
     ) {
         self.next.occupations = OrdMap::new();
+        self.guarded.clear();
         self.next.reservations = OrdMap::new();
         for plan in before.plans.values() {
             if plan.is_active() && plan.is_quote() {

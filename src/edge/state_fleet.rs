@@ -227,6 +227,7 @@ impl State {
     pub(super) fn keep_plan(&mut self, plan: PlanEntry) -> Arc<PlanEntry> {
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
+        self.guard(&plan);
         plan
     }
 

@@ -92,6 +92,7 @@ impl State {
             if plan.flags.overdue {
                 self.hold_pads(&plan);
             }
+            self.guard(&plan);
             let wanted = plan.wanted.as_ref();
             if let Some((wanted, by)) = wanted.and_then(|it| Some((it, it.acknowledge_by?))) {
                 let due = Due::Acknowledgement {
