@@ -80,6 +80,16 @@ impl State {
         }
     }
 
+    /// Ends the quote that expires first, if there is any.
+    pub(super) fn end_oldest_quote(&mut self) {
+        let plans = self.next.plans.values();
+        let quotes = plans.filter(|plan| plan.is_active() && plan.is_quote());
+        let oldest = quotes.min_by_key(|plan| (plan.expires_at, plan.id.clone()));
+        if let Some(plan) = oldest.cloned() {
+            self.end_plan(&plan, (EndedAs::Cancelled, None), Holds::Nothing);
+        }
+    }
+
     /// By its times a plan's drone has departed.
     pub(super) fn depart(&mut self, id: &str) {
         if let Some(plan) = self.next.plans.get(id).cloned() {

@@ -33,7 +33,15 @@ impl State {
             return Err(Refusal::new(Code::AlreadyExists, detail));
         }
         // Those that have ended and still take something count too.
-        if self.next.plans.len().saturating_sub(self.over.len()) >= self.settings.plans_max {
+        let is_full = |state: &Self| {
+            let held = state.next.plans.len().saturating_sub(state.over.len());
+            held >= state.settings.plans_max
+        };
+        if is_full(self) && !plan.is_quote() {
+            // Quotes take no place from who flies.
+            self.end_oldest_quote();
+        }
+        if is_full(self) {
             let detail = format!(
                 "{} plans are active, as many as this edge holds",
                 self.settings.plans_max

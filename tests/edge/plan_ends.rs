@@ -230,6 +230,32 @@ async fn a_plan_that_nobody_flies_ends_by_itself() {
 }
 
 #[tokio::test]
+async fn quotes_take_no_place_from_plans() {
+    let stage = Stage::with(skyway::edge::Settings {
+        plans_max: 2,
+        ..Default::default()
+    });
+    let quote = |id: &str| {
+        let request = json!({"id": id, "source": "a0", "destination": "a3"});
+        serde_json::from_value(request).expect("a request")
+    };
+    for id in ["q1", "q2"] {
+        let plan = stage
+            .edge
+            .compose_plan(&stage.caller, quote(id), Default::default());
+        plan.await.expect("a quote");
+    }
+    stage.compose("p1", "d1", "a0", "a3").await;
+    assert_eq!(stage.plan("q1").state, PlanState::Ended);
+    assert_eq!(stage.plan("q2").state, PlanState::Accepted);
+    stage.compose("p2", "d2", "b0", "b3").await;
+    let third = stage
+        .edge
+        .compose_plan(&stage.caller, quote("q3"), Default::default());
+    assert_eq!(third.await.expect_err("full").code, Code::LimitReached);
+}
+
+#[tokio::test]
 async fn what_a_plan_has_come_to_survives_a_restart() {
     let disk = MemoryDisk::default();
     let stage = Stage::over(disk.open()).await;
