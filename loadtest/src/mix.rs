@@ -321,7 +321,8 @@ fn written(dialect: Dialect, share: &Share, fleet: &Fleet) -> Vec<Wanted> {
     }
 }
 
-/// Drones somewhere on their plans, without end; each stays where it is, as a place that it cannot have come to is refused.
+/// Drones somewhere on their plans, without end; each stays where it is, as a place that it cannot
+/// have come to is refused.
 fn positions(fleet: &Fleet) -> impl Iterator<Item = TelemetryEntry> {
     let plans = fleet.plans.iter().enumerate().cycle();
     plans.map(|(number, plan)| {

@@ -185,7 +185,8 @@ pub(super) fn progress(
     })
 }
 
-/// Whether a sighting says how far a drone has come on a version. A place beyond the network does not, believed or not.
+/// Whether a sighting says how far a drone has come on a version. A place beyond the network does
+/// not, believed or not.
 fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
     let place = sighting.position(topology.frame());
     let has_departed = sighting.seen_at >= version.departs_at;

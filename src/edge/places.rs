@@ -1,8 +1,9 @@
-//! Whether a place that a drone states counts: one rule for telemetry, and for what it says of its plan.
+//! Whether a place that a drone states counts: one rule for telemetry, and for what it says of its
+//! plan.
 //!
-//! A receiver without a fix, or with swapped coordinates, states a place at which the drone cannot be. Such a place
-//! moves no plan. Three of them in a row that agree with each other are believed: then it was the last accepted place
-//! that was wrong.
+//! A receiver without a fix, or with swapped coordinates, states a place at which the drone cannot
+//! be. Such a place moves no plan. Three of them in a row that agree with each other are believed:
+//! then it was the last accepted place that was wrong.
 
 use super::Edge;
 use super::drones::{Doubt, Sighting};
@@ -13,7 +14,7 @@ use crate::network::Topology;
 use std::fmt;
 use std::sync::Arc;
 
-/// So many places in a row that agree with each other are believed.
+/// How many places in a row that agree with each other are believed.
 const BELIEVED_AT: u32 = 3;
 
 /// Why a place is not taken.
@@ -48,8 +49,8 @@ impl fmt::Display for Untaken {
 }
 
 impl Edge {
-    /// Judges the place of a sighting against the last accepted one, or without one against the leg of the drone's plan
-    /// and the network.
+    /// Judges the place of a sighting against the last accepted one, or without one against the leg
+    /// of the drone's plan and the network.
     ///
     /// # Errors
     /// Why it does not count.

@@ -1,7 +1,7 @@
 //! What is said of a plan: taken over, declined or completed by its drone, released by an operator.
 //!
-//! Each can be said again, and says where the drone is, which counts as its telemetry does. With an idempotency key it is
-//! done once, and answered the same as often as it is sent.
+//! Each can be said again, and says where the drone is, which counts as its telemetry does. With an
+//! idempotency key it is done once, and answered the same as often as it is sent.
 
 use super::Edge;
 use super::drones::Sighting;
@@ -56,7 +56,8 @@ impl Edge {
     /// Takes what is said of a plan, once where it has an idempotency key.
     ///
     /// # Errors
-    /// When there is no such plan of the caller's, what is said cannot be, or the key was used for something else.
+    /// When there is no such plan of the caller's, what is said cannot be, or the key was used for
+    /// something else.
     pub async fn say_of_plan(
         self: &Arc<Self>,
         caller: &Caller,
@@ -81,8 +82,8 @@ impl Edge {
             .await
     }
 
-    /// Cancels a plan. In flight its segments are free for others only where somebody says where its drone is, or it has
-    /// been seen just now: else it may be anywhere on its ways.
+    /// Cancels a plan. In flight its segments are free for others only where its place is told, or
+    /// it has been seen just now: else it may be anywhere on its ways.
     ///
     /// # Errors
     /// When there is none that the caller may change, or it is over.
@@ -243,8 +244,9 @@ impl Edge {
         self.told(outcome.done, &snapshot)
     }
 
-    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as telemetry. Gives the
-    /// place where it is one; one that is none is passed over, as what else is said is true all the same.
+    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as
+    /// telemetry. Gives the place where it is one; one that is none is passed over, as what else is
+    /// said is true all the same.
     fn note_place(
         &self,
         snapshot: &Snapshot,

@@ -30,7 +30,7 @@ const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// The fastest airspeed, in metres per second.
 const AIRSPEED_MAX_MPS: f64 = 100.0;
-/// So long a quote holds.
+/// How long a quote holds.
 const QUOTED_FOR: SignedDuration = SignedDuration::from_mins(5);
 /// How often a plan is composed anew as the network, or other plans, change under it.
 const ATTEMPTS: usize = 8;

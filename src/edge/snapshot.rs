@@ -150,8 +150,8 @@ pub(super) struct LandedOn {
     pub(super) since: Timestamp,
 }
 
-/// What a drone takes itself, so that it is in nobody's way but its own: its plan, and the pad on which it stands since
-/// the plan before.
+/// What a drone takes itself, so that it is not in its own way: its plan, and the pad on which it
+/// stands since the plan before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Own<'a> {
     plan: Option<&'a str>,

@@ -68,7 +68,8 @@ pub(super) struct State {
     pub(super) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
     pub(super) touched_plans: BTreeSet<Arc<str>>,
-    /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by plan.
+    /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
+    /// plan.
     pub(super) guarded: BTreeMap<Arc<str>, Vec<OccupationKey>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,

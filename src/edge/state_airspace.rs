@@ -302,8 +302,8 @@ impl State {
         Done::Proposal(proposal)
     }
 
-    /// Too many proposals, or too large ones, go, the oldest first: those of who has just made one, and else those of who
-    /// has the most of them.
+    /// Too many proposals, or too large ones, go, the oldest first: those of who has just made one,
+    /// and else those of who has the most of them.
     fn bound_proposals(&mut self, subject: &Arc<str>) {
         while bytes_of(&self.next, Some(subject)) > PROPOSAL_BYTES_PER_SUBJECT {
             self.crowd_out(subject);

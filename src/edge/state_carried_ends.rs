@@ -1,4 +1,5 @@
-//! Plans that are over when the network changes: told of as long as their ways are there, with what they still take.
+//! Plans that are over when the network changes: told of as long as their ways are there, with what
+//! they still take.
 
 use super::snapshot::{LandedOn, PlanEntry};
 use super::state::State;

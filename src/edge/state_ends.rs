@@ -24,7 +24,7 @@ const OVER_MAX: usize = 1_000;
 /// So near to a node, in metres, a drone that has landed is on it.
 pub(super) const LANDED_WITHIN_M: f64 = 50.0;
 
-/// So many nodes are looked at for the nearest one.
+/// How many nodes are looked at for the nearest one.
 const NEIGHBOURS: usize = 4;
 
 /// What a plan takes beyond its end, beside the pad that its drone stands on.
@@ -415,7 +415,7 @@ fn overdue_at(version: &Version) -> Timestamp {
     later(version.arrives_at(), OVERDUE_AFTER.as_secs_f64())
 }
 
-/// What is said of a plan by who flies it is said of none that nobody flies.
+/// A drone speaks of the plan that it flies, and a quote is flown by none.
 pub(super) fn only_quoted(id: &str) -> Refusal {
     let detail = format!(
         "plan '{id}' is a quote, which no drone flies: ask for a plan with 'drone_id' to fly it"

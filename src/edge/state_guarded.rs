@@ -1,5 +1,6 @@
-//! The air of a drone that has not said which version it flies: cut off from its edge it flies what it reported, and where
-//! its own senses close a leg, the contingency of that leg. Until it is heard of both are taken.
+//! The air of a drone that has not said which version it flies: cut off from its edge it flies what
+//! it reported, and where its own senses close a leg, the contingency of that leg. Until it is
+//! heard of both are taken.
 
 use super::fleet;
 use super::snapshot::{OccupationKey, PlanEntry, Version};
@@ -11,8 +12,8 @@ use crate::network::{NodeIx, Topology};
 const OF_NO_VERSION: u32 = u32::MAX;
 
 impl State {
-    /// Takes the contingencies of the legs that the drone of a plan may be on while it is unacknowledged, and lets them go
-    /// once it is not.
+    /// Takes the contingencies of the legs that the drone of a plan may be on while it is
+    /// unacknowledged, and lets them go once it is not.
     pub(super) fn guard(&mut self, plan: &PlanEntry) {
         let is_due = plan.is_active() && plan.flags.unacknowledged;
         if !is_due {
@@ -74,7 +75,8 @@ fn contingent(
     taken.collect()
 }
 
-/// When a drone may be back at the start of a leg that it finds closed: at once, or after it has turned at its end.
+/// When a drone may be back at the start of a leg that it finds closed: at once, or after it has
+/// turned at its end.
 #[derive(Clone, Copy)]
 struct Begun {
     first_s: f64,

@@ -1,7 +1,9 @@
-//! Pads beyond the planned times: what a plan may still take, and what a drone takes that has landed.
+//! Pads beyond the planned times: what a plan may still take, and what a drone takes that has
+//! landed.
 //!
-//! A pad passes from the plan to the drone when that lands, and is free again when the drone is known to have left: by
-//! its telemetry, by the departure of its next plan, or because an operator says so.
+//! A pad passes from the plan to the drone when that lands, and is free again when the drone is
+//! known to have left: by its telemetry, by the departure of its next plan, or because an operator
+//! says so.
 
 use super::flights::{self, PadKey};
 use super::snapshot::{LandedOn, PlanEntry};
@@ -12,7 +14,7 @@ use crate::wire::{AlarmKind, EndedAs};
 use jiff::Timestamp;
 use std::sync::Arc;
 
-/// A pad that is taken until somebody says otherwise is taken for so many seconds.
+/// How long a pad stays taken that is not known to be free, in seconds.
 const FOR_LONG_S: f64 = 1e9;
 /// Versions are counted from 1: the stay of a drone that has landed is of none.
 const OF_NO_VERSION: u32 = 0;
@@ -33,8 +35,8 @@ impl State {
         }
     }
 
-    /// Alarms an operator about a plan that is overdue where no pad is free: its drone may stand in the way of the next one,
-    /// or have had nowhere to land.
+    /// Alarms an operator about a plan that is overdue where no pad is free: its drone may stand in
+    /// the way of the next one, or have had nowhere to land.
     pub(super) fn alarm_at_full_pads(&mut self, plan: &PlanEntry) {
         let Some(node) = plan.reported.last_node().filter(|_| self.flights.is_some()) else {
             return;
@@ -56,8 +58,9 @@ impl State {
         self.raise_plan_alarm(AlarmKind::Overdue, plan, message);
     }
 
-    /// The pad on which the drone of a plan stands that has landed at a node: that of its plan where it has one there, else
-    /// one that no drone stands on, and that the next one wants last. `None` where pads are not counted, and where there is none.
+    /// The pad on which the drone of a plan stands that has landed at a node: that of its plan
+    /// where it has one there, else one that no drone stands on, and that the next one wants last.
+    /// `None` where pads are not counted, and where there is none.
     pub(super) fn pad_landed_on(&self, plan: &PlanEntry, node: NodeIx) -> Option<LandedOn> {
         let is_counted = self.flights.is_some() && plan.reported.flight.is_some();
         plan.drone_id.as_ref().filter(|_| is_counted)?;
@@ -151,8 +154,9 @@ impl State {
         self.forget_later(&plan.id);
     }
 
-    /// A drone that begins another plan is not in the air on one that was cancelled. The pad on which it stands is its own
-    /// until that departs, and one that was lost is found by who says so.
+    /// A drone that begins another plan is not in the air on one that was cancelled. The pad on
+    /// which it stands is its own until that departs, and one that was lost is found by who says
+    /// so.
     pub(super) fn free_air_held_by(&mut self, drone: &str) {
         let is_held = |plan: &&Arc<PlanEntry>| {
             let is_own = plan.drone_id.as_deref() == Some(drone);

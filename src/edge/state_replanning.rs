@@ -58,7 +58,7 @@ impl Snapshot {
         plan.flags.affected || self.pending.contains_key(&plan.id) || !self.shut(plan).is_empty()
     }
 
-    /// The closures on the way of a quote: it is in no index, and told anew to nobody.
+    /// The closures on the way of a quote: it is in no index, and no drone is told.
     pub(super) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
         let way = &plan.reported.composition;
         let is_shut = || fleet::is_blocked(&self.airspace, way, 0);
@@ -203,7 +203,7 @@ impl State {
     /// Plans that may be free again, and those that the wind may leave short.
     fn look_at_others(&mut self, look: &Look) {
         let plans = self.next.plans.values();
-        // What nobody flies is led around nothing.
+        // A quote is led around nothing.
         let is_flown = |plan: &&Arc<PlanEntry>| plan.is_active() && !plan.is_quote();
         let active: Vec<Arc<PlanEntry>> = plans.filter(is_flown).cloned().collect();
         for plan in active {

@@ -209,8 +209,8 @@ impl State {
         Some(self.with_contest(&plan.id, version))
     }
 
-    /// What the drone of a plan is told where nothing begins as what it has declined in a row; where no way is left then, as
-    /// what it has declined last.
+    /// What the drone of a plan is told where nothing begins as what it has declined in a row;
+    /// where no way is left then, as what it has declined last.
     fn detour_beside(
         &mut self,
         plan: &Arc<PlanEntry>,

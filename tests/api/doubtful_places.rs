@@ -1,5 +1,5 @@
-//! Telemetry with a place that is none: it moves nothing, its drone has its orders all the same, and three in a row that
-//! agree are believed.
+//! Telemetry with a place that is none: it moves nothing, its drone has its orders all the same,
+//! and three in a row that agree are believed.
 
 use crate::situations::open;
 use crate::town::{DIALECTS, Dialect, Town};

@@ -1,11 +1,13 @@
-//! What is said of a plan under an idempotency key is done once; and a plan that is cancelled in flight tells where.
+//! What is said of a plan under an idempotency key is done once; and a plan that is cancelled in
+//! flight tells where.
 
 use crate::situations::open;
 use crate::town::{DIALECTS, Dialect, Town};
 use serde_json::json;
 use skyway::wire::EndedAs;
 
-/// A drone 500 m on its way from a to d, which is asked to fly around a zone, and another one that comes its way.
+/// A drone 500 m on its way from a to d, which is asked to fly around a zone, and another one that
+/// comes its way.
 async fn warned(dialect: Dialect) -> Town {
     let town = open(dialect, &[]).await;
     let request = json!({"id": "p", "drone_id": "d1", "source": "a", "destination": "d"});

@@ -1,4 +1,5 @@
-//! The stories of plans in docs/safe-answers.md, told over REST and over gRPC, which have to answer the same.
+//! The stories of plans in docs/safe-answers.md, told over REST and over gRPC, which have to answer
+//! the same.
 
 use crate::situations::open;
 use crate::town::{DIALECTS, Town};

@@ -25,7 +25,8 @@ async fn next(events: &mut EventStream, kind: EventKind) -> Value {
     }
 }
 
-/// The next events of two kinds, in either order: an answer is told beside the writer, which tells what is published.
+/// The next events of two kinds, in either order: an answer is told beside the writer, which tells
+/// what is published.
 async fn both(events: &mut EventStream, kinds: [EventKind; 2]) -> [Value; 2] {
     let mut passed = Vec::new();
     let mut found = [None, None];
@@ -69,7 +70,7 @@ async fn an_event_says_who_made_it_happen() {
     let told = next(&mut events, EventKind::ZoneDeleted).await;
     assert_eq!(told["by"]["subject"], "noor", "{told}");
     assert_eq!(told["reason"], "it is over", "{told}");
-    // What follows from it is nobody's reason.
+    // What follows from it has no reason of its own.
     let told = next(&mut events, EventKind::PlanRelieved).await;
     assert_eq!((&told["by"], told.get("reason")), (&edge, None));
     // A drone's report, and what it closes.

@@ -99,10 +99,7 @@ async fn the_departure_of_its_next_plan_frees_the_pad_of_a_drone() {
     let request = json!({
         "id": "next", "drone_id": "d1", "source": "s1", "destination": "s2", "battery_fraction": 0.24,
     });
-    let next = stage
-        .deliver(request)
-        .await
-        .expect("its pad is in nobody's way but its own");
+    let next = stage.deliver(request).await.expect("its pad is its own");
     assert_eq!(next.reported.flight.expect("a flight").stops.len(), 1);
     assert_eq!(stage.plan("next").state, PlanState::Accepted);
     assert!(!is_free(&stage).await);

@@ -159,7 +159,8 @@ impl Flights {
         instant.duration_since(self.zero).as_secs_f64()
     }
 
-    /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and the plans of a snapshot but its own.
+    /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
+    /// the plans of a snapshot but its own.
     pub(super) fn ground(
         &self,
         snapshot: &Snapshot,
