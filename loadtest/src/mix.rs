@@ -128,7 +128,7 @@ impl Mix {
             destination: nodes[nodes.len() - 1].clone(),
             start_time: None,
             payload_kg: None,
-            drone_id: None,
+            drone_id: Some(plan.clone()),
             airspeed_mps: None,
             airframe: None,
             battery_fraction: None,
@@ -321,11 +321,12 @@ fn written(dialect: Dialect, share: &Share, fleet: &Fleet) -> Vec<Wanted> {
     }
 }
 
-/// Drones somewhere on their plans, without end.
+/// Drones somewhere on their plans, without end; each stays where it is, as a place that it cannot
+/// have come to is refused.
 fn positions(fleet: &Fleet) -> impl Iterator<Item = TelemetryEntry> {
-    let plans = fleet.plans.iter().cycle().enumerate();
-    plans.map(|(turn, plan)| {
-        let node: &Id<'static> = &plan.nodes[turn % plan.nodes.len()];
+    let plans = fleet.plans.iter().enumerate().cycle();
+    plans.map(|(number, plan)| {
+        let node: &Id<'static> = &plan.nodes[number % plan.nodes.len()];
         TelemetryEntry {
             drone_id: plan.drone.clone(),
             location: Place::Node(node.clone()),

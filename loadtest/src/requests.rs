@@ -177,14 +177,23 @@ pub(crate) fn zone(dialect: Dialect, id: &str, [x, y]: [f64; 2]) -> Wanted {
 /// Cancels a plan, lifts a zone or a closure.
 pub(crate) fn removal(dialect: Dialect, standing: &Standing) -> Wanted {
     match (dialect, standing) {
-        (Dialect::Rest, Standing::Plan(id)) => delete(format!("/v1/plans/{id}"), None),
+        // Where its drone is: without a place what it takes in flight would stay taken.
+        (Dialect::Rest, Standing::Plan(id)) => {
+            delete(format!("/v1/plans/{id}?leg=0&fraction=0"), None)
+        }
         (Dialect::Rest, Standing::Zone { id, etag }) => {
             delete(format!("/v1/zones/{id}"), Some(etag.clone()))
         }
         (Dialect::Rest, Standing::Closure(id)) => delete(format!("/v1/closures/{id}"), None),
-        (Dialect::Grpc, Standing::Plan(id)) => {
-            call(CANCEL_PLAN, &proto::CancelPlanRequest { id: id.clone() })
-        }
+        (Dialect::Grpc, Standing::Plan(id)) => call(
+            CANCEL_PLAN,
+            &proto::CancelPlanRequest {
+                id: id.clone(),
+                leg: Some(0),
+                fraction: Some(0.0),
+                ..Default::default()
+            },
+        ),
         (Dialect::Grpc, Standing::Zone { id, etag }) => {
             let message = proto::DeleteZoneRequest {
                 id: id.clone(),

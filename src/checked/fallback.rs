@@ -141,7 +141,7 @@ pub fn settle(
         },
         ..Recomposition::without_path(request.strategy)
     };
-    let holds = || Some((stay(request, topology, &no_route)?, FallenBackTo::Hold));
+    let holds = || Some((stay(request, topology, no_route)?, FallenBackTo::Hold));
     let (mut answer, fallback) = found
         .or_else(|| holds().filter(|it| passes(&it.0)))
         .unwrap_or_else(|| (no_route(), FallenBackTo::NoRoute));

@@ -1,16 +1,16 @@
 //! The answer to a failure in flight, with time, battery and pads.
 
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
-use super::composition::{FlightComposition, Proof, equip, nodes_of};
+use super::composition::{FlightComposition, Proof, equip};
 use super::grounded::hold_on_the_ground;
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::{Landing, land};
-use super::local::{Local, answer_locally, on_way_alone};
+use super::local::{Local, answer_locally};
 use super::nearby::tell_what_is_near;
 use super::skies::Skies;
+use super::unaffected::prefer_old_plan;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
-use crate::compose::planned_nodes;
-use crate::flight::{Aloft, FlightPlan, FlightRules, FlightStart, StretchKind};
+use crate::flight::{Aloft, FlightPlan, FlightRules, StretchKind};
 use crate::itinerary::{
     FlightCause, FlightDecision, FlightOpening, FlightOutcome, FlightRequest, FlightSetting,
     Objective,
@@ -152,7 +152,7 @@ pub(super) struct Case<'a> {
     pub(super) question: Question<'a>,
     pub(super) ways: &'a WaysBack,
     /// The world before the report.
-    before: DeliveryWorld<'a>,
+    pub(super) before: DeliveryWorld<'a>,
 }
 
 /// An outcome with its plan, before it is put into words.
@@ -341,72 +341,6 @@ pub(super) fn outcome_of(outcome: &FlightOutcome) -> Outcome {
         FlightOutcome::Diverted { .. } => Outcome::Diverted,
         FlightOutcome::NoRoute => Outcome::NoRoute,
     }
-}
-
-/// Says `unaffected` where the old way can be flown with the stops that it had, and nothing found is better.
-fn prefer_old_plan(case: &Case<'_>, found: &mut Found, scratch: &mut DeliveryScratch) {
-    let report = &case.failure.request.report;
-    let old_world = World {
-        airspace: case.before.skies.airspace(),
-        trees: None,
-    };
-    let nodes = planned_nodes(&old_world, report, scratch.recompose.searcher());
-    let starts = case.question.starts;
-    let at_leg_start = |start: &&FlightStart| start.node == report.leg.0 && start.flown_m == 0.0;
-    let (first, start) = match starts.iter().find(at_leg_start) {
-        Some(start) => (0, *start),
-        None => match starts.iter().find(|start| start.node == report.leg.1) {
-            Some(start) => (1, *start),
-            None => return,
-        },
-    };
-    let Some(rest) = nodes.get(first..) else {
-        return;
-    };
-    let leads_there = rest.last() == Some(&report.destination);
-    let start = [start];
-    let along = |world: &DeliveryWorld<'_>, scratch: &mut DeliveryScratch| {
-        let question = Question {
-            starts: &start,
-            ..case.question
-        };
-        on_way_alone(world, &question, rest, scratch)
-    };
-    let Some(old) = along(&case.world, scratch).filter(|_| leads_there) else {
-        return;
-    };
-    let Some(plan) = &old.answer.plan else {
-        return;
-    };
-    // A plan that passes a node twice may be flown another way round.
-    if nodes_of(plan) != *rest {
-        return;
-    }
-    let is_same = found
-        .plan
-        .as_ref()
-        .is_some_and(|best| best.legs == plan.legs);
-    let is_better = found.decision.answer.value.beats(old.answer.value);
-    if is_better && !is_same {
-        return;
-    }
-    let stops: Vec<NodeIx> = plan.stops.iter().map(|stop| stop.node).collect();
-    let stops_stand = match case.failure.planned_stops {
-        Some(planned) => planned == stops,
-        None => {
-            let before = along(&case.before, scratch).and_then(|before| before.answer.plan);
-            before.is_none_or(|before| before.stops.iter().map(|stop| stop.node).eq(stops))
-        }
-    };
-    if !stops_stand {
-        return;
-    }
-    found.outcome = Outcome::Unaffected;
-    found.proof = Proof {
-        lower_bound: found.proof.lower_bound,
-        ..Proof::of(&old.answer)
-    };
-    found.plan = old.answer.plan;
 }
 
 /// A local strategy or a baseline, as far as this drone can fly what it says.

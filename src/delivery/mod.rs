@@ -16,6 +16,7 @@ mod nearby;
 mod skies;
 mod standing;
 mod tables;
+mod unaffected;
 mod world;
 
 pub use brought::with_airframe;

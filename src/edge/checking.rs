@@ -5,7 +5,7 @@ use super::events::Happening;
 use super::flights::{DroneKind, FlownVersion, Scene};
 use super::guard::{Subjects, alarms_of, case_data};
 use super::recomposing::{Case, Recomposed};
-use super::snapshot::{PlanEntry, Snapshot};
+use super::snapshot::{Own, PlanEntry, Snapshot};
 use crate::checked::{self, Alternatives, Checked, FallenBackTo, Known, check_answer};
 use crate::checker::Fault;
 use crate::compose::{Composition, Contingency};
@@ -166,7 +166,7 @@ impl Edge {
         snapshot: &Snapshot,
         (composition, flown): &(Composition, Option<Arc<FlownVersion>>),
         (departs_at, destination): (Timestamp, NodeIx),
-        kind: Option<&DroneKind>,
+        (kind, own): (Option<&DroneKind>, Own<'_>),
     ) -> Result<(), Fault> {
         let way = &composition.way;
         let (Some(&first), false) = (way.nodes.first(), planted::is_unchecked()) else {
@@ -203,7 +203,7 @@ impl Edge {
             ..Known::default()
         };
         let version = Some((&**version, departs_at));
-        flights.check_version(scene, (kind, None), version, &request, &known, &answer)
+        flights.check_version(scene, (kind, own), version, &request, &known, &answer)
     }
 
     /// Tells of an answer that did not pass: counted, an event, an alarm, a line in the log.
@@ -240,7 +240,6 @@ fn known(case: &Case<'_>, recomposed: &Recomposed) -> Known {
         at_s: flown.map_or(0.0, |flown| flown.flights.seconds(case.now)),
         battery,
         has_figure: is_operational && (battery.is_some() || has_payload),
-        ..Known::default()
     }
 }
 

@@ -8,7 +8,7 @@ use super::replies::Idempotency;
 use super::snapshot::{ClosureEntry, Snapshot};
 use super::state_airspace::windows;
 use super::views;
-use super::zones::unexpected;
+use super::zones::{checked_reason, unexpected};
 use crate::access::Caller;
 use crate::airspace::{Cause, Closure};
 use crate::intake::{ClosureIds, Expected, Faults, PageRequest, read_closure, token};
@@ -134,12 +134,14 @@ impl Edge {
         caller: &Caller,
         id: &str,
         if_match: Option<String>,
+        reason: Option<String>,
     ) -> Result<wire::Closure<'static>, Refusal> {
+        let reason = checked_reason(reason)?;
         let order = Order::LiftClosure {
             id: id.to_owned(),
             expected: lenient(if_match),
         };
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let (outcome, snapshot) = self.order(order.because(caller, reason)).await?;
         let Done::ClosureLifted(entry) = outcome.done else {
             return Err(unexpected());
         };

@@ -5,7 +5,7 @@ use super::drones::{Drones, Flown, Rest, Sighting};
 use super::fleet;
 use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot};
-use super::state_ends::Seen;
+use super::state_ends::{LANDED_WITHIN_M, Seen};
 use super::stretches::spot_on;
 use crate::network::{NodeIx, Topology};
 use crate::wire::PlanState;
@@ -35,10 +35,28 @@ impl Edge {
         let Some(seen) = self.shown(snapshot, plan, sighting, now) else {
             return;
         };
+        self.tell_writer(plan, seen);
+    }
+
+    fn tell_writer(&self, plan: &PlanEntry, seen: Seen) {
         let id = plan.id.clone();
         if let Err(refusal) = self.writer.tell(Order::SeePlan { id, seen }) {
             // The next position shows it again.
             tracing::warn!(%refusal, plan = %plan.id, "what telemetry shows of a plan could not be noted");
+        }
+    }
+
+    /// Tells the writer that a drone has left the pad on which it landed.
+    pub(super) fn tell_left(&self, snapshot: &Snapshot, drone: &str, sighting: &Sighting) {
+        let Some((plan, landed)) = snapshot.landed_plan(drone) else {
+            return;
+        };
+        let topology = snapshot.topology();
+        let place = sighting.position(topology.frame());
+        let is_away = place.distance_m(topology.position(landed.node)) > LANDED_WITHIN_M;
+        let has_left = is_away || sighting.airborne == Some(true);
+        if has_left && sighting.seen_at >= landed.since {
+            self.tell_writer(plan, Seen::LeftItsPad);
         }
     }
 

@@ -72,9 +72,25 @@ impl Sighting {
     }
 }
 
+/// Places of a drone at which it cannot be, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Doubt {
+    /// How many of them agree with each other, the last one included.
+    pub(super) in_a_row: u32,
+    pub(super) last: Sighting,
+}
+
+impl Doubt {
+    pub(super) fn first(last: Sighting) -> Self {
+        Self { in_a_row: 1, last }
+    }
+}
+
 #[derive(Debug, Default)]
 struct Known {
     by_id: BTreeMap<Arc<str>, Sighting>,
+    /// The doubtful places of drones since their last accepted ones.
+    doubts: BTreeMap<Arc<str>, Doubt>,
     /// Oldest first, for forgetting.
     by_time: BTreeSet<(Timestamp, Arc<str>)>,
 }
@@ -109,6 +125,7 @@ impl Drones {
             }
             None => Arc::from(id),
         };
+        known.doubts.remove(&id);
         known.by_time.insert((sighting.seen_at, id.clone()));
         known.by_id.insert(id, sighting);
         if known.by_id.len() > self.capacity
@@ -117,6 +134,19 @@ impl Drones {
             known.by_id.remove(&oldest);
         }
         true
+    }
+
+    /// Notes a doubtful place after those noted before; tells how many agree with each other now.
+    pub(super) fn doubt(&self, id: &str, next: impl FnOnce(Option<&Doubt>) -> Doubt) -> u32 {
+        let mut known = self.write();
+        let doubt = next(known.doubts.get(id));
+        let in_a_row = doubt.in_a_row;
+        if known.doubts.len() >= self.capacity && !known.doubts.contains_key(id) {
+            // Invented drones fill it: true ones count from one again.
+            known.doubts.clear();
+        }
+        known.doubts.insert(Arc::from(id), doubt);
+        in_a_row
     }
 
     /// What is last known of a drone.

@@ -100,6 +100,10 @@ pub(super) struct ProposalEntry {
     pub(super) expires_at: Timestamp,
     pub(super) recomposition_id: Arc<str>,
     pub(super) drone_id: Option<Arc<str>>,
+    /// The subject of the token that the report came with.
+    pub(super) subject: Arc<str>,
+    /// About how much it takes, in bytes.
+    pub(super) bytes: usize,
     pub(super) failure: FailureType,
     /// What accepting it puts into force: that of a zone is the zone's closure.
     pub(super) closure: Arc<Closure>,

@@ -24,12 +24,18 @@ pub(super) struct Happening {
     pub(super) data: Value,
     /// Who has made it happen; none where it happened by itself.
     pub(super) by: Option<Arc<wire::Author>>,
+    /// Why, where they have said.
+    pub(super) reason: Option<Arc<str>>,
 }
 
 impl Happening {
     pub(super) fn new(kind: EventKind, data: Value) -> Self {
-        let by = None;
-        Self { kind, data, by }
+        Self {
+            kind,
+            data,
+            by: None,
+            reason: None,
+        }
     }
 }
 
@@ -80,6 +86,9 @@ impl Unnumbered {
                 Some(author) => (*author).clone(),
                 None => wire::Author::new(ITSELF, ITSELF),
             },
+            reason: happening
+                .reason
+                .map(|reason| Cow::Owned(reason.to_string())),
             data: happening.data,
         };
         // A map with text keys and plain values always has a JSON form.

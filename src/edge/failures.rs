@@ -13,7 +13,7 @@ use super::orders::Order;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::snapshot::{PlanEntry, Snapshot, Version, version_flags};
 use super::store::Entry;
 use super::stretches::Stretch;
 use super::traces;
@@ -216,12 +216,13 @@ impl Edge {
             settle_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
+        let is_quote = plan.as_ref().is_some_and(|plan| plan.is_quote());
         let case = Case {
             snapshot: &snapshot,
             report: &report,
             request: &settled.request,
             plan: plan.as_ref(),
-            may_change: !dry_run && manner != Manner::Silent,
+            may_change: !dry_run && manner != Manner::Silent && !is_quote,
             drone_id: own.as_deref(),
             now,
         };
@@ -332,26 +333,6 @@ impl Edge {
         }
     }
 
-    /// How fast a drone flies that does not say so: as the airframe that it names, as its plan has it, as the default airframe.
-    fn airspeed_mps(
-        &self,
-        report: &wire::FailureReport,
-        plan: Option<&Arc<PlanEntry>>,
-    ) -> Option<f64> {
-        let flights = self.flights.as_ref();
-        let named = report.drone.as_ref();
-        let named = named.and_then(|drone| drone.airframe.as_deref());
-        let named = named
-            .zip(flights)
-            .and_then(|(name, flights)| flights.airframe(Some(name), None));
-        let otherwise = || flights.and_then(|flights| flights.airframe(None, None));
-        match (named, plan) {
-            (Some(airframe), _) => Some(airframe.airspeed_mps),
-            (None, Some(plan)) => Some(plan.airspeed_mps),
-            (None, None) => otherwise().map(|airframe| airframe.airspeed_mps),
-        }
-    }
-
     /// The plan a report is about: the one it names, or that its drone flies, if the caller may speak for it.
     fn plan_of(
         &self,
@@ -416,6 +397,7 @@ impl Edge {
                 .answered_at
                 .checked_add(self.settings.acknowledge_within)
                 .ok(),
+            flags: version_flags(&record.answer.flags),
             warnings: warnings
                 .map(|warning| {
                     let (code, message) = warning_text(topology, warning);

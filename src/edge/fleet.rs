@@ -1,12 +1,12 @@
 //! Plans in flight: where their drones are, what blocks them, and what they are to fly instead.
 
-use super::drones::Drones;
+use super::drones::{Drones, Sighting};
 use super::flights::{Flights, FlownAnswer, Scene};
 use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
 use super::stretches::{Stretch, spot_on};
 use crate::airspace::{Airspace, Closure};
 use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
-use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
+use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location, check_place};
 use crate::geo::{Point, total_m};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
@@ -133,7 +133,7 @@ pub(super) fn progress(
         return None;
     }
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
-    if let Some(sighting) = sighting.filter(|sighting| sighting.seen_at >= version.departs_at) {
+    if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
         let position = sighting.position(topology.frame());
         let flown_m = sighting.flown_m(&plan.id, version.number);
         let spot = spot_on(topology, version, position, flown_m)?;
@@ -183,6 +183,14 @@ pub(super) fn progress(
         },
         remaining_m: legs[leg].length_m + length_after(legs, leg),
     })
+}
+
+/// Whether a sighting says how far a drone has come on a version. A place beyond the network does
+/// not, believed or not.
+fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
+    let place = sighting.position(topology.frame());
+    let has_departed = sighting.seen_at >= version.departs_at;
+    has_departed && check_place(topology, place, None, None).is_ok()
 }
 
 fn length_after(legs: &[Leg], leg: usize) -> f64 {
@@ -332,7 +340,10 @@ pub(super) fn is_on_stretch(
 
 /// The leg that the drone of a plan is on, and what is left of its way from there. On its first stretch that is the leg on
 /// which the stretch runs, as it was flown before; who flies back on it has left what was planned beyond.
-fn leg_ahead(plan: &PlanEntry, progress: &Progress) -> ((NodeIx, NodeIx), Option<Vec<NodeIx>>) {
+pub(super) fn leg_ahead(
+    plan: &PlanEntry,
+    progress: &Progress,
+) -> ((NodeIx, NodeIx), Option<Vec<NodeIx>>) {
     let version = &plan.reported;
     let nodes = &version.composition.way.nodes;
     let stretch = version.stretch.as_ref().filter(|_| progress.on_stretch);

@@ -70,7 +70,11 @@ impl Edge {
         let may_gain = |plan: &&Arc<PlanEntry>| {
             let is_flown = plan.reported.flight.is_some();
             let is_pending = snapshot.pending.contains_key(&plan.id);
-            is_flown && plan.is_as_planned() && plan.wanted.is_none() && !is_pending
+            is_flown
+                && !plan.is_quote()
+                && plan.is_as_planned()
+                && plan.wanted.is_none()
+                && !is_pending
         };
         let plans = snapshot.plans.values().filter(may_gain);
         for plan in plans.take(PLANS_MAX) {

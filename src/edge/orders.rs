@@ -11,6 +11,7 @@ use super::sync::Followed;
 use super::upstream::Upstream;
 use crate::access::Caller;
 use crate::airspace::Closure;
+use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
@@ -92,6 +93,8 @@ pub(super) enum Order {
     AddPlan(Box<PlanEntry>),
     CancelPlan {
         id: String,
+        /// Whether it was said where its drone is.
+        is_placed: bool,
     },
     AcknowledgePlan {
         id: String,
@@ -106,6 +109,8 @@ pub(super) enum Order {
     CompletePlan {
         id: String,
         landed: EndedAs,
+        /// On the plane of the network; at its end where none is told.
+        place: Option<Point>,
     },
     /// An operator says what became of a plan.
     ReleasePlan {
@@ -145,6 +150,8 @@ pub(super) enum Order {
     /// An order that somebody has given, who stands on what it changes.
     By {
         author: Arc<Author>,
+        /// Why, where they have said.
+        reason: Option<Arc<str>>,
         order: Box<Order>,
     },
     /// Nothing but the time has changed.
@@ -156,15 +163,26 @@ pub(super) enum Order {
 impl Order {
     /// This order, given by a caller.
     pub(super) fn by(self, caller: &Caller) -> Self {
+        self.because(caller, None)
+    }
+
+    /// This order, given by a caller for a reason.
+    pub(super) fn because(self, caller: &Caller, reason: Option<Arc<str>>) -> Self {
         Self::By {
             author: author(caller),
+            reason,
             order: Box::new(self),
         }
     }
 
     /// What an order that somebody has given does to which thing, for the log.
     pub(super) fn told(&self) -> Option<Told> {
-        let Self::By { author, order } = self else {
+        let Self::By {
+            author,
+            reason,
+            order,
+        } = self
+        else {
             return None;
         };
         let order = match &**order {
@@ -186,13 +204,14 @@ impl Order {
                 Decision::Reject => ("hold_rejected", number.to_string()),
             },
             Self::PutWeather { .. } => ("weather_put", String::new()),
-            Self::CancelPlan { id } => ("plan_cancelled", id.clone()),
+            Self::CancelPlan { id, .. } => ("plan_cancelled", id.clone()),
             Self::ReleasePlan { id, .. } => ("plan_released", id.clone()),
             Self::AcknowledgeAlarm { number, .. } => ("alarm_acknowledged", number.to_string()),
             _ => return None,
         };
         Some(Told {
             author: author.clone(),
+            reason: reason.clone(),
             what,
             id,
         })
@@ -236,6 +255,7 @@ impl Order {
 #[derive(Debug)]
 pub(super) struct Told {
     pub(super) author: Arc<Author>,
+    pub(super) reason: Option<Arc<str>>,
     pub(super) what: &'static str,
     pub(super) id: String,
 }
@@ -254,6 +274,7 @@ impl Told {
             role,
             change = self.what,
             id = self.id,
+            reason = self.reason.as_deref(),
             "changed"
         );
     }

@@ -1,22 +1,22 @@
 //! What is said of a plan: taken over, declined or completed by its drone, released by an operator.
 //!
-//! Each can be said again, and says where the drone is, which counts as its telemetry does.
+//! Each can be said again, and says where the drone is, which counts as its telemetry does. With an
+//! idempotency key it is done once, and answered the same as often as it is sent.
 
 use super::Edge;
 use super::drones::Sighting;
 use super::orders::Order;
+use super::places::Untaken;
 use super::plans::own_plan;
+use super::replies::Idempotency;
 use super::snapshot::{PlanEntry, Snapshot, Version};
-use super::state_ends::landed_as;
+use super::state_ends::{LANDED_WITHIN_M, landed_as};
 use super::state_versions::DeclineReason;
 use super::telemetry::place_of;
 use crate::access::Caller;
 use crate::refusal::Refusal;
 use crate::wire::{self, EndedAs, Place};
 use std::sync::Arc;
-
-/// So near to a node, in metres, a drone that has landed is on it.
-const LANDED_WITHIN_M: f64 = 50.0;
 
 /// Where a drone says that it is.
 struct Whereabouts<'a> {
@@ -25,7 +25,89 @@ struct Whereabouts<'a> {
     fraction: Option<f64>,
 }
 
+/// Something that is said of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PlanWord {
+    /// Its drone takes a version over.
+    Acknowledge(wire::Ack),
+    /// Its drone does not.
+    Decline(wire::Decline),
+    /// Its drone has landed.
+    Complete(wire::Completion),
+    /// An operator says what became of it.
+    Release(wire::Release),
+    /// It is not to be flown any more.
+    Cancel(wire::Cancellation),
+}
+
+impl PlanWord {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Acknowledge(_) => "acknowledge_plan",
+            Self::Decline(_) => "decline_plan",
+            Self::Complete(_) => "complete_plan",
+            Self::Release(_) => "release_plan",
+            Self::Cancel(_) => "cancel_plan",
+        }
+    }
+}
+
 impl Edge {
+    /// Takes what is said of a plan, once where it has an idempotency key.
+    ///
+    /// # Errors
+    /// When there is no such plan of the caller's, what is said cannot be, or the key was used for
+    /// something else.
+    pub async fn say_of_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        word: PlanWord,
+        idempotency: Idempotency,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        // A key counts for one plan.
+        let operation = format!("{} {id}", word.name());
+        let said = async {
+            match word {
+                PlanWord::Acknowledge(ack) => self.acknowledge_plan(caller, id, ack).await,
+                PlanWord::Decline(decline) => self.decline_plan(caller, id, decline).await,
+                PlanWord::Complete(landed) => self.complete_plan(caller, id, landed).await,
+                PlanWord::Release(release) => self.release_plan(caller, id, release).await,
+                PlanWord::Cancel(cancelled) => self.cancel_plan(caller, id, cancelled).await,
+            }
+        };
+        let now = self.clock.now();
+        self.write_replies
+            .once(&caller.subject, operation, idempotency, now, said)
+            .await
+    }
+
+    /// Cancels a plan. In flight its segments are free for others only where its place is told, or
+    /// it has been seen just now: else it may be anywhere on its ways.
+    ///
+    /// # Errors
+    /// When there is none that the caller may change, or it is over.
+    pub async fn cancel_plan(
+        self: &Arc<Self>,
+        caller: &Caller,
+        id: &str,
+        cancellation: wire::Cancellation,
+    ) -> Result<wire::Plan<'static>, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let whereabouts = Whereabouts {
+            location: cancellation.location.as_ref(),
+            leg: cancellation.leg,
+            fraction: cancellation.fraction,
+        };
+        let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        let order = Order::CancelPlan {
+            id: id.to_owned(),
+            is_placed: place.is_some(),
+        };
+        self.said_of_plan(caller, order).await
+    }
+
     /// A drone takes a version over: whichever of those that were sent it says.
     ///
     /// # Errors
@@ -106,14 +188,14 @@ impl Edge {
             leg: completion.leg,
             fraction: completion.fraction,
         };
-        self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
+        let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
         let topology = snapshot.topology();
-        let place = completion.location.as_ref();
-        let place = place.and_then(|place| place_of(place, &snapshot));
+        // The start of a leg is where it was, and not where it has landed.
+        let place = place.filter(|_| completion.location.is_some());
+        let place = place.map(|place| topology.frame().to_plane(place));
         let landed = place.map_or_else(
             || landed_as(&plan),
             |place| {
-                let place = topology.frame().to_plane(place);
                 let goal = topology.position(plan.destination);
                 match place.distance_m(goal) <= LANDED_WITHIN_M {
                     true => EndedAs::Delivered,
@@ -126,6 +208,7 @@ impl Edge {
             Order::CompletePlan {
                 id: id.to_owned(),
                 landed,
+                place,
             },
         )
         .await
@@ -161,21 +244,21 @@ impl Edge {
         self.told(outcome.done, &snapshot)
     }
 
-    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as telemetry.
+    /// Where the drone of a plan says that it is, on a version where it names the leg, counts as
+    /// telemetry. Gives the place where it is one; one that is none is passed over, as what else is
+    /// said is true all the same.
     fn note_place(
         &self,
         snapshot: &Snapshot,
-        plan: &PlanEntry,
+        plan: &Arc<PlanEntry>,
         version: Option<&Arc<Version>>,
         told: &Whereabouts<'_>,
-    ) {
-        let Some(drone) = plan.drone_id.as_deref() else {
-            return;
-        };
+    ) -> Option<[f64; 2]> {
         let stated = told.location.and_then(|place| place_of(place, snapshot));
         let on_leg = || version.and_then(|version| place_on(snapshot, version, told));
-        let Some(coordinates) = stated.or_else(on_leg) else {
-            return;
+        let coordinates = stated.or_else(on_leg)?;
+        let Some(drone) = plan.drone_id.as_deref() else {
+            return Some(coordinates);
         };
         let seen_at = self.clock.now();
         let before = self.drones.last(drone);
@@ -190,7 +273,15 @@ impl Edge {
             rests: None,
             ..sighting
         };
-        self.drones.see(drone, sighting);
+        match self.judge_place(snapshot, Some(plan), drone, &sighting) {
+            Ok(()) => {
+                self.drones.see(drone, sighting);
+            }
+            Err(Untaken::Impossible(_)) => return None,
+            // Its telemetry has come ahead of what it says.
+            Err(Untaken::Outdated) => {}
+        }
+        Some(coordinates)
     }
 }
 

@@ -30,6 +30,8 @@ const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// The fastest airspeed, in metres per second.
 const AIRSPEED_MAX_MPS: f64 = 100.0;
+/// How long a quote holds.
+const QUOTED_FOR: SignedDuration = SignedDuration::from_mins(5);
 /// How often a plan is composed anew as the network, or other plans, change under it.
 const ATTEMPTS: usize = 8;
 
@@ -172,21 +174,6 @@ impl Edge {
         ))
     }
 
-    /// Cancels a plan; its segments are free for others.
-    ///
-    /// # Errors
-    /// When there is none that the caller may change, or it is over.
-    pub async fn cancel_plan(
-        self: &Arc<Self>,
-        caller: &Caller,
-        id: &str,
-    ) -> Result<wire::Plan<'static>, Refusal> {
-        own_plan(&self.snapshot(), caller, id)?;
-        let order = Order::CancelPlan { id: id.to_owned() };
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
-        self.told(outcome.done, &snapshot)
-    }
-
     pub(super) fn told(
         &self,
         done: Done,
@@ -292,13 +279,16 @@ impl Edge {
     ) -> Result<PlanEntry, Refusal> {
         let (composition, flown) = self.composed_and_checked(snapshot, &delivery)?;
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
+        let now = self.clock.now();
+        let is_quote = delivery.drone_id.is_none();
+        let expires_at = is_quote.then(|| now.saturating_add(QUOTED_FOR).unwrap_or(now));
         let id = delivery
             .id
             .unwrap_or_else(|| format!("plan-{}-{number}", self.epoch));
         let version = Version {
             number: 1,
             epoch: self.epoch,
-            sent_at: self.clock.now(),
+            sent_at: now,
             outcome: None,
             composition,
             flight: flown,
@@ -307,6 +297,7 @@ impl Edge {
             departs_at: delivery.start,
             recomposition_id: None,
             acknowledge_by: None,
+            flags: Vec::new(),
             warnings: Vec::new(),
         };
         Ok(PlanEntry {
@@ -325,6 +316,8 @@ impl Edge {
             wanted: None,
             sent: Vec::new(),
             holds: false,
+            landed_on: None,
+            expires_at,
             declined: 0,
             affected_by: Vec::new(),
             next_version: Arc::new(AtomicU32::new(2)),
@@ -338,14 +331,15 @@ impl Edge {
         delivery: &Delivery,
     ) -> Result<(Composition, Option<Arc<FlownVersion>>), Refusal> {
         let kind = delivery.flight.as_ref().map(|flight| &flight.kind);
+        let drone = (kind, snapshot.own_of_drone(delivery.drone_id.as_deref()));
         let start = (delivery.start, delivery.destination);
         let first = self.composed(snapshot, delivery, false)?;
-        let Err(fault) = self.check_composed(snapshot, &first, start, kind) else {
+        let Err(fault) = self.check_composed(snapshot, &first, start, drone) else {
             return Ok(first);
         };
         let again = self.composed(snapshot, delivery, true);
         let again = again.ok().filter(|again| {
-            let checked = self.check_composed(snapshot, again, start, kind);
+            let checked = self.check_composed(snapshot, again, start, drone);
             checked.is_ok()
         });
         let fallback = match again {
@@ -386,6 +380,7 @@ impl Edge {
             source: delivery.source,
             destination: delivery.destination,
             start: delivery.start,
+            own: snapshot.own_of_drone(delivery.drone_id.as_deref()),
             battery: *battery,
             plainly,
         };

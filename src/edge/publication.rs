@@ -58,7 +58,7 @@ impl Edge {
                 pads: Vec::new(),
                 cause: Cause::Zone(brought.zone.clone()),
             };
-            proposal_ids.extend(self.propose(record, "zone_from_report", closure));
+            proposal_ids.extend(self.propose(caller, record, "zone_from_report", closure));
         }
         let Some((thing, life)) = self.closes(snapshot, &record.settled.request) else {
             return Published {
@@ -69,7 +69,7 @@ impl Edge {
         let closure = closure_of(snapshot, record, thing, life);
         let doubt = self.doubt(snapshot, caller, record, plan, thing);
         if let Some(reason) = doubt {
-            proposal_ids.extend(self.propose(record, reason, closure));
+            proposal_ids.extend(self.propose(caller, record, reason, closure));
             return Published {
                 state: PublicationState::Proposed,
                 closure_id: None,
@@ -206,6 +206,7 @@ impl Edge {
     /// Proposes something to operators; gives the id of the proposal.
     fn propose(
         &self,
+        caller: &Caller,
         record: &AnswerRecord,
         reason: &'static str,
         closure: Closure,
@@ -213,7 +214,8 @@ impl Edge {
         let proposal = self.proposal(record, reason, Arc::new(closure));
         let id = views::proposal_id(self.lineage, proposal.number);
         let order = Order::Propose(Box::new(proposal));
-        match self.writer.tell(order.made_on(record.airspace.topology())) {
+        let order = order.made_on(record.airspace.topology()).by(caller);
+        match self.writer.tell(order) {
             Ok(()) => Some(id),
             Err(refusal) => {
                 tracing::warn!(%refusal, "a report could not be proposed to operators");
@@ -244,6 +246,9 @@ impl Edge {
                 .unwrap_or(Timestamp::MAX),
             recomposition_id: Arc::from(record.id()),
             drone_id: record.drone_id.clone(),
+            subject: record.subject.clone(),
+            // A zone that it brings is in the report.
+            bytes: size_of::<ProposalEntry>() + record.report_bytes + hits_bytes(&closure),
             failure,
             closure,
         }
@@ -288,4 +293,11 @@ fn closure_of(
         hits,
         pads,
     }
+}
+
+fn hits_bytes(closure: &Closure) -> usize {
+    let hits = &closure.hits;
+    size_of::<Closure>()
+        + size_of::<SegmentIx>() * hits.segments.len()
+        + size_of::<NodeIx>() * (hits.nodes.len() + closure.pads.len())
 }

@@ -153,6 +153,26 @@ impl Edge {
         }
     }
 
+    /// How fast a drone flies that does not say so: as the airframe that it names, as its plan has it, as the default airframe.
+    pub(super) fn airspeed_mps(
+        &self,
+        report: &wire::FailureReport,
+        plan: Option<&Arc<PlanEntry>>,
+    ) -> Option<f64> {
+        let flights = self.flights.as_ref();
+        let named = report.drone.as_ref();
+        let named = named.and_then(|drone| drone.airframe.as_deref());
+        let named = named
+            .zip(flights)
+            .and_then(|(name, flights)| flights.airframe(Some(name), None));
+        let otherwise = || flights.and_then(|flights| flights.airframe(None, None));
+        match (named, plan) {
+            (Some(airframe), _) => Some(airframe.airspeed_mps),
+            (None, Some(plan)) => Some(plan.airspeed_mps),
+            (None, None) => otherwise().map(|airframe| airframe.airspeed_mps),
+        }
+    }
+
     /// The world as it was before anything closed: with a planted defect, answers are computed on it.
     fn stale_airspace(&self, case: &Case<'_>) -> Option<Arc<Airspace>> {
         planted::is(Bug::StaleAnswer).then(|| {

@@ -272,7 +272,7 @@ impl WriteReplies {
     pub(super) async fn once<T, W>(
         &self,
         subject: &Arc<str>,
-        operation: &'static str,
+        operation: impl Into<Cow<'static, str>>,
         idempotency: Idempotency,
         now: Timestamp,
         write: W,
@@ -288,7 +288,7 @@ impl WriteReplies {
             let detail = "the idempotency key has to have 1 to 256 bytes";
             return Err(Refusal::new(Code::ParameterInvalid, detail));
         }
-        let key = (subject.clone(), Cow::Borrowed(operation), key);
+        let key = (subject.clone(), operation.into(), key);
         let fingerprint = idempotency.fingerprint;
         let serial = match self.begin(&key, fingerprint, now)? {
             Begun::Done(answer) => return Ok(answer),

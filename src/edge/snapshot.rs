@@ -47,6 +47,8 @@ pub(super) struct Version {
     pub(super) recomposition_id: Option<Arc<str>>,
     /// Until when a proposed version is to be acknowledged.
     pub(super) acknowledge_by: Option<Timestamp>,
+    /// What its drone was told to know of it.
+    pub(super) flags: Vec<wire::Flag>,
     pub(super) warnings: Vec<(Cow<'static, str>, String)>,
 }
 
@@ -105,6 +107,11 @@ impl Version {
     }
 }
 
+/// The flags of an answer, as its version has them.
+pub(super) fn version_flags(flags: &[crate::recompose::Flag]) -> Vec<wire::Flag> {
+    flags.iter().map(|&flag| flag.into()).collect()
+}
+
 /// An instant some seconds later; the end of time where that is beyond it.
 pub(super) fn later(instant: Timestamp, seconds: f64) -> Timestamp {
     let span = jiff::SignedDuration::try_from_secs_f64(seconds);
@@ -134,6 +141,30 @@ impl PlanFlags {
     }
 }
 
+/// The pad on which a drone stands since it has landed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LandedOn {
+    pub(super) node: NodeIx,
+    /// Counted from 0.
+    pub(super) pad: u16,
+    pub(super) since: Timestamp,
+}
+
+/// What a drone takes itself, so that it is not in its own way: its plan, and the pad on which it
+/// stands since the plan before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Own<'a> {
+    plan: Option<&'a str>,
+    landed: Option<&'a str>,
+}
+
+impl Own<'_> {
+    /// Whether what is taken for this plan is its own.
+    pub(super) fn has(self, plan: &str) -> bool {
+        self.plan == Some(plan) || self.landed == Some(plan)
+    }
+}
+
 /// A composition plan.
 #[derive(Clone, Debug)]
 pub(super) struct PlanEntry {
@@ -159,6 +190,10 @@ pub(super) struct PlanEntry {
     pub(super) sent: Vec<Arc<Version>>,
     /// Whether it has ended, and its drone may still be on its ways or its last pad: they stay taken.
     pub(super) holds: bool,
+    /// The pad that its drone has taken at its end, until it is known to have left.
+    pub(super) landed_on: Option<LandedOn>,
+    /// Until when it is a quote: a plan that no drone is named for takes nothing.
+    pub(super) expires_at: Option<Timestamp>,
     /// How often its drone has declined since it last took something over.
     pub(super) declined: u32,
     /// Ids of the closures that block the reported version.
@@ -177,6 +212,7 @@ impl PartialEq for PlanEntry {
             && self.order == other.order
             && (self.state, self.ended_as) == (other.state, other.ended_as)
             && (self.flags, self.holds, self.declined) == (other.flags, other.holds, other.declined)
+            && (self.landed_on, self.expires_at) == (other.landed_on, other.expires_at)
             && self.sent == other.sent
             && self.reported == other.reported
             && self.wanted == other.wanted
@@ -189,6 +225,11 @@ impl PlanEntry {
     /// Whether it is still flown, or about to be.
     pub(super) fn is_active(&self) -> bool {
         self.state != wire::PlanState::Ended
+    }
+
+    /// Whether it is only a quote: no drone flies it, and it takes nothing.
+    pub(super) fn is_quote(&self) -> bool {
+        self.expires_at.is_some()
     }
 
     /// Whether it is active and nothing ahead of its drone has closed.
@@ -272,6 +313,8 @@ pub struct Snapshot {
     pub(super) pending: OrdMap<Arc<str>, Arc<[String]>>,
     /// The active plan of each drone.
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
+    /// The ended plan with which each drone has landed that still stands on its pad.
+    pub(super) landed: OrdMap<Arc<str>, Arc<str>>,
     pub(super) occupations: OrdMap<OccupationKey, Occupation>,
     /// Who has which pad when, in seconds of Unix time.
     pub(super) reservations: OrdMap<PadKey, Reservation>,
@@ -317,6 +360,7 @@ impl Snapshot {
             plans: OrdMap::new(),
             pending: OrdMap::new(),
             flown_by: OrdMap::new(),
+            landed: OrdMap::new(),
             occupations: OrdMap::new(),
             reservations: OrdMap::new(),
             reported: Reported::default(),
@@ -393,6 +437,31 @@ impl Snapshot {
         // One roof of a small network is more than its share, and still the next that a drone lands on.
         let too_many_pads = more.pads > 0 && exceeds(closed.pads, more.pads, with_pads(), 1.0);
         (too_many_segments || too_many_pads).then_some("network_quota")
+    }
+
+    /// What the drone of a plan takes itself.
+    pub(super) fn own<'a>(&'a self, plan: Option<&'a str>) -> Own<'a> {
+        let entry = plan.and_then(|id| self.plans.get(id));
+        let drone = entry.and_then(|entry| entry.drone_id.as_deref());
+        Own {
+            plan,
+            ..self.own_of_drone(drone)
+        }
+    }
+
+    /// What a drone without a plan takes itself.
+    pub(super) fn own_of_drone(&self, drone: Option<&str>) -> Own<'_> {
+        let landed = drone.and_then(|drone| self.landed.get(drone));
+        Own {
+            plan: None,
+            landed: landed.map(|plan| &**plan),
+        }
+    }
+
+    /// Where a drone stands since it has landed, with the plan that it has landed with.
+    pub(super) fn landed_plan(&self, drone: &str) -> Option<(&Arc<PlanEntry>, LandedOn)> {
+        let plan = self.plans.get(&**self.landed.get(drone)?)?;
+        Some((plan, plan.landed_on?))
     }
 
     /// The plan that a drone flies.

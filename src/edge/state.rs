@@ -12,7 +12,7 @@ use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
-use super::snapshot::{Snapshot, revision_text};
+use super::snapshot::{OccupationKey, Snapshot, revision_text};
 use super::state_affected::Look;
 use super::state_clock::HeardClock;
 use super::state_outbox::{Ended, Told};
@@ -68,6 +68,9 @@ pub(super) struct State {
     pub(super) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
     pub(super) touched_plans: BTreeSet<Arc<str>>,
+    /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
+    /// plan.
+    pub(super) guarded: BTreeMap<Arc<str>, Vec<OccupationKey>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,
     /// The plans whose drones are to be answered.
@@ -116,6 +119,7 @@ impl State {
             events: Vec::new(),
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
+            guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),
             waves: BTreeMap::new(),
@@ -219,14 +223,14 @@ impl State {
             Order::DecideHold { number, decision } => self.decide_hold(number, decision),
             Order::PutWeather { text, expected } => self.put_weather(text, &expected),
             Order::AddPlan(plan) => self.add_plan(*plan),
-            Order::CancelPlan { id } => self.cancel_plan(&id),
+            Order::CancelPlan { id, is_placed } => self.cancel_plan(&id, is_placed),
             Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
             Order::DeclinePlan {
                 id,
                 version,
                 reason,
             } => self.decline_plan(&id, version, reason),
-            Order::CompletePlan { id, landed } => self.complete_plan(&id, landed),
+            Order::CompletePlan { id, landed, place } => self.complete_plan(&id, landed, place),
             Order::ReleasePlan { id, ended_as } => self.release_plan(&id, ended_as),
             Order::SeePlan { id, seen } => Ok(self.see_plan(&id, seen)),
             Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
@@ -239,18 +243,31 @@ impl State {
             Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Order::ReplaceNetwork(network) => self.replace_network(&network, now),
             Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
-            Order::By { author, order } => {
-                let told_before = self.events.len();
-                self.author = Some(author);
-                let done = self.carry_out(*order, now);
-                let author = self.author.take();
-                for event in &mut self.events[told_before..] {
-                    event.by.clone_from(&author);
-                }
-                done
-            }
+            Order::By {
+                author,
+                reason,
+                order,
+            } => self.carry_out_by((author, reason), *order, now),
             Order::Tick | Order::Settle => Ok(Done::Nothing),
         }
+    }
+
+    /// Carries out an order that somebody has given: they stand on all that it tells.
+    fn carry_out_by(
+        &mut self,
+        (author, reason): (Arc<Author>, Option<Arc<str>>),
+        order: Order,
+        now: Timestamp,
+    ) -> Result<Done, Refusal> {
+        let told_before = self.events.len();
+        self.author = Some(author);
+        let done = self.carry_out(order, now);
+        let author = self.author.take();
+        for event in &mut self.events[told_before..] {
+            event.by.clone_from(&author);
+            event.reason.clone_from(&reason);
+        }
+        done
     }
 
     /// The number of the next write.
@@ -331,6 +348,7 @@ impl State {
                     self.miss_acknowledgement(&plan, version, now)
                 }
                 Due::Departure(plan) => self.depart(&plan),
+                Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
             }

@@ -3,7 +3,7 @@
 use super::failures::as_reported;
 use super::fleet::{self, Ahead, Detour, DetourAnswer, DetourMeans, Progress};
 use super::flights::Scene;
-use super::snapshot::{PlanEntry, PlanFlags, Version};
+use super::snapshot::{PlanEntry, PlanFlags, Version, version_flags};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use super::stretches::Stretch;
@@ -285,6 +285,7 @@ impl State {
             departs_at: now,
             recomposition_id: None,
             acknowledge_by: None,
+            flags: version_flags(&answer.flags),
             warnings: warnings
                 .map(|warning| {
                     let (code, message) = crate::formats::warning_text(topology, warning);

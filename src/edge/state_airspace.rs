@@ -2,7 +2,7 @@
 
 use super::events::Happening;
 use super::orders::{Decision, Done, Publication};
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported};
+use super::snapshot::{ClosureEntry, ProposalEntry, Reported, Snapshot};
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
@@ -15,10 +15,14 @@ use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::{Value, json};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// At most this many proposals wait; the oldest go first.
 const PROPOSALS_MAX: usize = 1_000;
+/// And about so many bytes of them, in all and of the reports of one subject.
+const PROPOSAL_BYTES_MAX: usize = 16 * 1024 * 1024;
+const PROPOSAL_BYTES_PER_SUBJECT: usize = 4 * 1024 * 1024;
 
 impl State {
     pub(super) fn put_zone(
@@ -294,12 +298,36 @@ impl State {
         let data = json!({"proposal": views::proposal(&self.next, &proposal)});
         self.events
             .push(Happening::new(EventKind::ProposalMade, data));
-        if self.next.proposals.len() > PROPOSALS_MAX
-            && let Some(oldest) = self.next.proposals.get_min().map(|(number, _)| *number)
-        {
+        self.bound_proposals(&proposal.subject);
+        Done::Proposal(proposal)
+    }
+
+    /// Too many proposals, or too large ones, go, the oldest first: those of who has just made one,
+    /// and else those of who has the most of them.
+    fn bound_proposals(&mut self, subject: &Arc<str>) {
+        while bytes_of(&self.next, Some(subject)) > PROPOSAL_BYTES_PER_SUBJECT {
+            self.crowd_out(subject);
+        }
+        let is_too_much = |next: &Snapshot| {
+            next.proposals.len() > PROPOSALS_MAX || bytes_of(next, None) > PROPOSAL_BYTES_MAX
+        };
+        while is_too_much(&self.next) {
+            let proposals = self.next.proposals.values();
+            let subjects: BTreeSet<Arc<str>> = proposals.map(|it| it.subject.clone()).collect();
+            let bytes = |subject: &Arc<str>| bytes_of(&self.next, Some(subject));
+            let Some(most) = subjects.into_iter().max_by_key(bytes) else {
+                return;
+            };
+            self.crowd_out(&most);
+        }
+    }
+
+    fn crowd_out(&mut self, subject: &Arc<str>) {
+        let proposals = self.next.proposals.iter();
+        let mut own = proposals.filter(|(_, proposal)| proposal.subject == *subject);
+        if let Some(oldest) = own.next().map(|(number, _)| *number) {
             self.drop_proposal(oldest, "crowded_out");
         }
-        Done::Proposal(proposal)
     }
 
     fn drop_proposal(&mut self, number: u64, decision: &str) {
@@ -412,4 +440,11 @@ pub(super) fn windows(from: Option<Timestamp>, until: Option<Timestamp>) -> Vec<
 pub(super) fn just_after(instant: Timestamp) -> Timestamp {
     let nanosecond = jiff::SignedDuration::from_nanos(1);
     instant.checked_add(nanosecond).unwrap_or(Timestamp::MAX)
+}
+
+/// About how many bytes proposals take: of one subject, or all.
+fn bytes_of(snapshot: &Snapshot, subject: Option<&Arc<str>>) -> usize {
+    let proposals = snapshot.proposals.values();
+    let counted = proposals.filter(|it| subject.is_none_or(|subject| it.subject == *subject));
+    counted.map(|proposal| proposal.bytes).sum()
 }

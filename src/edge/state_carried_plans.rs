@@ -32,30 +32,17 @@ impl State {
         now: Timestamp,
     ) {
         self.next.occupations = OrdMap::new();
+        self.guarded.clear();
         self.next.reservations = OrdMap::new();
         for plan in before.plans.values() {
-            match plan.is_active() {
-                true => self.carry_plan_over(plan, before, change, now),
-                false => self.carry_over_ended(plan, change),
+            if plan.is_active() && plan.is_quote() {
+                self.end_with_network(plan, before, "network_changed");
+            } else if plan.is_active() {
+                self.carry_plan_over(plan, before, change, now);
+            } else {
+                self.carry_over_ended(plan, change);
             }
         }
-    }
-
-    /// A plan that is over is still told of while all of its way is there.
-    fn carry_over_ended(&mut self, plan: &Arc<PlanEntry>, change: &Change<'_>) {
-        let ends = ends_over(plan, change.correspondence);
-        let current = version_carried(plan, &plan.reported, change);
-        let Some(((source, destination), (current, _))) = ends.zip(current) else {
-            self.next.plans.remove(&plan.id);
-            self.over.retain(|id| *id != plan.id);
-            return;
-        };
-        self.keep_plan(PlanEntry {
-            source,
-            destination,
-            reported: Arc::new(current),
-            ..(**plan).clone()
-        });
     }
 
     fn carry_plan_over(
@@ -77,6 +64,7 @@ impl State {
             destination,
             reported: Arc::new(current),
             wanted: wanted.map(Arc::new),
+            sent: sent_carried(plan, change),
             ..(**plan).clone()
         };
         match (current, proposed) {
@@ -402,19 +390,29 @@ fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Op
     settled.ok().map(|settled| settled.request)
 }
 
-fn ends_over(plan: &PlanEntry, correspondence: &Correspondence) -> Option<(NodeIx, NodeIx)> {
+pub(super) fn ends_over(
+    plan: &PlanEntry,
+    correspondence: &Correspondence,
+) -> Option<(NodeIx, NodeIx)> {
     let source = correspondence.node(plan.source)?;
     Some((source, correspondence.node(plan.destination)?))
 }
 
 /// A version of which all legs are flown as they were, and whether its contingencies hold too.
-fn version_carried(
+pub(super) fn version_carried(
     plan: &PlanEntry,
     version: &Version,
     change: &Change<'_>,
 ) -> Option<(Version, bool)> {
     let legs = 0..version.composition.legs.len();
     stretch_carried(plan, version, legs, change)
+}
+
+/// What was sent and may be flown, as far as its way is there.
+pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Version>> {
+    let sent = plan.sent.iter();
+    let carried = sent.filter_map(|version| version_carried(plan, version, change));
+    carried.map(|(version, _)| Arc::new(version)).collect()
 }
 
 fn stretch_carried(

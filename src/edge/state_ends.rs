@@ -2,12 +2,13 @@
 //! says what became of it, or nobody has for long.
 
 use super::orders::Done;
-use super::snapshot::{PlanEntry, PlanFlags, Version, later};
+use super::snapshot::{LandedOn, PlanEntry, PlanFlags, Version, later};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::state_alarms::AT_THE_END;
 use super::timers::Due;
-use crate::flight::Reservation;
+use crate::geo::Point;
+use crate::network::NodeIx;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{AlarmKind, EndedAs, EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
@@ -15,12 +16,18 @@ use std::sync::Arc;
 
 /// So long after its arrival a plan that has not ended is overdue.
 const OVERDUE_AFTER: SignedDuration = SignedDuration::from_secs(60);
-/// A pad that is taken until somebody says otherwise is taken for so many seconds.
-const FOR_LONG_S: f64 = 1e9;
+/// A place that is older says no longer where a drone in flight is.
+const SEEN_JUST_NOW: SignedDuration = SignedDuration::from_secs(15);
 /// At most this many plans that are over are still told of; the oldest go first.
 const OVER_MAX: usize = 1_000;
 
-/// What a plan takes beyond its end.
+/// So near to a node, in metres, a drone that has landed is on it.
+pub(super) const LANDED_WITHIN_M: f64 = 50.0;
+
+/// How many nodes are looked at for the nearest one.
+const NEIGHBOURS: usize = 4;
+
+/// What a plan takes beyond its end, beside the pad that its drone stands on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holds {
     Nothing,
@@ -41,6 +48,8 @@ pub(super) enum Seen {
     OnItsWay,
     /// It rests at the end of this version.
     Landed(u32),
+    /// It has left the pad that it has landed on with this plan, which has ended.
+    LeftItsPad,
 }
 
 impl State {
@@ -55,6 +64,32 @@ impl State {
         self.timers.set(at, Due::Arrival { plan, version });
     }
 
+    pub(super) fn time_quote(&mut self, plan: &PlanEntry) {
+        if let Some(expires_at) = plan.expires_at {
+            let due = Due::Quote(plan.id.clone());
+            self.timers.set(just_after(expires_at), due);
+        }
+    }
+
+    /// The time of a quote is over.
+    pub(super) fn expire_quote(&mut self, id: &str, now: Timestamp) {
+        let plan = self.next.plans.get(id).cloned();
+        let is_over = |plan: &Arc<PlanEntry>| plan.expires_at.is_some_and(|at| at <= now);
+        if let Some(plan) = plan.filter(|plan| plan.is_active() && is_over(plan)) {
+            self.end_plan(&plan, (EndedAs::Cancelled, None), Holds::Nothing);
+        }
+    }
+
+    /// Ends the quote that expires first, if there is any.
+    pub(super) fn end_oldest_quote(&mut self) {
+        let plans = self.next.plans.values();
+        let quotes = plans.filter(|plan| plan.is_active() && plan.is_quote());
+        let oldest = quotes.min_by_key(|plan| (plan.expires_at, plan.id.clone()));
+        if let Some(plan) = oldest.cloned() {
+            self.end_plan(&plan, (EndedAs::Cancelled, None), Holds::Nothing);
+        }
+    }
+
     /// By its times a plan's drone has departed.
     pub(super) fn depart(&mut self, id: &str) {
         if let Some(plan) = self.next.plans.get(id).cloned() {
@@ -64,6 +99,7 @@ impl State {
 
     fn activate(&mut self, plan: &Arc<PlanEntry>) {
         if plan.state == PlanState::Accepted {
+            self.leave_pad_of(plan);
             self.keep_plan(PlanEntry {
                 state: PlanState::Activated,
                 ..(**plan).clone()
@@ -71,9 +107,21 @@ impl State {
         }
     }
 
+    /// The drone of a plan departs: the pad on which it stood is free.
+    fn leave_pad_of(&mut self, plan: &PlanEntry) {
+        if let Some(drone) = &plan.drone_id {
+            self.leave_pad(drone);
+        }
+    }
+
     /// What telemetry shows of the drone of a plan.
     pub(super) fn see_plan(&mut self, id: &str, seen: Seen) -> Done {
         let plan = self.next.plans.get(id).cloned();
+        if seen == Seen::LeftItsPad {
+            let landed = plan.filter(|plan| plan.landed_on.is_some());
+            landed.iter().for_each(|plan| self.leave_pad_of(plan));
+            return Done::Nothing;
+        }
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return Done::Nothing;
         };
@@ -81,7 +129,8 @@ impl State {
             (Seen::Landed(version), _) => {
                 if plan.reported.number == version {
                     let how = landed_as(&plan);
-                    return Done::Plan(self.end_plan(&plan, how));
+                    let node = plan.reported.last_node();
+                    return Done::Plan(self.land(&plan, how, node));
                 }
                 return Done::Nothing;
             }
@@ -90,6 +139,9 @@ impl State {
             (Seen::OnItsWay, PlanState::Nonconforming) => PlanState::Activated,
             _ => return Done::Nothing,
         };
+        if seen == Seen::Departed {
+            self.leave_pad_of(&plan);
+        }
         let plan = self.keep_plan(PlanEntry {
             state,
             ..(*plan).clone()
@@ -122,11 +174,6 @@ impl State {
             return;
         }
         let id = plan.id.clone();
-        if plan.drone_id.is_none() {
-            // Nobody flies it, and nobody will say that it has ended.
-            self.end_plan(&plan, EndedAs::Cancelled);
-            return;
-        }
         let lost_at = self.lost_at(&plan);
         self.timers.set(lost_at, Due::Silence(id));
         if plan.flags.overdue {
@@ -141,6 +188,7 @@ impl State {
         });
         self.hold_pads(&plan);
         self.tell(EventKind::PlanOverdue, &plan);
+        self.alarm_at_full_pads(&plan);
     }
 
     /// When a plan counts as lost unless its drone is heard of again.
@@ -164,7 +212,8 @@ impl State {
             self.timers.set(lost_at, Due::Silence(plan.id.clone()));
             return;
         }
-        let plan = self.end_plan(&plan, EndedAs::Lost);
+        // Its drone may stand on the pad that it was to land on.
+        let plan = self.end_plan(&plan, (EndedAs::Lost, None), Holds::Pads);
         let message = format!(
             "nobody has heard of plan '{}' for long: say what became of it, or look for its drone",
             plan.id
@@ -173,7 +222,7 @@ impl State {
     }
 
     /// Cancels a plan. Where it is in flight and nobody knows where, its drone may be anywhere on its ways: they stay taken.
-    pub(super) fn cancel_plan(&mut self, id: &str) -> Result<Done, Refusal> {
+    pub(super) fn cancel_plan(&mut self, id: &str, is_placed: bool) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
         if plan.ended_as == Some(EndedAs::Cancelled) {
             return Ok(Done::Plan(plan));
@@ -182,13 +231,14 @@ impl State {
             return Err(over(id));
         }
         let may_fly = plan.drone_id.is_some() && plan.state != PlanState::Accepted;
-        let holds = match may_fly && !self.is_seen_in_flight(&plan) {
+        let is_known = is_placed || self.is_seen_in_flight(&plan);
+        let holds = match may_fly && !is_known {
             true => Holds::All,
             false => Holds::Nothing,
         };
-        Ok(Done::Plan(self.end_plan_holding(
+        Ok(Done::Plan(self.end_plan(
             &plan,
-            EndedAs::Cancelled,
+            (EndedAs::Cancelled, None),
             holds,
         )))
     }
@@ -196,34 +246,75 @@ impl State {
     fn is_seen_in_flight(&self, plan: &PlanEntry) -> bool {
         let sighting = plan.drone_id.as_deref();
         let sighting = sighting.and_then(|drone| self.drones.last(drone));
-        sighting.is_some_and(|sighting| sighting.seen_at >= plan.reported.departs_at)
+        sighting.is_some_and(|sighting| {
+            let age = self.now.duration_since(sighting.seen_at);
+            sighting.seen_at >= plan.reported.departs_at && age <= SEEN_JUST_NOW
+        })
     }
 
     /// A drone says that it has landed, at a place or at the end of what it flies.
-    pub(super) fn complete_plan(&mut self, id: &str, landed: EndedAs) -> Result<Done, Refusal> {
+    pub(super) fn complete_plan(
+        &mut self,
+        id: &str,
+        landed: EndedAs,
+        place: Option<Point>,
+    ) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
+        if plan.is_quote() {
+            return Err(only_quoted(id));
+        }
+        let node = match place {
+            Some(place) => self.node_at(place),
+            None => plan.reported.last_node(),
+        };
         if plan.is_active() {
-            return Ok(Done::Plan(self.end_plan(&plan, landed)));
+            return Ok(Done::Plan(self.land(&plan, landed, node)));
         }
         if plan.ended_as == Some(EndedAs::Lost) {
             // It is found.
-            return Ok(Done::Plan(self.amend_end(&plan, landed)));
+            return Ok(Done::Plan(self.amend_end(&plan, landed, node)));
         }
         Ok(Done::Plan(plan))
+    }
+
+    /// The node that a drone which has landed at a place stands on.
+    fn node_at(&self, place: Point) -> Option<NodeIx> {
+        let topology = self.next.topology();
+        let off_m = |node: NodeIx| topology.position(node).distance_m(place);
+        let boxes = topology
+            .node_tree()
+            .nearest_neighbor_iter(&[place.x as f32, place.y as f32]);
+        // The tree's boxes are rounded, so neighbours may come swapped.
+        let near = boxes.take(NEIGHBOURS).map(|boxed| boxed.node);
+        let node = near.min_by(|&one, &other| off_m(one).total_cmp(&off_m(other)))?;
+        (off_m(node) <= LANDED_WITHIN_M).then_some(node)
+    }
+
+    /// Ends a plan whose drone has landed: its pad is the drone's from now on.
+    fn land(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        how: EndedAs,
+        node: Option<NodeIx>,
+    ) -> Arc<PlanEntry> {
+        // Whatever pad it stood on before it has left.
+        self.leave_pad_of(plan);
+        let landed = node.and_then(|node| self.pad_landed_on(plan, node));
+        self.end_plan(plan, (how, landed), Holds::Nothing)
     }
 
     /// An operator says what became of a plan.
     pub(super) fn release_plan(&mut self, id: &str, ended_as: EndedAs) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
         if plan.is_active() {
-            return Ok(Done::Plan(self.end_plan_holding(
+            return Ok(Done::Plan(self.end_plan(
                 &plan,
-                ended_as,
+                (ended_as, None),
                 Holds::Nothing,
             )));
         }
         if plan.holds {
-            return Ok(Done::Plan(self.amend_end(&plan, ended_as)));
+            return Ok(Done::Plan(self.amend_end(&plan, ended_as, None)));
         }
         if plan.ended_as == Some(ended_as) {
             return Ok(Done::Plan(plan));
@@ -232,61 +323,37 @@ impl State {
     }
 
     /// What became of a plan that has ended, and still took what its drone may have been on.
-    fn amend_end(&mut self, plan: &Arc<PlanEntry>, ended_as: EndedAs) -> Arc<PlanEntry> {
+    pub(super) fn amend_end(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        ended_as: EndedAs,
+        landed_at: Option<NodeIx>,
+    ) -> Arc<PlanEntry> {
         for version in plan.versions() {
             self.vacate(&plan.id, version);
         }
+        self.leave_landed(plan);
+        let landed_on = landed_at.and_then(|node| self.pad_landed_on(plan, node));
         let plan = self.keep_plan(PlanEntry {
             ended_as: Some(ended_as),
             sent: Vec::new(),
-            holds: false,
+            holds: landed_on.is_some(),
+            landed_on,
             ..(**plan).clone()
         });
+        self.take_landed(&plan);
         self.tell(EventKind::PlanEnded, &plan);
-        self.forget_later(&plan.id);
+        if !plan.holds {
+            self.forget_later(&plan.id);
+        }
         plan
     }
 
-    /// A drone that begins another plan is nowhere else: what ended ones of it still took is free.
-    pub(super) fn free_held_by(&mut self, drone: &str) {
-        let is_held =
-            |plan: &&Arc<PlanEntry>| plan.holds && plan.drone_id.as_deref() == Some(drone);
-        let plans = self.next.plans.values();
-        let held: Vec<Arc<PlanEntry>> = plans.filter(is_held).cloned().collect();
-        for plan in held {
-            let ended_as = plan.ended_as.unwrap_or(EndedAs::Cancelled);
-            self.amend_end(&plan, ended_as);
-        }
-    }
-
-    /// The last pad that each version of a plan takes stays taken.
-    pub(super) fn hold_pads(&mut self, plan: &PlanEntry) {
-        for version in plan.versions() {
-            let stays = super::flights::stays(&plan.id, version);
-            let last = stays.max_by(|left, right| left.1.until_s.total_cmp(&right.1.until_s));
-            if let Some((key, stay)) = last {
-                let stay = Reservation {
-                    until_s: stay.until_s + FOR_LONG_S,
-                    ..stay
-                };
-                self.next.reservations.insert(key, stay);
-            }
-        }
-    }
-
-    /// Ends a plan. A drone that is lost may stand on the pad that it was to land on.
-    pub(super) fn end_plan(&mut self, plan: &Arc<PlanEntry>, how: EndedAs) -> Arc<PlanEntry> {
-        let holds = match how {
-            EndedAs::Lost => Holds::Pads,
-            EndedAs::Delivered | EndedAs::Diverted | EndedAs::Cancelled => Holds::Nothing,
-        };
-        self.end_plan_holding(plan, how, holds)
-    }
-
-    fn end_plan_holding(
+    /// Ends a plan, which may take something beyond its end.
+    fn end_plan(
         &mut self,
         plan: &Arc<PlanEntry>,
-        how: EndedAs,
+        (how, landed_on): (EndedAs, Option<LandedOn>),
         holds: Holds,
     ) -> Arc<PlanEntry> {
         if holds != Holds::All {
@@ -300,7 +367,7 @@ impl State {
             self.next.flown_by.remove(drone);
         }
         self.next.active_plans = self.next.active_plans.saturating_sub(1);
-        let is_held = holds != Holds::Nothing;
+        let is_held = holds != Holds::Nothing || landed_on.is_some();
         let sent = plan.sent.iter().chain(&plan.wanted);
         let plan = self.keep_plan(PlanEntry {
             state: PlanState::Ended,
@@ -308,13 +375,15 @@ impl State {
             flags: PlanFlags::default(),
             wanted: None,
             // What it may still take is found by them.
-            sent: sent.filter(|_| is_held).cloned().collect(),
+            sent: sent.filter(|_| holds != Holds::Nothing).cloned().collect(),
             holds: is_held,
+            landed_on,
             ..(**plan).clone()
         });
-        if is_held {
+        if holds != Holds::Nothing {
             self.hold_pads(&plan);
         }
+        self.take_landed(&plan);
         self.end_plan_alarms(&plan.id, &AT_THE_END);
         self.tell(EventKind::PlanEnded, &plan);
         if !is_held {
@@ -344,6 +413,14 @@ pub(super) fn landed_as(plan: &PlanEntry) -> EndedAs {
 
 fn overdue_at(version: &Version) -> Timestamp {
     later(version.arrives_at(), OVERDUE_AFTER.as_secs_f64())
+}
+
+/// A drone speaks of the plan that it flies, and a quote is flown by none.
+pub(super) fn only_quoted(id: &str) -> Refusal {
+    let detail = format!(
+        "plan '{id}' is a quote, which no drone flies: ask for a plan with 'drone_id' to fly it"
+    );
+    Refusal::new(Code::PlanStateConflict, detail)
 }
 
 fn over(id: &str) -> Refusal {

@@ -33,7 +33,15 @@ impl State {
             return Err(Refusal::new(Code::AlreadyExists, detail));
         }
         // Those that have ended and still take something count too.
-        if self.next.plans.len().saturating_sub(self.over.len()) >= self.settings.plans_max {
+        let is_full = |state: &Self| {
+            let held = state.next.plans.len().saturating_sub(state.over.len());
+            held >= state.settings.plans_max
+        };
+        if is_full(self) && !plan.is_quote() {
+            // Quotes take no place from who flies.
+            self.end_oldest_quote();
+        }
+        if is_full(self) {
             let detail = format!(
                 "{} plans are active, as many as this edge holds",
                 self.settings.plans_max
@@ -54,12 +62,16 @@ impl State {
         }
         let headway_s = self.settings.headway_s;
         let is_flown = plan.reported.flight.is_some();
-        if is_flown && flights::meets_others(&self.next, &plan.id, &plan.reported, headway_s) {
+        let own = self.next.own_of_drone(plan.drone_id.as_deref());
+        if is_flown && flights::meets_others(&self.next, own, &plan.reported, headway_s) {
             // Another plan has come between: this one is composed anew.
             return Ok(Done::Outdated);
         }
+        if plan.is_quote() {
+            return Ok(self.add_quote(plan));
+        }
         if let Some(drone) = &plan.drone_id {
-            self.free_held_by(drone);
+            self.free_air_held_by(drone);
             self.next.flown_by.insert(drone.clone(), plan.id.clone());
         }
         self.next.active_plans += 1;
@@ -74,6 +86,21 @@ impl State {
         Ok(Done::Plan(plan))
     }
 
+    /// Keeps a quote, which takes nothing and ends by itself.
+    fn add_quote(&mut self, plan: PlanEntry) -> Done {
+        let (now, airspace) = (self.now, self.next.airspace.clone());
+        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        if progress.is_some_and(|progress| self.is_cut(&plan, &progress, &airspace, now)) {
+            // Something has closed since it was composed.
+            return Done::Outdated;
+        }
+        self.next.active_plans += 1;
+        self.time_quote(&plan);
+        let plan = self.keep_plan(plan);
+        self.tell(EventKind::PlanComposed, &plan);
+        Done::Plan(plan)
+    }
+
     /// Proposes the version that a failure report led to.
     pub(super) fn propose_version(&mut self, id: &str, version: Version) -> Done {
         let Some(plan) = self
@@ -81,7 +108,7 @@ impl State {
             .plans
             .get(id)
             .cloned()
-            .filter(|plan| plan.is_active())
+            .filter(|plan| plan.is_active() && !plan.is_quote())
         else {
             return Done::Nothing;
         };
@@ -108,7 +135,9 @@ impl State {
     /// A drone in flight has to be told something: where another plan has taken its pad meanwhile, that too.
     pub(super) fn with_contest(&self, plan: &str, mut version: Version) -> Version {
         version.warnings.retain(|(code, _)| code != PAD_CONTESTED);
-        if let Some((stay, other)) = flights::shares_pad(&self.next, plan, &version) {
+        if let Some((stay, other)) =
+            flights::shares_pad(&self.next, self.next.own(Some(plan)), &version)
+        {
             let node = self.next.topology().node_id(stay.node);
             let message = format!(
                 "plan '{other}' has pad {} of node '{node}' at the same time",
@@ -127,8 +156,9 @@ impl State {
         };
         let plan = self.next.plans.get(id).cloned().filter(is_as_it_was);
         let headway_s = self.settings.headway_s;
+        let own = self.next.own(Some(id));
         let Some(plan) =
-            plan.filter(|_| !flights::meets_others(&self.next, id, &version, headway_s))
+            plan.filter(|_| !flights::meets_others(&self.next, own, &version, headway_s))
         else {
             return Done::Nothing;
         };
@@ -205,6 +235,7 @@ impl State {
     pub(super) fn keep_plan(&mut self, plan: PlanEntry) -> Arc<PlanEntry> {
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
+        self.guard(&plan);
         plan
     }
 

@@ -55,7 +55,19 @@ impl Snapshot {
 
     /// Whether something that has closed meets a plan, whether its drone has been answered or not.
     pub(super) fn is_affected(&self, plan: &PlanEntry) -> bool {
-        plan.flags.affected || self.pending.contains_key(&plan.id)
+        plan.flags.affected || self.pending.contains_key(&plan.id) || !self.shut(plan).is_empty()
+    }
+
+    /// The closures on the way of a quote: it is in no index, and no drone is told.
+    pub(super) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
+        let way = &plan.reported.composition;
+        let is_shut = || fleet::is_blocked(&self.airspace, way, 0);
+        if !plan.is_quote() || !plan.is_active() || !is_shut() {
+            return Vec::new();
+        }
+        let met = self.airspace.in_force();
+        let met = met.filter(|closure| fleet::is_hit(closure, way, 0));
+        met.map(|closure| closure.id.as_str()).collect()
     }
 
     /// The closures that affect a plan, those included whose answer is pending.
@@ -191,7 +203,9 @@ impl State {
     /// Plans that may be free again, and those that the wind may leave short.
     fn look_at_others(&mut self, look: &Look) {
         let plans = self.next.plans.values();
-        let active: Vec<Arc<PlanEntry>> = plans.filter(|plan| plan.is_active()).cloned().collect();
+        // A quote is led around nothing.
+        let is_flown = |plan: &&Arc<PlanEntry>| plan.is_active() && !plan.is_quote();
+        let active: Vec<Arc<PlanEntry>> = plans.filter(is_flown).cloned().collect();
         for plan in active {
             let is_flown = plan.reported.flight.is_some() && self.flights.is_some();
             let may_be_free = look.has_opened || (look.may_fly && is_flown);

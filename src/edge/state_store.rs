@@ -10,7 +10,6 @@ use super::timers::Due;
 use crate::airspace::{Change, Closure};
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
-use crate::wire::EndedAs;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -75,7 +74,10 @@ impl State {
 
     fn restore_plan(&mut self, plan: PlanEntry) {
         let id = plan.id.clone();
-        if plan.is_active() {
+        if plan.is_active() && plan.is_quote() {
+            self.next.active_plans += 1;
+            self.time_quote(&plan);
+        } else if plan.is_active() {
             self.next.active_plans += 1;
             if let Some(drone) = &plan.drone_id {
                 self.next.flown_by.insert(drone.clone(), id.clone());
@@ -90,6 +92,7 @@ impl State {
             if plan.flags.overdue {
                 self.hold_pads(&plan);
             }
+            self.guard(&plan);
             let wanted = plan.wanted.as_ref();
             if let Some((wanted, by)) = wanted.and_then(|it| Some((it, it.acknowledge_by?))) {
                 let due = Due::Acknowledgement {
@@ -99,12 +102,7 @@ impl State {
                 self.timers.set(by, due);
             }
         } else if plan.holds {
-            if plan.ended_as != Some(EndedAs::Lost) {
-                for version in plan.versions() {
-                    self.occupy(&id, version);
-                }
-            }
-            self.hold_pads(&plan);
+            self.hold_again(&plan);
         } else {
             self.over.push_back(id.clone());
         }

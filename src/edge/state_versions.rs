@@ -8,6 +8,7 @@ use super::orders::Done;
 use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
+use super::state_ends::only_quoted;
 use crate::airspace::{Airspace, Change, Closure};
 use crate::flight::FailureType;
 use crate::network::SegmentIx;
@@ -35,6 +36,9 @@ impl State {
     /// A drone flies a version: whichever of those that were sent.
     pub(super) fn acknowledge_plan(&mut self, id: &str, version: u32) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
+        if plan.is_quote() {
+            return Err(only_quoted(id));
+        }
         if version < plan.reported.number {
             // Said before, and come late.
             return Ok(Done::Plan(plan));
@@ -141,6 +145,9 @@ impl State {
         reason: DeclineReason,
     ) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
+        if plan.is_quote() {
+            return Err(only_quoted(id));
+        }
         let newest = plan.versions().last().map_or(0, |newest| newest.number);
         if version == 0 || version > newest {
             return Err(never_sent(&plan, version));
@@ -175,7 +182,7 @@ impl State {
         Ok(Done::Plan(plan))
     }
 
-    /// A version that respects why another one was declined.
+    /// A version that respects why another one was declined, and why those before it were.
     fn instead_of(
         &mut self,
         plan: &Arc<PlanEntry>,
@@ -183,7 +190,6 @@ impl State {
         reason: DeclineReason,
     ) -> Option<Version> {
         let airspace = self.next.airspace.clone();
-        let first = declined.composition.way.segments.first().copied();
         let (detour, world) = match reason {
             DeclineReason::Unfit => {
                 let failure = Some(FailureType::Operational);
@@ -192,19 +198,39 @@ impl State {
             DeclineReason::Passed => {
                 let detour = self.detour_of(plan, &airspace, None)?;
                 if detour.way() == declined.composition.way {
-                    let world = without_segment(&airspace, first, self.now);
-                    (self.detour_of(plan, &world, None)?, world)
+                    self.detour_beside(plan, declined, &airspace)?
                 } else {
                     (detour, airspace)
                 }
             }
-            DeclineReason::Obstructed => {
-                let world = without_segment(&airspace, first, self.now);
-                (self.detour_of(plan, &world, None)?, world)
-            }
+            DeclineReason::Obstructed => self.detour_beside(plan, declined, &airspace)?,
         };
         let version = self.version_of(&detour, &world, self.now)?;
         Some(self.with_contest(&plan.id, version))
+    }
+
+    /// What the drone of a plan is told where nothing begins as what it has declined in a row;
+    /// where no way is left then, as what it has declined last.
+    fn detour_beside(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        declined: &Version,
+        airspace: &Arc<Airspace>,
+    ) -> Option<(Detour, Arc<Airspace>)> {
+        let before = usize::try_from(plan.declined).unwrap_or_default();
+        let before = plan.sent.iter().rev().take(before.saturating_sub(1));
+        let begins = |version: &Version| version.composition.way.segments.first().copied();
+        let last = begins(declined);
+        let mut all: Vec<SegmentIx> = before.filter_map(|it| begins(it)).chain(last).collect();
+        all.sort_unstable();
+        all.dedup();
+        let world = without_segments(airspace, all, self.now);
+        let detour = self.detour_of(plan, &world, None)?;
+        if detour.outcome() != Outcome::NoRoute {
+            return Some((detour, world));
+        }
+        let world = without_segments(airspace, last.into_iter().collect(), self.now);
+        Some((self.detour_of(plan, &world, None)?, world))
     }
 
     /// What the drone of a plan is told in a world, for a failure where there is one.
@@ -263,14 +289,13 @@ impl State {
     }
 }
 
-/// The world with one segment closed.
-fn without_segment(
+/// The world with some segments closed.
+fn without_segments(
     airspace: &Arc<Airspace>,
-    segment: Option<SegmentIx>,
+    segments: Vec<SegmentIx>,
     now: Timestamp,
 ) -> Arc<Airspace> {
     let id = "declined".to_owned();
-    let segments = segment.into_iter().collect();
     let closure = Closure::of_operator(id, String::new(), Vec::new(), segments);
     Arc::new(airspace.apply(&[Change::Put(Arc::new(closure))], now))
 }

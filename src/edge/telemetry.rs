@@ -3,6 +3,7 @@
 use super::Edge;
 use super::conformance::{flown, rests};
 use super::drones::Sighting;
+use super::places::Untaken;
 use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
@@ -77,6 +78,9 @@ impl Edge {
             plan_id: snapshot
                 .plan_of_drone(&id)
                 .map(|plan| views::text(&plan.id)),
+            stands_at: snapshot
+                .landed_plan(&id)
+                .map(|(_, landed)| views::node_id(snapshot.topology(), landed.node)),
             id: views::text(&id),
             location: sighting.coordinates,
             seen_at: views::instant(sighting.seen_at),
@@ -120,10 +124,8 @@ impl Edge {
             }
             Some(entry) => self.see(entry, snapshot, now, &mut warnings),
         };
-        // A drone whose position is refused has orders all the same.
-        let own = drone_id
-            .as_deref()
-            .filter(|drone| read.is_some() && caller.speaks_for(drone));
+        // A drone whose position is refused, or cannot be read, has orders all the same.
+        let own = drone_id.as_deref().filter(|drone| caller.speaks_for(drone));
         let plan = own.and_then(|drone| snapshot.plan_of_drone(drone));
         let wanted = plan.and_then(|plan| plan.wanted.as_deref());
         let answered = match (plan, &read) {
@@ -197,6 +199,10 @@ impl Edge {
             rests: None,
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
+        if let Err(why) = self.judge_place(snapshot, plan, &entry.drone_id, &sighting) {
+            warnings.push(views::warning(why.code(), &why.to_string()));
+            return false;
+        }
         let rests = plan.and_then(|plan| {
             let before = self.drones.last(&entry.drone_id);
             rests(snapshot.topology(), plan, &sighting, before.as_ref())
@@ -211,12 +217,15 @@ impl Edge {
             ..sighting
         };
         let taken = self.drones.see(&entry.drone_id, sighting.clone());
+        if taken {
+            self.tell_left(snapshot, &entry.drone_id, &sighting);
+        }
         if let Some(plan) = plan.filter(|_| taken) {
             self.tell_seen(snapshot, plan, &sighting, now);
         }
         if !taken {
-            let message = "a later position of this drone is known";
-            warnings.push(views::warning("position_outdated", message));
+            let why = Untaken::Outdated;
+            warnings.push(views::warning(why.code(), &why.to_string()));
         }
         taken
     }

@@ -15,6 +15,8 @@ pub(super) enum Due {
     Acknowledgement { plan: Arc<str>, version: u32 },
     /// The departure of a plan.
     Departure(Arc<str>),
+    /// The end of a quote.
+    Quote(Arc<str>),
     /// A plan should have ended.
     Arrival { plan: Arc<str>, version: u32 },
     /// A plan that has not ended was not heard of for long.

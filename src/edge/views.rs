@@ -333,6 +333,7 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         recomposition_id: version.recomposition_id.as_deref().map(text),
         acknowledge_by: version.acknowledge_by.map(instant),
         flight: flown.and_then(|flown| flown.told(topology, version.departs_at)),
+        flags: version.flags.clone(),
         warnings: warnings
             .map(|(code, message)| warning(code.clone(), message))
             .collect(),
@@ -369,6 +370,8 @@ pub(super) fn plan(
         sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
     });
+    let affecting = snapshot.affecting(entry).map(String::as_str);
+    let affecting = affecting.chain(snapshot.shut(entry));
     wire::Plan {
         id: text(&entry.id),
         state: entry.state,
@@ -382,6 +385,7 @@ pub(super) fn plan(
         airframe: order.map(|order| text(&order.airframe)),
         objective: order.map(|order| Cow::Borrowed(order.objective.name())),
         deadline: order.and_then(|order| order.deadline).map(instant),
+        expires_at: entry.expires_at.map(instant),
         reported: version(topology, &entry.reported),
         wanted: entry
             .wanted
@@ -391,7 +395,7 @@ pub(super) fn plan(
             true => versions.collect(),
             false => Vec::new(),
         },
-        affected_by: snapshot.affecting(entry).map(|id| text(id)).collect(),
+        affected_by: affecting.map(text).collect(),
         conflicts: conflicts.collect(),
         energy: Cow::Borrowed(if is_checked { "checked" } else { "unchecked" }),
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),

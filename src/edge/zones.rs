@@ -22,6 +22,9 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+/// The longest reason, in characters.
+const REASON_MAX: usize = 256;
+
 /// How a zone is to be written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ZoneWrite {
@@ -31,6 +34,22 @@ pub struct ZoneWrite {
     pub if_match: Option<String>,
     /// The same checks and the same answer, without effect.
     pub validate_only: bool,
+}
+
+/// Why something is lifted, for events and the log.
+pub(super) fn checked_reason(reason: Option<String>) -> Result<Option<Arc<str>>, Refusal> {
+    let count = reason.as_deref().map_or(0, |text| text.chars().count());
+    if count > REASON_MAX {
+        let message = format!("the reason has {count} characters, at most {REASON_MAX} are kept");
+        let fault = wire::Fault {
+            code: "too_long".to_owned(),
+            pointer: "?reason".to_owned(),
+            message,
+            hint: None,
+        };
+        return Err(Refusal::at(Code::ParameterInvalid, fault));
+    }
+    Ok(reason.filter(|text| !text.is_empty()).map(Arc::from))
 }
 
 /// A zone that has been read, and the state that it was worked out on.
@@ -100,7 +119,9 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         write: ZoneWrite,
+        reason: Option<String>,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let reason = checked_reason(reason)?;
         let id = write.id.unwrap_or_default();
         let expected = Expected::of(write.if_match);
         let before = self.snapshot();
@@ -115,7 +136,7 @@ impl Edge {
                 id: id.clone(),
                 expected,
             };
-            let (outcome, after) = self.order(order.by(caller)).await?;
+            let (outcome, after) = self.order(order.because(caller, reason)).await?;
             let Done::ZoneDeleted(entry) = outcome.done else {
                 return Err(unexpected());
             };

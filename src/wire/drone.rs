@@ -1,6 +1,6 @@
 //! Telemetry, and what is last known of each drone.
 
-use super::id::Place;
+use super::id::{Id, Place};
 use super::plan::PlanVersion;
 use super::recomposition::Warning;
 use super::status::Stamp;
@@ -116,6 +116,8 @@ pub struct DroneState<'a> {
     pub heading_deg: Option<f64>,
     /// Its active plan.
     pub plan_id: Option<Cow<'a, str>>,
+    /// The node on whose pad it stands since it landed, where pads are counted.
+    pub stands_at: Option<Id<'a>>,
 }
 
 /// A page of drones, by id.

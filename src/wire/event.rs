@@ -92,6 +92,9 @@ pub struct Event<'a> {
     pub revision: Cow<'a, str>,
     /// Who has made it happen; the role `edge` where it happened by itself.
     pub by: Author,
+    /// Why, where they have said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<Cow<'a, str>>,
     /// What it is about, by its kind.
     #[cfg_attr(feature = "edge", schema(value_type = Object))]
     pub data: Value,

@@ -40,8 +40,8 @@ pub use flight::{
 pub use id::{Id, Place, with_ids_as_text};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
-    Ack, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg, Plan,
-    PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SafeNode, SentVersion,
+    Ack, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg,
+    Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SafeNode, SentVersion,
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{

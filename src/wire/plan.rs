@@ -1,6 +1,6 @@
 //! Delivery requests and composition plans.
 
-use super::first_stretch::{FirstStretch, Waypoint};
+use super::first_stretch::{FirstStretch, Flag, Waypoint};
 use super::flight::{DetourFlight, Flight, LegFlight};
 use super::id::{Id, Place};
 use super::recomposition::{Outcome, Path, Warning};
@@ -30,7 +30,7 @@ pub struct DeliveryRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(minimum = 0))]
     pub payload_kg: Option<f64>,
-    /// The drone that flies it.
+    /// The drone that flies it. Without one it is a quote: it takes neither air nor pads, and ends at `expires_at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
     pub drone_id: Option<String>,
@@ -242,6 +242,9 @@ pub struct PlanVersion<'a> {
     /// How it is flown, with the flight model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flight: Option<Flight<'a>>,
+    /// What its drone should know of it, as answers tell it.
+    #[serde(default)]
+    pub flags: Vec<Flag>,
     /// What the drone should know.
     pub warnings: Vec<Warning<'a>>,
 }
@@ -278,6 +281,9 @@ pub struct Plan<'a> {
     /// The latest landing that it was asked for with, RFC 3339.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline: Option<Cow<'a, str>>,
+    /// Until when it is offered, RFC 3339: only of a quote, which names no drone and takes neither air nor pads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expires_at: Option<Cow<'a, str>>,
     /// What the drone says it flies.
     pub reported: PlanVersion<'a>,
     /// The newest version, until it is acknowledged: what the drone is asked to fly instead.
@@ -415,6 +421,17 @@ pub struct Completion {
         skip_serializing_if = "Option::is_none"
     )]
     #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    pub fraction: Option<f64>,
+}
+
+/// A plan is not to be flown any more: the query of `DELETE /v1/plans/{id}`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cancellation {
+    /// Where its drone is, in flight: without a place what it takes stays taken.
+    pub location: Option<Place>,
+    /// The leg of the reported version that it is on, counted from 0.
+    pub leg: Option<u32>,
+    /// How far on that leg it is, from 0 to 1.
     pub fraction: Option<f64>,
 }
 

@@ -2,6 +2,7 @@
 
 use crate::harness::{Api, PATIENCE, circle};
 use reqwest::Response;
+use serde_json::json;
 use skyway::edge::Settings;
 
 /// Reads the stream until so many frames have come.
@@ -103,4 +104,33 @@ async fn a_drain_ends_readiness_and_streams() {
         .await
         .expect("in time");
     assert!(matches!(end, Ok(None)), "{end:?}");
+}
+
+#[tokio::test]
+async fn why_something_was_lifted_is_told() {
+    let api = Api::start().await;
+    put_zone(&api, "z1").await;
+    let shut = json!({"id": "c1", "segments": ["379-406"]});
+    api.post("/v1/closures", &shut).await.is(201);
+    let long = format!("DELETE /v1/closures/c1?reason={}", "a".repeat(257));
+    let refused = api.ask(&long, &[], "").await.is(400);
+    assert_eq!(refused.code(), "parameter_invalid");
+    for line in [
+        "DELETE /v1/zones/z1?reason=the%20concert%20is%20over",
+        "DELETE /v1/closures/c1?reason=the%20concert%20is%20over",
+    ] {
+        api.ask(line, &[("if-match", "*")], "").await.is(200);
+    }
+    let mut stream = api.open("GET /v1/events?after=7-2", &[], "").await;
+    let told = frames(&mut stream, 3).await;
+    let kinds: Vec<_> = told[1..]
+        .iter()
+        .map(|frame| field(frame, "event"))
+        .collect();
+    assert_eq!(kinds, [Some("zone_deleted"), Some("closure_ended")]);
+    for frame in &told[1..] {
+        let data = field(frame, "data").expect("data");
+        let event: serde_json::Value = serde_json::from_str(data).expect("JSON");
+        assert_eq!(event["reason"], "the concert is over");
+    }
 }

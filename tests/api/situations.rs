@@ -35,7 +35,7 @@ struct Zone {
 }
 
 /// The network of the page.
-fn quarter(without: &[String]) -> NetworkDraft {
+pub(crate) fn quarter(without: &[String]) -> NetworkDraft {
     let node = |id: &str, x: f64, y: f64, pads: u16| NodeDraft {
         id: id.to_owned(),
         position: [x, y],
@@ -73,7 +73,7 @@ fn quarter(without: &[String]) -> NetworkDraft {
     }
 }
 
-async fn open(dialect: Dialect, without: &[String]) -> Town {
+pub(crate) async fn open(dialect: Dialect, without: &[String]) -> Town {
     Town::over(&quarter(without), dialect, "10:00", None).await
 }
 

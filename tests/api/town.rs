@@ -69,8 +69,8 @@ fn draft() -> NetworkDraft {
 /// A town, and how it is asked.
 pub(crate) struct Town {
     pub(crate) api: Api,
-    hand: Hand,
-    dialect: Dialect,
+    pub(crate) hand: Hand,
+    pub(crate) dialect: Dialect,
 }
 
 /// An hour and minute of the day of all stories.
@@ -122,8 +122,17 @@ impl Town {
         self.api.settled().await;
     }
 
-    /// Asks for a delivery.
-    pub(crate) async fn deliver(&self, body: Value) -> Result<wire::Plan<'static>, Refused> {
+    /// Asks for a delivery, by a drone of its own where none is named.
+    pub(crate) async fn deliver(&self, mut body: Value) -> Result<wire::Plan<'static>, Refused> {
+        if body.get("drone_id").is_none() {
+            let plan = body["id"].as_str().unwrap_or("unnamed");
+            body["drone_id"] = json!(format!("drone-{plan}"));
+        }
+        self.ask_for(body).await
+    }
+
+    /// Asks for a plan, or a quote where no drone is named.
+    pub(crate) async fn ask_for(&self, body: Value) -> Result<wire::Plan<'static>, Refused> {
         match self.dialect {
             Dialect::Rest => {
                 let told = self.api.post("/v1/plans", &body).await;
@@ -266,7 +275,7 @@ impl Town {
     }
 
     /// Calls a method of a service; unary calls need nothing of a client but HTTP/2.
-    async fn call<A: Message + Default>(
+    pub(crate) async fn call<A: Message + Default>(
         &self,
         method: &str,
         message: &impl Message,
@@ -352,7 +361,7 @@ fn instant(text: &str) -> Option<proto::Timestamp> {
     })
 }
 
-fn refused(problem: &Value) -> Refused {
+pub(crate) fn refused(problem: &Value) -> Refused {
     let text = |value: &Value| value.as_str().map(str::to_owned);
     let errors = problem["errors"].as_array().cloned().unwrap_or_default();
     let errors = errors.iter().map(|error| {

@@ -25,6 +25,23 @@ async fn next(events: &mut EventStream, kind: EventKind) -> Value {
     }
 }
 
+/// The next events of two kinds, in either order: an answer is told beside the writer, which tells
+/// what is published.
+async fn both(events: &mut EventStream, kinds: [EventKind; 2]) -> [Value; 2] {
+    let mut passed = Vec::new();
+    let mut found = [None, None];
+    while found.contains(&None) {
+        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = next.unwrap_or_else(|_| panic!("not {kinds:?}, but {passed:?}"));
+        let event = next.expect("more").expect("no gap");
+        passed.push(event.kind);
+        if let Some(place) = kinds.iter().position(|kind| *kind == event.kind) {
+            found[place] = serde_json::from_str(&event.json).ok();
+        }
+    }
+    found.map(Option::unwrap_or_default)
+}
+
 #[tokio::test]
 async fn an_event_says_who_made_it_happen() {
     let mut stage = Stage::set();
@@ -47,10 +64,15 @@ async fn an_event_says_who_made_it_happen() {
         validate_only: false,
     };
     stage.caller.subject = Arc::from("noor");
-    let lifted = stage.edge.delete_zone(&stage.caller, write).await;
+    let why = Some("it is over".to_owned());
+    let lifted = stage.edge.delete_zone(&stage.caller, write, why).await;
     lifted.expect("lifted");
     let told = next(&mut events, EventKind::ZoneDeleted).await;
     assert_eq!(told["by"]["subject"], "noor", "{told}");
+    assert_eq!(told["reason"], "it is over", "{told}");
+    // What follows from it has no reason of its own.
+    let told = next(&mut events, EventKind::PlanRelieved).await;
+    assert_eq!((&told["by"], told.get("reason")), (&edge, None));
     // A drone's report, and what it closes.
     stage.caller = Caller {
         role: Role::Drone,
@@ -62,8 +84,7 @@ async fn an_event_says_who_made_it_happen() {
         "service": {"from": "a0", "to": "a1"}, "destination": "a4",
     });
     stage.answer(report).await;
-    for kind in [EventKind::Recomposed, EventKind::ClosurePut] {
-        let told = next(&mut events, kind).await;
+    for told in both(&mut events, [EventKind::Recomposed, EventKind::ClosurePut]).await {
         assert_eq!(told["by"]["subject"], "d1", "{told}");
         assert_eq!(told["by"]["role"], "drone", "{told}");
     }

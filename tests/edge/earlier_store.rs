@@ -13,7 +13,7 @@ use skyway::edge::{
     Caller, Edge, Opening, PageRequest, PlanFilter, Settings, SqliteFile, StoreFile, Table,
 };
 use skyway::formats::load_network;
-use skyway::wire::{EndedAs, PlanFlag, PlanState};
+use skyway::wire::{Cancellation, EndedAs, PlanFlag, PlanState};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -108,7 +108,9 @@ async fn the_file_of_the_first_version_is_opened_and_goes_on_in_the_words_of_tod
     holds_all_of_it(&edge);
     // Numbers that its versions may have been given are not given again.
     let caller = Caller::anyone();
-    let cancelled = edge.cancel_plan(&caller, "later").await;
+    let cancelled = edge
+        .cancel_plan(&caller, "later", Cancellation::default())
+        .await;
     cancelled.expect("a change that is stored");
     let shown = listed(&edge);
     for (id, _) in &decisions {

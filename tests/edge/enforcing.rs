@@ -386,7 +386,9 @@ async fn a_plan_without_a_way_gets_one_as_soon_as_there_is_one() {
         .close(&stage.caller, draft, Idempotency::default());
     let etag = closed.await.expect("a closure").etag.into_owned();
     assert!(stage.plan("p").wanted.is_none());
-    let lifted = stage.edge.lift_closure(&stage.caller, "all", Some(etag));
+    let lifted = stage
+        .edge
+        .lift_closure(&stage.caller, "all", Some(etag), None);
     lifted.await.expect("lifted");
     stage.settle().await;
     let wanted = stage.plan("p").wanted.expect("a way around the zone");

@@ -23,7 +23,11 @@ async fn delete(stage: &Stage, id: &str) -> Result<(), Refusal> {
         if_match: Some("*".to_owned()),
         validate_only: false,
     };
-    stage.edge.delete_zone(&stage.caller, write).await.map(drop)
+    stage
+        .edge
+        .delete_zone(&stage.caller, write, None)
+        .await
+        .map(drop)
 }
 
 async fn resize(stage: &Stage, id: &str, radius_m: f64) -> Result<(), Refusal> {
@@ -106,7 +110,10 @@ async fn a_full_disk_keeps_no_airspace_from_closing_and_opens_none() {
             (Code::StoreFull, false)
         );
         assert_eq!(code(compose(&stage, "p1").await), (Code::StoreFull, false));
-        let cancelled = stage.edge.cancel_plan(&stage.caller, "p0").await;
+        let cancelled = stage
+            .edge
+            .cancel_plan(&stage.caller, "p0", Default::default())
+            .await;
         assert_eq!(code(cancelled), (Code::StoreFull, false));
         assert!(stage.edge.plan(&stage.caller, "p1").is_err());
         assert!(stage.edge.snapshot().airspace().is_in_force("before"));

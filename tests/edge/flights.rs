@@ -9,7 +9,7 @@ use skyway::wire::{self, PadReservation};
 /// From San Marcos to San Antonio.
 fn long_delivery(id: &str) -> Value {
     json!({
-        "id": id, "source": 1, "destination": 280, "payload_kg": 0.25,
+        "id": id, "drone_id": id, "source": 1, "destination": 280, "payload_kg": 0.25,
         "start_time": "2026-11-21T07:00:00Z", "deadline": "2026-11-21T21:00:00Z",
     })
 }
@@ -78,7 +78,10 @@ async fn a_plan_that_is_cancelled_frees_its_pads() {
         (&first.reported.path, stops(&first.reported)),
     );
     for id in ["first", "second"] {
-        let cancelled = stage.edge.cancel_plan(&stage.caller, id).await;
+        let cancelled = stage
+            .edge
+            .cancel_plan(&stage.caller, id, Default::default())
+            .await;
         cancelled.expect("cancelled");
     }
     let again = stage.deliver(long_delivery("again")).await.expect("a plan");

@@ -16,7 +16,7 @@ async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
         if_match: ack.etag.as_deref().map(str::to_owned),
         ..ZoneWrite::default()
     };
-    let deleted = stage.edge.delete_zone(&stage.caller, write).await;
+    let deleted = stage.edge.delete_zone(&stage.caller, write, None).await;
     deleted.expect("deleted");
 }
 

@@ -54,9 +54,14 @@ pub(crate) fn on(draft: &NetworkDraft) -> Stage {
 }
 
 impl Stage {
-    /// Asks for a delivery.
+    /// Asks for a delivery, by a drone of its own where none is named.
     pub(crate) async fn deliver(&self, request: Value) -> Result<wire::Plan<'static>, Refusal> {
-        let request = serde_json::from_value(request).expect("a delivery request");
+        let mut request: wire::DeliveryRequest =
+            serde_json::from_value(request).expect("a delivery request");
+        if request.drone_id.is_none() {
+            let plan = request.id.as_deref().unwrap_or("unnamed");
+            request.drone_id = Some(format!("drone-{plan}"));
+        }
         let asked = self
             .edge
             .compose_plan(&self.caller, request, Idempotency::default());

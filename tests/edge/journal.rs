@@ -57,6 +57,7 @@ async fn answers(stage: &Stage) -> Vec<String> {
                 if_match: Some("*".to_owned()),
                 ..write()
             },
+            None,
         )
         .await
         .expect("deleted");
@@ -81,7 +82,7 @@ async fn every_decision_is_explained_by_its_id_after_restarts() {
             };
             stage
                 .edge
-                .delete_zone(&stage.caller, fire)
+                .delete_zone(&stage.caller, fire, None)
                 .await
                 .expect("deleted");
             stage.edge.end().await;
@@ -136,7 +137,7 @@ async fn a_decision_reaches_the_disk_by_itself_and_old_ones_go() {
         };
         stage
             .edge
-            .delete_zone(&stage.caller, zone)
+            .delete_zone(&stage.caller, zone, None)
             .await
             .expect("deleted");
     }

@@ -18,6 +18,7 @@ mod flying;
 mod idempotency;
 mod journal;
 mod older_rows;
+mod pads;
 mod plan_ends;
 mod plan_versions;
 mod plans;

@@ -205,7 +205,10 @@ async fn a_plan_deleted_in_flight_without_a_place_keeps_its_air() {
         if is_seen {
             stage.tells("d1", 50.0, json!({})).await;
         }
-        let ended = stage.edge.cancel_plan(&stage.caller, "east").await;
+        let ended = stage
+            .edge
+            .cancel_plan(&stage.caller, "east", Default::default())
+            .await;
         assert_eq!(ended.expect("ended").ended_as, Some(EndedAs::Cancelled));
         assert_eq!(conflicts() == 0, is_seen);
         stage.release("east", EndedAs::Cancelled).await;
@@ -222,8 +225,34 @@ async fn a_plan_that_nobody_flies_ends_by_itself() {
         .edge
         .compose_plan(&stage.caller, request, Default::default());
     plan.await.expect("a plan");
-    stage.pass(SignedDuration::from_secs(91)).await;
+    stage.pass(SignedDuration::from_secs(301)).await;
     assert_eq!(stage.plan("quote").ended_as, Some(EndedAs::Cancelled));
+}
+
+#[tokio::test]
+async fn quotes_take_no_place_from_plans() {
+    let stage = Stage::with(skyway::edge::Settings {
+        plans_max: 2,
+        ..Default::default()
+    });
+    let quote = |id: &str| {
+        let request = json!({"id": id, "source": "a0", "destination": "a3"});
+        serde_json::from_value(request).expect("a request")
+    };
+    for id in ["q1", "q2"] {
+        let plan = stage
+            .edge
+            .compose_plan(&stage.caller, quote(id), Default::default());
+        plan.await.expect("a quote");
+    }
+    stage.compose("p1", "d1", "a0", "a3").await;
+    assert_eq!(stage.plan("q1").state, PlanState::Ended);
+    assert_eq!(stage.plan("q2").state, PlanState::Accepted);
+    stage.compose("p2", "d2", "b0", "b3").await;
+    let third = stage
+        .edge
+        .compose_plan(&stage.caller, quote("q3"), Default::default());
+    assert_eq!(third.await.expect_err("full").code, Code::LimitReached);
 }
 
 #[tokio::test]

@@ -1,6 +1,6 @@
 //! Versions of plans: what their drones say of them is true, and nothing that was sent is freed by a deadline.
 
-use crate::stage::{Stage, circle, names};
+use crate::stage::{Stage, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::{Caller, Code, MemoryDisk, Role};
@@ -31,6 +31,11 @@ async fn overtaken(stage: &Stage) {
     stage.zone(circle("first", 350.0, 0.0, 10.0)).await;
     let second = stage.plan("p").wanted.expect("a version");
     assert_eq!(second.version, 2);
+    overtake(stage, &second).await;
+}
+
+/// A zone on the way of a second version.
+async fn overtake(stage: &Stage, second: &wire::PlanVersion<'_>) {
     let crossing = if names(&second.path.nodes).contains(&"b3".to_owned()) {
         350.0
     } else {
@@ -129,7 +134,7 @@ async fn what_was_withdrawn_may_still_be_flown() {
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("lifted");
     let plan = stage.plan("p");
@@ -223,6 +228,27 @@ async fn versions_that_were_sent_survive_a_restart() {
     let taken = stage.acknowledges("p", json!({"version": 2})).await;
     assert_eq!(taken.reported.version, 2);
     assert!(taken.wanted.expect("another one").version > 3);
+}
+
+#[tokio::test]
+async fn versions_that_were_sent_are_the_same_ways_on_another_network() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 50.0, 0.0).await;
+    stage.zone(circle("first", 350.0, 0.0, 10.0)).await;
+    let second = stage.plan("p").wanted.expect("a version");
+    overtake(&stage, &second).await;
+    assert_eq!(numbers(&stage.plan("p")), [1, 2, 3]);
+    // All nodes and segments have other numbers now.
+    stage
+        .rebuild(|draft| {
+            draft.nodes.insert(0, node("west", -100.0, 0.0));
+            draft.segments.insert(0, segment("west", "a0"));
+        })
+        .await;
+    assert_eq!(numbers(&stage.plan("p")), [1, 2, 3]);
+    let taken = stage.acknowledges("p", json!({"version": 2})).await;
+    assert_eq!(names(&taken.reported.path.nodes), names(&second.path.nodes));
 }
 
 #[tokio::test]

@@ -60,7 +60,7 @@ async fn a_zone_marks_the_plans_it_meets_with_their_new_ways_and_its_deletion_fr
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("deleted");
     let plan = stage.plan("met");
@@ -137,7 +137,7 @@ async fn opposite_plans_on_one_segment_conflict_until_one_is_cancelled() {
     );
     stage
         .edge
-        .cancel_plan(&stage.caller, "east")
+        .cancel_plan(&stage.caller, "east", Default::default())
         .await
         .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());

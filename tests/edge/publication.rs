@@ -249,3 +249,52 @@ async fn a_drone_learns_nothing_of_where_another_one_is() {
         Code::ReportNotLocated
     );
 }
+
+/// A zone of so many corners around a0.
+fn ragged(corners: usize) -> Value {
+    let corner = |number: usize| {
+        let angle = std::f64::consts::TAU * (number % corners) as f64 / corners as f64;
+        json!([10.0 * angle.cos(), 10.0 * angle.sin()])
+    };
+    let ring: Vec<Value> = (0..=corners).map(corner).collect();
+    json!({"type": "Feature", "geometry": {"type": "Polygon", "coordinates": [ring]}, "properties": {}})
+}
+
+#[tokio::test]
+async fn proposals_of_one_subject_crowd_out_no_others() {
+    let mut stage = Stage::set();
+    let drone = |name: &str| Caller {
+        role: Role::Drone,
+        subject: name.into(),
+    };
+    let report = |drone: &str, number: usize, corners: usize| {
+        json!({
+            "id": format!("{drone}-{number}"), "type": "regulatory", "drone": {"id": drone},
+            "service": {"from": "a0", "to": "a1"}, "destination": "a4", "zone": ragged(corners),
+        })
+    };
+    stage.caller = drone("quiet");
+    stage.answer(report("quiet", 0, 8)).await;
+    let quiet = stage.edge.proposals(&Caller::anyone(), &everything());
+    let quiet = quiet.expect("proposals").proposals.len();
+    stage.caller = drone("loud");
+    for number in 0..80 {
+        stage.answer(report("loud", number, 2_000)).await;
+    }
+    let page = PageRequest {
+        size: Some(1_000),
+        token: None,
+    };
+    let kept = stage.edge.proposals(&Caller::anyone(), &page);
+    let kept = kept.expect("proposals").proposals;
+    let of = |name: &str| {
+        let own = |drone: &Option<_>| drone.as_deref() == Some(name);
+        kept.iter()
+            .filter(|proposal| own(&proposal.drone_id))
+            .count()
+    };
+    assert_eq!(of("quiet"), quiet, "what others propose stays");
+    assert!(of("loud") > 0 && of("loud") < 80, "{} are kept", of("loud"));
+    let text = serde_json::to_string(&kept).expect("JSON");
+    assert!(text.len() < 8 * 1024 * 1024, "{} bytes", text.len());
+}

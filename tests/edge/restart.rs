@@ -69,7 +69,7 @@ async fn live(stage: &Stage) {
     stage.compose("p3", "d3", "a7", "a6").await;
     stage
         .edge
-        .cancel_plan(&stage.caller, "p3")
+        .cancel_plan(&stage.caller, "p3", Default::default())
         .await
         .expect("cancelled");
     stage.zone(circle("crane", 650.0, 0.0, 10.0)).await;
@@ -106,7 +106,9 @@ async fn alarm(stage: &Stage) {
         .edge
         .close(&stage.caller, draft, Idempotency::default());
     let etag = closed.await.expect("a closure").etag.into_owned();
-    let lifted = stage.edge.lift_closure(&stage.caller, "shut", Some(etag));
+    let lifted = stage
+        .edge
+        .lift_closure(&stage.caller, "shut", Some(etag), None);
     lifted.await.expect("lifted");
 }
 

@@ -109,7 +109,7 @@ async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
     };
     stage
         .edge
-        .delete_zone(&stage.caller, write)
+        .delete_zone(&stage.caller, write, None)
         .await
         .expect("deleted");
     assert_eq!(stage.plan("p").flags, [PlanFlag::Affected]);
@@ -149,7 +149,7 @@ async fn plans_on_both_sides_of_the_change_still_conflict() {
     assert_eq!(&*west.conflicts[0].plan_id, "east");
     stage
         .edge
-        .cancel_plan(&stage.caller, "east")
+        .cancel_plan(&stage.caller, "east", Default::default())
         .await
         .expect("cancelled");
     assert!(stage.plan("west").conflicts.is_empty());

@@ -83,8 +83,8 @@ class Edge:
         assert answer.ok, f"{method} {path}: {answer.status_code} {answer.text[:300]}"
         return answer
 
-    def compose(self, name: str) -> None:
-        self.ask("POST", "/v1/plans", json={"id": name, "source": "379", "destination": "450"})
+    def compose(self, name: str, **more: str) -> None:
+        self.ask("POST", "/v1/plans", json={"id": name, "source": "379", "destination": "450", **more})
 
     def put_zone(self, name: str, radius_m: float, **headers: str) -> None:
         feature = {
@@ -175,7 +175,7 @@ def prepare(edge: Edge) -> None:
         edge.compose(f"a-{number:04}")
         edge.ask("DELETE", f"/v1/plans/a-{number:04}")
     for number in range(FLOWN_PLANS):
-        edge.compose(f"z-{number}")
+        edge.compose(f"z-{number}", drone_id=f"z-{number}")
     for number in range(ZONES):
         edge.put_zone(f"zone-{number:03}", 20)
 

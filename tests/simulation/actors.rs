@@ -100,7 +100,7 @@ impl Operator {
 
     async fn lift(&mut self, edge: &Arc<Edge>, id: String) {
         let write = self.write_of(edge, &id);
-        let lifted = edge.delete_zone(&self.outpost.caller, write);
+        let lifted = edge.delete_zone(&self.outpost.caller, write, None);
         let lifting = async { lifted.await.map(drop) };
         self.note(Act::Delete { id }, lifting).await;
     }
@@ -151,7 +151,9 @@ impl Operator {
 
     async fn open(&mut self, edge: &Arc<Edge>) {
         let id = format!("closure-{}-{}", self.names.prefix, self.chance.below(3));
-        let lifted = edge.lift_closure(&self.outpost.caller, &id, None).await;
+        let lifted = edge
+            .lift_closure(&self.outpost.caller, &id, None, None)
+            .await;
         let world = &self.outpost.world;
         world.tell(self.who, format!("opens {id}: {}", lifted.is_ok()));
     }

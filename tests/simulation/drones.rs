@@ -73,7 +73,7 @@ async fn report(outpost: &Outpost, edge: &Arc<Edge>, dry_run: bool, chance: &mut
 async fn compose(outpost: &Outpost, edge: &Arc<Edge>, number: u64, chance: &mut Chance) {
     let id = format!("plan-{}-{}-{number}", outpost.number, outpost.begun());
     let (source, destination) = (draw_node(chance), draw_node(chance));
-    let request = json!({"id": id, "source": source, "destination": destination});
+    let request = json!({"id": id, "drone_id": id, "source": source, "destination": destination});
     let request = serde_json::from_value(request).expect("a delivery request");
     let caller = &outpost.caller;
     match edge

@@ -166,7 +166,10 @@ async fn closures_travel_as_zones_do() {
     // It began by the clock of the north, which may be ahead of this one: then it closes already.
     assert!(closure.confirmed && (closure.in_force || closure.closes_from.is_some()));
     assert_eq!(closure.segments, ["a1-a2"]);
-    let lifted = south.edge.lift_closure(&south.caller, "crane", None).await;
+    let lifted = south
+        .edge
+        .lift_closure(&south.caller, "crane", None, None)
+        .await;
     lifted.expect("lifted");
     north
         .until("it is open", async || north.blocked() == 0)

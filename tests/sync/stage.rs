@@ -344,7 +344,7 @@ impl Outpost {
             if_match: Some(etag),
             validate_only: false,
         };
-        let lifted = self.edge.delete_zone(&self.caller, write).await;
+        let lifted = self.edge.delete_zone(&self.caller, write, None).await;
         lifted.expect("lifted");
     }
 

@@ -93,7 +93,7 @@ impl airspace_server::Airspace for Service {
             if_match: message.etag,
             validate_only: message.validate_only,
         };
-        let ack = told(self.edge.delete_zone(&caller, write).await)?;
+        let ack = told(self.edge.delete_zone(&caller, write, message.reason).await)?;
         Ok(Response::new(ack.into_proto()))
     }
 
@@ -162,7 +162,8 @@ impl airspace_server::Airspace for Service {
         request: Request<proto::DeleteClosureRequest>,
     ) -> Result<Response<proto::ClosureAnswer>, Status> {
         let (caller, message) = opened(request)?;
-        let lifted = self.edge.lift_closure(&caller, &message.id, message.etag);
+        let (etag, reason) = (message.etag, message.reason);
+        let lifted = self.edge.lift_closure(&caller, &message.id, etag, reason);
         self.closure(lifted.await)
     }
 

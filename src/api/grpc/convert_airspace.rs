@@ -168,6 +168,7 @@ mirror!(wire::Event<'_> => Event {
     at: time,
     revision: plain,
     by: message,
+    reason: plain,
     data: json,
 });
 

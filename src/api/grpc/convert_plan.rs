@@ -138,6 +138,7 @@ mirror!(wire::PlanVersion<'_> => PlanVersion {
     recomposition_id: plain,
     acknowledge_by: maybe_time,
     flight: plain,
+    flags: plain,
     warnings: plain,
 });
 
@@ -154,6 +155,7 @@ mirror!(wire::Plan<'_> => Plan {
     airframe: plain,
     objective: plain,
     deadline: maybe_time,
+    expires_at: maybe_time,
     reported: message,
     wanted: plain,
     versions: plain,
@@ -205,6 +207,7 @@ mirror!(wire::DroneState<'_> => DroneState {
     ground_speed_mps: plain,
     heading_deg: plain,
     plan_id: plain,
+    stands_at: plain,
 });
 
 mirror!(wire::Drones<'_> => ListDronesResponse {

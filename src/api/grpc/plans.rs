@@ -3,7 +3,7 @@
 use super::convert::{FromProto, IntoProto, Unreadable, instant_text};
 use super::proto::{self, plans_server};
 use super::requests::{finite, idempotency, invalid, opened, page, told};
-use crate::edge::{Edge, PlanFilter, Refusal};
+use crate::edge::{Edge, PlanFilter, PlanWord, Refusal};
 use crate::wire;
 use std::sync::Arc;
 use tonic::{Request, Response, Status};
@@ -62,7 +62,14 @@ impl plans_server::Plans for Service {
         request: Request<proto::CancelPlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
-        answer(self.edge.cancel_plan(&caller, &message.id).await)
+        let key = idempotency(message.idempotency_key.clone(), &message);
+        let cancellation = wire::Cancellation {
+            location: told(place(message.location))?,
+            leg: message.leg,
+            fraction: told(share(message.fraction))?,
+        };
+        let word = PlanWord::Cancel(cancellation);
+        answer(self.edge.say_of_plan(&caller, &message.id, word, key).await)
     }
 
     async fn acknowledge_plan(
@@ -70,9 +77,10 @@ impl plans_server::Plans for Service {
         request: Request<proto::AcknowledgePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
+        let key = idempotency(message.idempotency_key.clone(), &message);
         let id = message.id.clone();
-        let ack = told(acknowledgement(message))?;
-        answer(self.edge.acknowledge_plan(&caller, &id, ack).await)
+        let word = PlanWord::Acknowledge(told(acknowledgement(message))?);
+        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
     }
 
     async fn decline_plan(
@@ -80,15 +88,16 @@ impl plans_server::Plans for Service {
         request: Request<proto::DeclinePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
+        let key = idempotency(message.idempotency_key.clone(), &message);
         let id = message.id.clone();
-        let decline = wire::Decline {
+        let word = PlanWord::Decline(wire::Decline {
             version: message.version,
             reason: message.reason,
             location: told(place(message.location))?,
             leg: message.leg,
-            fraction: told(finite(message.fraction, "/fraction"))?,
-        };
-        answer(self.edge.decline_plan(&caller, &id, decline).await)
+            fraction: told(share(message.fraction))?,
+        });
+        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
     }
 
     async fn complete_plan(
@@ -96,13 +105,14 @@ impl plans_server::Plans for Service {
         request: Request<proto::CompletePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
+        let key = idempotency(message.idempotency_key.clone(), &message);
         let id = message.id.clone();
-        let completion = wire::Completion {
+        let word = PlanWord::Complete(wire::Completion {
             location: told(place(message.location))?,
             leg: message.leg,
-            fraction: told(finite(message.fraction, "/fraction"))?,
-        };
-        answer(self.edge.complete_plan(&caller, &id, completion).await)
+            fraction: told(share(message.fraction))?,
+        });
+        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
     }
 
     async fn release_plan(
@@ -110,12 +120,13 @@ impl plans_server::Plans for Service {
         request: Request<proto::ReleasePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
+        let key = idempotency(message.idempotency_key.clone(), &message);
         let ended_as = wire::EndedAs::from_proto(message.ended_as);
         let unreadable = |error: Unreadable| invalid("wrong_type", "/ended_as", error.to_string());
-        let release = wire::Release {
+        let word = PlanWord::Release(wire::Release {
             ended_as: told(ended_as.map_err(unreadable))?,
-        };
-        answer(self.edge.release_plan(&caller, &message.id, release).await)
+        });
+        answer(self.edge.say_of_plan(&caller, &message.id, word, key).await)
     }
 }
 
@@ -150,8 +161,19 @@ pub(super) fn acknowledgement(
         version: message.version,
         location: place(message.location)?,
         leg: message.leg,
-        fraction: finite(message.fraction, "/fraction")?,
+        fraction: share(message.fraction)?,
     })
+}
+
+/// How far on a leg a drone says that it is: as REST has it, from 0 to 1.
+fn share(fraction: Option<f64>) -> Result<Option<f64>, Refusal> {
+    match fraction {
+        Some(fraction) if !(0.0..=1.0).contains(&fraction) => {
+            let message = format!("{fraction} is not between 0 and 1");
+            Err(invalid("wrong_type", "/fraction", message))
+        }
+        _ => Ok(fraction),
+    }
 }
 
 /// Where a drone says that it is.

@@ -147,7 +147,7 @@ pub(in crate::api) fn idempotency(
     })
 }
 
-fn invalid(code: &str, place: &str, message: String) -> Refusal {
+pub(super) fn invalid(code: &str, place: &str, message: String) -> Refusal {
     let fault = Fault {
         code: code.to_owned(),
         pointer: place.to_owned(),

@@ -9,7 +9,9 @@ use crate::wire::{Closure, ClosureChange, ClosureDraft, Closures};
 use axum::extract::State;
 use axum::response::Response;
 use http::{HeaderMap, header};
+use serde::Deserialize;
 use std::sync::Arc;
+use utoipa::IntoParams;
 
 fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Response {
     set(&mut response, header::ETAG, &closure.etag);
@@ -147,6 +149,16 @@ pub(super) async fn change_closure(
     Ok(complete(json(&closure)?, &closure, &edge))
 }
 
+/// How a closure is lifted.
+#[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct LiftParameters {
+    /// Why, for the events and the log.
+    #[param(value_type = String, required = false, max_length = 256)]
+    reason: Option<String>,
+}
+
 /// Lifts a closure; what it closed alone opens again.
 #[utoipa::path(
     delete,
@@ -154,6 +166,7 @@ pub(super) async fn change_closure(
     tag = "airspace",
     params(
         ("id" = String, Path, description = "`id` of a closure."),
+        LiftParameters,
         ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; any where none is given."),
     ),
     responses(
@@ -176,10 +189,12 @@ pub(super) async fn delete_closure(
     State(edge): State<Arc<Edge>>,
     By(caller): By,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Query(asked): Query<LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let if_match = asked::if_match(&headers)?;
-    let closure = edge.lift_closure(&caller, &id, if_match).await?;
+    let closure = edge
+        .lift_closure(&caller, &id, if_match, asked.reason)
+        .await?;
     Ok(stamped(json(&closure)?, &edge.stamp()))
 }

@@ -4,8 +4,11 @@ use super::answer::{Answer, created, json};
 use super::asked::{self, By, Named, NoParameters, Query};
 use super::reading::{self, Sent};
 use super::refusals;
-use crate::edge::{Edge, PageRequest, PlanFilter};
-use crate::wire::{Ack, Completion, Decline, DeliveryRequest, Plan, PlanState, Plans, Release};
+use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
+use crate::wire::{
+    Ack, Cancellation, Completion, Decline, DeliveryRequest, Id, Place, Plan, PlanState, Plans,
+    Release,
+};
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
@@ -35,6 +38,58 @@ pub(super) struct PlansParameters {
     /// Only those that are over, or are not.
     #[param(value_type = bool, required = false)]
     ended: Option<bool>,
+}
+
+/// Where the drone of a plan that is cancelled is: a node, a place, or how far on a leg.
+#[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct CancelParameters {
+    /// A node.
+    #[param(value_type = String, required = false)]
+    node: Option<String>,
+    /// Longitude in degrees, with `lat`.
+    #[param(value_type = f64, required = false, minimum = -180, maximum = 180)]
+    lon: Option<f64>,
+    /// Latitude in degrees.
+    #[param(value_type = f64, required = false, minimum = -90, maximum = 90)]
+    lat: Option<f64>,
+    /// Metres on a planar network, with `y`.
+    #[param(value_type = f64, required = false)]
+    x: Option<f64>,
+    /// Metres on a planar network.
+    #[param(value_type = f64, required = false)]
+    y: Option<f64>,
+    /// The leg of the reported version, counted from 0.
+    #[param(value_type = u32, required = false)]
+    leg: Option<u32>,
+    /// How far on that leg, from 0 to 1.
+    #[param(value_type = f64, required = false, minimum = 0, maximum = 1)]
+    fraction: Option<f64>,
+}
+
+impl CancelParameters {
+    fn read(self) -> Result<Cancellation, Refusal> {
+        let location = match (self.node, (self.lon, self.lat), (self.x, self.y)) {
+            (None, (None, None), (None, None)) => None,
+            (Some(node), (None, None), (None, None)) => Some(Place::Node(Id::new(node))),
+            (None, (Some(lon), Some(lat)), (None, None)) => Some(Place::Pair([lon, lat])),
+            (None, (None, None), (Some(x), Some(y))) => Some(Place::Planar { x, y }),
+            _ => {
+                let message = "a place is 'node', or 'lon' and 'lat', or 'x' and 'y'".to_owned();
+                return Err(asked::invalid("parameter_invalid", "?node", message));
+            }
+        };
+        if let Some(fraction) = self.fraction.filter(|share| !(0.0..=1.0).contains(share)) {
+            let message = format!("{fraction} is not between 0 and 1");
+            return Err(asked::invalid("out_of_range", "?fraction", message));
+        }
+        Ok(Cancellation {
+            location,
+            leg: self.leg,
+            fraction: self.fraction,
+        })
+    }
 }
 
 /// Composes a plan: the shortest open way, or with the flight model the best one that the drone can fly; each leg with what to do if it closes.
@@ -118,12 +173,16 @@ pub(super) async fn get_plan(
     json(&edge.plan(&caller, &id)?)
 }
 
-/// Cancels a plan; its segments are free for others, unless it is in flight and nobody knows where.
+/// Cancels a plan; its segments are free for others. In flight they are only where its place is told, or was seen just now.
 #[utoipa::path(
     delete,
     path = "/v1/plans/{id}",
     tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
+    params(
+        ("id" = String, Path, description = "`id` of a plan."),
+        CancelParameters,
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and query again get the same answer."),
+    ),
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
         (status = 409, response = refusals::Conflict),
@@ -134,9 +193,14 @@ pub(super) async fn cancel_plan(
     State(edge): State<Arc<Edge>>,
     By(caller): By,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Query(stated): Query<CancelParameters>,
+    headers: HeaderMap,
 ) -> Answer {
-    json(&edge.cancel_plan(&caller, &id).await?)
+    let cancellation = stated.read()?;
+    let told = format!("{cancellation:?}");
+    let idempotency = asked::idempotency(&headers, told.as_bytes())?;
+    let word = PlanWord::Cancel(cancellation);
+    json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
 /// Takes over a version of a plan, whichever of those that were sent; the drone flies it from now on.
@@ -144,7 +208,10 @@ pub(super) async fn cancel_plan(
     post,
     path = "/v1/plans/{id}/ack",
     tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
+    params(
+        ("id" = String, Path, description = "`id` of a plan."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
     request_body(content = Ack, example = json!({"version": 2})),
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
@@ -157,10 +224,12 @@ pub(super) async fn acknowledge_plan(
     By(caller): By,
     Named(id): Named,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
     Sent(body): Sent,
 ) -> Answer {
-    let ack: Ack = reading::body(&body, "acknowledgement")?;
-    json(&edge.acknowledge_plan(&caller, &id, ack).await?)
+    let word = PlanWord::Acknowledge(reading::body(&body, "acknowledgement")?);
+    let idempotency = asked::idempotency(&headers, &body)?;
+    json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
 /// Declines a version of a plan: the drone flies on as it reported, and is asked to fly another one.
@@ -168,7 +237,10 @@ pub(super) async fn acknowledge_plan(
     post,
     path = "/v1/plans/{id}/decline",
     tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
+    params(
+        ("id" = String, Path, description = "`id` of a plan."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
     request_body(content = Decline, example = json!({"version": 2, "reason": "obstacle"})),
     responses(
         (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
@@ -181,10 +253,12 @@ pub(super) async fn decline_plan(
     By(caller): By,
     Named(id): Named,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
     Sent(body): Sent,
 ) -> Answer {
-    let decline: Decline = reading::body(&body, "declined version")?;
-    json(&edge.decline_plan(&caller, &id, decline).await?)
+    let word = PlanWord::Decline(reading::body(&body, "declined version")?);
+    let idempotency = asked::idempotency(&headers, &body)?;
+    json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
 /// Completes a plan: its drone has landed.
@@ -192,7 +266,10 @@ pub(super) async fn decline_plan(
     post,
     path = "/v1/plans/{id}/complete",
     tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
+    params(
+        ("id" = String, Path, description = "`id` of a plan."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
     request_body(content = Completion, example = json!({"location": {"node": "450"}})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
@@ -205,10 +282,12 @@ pub(super) async fn complete_plan(
     By(caller): By,
     Named(id): Named,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
     Sent(body): Sent,
 ) -> Answer {
-    let completion: Completion = reading::body(&body, "completion")?;
-    json(&edge.complete_plan(&caller, &id, completion).await?)
+    let word = PlanWord::Complete(reading::body(&body, "completion")?);
+    let idempotency = asked::idempotency(&headers, &body)?;
+    json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
 /// Releases a plan that nobody has heard of: an operator says what became of it, and what it takes is free.
@@ -216,7 +295,10 @@ pub(super) async fn complete_plan(
     post,
     path = "/v1/plans/{id}/release",
     tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
+    params(
+        ("id" = String, Path, description = "`id` of a plan."),
+        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
+    ),
     request_body(content = Release, example = json!({"ended_as": "delivered"})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
@@ -229,8 +311,10 @@ pub(super) async fn release_plan(
     By(caller): By,
     Named(id): Named,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
     Sent(body): Sent,
 ) -> Answer {
-    let release: Release = reading::body(&body, "release")?;
-    json(&edge.release_plan(&caller, &id, release).await?)
+    let word = PlanWord::Release(reading::body(&body, "release")?);
+    let idempotency = asked::idempotency(&headers, &body)?;
+    json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }

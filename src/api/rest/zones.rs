@@ -27,6 +27,19 @@ pub(super) struct WriteParameters {
     validate_only: bool,
 }
 
+/// How a zone is lifted.
+#[derive(Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(super) struct LiftParameters {
+    /// Whether only to check: the same checks and the same answer, without effect.
+    #[serde(default)]
+    validate_only: bool,
+    /// Why, for the events and the log.
+    #[param(value_type = String, required = false, max_length = 256)]
+    reason: Option<String>,
+}
+
 fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
     if let Some(etag) = &ack.etag {
         set(&mut response, header::ETAG, etag);
@@ -158,7 +171,7 @@ pub(super) async fn put_zone(
     tag = "airspace",
     params(
         ("id" = String, Path, description = "`id` of the zone."),
-        WriteParameters,
+        LiftParameters,
         ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
     ),
     responses(
@@ -172,7 +185,7 @@ pub(super) async fn delete_zone(
     State(edge): State<Arc<Edge>>,
     By(caller): By,
     Named(id): Named,
-    Query(asked): Query<WriteParameters>,
+    Query(asked): Query<LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let write = ZoneWrite {
@@ -180,7 +193,7 @@ pub(super) async fn delete_zone(
         if_match: asked::if_match(&headers)?,
         validate_only: asked.validate_only,
     };
-    json(&edge.delete_zone(&caller, write).await?)
+    json(&edge.delete_zone(&caller, write, asked.reason).await?)
 }
 
 /// Tells what a zone would close and which plans it would meet; nothing changes.

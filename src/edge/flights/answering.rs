@@ -8,7 +8,7 @@ use crate::delivery::{
     answer_standing,
 };
 use crate::edge::drones::Sighting;
-use crate::edge::snapshot::{PlanEntry, Snapshot, Version, later};
+use crate::edge::snapshot::{PlanEntry, Snapshot, Version, later, version_flags};
 use crate::flight::{Stop, StopKind};
 use crate::formats::warning_text;
 use crate::itinerary::{FlightCause, Objective};
@@ -82,6 +82,7 @@ impl FlownAnswer {
             departs_at: self.departs_at,
             recomposition_id: None,
             acknowledge_by: None,
+            flags: version_flags(&self.flags),
             warnings: self.warnings.clone(),
         })
     }
@@ -244,7 +245,7 @@ impl Flights {
             airspace,
             now,
         } = scene;
-        self.ground(snapshot, airspace, &kind, Some(&plan.id), now)
+        self.ground(snapshot, airspace, &kind, snapshot.own(Some(&plan.id)), now)
     }
 
     pub(super) fn objective_of(&self, plan: &PlanEntry) -> Objective {

@@ -1,12 +1,12 @@
 //! Flights shown to the checker: against what is closed when, and against the pads that others have.
 
 use super::DroneKind;
-use super::others::PadKey;
+use super::others::stays_at;
 use super::{Flights, FlownAnswer, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
 use crate::delivery::with_airframe;
-use crate::edge::snapshot::{PlanEntry, Snapshot};
+use crate::edge::snapshot::{Own, PlanEntry, Snapshot};
 use crate::flight::{Aloft, FailureReport, FailureType, Location, Reentry, Reservation};
 use crate::network::NodeIx;
 use crate::planted;
@@ -27,7 +27,7 @@ impl Flights {
         answer: &Recomposition,
     ) -> Result<(), Fault> {
         let version = flight.version.as_ref().map(|(version, _)| &**version);
-        let who = (&drone.kind, drone.plan.as_deref());
+        let who = (&drone.kind, scene.snapshot.own(drone.plan.as_deref()));
         self.check_version(
             scene,
             who,
@@ -53,7 +53,7 @@ impl Flights {
     pub(in crate::edge) fn check_version(
         &self,
         scene: Scene<'_>,
-        (kind, own): (&DroneKind, Option<&str>),
+        (kind, own): (&DroneKind, Own<'_>),
         version: Option<(&FlownVersion, Timestamp)>,
         request: &Request,
         known: &Known,
@@ -156,7 +156,7 @@ impl Flights {
             at_s: self.seconds(scene.now),
             ..Known::default()
         };
-        let drone = (&self.kind_of(plan), Some(&*plan.id));
+        let drone = (&self.kind_of(plan), scene.snapshot.own(Some(&plan.id)));
         let flown = Some((&**version, told.departs_at));
         let checked = self.check_version(scene, drone, flown, &request, &known, &answer);
         let fault = checked.err()?;
@@ -171,14 +171,11 @@ impl Flights {
 /// Whether another plan has a pad at some time between two instants, in seconds of Unix time.
 fn is_taken(
     snapshot: &Snapshot,
-    own: Option<&str>,
+    own: Own<'_>,
     (node, pad): (NodeIx, u16),
     (from_s, until_s): (f64, f64),
 ) -> bool {
-    let there = snapshot.reservations.range(PadKey::first_of(node.0)..);
-    let mut there = there.take_while(|(key, _)| key.node == node.0);
-    there.any(|(key, stay)| {
-        let is_other = own != Some(&*key.plan);
-        is_other && stay.pad == pad && from_s < stay.until_s && stay.from_s < until_s
+    stays_at(snapshot, node).any(|(key, stay)| {
+        !own.has(&key.plan) && stay.pad == pad && from_s < stay.until_s && stay.from_s < until_s
     })
 }

@@ -3,7 +3,7 @@
 use super::{DroneKind, Flights, FlownVersion, Told};
 use crate::compose::Composition;
 use crate::delivery::{DeliveryRequest, compose};
-use crate::edge::snapshot::Snapshot;
+use crate::edge::snapshot::{Own, Snapshot};
 use crate::intake::Faults;
 use crate::itinerary::Objective;
 use crate::network::NodeIx;
@@ -25,10 +25,12 @@ pub(in crate::edge) struct FlightOrder {
 
 /// A flight that is wanted: from where a drone stands.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::edge) struct Wanted {
+pub(in crate::edge) struct Wanted<'a> {
     pub(in crate::edge) source: NodeIx,
     pub(in crate::edge) destination: NodeIx,
     pub(in crate::edge) start: Timestamp,
+    /// What its drone has already.
+    pub(in crate::edge) own: Own<'a>,
     /// Full where nobody knows.
     pub(in crate::edge) battery: Option<f64>,
     /// Whether nothing that was worked out before counts.
@@ -82,10 +84,10 @@ impl Flights {
         snapshot: &Snapshot,
         kind: &DroneKind,
         order: &FlightOrder,
-        wanted: Wanted,
+        wanted: Wanted<'_>,
         now: Timestamp,
     ) -> Result<(FlownVersion, Composition), Refusal> {
-        let ground = self.ground(snapshot, &snapshot.airspace, kind, None, now);
+        let ground = self.ground(snapshot, &snapshot.airspace, kind, wanted.own, now);
         let ground = if wanted.plainly {
             ground.without_tables()
         } else {

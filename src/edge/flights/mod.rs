@@ -17,11 +17,11 @@ pub(super) use answering::{FlownAnswer, Scene, Stand, battery_of};
 pub(super) use checked::RefusedAnswer;
 pub(super) use composing::{FlightOrder, Wanted};
 pub(super) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
-pub(super) use others::{PadKey, meets_others, shares_pad, stays};
+pub(super) use others::{PadKey, meets_others, shares_pad, stays, stays_at};
 pub(super) use reported::{ReportedFlight, Reporter, ReportingDrone};
 
 use super::settings::{FlightSettings, Settings};
-use super::snapshot::Snapshot;
+use super::snapshot::{Own, Snapshot};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
 use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
@@ -159,17 +159,18 @@ impl Flights {
         instant.duration_since(self.zero).as_secs_f64()
     }
 
-    /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and the plans of a snapshot but one.
+    /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
+    /// the plans of a snapshot but its own.
     pub(super) fn ground(
         &self,
         snapshot: &Snapshot,
         airspace: &Arc<Airspace>,
         kind: &DroneKind,
-        leave_out: Option<&str>,
+        own: Own<'_>,
         now: Timestamp,
     ) -> Ground {
         let sky = self.sky(airspace, now);
-        let others = Others::of(snapshot, leave_out, self.zero, now);
+        let others = Others::of(snapshot, own, self.zero, now);
         let skies = sky.skies.among(OtherPlans {
             reservations: others.reservations,
             traffic: others.traffic,

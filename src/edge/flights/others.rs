@@ -1,8 +1,9 @@
 //! What the plans of a snapshot take of the air and of the pads, and whether one more would meet them.
 
 use crate::compose::{Occupation, conflicts};
-use crate::edge::snapshot::{OccupationKey, Snapshot, Version};
+use crate::edge::snapshot::{OccupationKey, Own, Snapshot, Version};
 use crate::flight::{Reservation, TrafficLeg};
+use crate::network::NodeIx;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -50,7 +51,7 @@ pub(in crate::edge) fn stays(
     })
 }
 
-/// What the plans of a snapshot take, but for one of them.
+/// What the plans of a snapshot take.
 pub(super) struct Others {
     pub(super) reservations: Vec<Reservation>,
     pub(super) traffic: Vec<TrafficLeg>,
@@ -59,26 +60,19 @@ pub(super) struct Others {
 }
 
 impl Others {
-    /// In seconds from `zero`, as far as it is not long over.
-    pub(super) fn of(
-        snapshot: &Snapshot,
-        leave_out: Option<&str>,
-        zero: Timestamp,
-        now: Timestamp,
-    ) -> Self {
+    /// In seconds from `zero`, as far as it is not long over and not a drone's own.
+    pub(super) fn of(snapshot: &Snapshot, own: Own<'_>, zero: Timestamp, now: Timestamp) -> Self {
         let unix_s = |instant: Timestamp| instant.as_microsecond() as f64 / 1e6;
         let (zero_s, over_s) = (unix_s(zero), unix_s(now) - OVER_S);
         let reserved = snapshot.reservations.iter();
-        let reserved =
-            reserved.filter(|(key, stay)| Some(&*key.plan) != leave_out && stay.until_s > over_s);
+        let reserved = reserved.filter(|(key, stay)| !own.has(&key.plan) && stay.until_s > over_s);
         let reservations = reserved.map(|(_, stay)| Reservation {
             from_s: stay.from_s - zero_s,
             until_s: stay.until_s - zero_s,
             ..*stay
         });
         let flown = snapshot.occupations.iter();
-        let flown =
-            flown.filter(|(key, leg)| Some(&*key.plan) != leave_out && leg.leaves_s > over_s);
+        let flown = flown.filter(|(key, leg)| !own.has(&key.plan) && leg.leaves_s > over_s);
         let (traffic, traffic_of) = flown
             .map(|(key, leg)| {
                 let traffic = TrafficLeg {
@@ -98,43 +92,51 @@ impl Others {
     }
 }
 
+/// All stays at a node.
+pub(in crate::edge) fn stays_at(
+    snapshot: &Snapshot,
+    node: NodeIx,
+) -> impl Iterator<Item = (&PadKey, &Reservation)> {
+    let there = snapshot.reservations.range(PadKey::first_of(node.0)..);
+    there.take_while(move |(key, _)| key.node == node.0)
+}
+
 /// The plan that has a pad at a time at which this version of a plan would take it too.
 pub(in crate::edge) fn shares_pad(
     snapshot: &Snapshot,
-    plan: &str,
+    own: Own<'_>,
     version: &Version,
 ) -> Option<(Reservation, Arc<str>)> {
-    version.reservations().into_iter().find_map(|own| {
-        let there = snapshot.reservations.range(PadKey::first_of(own.node.0)..);
-        let there = there.take_while(|(key, _)| key.node == own.node.0);
-        let mut others = there.filter(|(key, _)| &*key.plan != plan);
+    version.reservations().into_iter().find_map(|wanted| {
+        let there = stays_at(snapshot, wanted.node);
+        let mut others = there.filter(|(key, _)| !own.has(&key.plan));
         let met = others.find(|(_, stay)| {
-            stay.pad == own.pad
-                && own.from_s + OVERLAP_S < stay.until_s
-                && stay.from_s + OVERLAP_S < own.until_s
+            stay.pad == wanted.pad
+                && wanted.from_s + OVERLAP_S < stay.until_s
+                && stay.from_s + OVERLAP_S < wanted.until_s
         });
-        met.map(|(key, _)| (own, key.plan.clone()))
+        met.map(|(key, _)| (wanted, key.plan.clone()))
     })
 }
 
 /// Whether a version of a plan would meet another one in the air, or on a pad.
 pub(in crate::edge) fn meets_others(
     snapshot: &Snapshot,
-    plan: &str,
+    own: Own<'_>,
     version: &Version,
     headway_s: f64,
 ) -> bool {
-    let meets_in_the_air = |own: &Occupation| {
+    let meets_in_the_air = |leg: &Occupation| {
         let there = snapshot
             .occupations
-            .range(OccupationKey::first_of(own.segment)..);
-        let there = there.take_while(|(key, _)| key.segment == own.segment.0);
-        let mut others = there.filter(|(key, _)| &*key.plan != plan);
+            .range(OccupationKey::first_of(leg.segment)..);
+        let there = there.take_while(|(key, _)| key.segment == leg.segment.0);
+        let mut others = there.filter(|(key, _)| !own.has(&key.plan));
         others.any(|(_, other)| {
-            let [own, other] = [std::slice::from_ref(own), std::slice::from_ref(other)];
-            !conflicts(own, other, headway_s).is_empty()
+            let [leg, other] = [std::slice::from_ref(leg), std::slice::from_ref(other)];
+            !conflicts(leg, other, headway_s).is_empty()
         })
     };
     let is_apart = headway_s <= 0.0 || !version.occupations().iter().any(meets_in_the_air);
-    !is_apart || shares_pad(snapshot, plan, version).is_some()
+    !is_apart || shares_pad(snapshot, own, version).is_some()
 }

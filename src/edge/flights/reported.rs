@@ -335,8 +335,8 @@ impl Flights {
     }
 
     fn ground_of_report(&self, scene: Scene<'_>, drone: &ReportingDrone) -> Ground {
-        let plan = drone.plan.as_deref();
-        self.ground(scene.snapshot, scene.airspace, &drone.kind, plan, scene.now)
+        let own = scene.snapshot.own(drone.plan.as_deref());
+        self.ground(scene.snapshot, scene.airspace, &drone.kind, own, scene.now)
     }
 
     fn failure<'a>(

@@ -210,6 +210,8 @@ struct StoredProposal {
     expires_at: Instant,
     recomposition_id: String,
     drone_id: Option<String>,
+    #[serde(default)]
+    subject: String,
     failure: FailureType,
     closure: StoredClosure,
 }
@@ -221,6 +223,7 @@ pub(super) fn write_proposal(topology: &Topology, entry: &ProposalEntry) -> Stri
         expires_at: entry.expires_at.into(),
         recomposition_id: entry.recomposition_id.to_string(),
         drone_id: entry.drone_id.as_deref().map(str::to_owned),
+        subject: entry.subject.to_string(),
         failure: entry.failure,
         closure: StoredClosure::of(Names(topology), &entry.closure),
     })
@@ -239,6 +242,8 @@ pub(super) fn read_proposal(
         expires_at: stored.expires_at.read()?,
         recomposition_id: Arc::from(stored.recomposition_id),
         drone_id: stored.drone_id.map(Arc::from),
+        subject: Arc::from(stored.subject),
+        bytes: body.len(),
         failure: stored.failure,
         closure: Arc::new(stored.closure.into_closure(Names(topology))?),
     })

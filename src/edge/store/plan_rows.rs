@@ -7,11 +7,11 @@ use super::flight_rows::{
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Composition, Contingency, Leg, SafeNode};
-use crate::edge::snapshot::{PlanEntry, PlanFlags, Version};
+use crate::edge::snapshot::{LandedOn, PlanEntry, PlanFlags, Version};
 use crate::network::Topology;
 use crate::recompose::Outcome;
 use crate::routing::Way;
-use crate::wire::{EndedAs, PlanState};
+use crate::wire::{EndedAs, Flag, PlanState};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -44,6 +44,11 @@ struct StoredPlan {
     unacknowledged: bool,
     #[serde(default, skip_serializing_if = "is_false")]
     holds: bool,
+    /// The node, the pad and since when.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    landed_on: Option<(u32, u16, Instant)>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    expires_at: Option<Instant>,
     #[serde(default, skip_serializing_if = "is_zero")]
     declined: u32,
     #[serde(alias = "current")]
@@ -138,6 +143,8 @@ struct StoredVersion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     acknowledge_by: Option<Instant>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    flags: Vec<Flag>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     warnings: Vec<(String, String)>,
 }
 
@@ -159,6 +166,10 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     let mut dictionary = Dictionary::default();
     let source = dictionary.place(plan.source);
     let destination = dictionary.place(plan.destination);
+    let landed_on = plan.landed_on.map(|landed| {
+        let node = dictionary.place(landed.node);
+        (node, landed.pad, landed.since.into())
+    });
     let mut stored = |version: &Arc<Version>| store_version(topology, version, &mut dictionary);
     let reported = stored(&plan.reported);
     let wanted = plan.wanted.as_ref().map(&mut stored);
@@ -178,6 +189,8 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         overdue: plan.flags.overdue,
         unacknowledged: plan.flags.unacknowledged,
         holds: plan.holds,
+        landed_on,
+        expires_at: plan.expires_at.map(Into::into),
         declined: plan.declined,
         reported,
         wanted,
@@ -215,6 +228,7 @@ fn store_version(
         departs_at: version.departs_at.into(),
         recomposition_id: version.recomposition_id.as_deref().map(str::to_owned),
         acknowledge_by: version.acknowledge_by.map(Into::into),
+        flags: version.flags.clone(),
         warnings: version
             .warnings
             .iter()
@@ -269,6 +283,15 @@ pub(super) fn read_plan(
         wanted: stored.wanted.as_ref().map(read_one).transpose()?,
         sent: stored.sent.iter().map(read_one).collect::<Result<_, _>>()?,
         holds: stored.holds,
+        landed_on: match &stored.landed_on {
+            Some((node, pad, since)) => Some(LandedOn {
+                node: places.node(*node)?,
+                pad: *pad,
+                since: since.read()?,
+            }),
+            None => None,
+        },
+        expires_at: Instant::read_some(stored.expires_at.as_ref())?,
         declined: stored.declined,
         affected_by: stored.affected_by,
         next_version: Arc::new(AtomicU32::new(next)),
@@ -349,6 +372,7 @@ fn read_version(
         departs_at: stored.departs_at.read()?,
         recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),
         acknowledge_by: Instant::read_some(stored.acknowledge_by.as_ref())?,
+        flags: stored.flags.clone(),
         warnings: warnings
             .map(|(code, message)| (Cow::Owned(code), message))
             .collect(),

@@ -1,0 +1,230 @@
+//! Pads of drones that have landed: theirs until they are known to have left.
+
+use crate::flying::{on, settings, street};
+use crate::stage::{Stage, node, segment};
+use jiff::SignedDuration;
+use serde_json::{Value, json};
+use skyway::edge::{Code, MemoryDisk};
+use skyway::wire::{self, EndedAs, PlanState};
+
+/// s0 without pads, s1 and s2 with one each.
+const PADS: [u16; 3] = [0, 1, 1];
+
+/// A drone flies from s2 to s1 and lands there.
+async fn landed(stage: &Stage) {
+    flown(stage).await;
+    let completion = wire::Completion::default();
+    let ended = stage.edge.complete_plan(&stage.caller, "first", completion);
+    assert_eq!(
+        ended.await.expect("ended").ended_as,
+        Some(EndedAs::Delivered)
+    );
+}
+
+async fn flown(stage: &Stage) {
+    let request = json!({"id": "first", "drone_id": "d1", "source": "s2", "destination": "s1"});
+    stage.deliver(request).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(2)).await;
+}
+
+/// Whether there is a pad at s1 for a drone that has to charge there.
+async fn is_free(stage: &Stage) -> bool {
+    let request =
+        json!({"drone_id": "probe", "source": "s0", "destination": "s2", "battery_fraction": 0.28});
+    match stage.deliver(request).await {
+        Ok(plan) => {
+            let flight = plan.reported.flight.as_ref().expect("a flight");
+            assert_eq!(flight.stops.len(), 1, "{:?}", flight.stops);
+            let cancelled = stage
+                .edge
+                .cancel_plan(&stage.caller, &plan.id, Default::default());
+            cancelled.await.expect("cancelled");
+            true
+        }
+        Err(refusal) => {
+            assert_eq!(refusal.code, Code::NoRoute, "{refusal:?}");
+            false
+        }
+    }
+}
+
+async fn tells(stage: &Stage, x: f64, more: Value) {
+    let mut position = json!({"drone_id": "d1", "location": {"x": x, "y": 0.0}});
+    let fields = more.as_object().expect("an object").clone();
+    position.as_object_mut().expect("an object").extend(fields);
+    let positions = vec![position];
+    let told = stage
+        .edge
+        .telemetry(&stage.caller, wire::Telemetry { positions });
+    assert!(told.await.expect("telemetry").positions[0].accepted);
+    stage.settle().await;
+}
+
+/// The nodes on whose pads drones stand, by drone.
+fn standing(stage: &Stage) -> Vec<(String, String)> {
+    let drones = stage.edge.drones(&stage.caller, &Default::default());
+    let drones = drones.expect("drones").drones.into_iter();
+    let standing = drones.filter_map(|drone| {
+        let node = drone.stands_at.as_ref()?.text().to_owned();
+        Some((drone.id.into_owned(), node))
+    });
+    standing.collect()
+}
+
+fn pair(drone: &str, node: &str) -> (String, String) {
+    (drone.to_owned(), node.to_owned())
+}
+
+#[tokio::test]
+async fn a_drone_that_has_landed_keeps_its_pad_until_telemetry_says_that_it_has_left() {
+    for (x, more) in [(1_000.0, json!({"airborne": true})), (1_060.0, json!({}))] {
+        let stage = on(&street(&PADS));
+        assert!(is_free(&stage).await, "before anything has landed");
+        landed(&stage).await;
+        assert!(!is_free(&stage).await);
+        tells(&stage, 1_000.0, json!({"airborne": false})).await;
+        assert_eq!(standing(&stage), [pair("d1", "s1")]);
+        stage.pass(SignedDuration::from_mins(600)).await;
+        assert!(!is_free(&stage).await, "time alone frees nothing");
+        tells(&stage, x, more).await;
+        assert!(is_free(&stage).await);
+    }
+}
+
+#[tokio::test]
+async fn the_departure_of_its_next_plan_frees_the_pad_of_a_drone() {
+    let stage = on(&street(&PADS));
+    landed(&stage).await;
+    // It charges on the pad that is its own, and departs when it has.
+    let request = json!({
+        "id": "next", "drone_id": "d1", "source": "s1", "destination": "s2", "battery_fraction": 0.24,
+    });
+    let next = stage.deliver(request).await.expect("its pad is its own");
+    assert_eq!(next.reported.flight.expect("a flight").stops.len(), 1);
+    assert_eq!(stage.plan("next").state, PlanState::Accepted);
+    assert!(!is_free(&stage).await);
+    tells(&stage, 1_000.0, json!({"airborne": true})).await;
+    assert_eq!(stage.plan("next").state, PlanState::Activated);
+    assert!(standing(&stage).is_empty());
+}
+
+#[tokio::test]
+async fn an_operator_frees_the_pad_of_a_drone() {
+    let stage = on(&street(&PADS));
+    landed(&stage).await;
+    assert!(!is_free(&stage).await);
+    let release = wire::Release {
+        ended_as: EndedAs::Delivered,
+    };
+    let released = stage.edge.release_plan(&stage.caller, "first", release);
+    released.await.expect("released");
+    assert!(is_free(&stage).await);
+}
+
+#[tokio::test]
+async fn the_pad_of_a_drone_that_rests_at_its_end_is_taken_too() {
+    let stage = on(&street(&PADS));
+    flown(&stage).await;
+    let rests = json!({"airborne": false, "ground_speed_mps": 0.0});
+    for _ in 0..3 {
+        tells(&stage, 1_000.0, rests.clone()).await;
+        stage.pass(SignedDuration::from_secs(3)).await;
+    }
+    assert_eq!(stage.plan("first").ended_as, Some(EndedAs::Delivered));
+    assert!(!is_free(&stage).await);
+}
+
+/// A drone flies along the ladder and lands on the only pad at its end.
+async fn lands_at_the_end(stage: &Stage, drone: &str) {
+    let request = json!({"id": drone, "drone_id": drone, "source": "a1", "destination": "a7"});
+    stage.deliver(request).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(2)).await;
+    let place = json!({"location": {"node": "a7"}});
+    let completion = serde_json::from_value(place).expect("a completion");
+    let ended = stage.edge.complete_plan(&stage.caller, drone, completion);
+    assert_eq!(
+        ended.await.expect("ended").ended_as,
+        Some(EndedAs::Delivered)
+    );
+}
+
+#[tokio::test]
+async fn a_pad_is_a_drones_after_a_restart_and_on_another_network() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over_with(disk.open(), settings()).await;
+    lands_at_the_end(&stage, "d1").await;
+    assert_eq!(standing(&stage), [pair("d1", "a7")]);
+    stage.edge.end().await;
+    let stage = stage.again_with(disk.open(), settings()).await;
+    // There is one pad, and it is taken: another drone that has landed there has none.
+    lands_at_the_end(&stage, "d2").await;
+    assert!(standing(&stage).is_empty());
+    stage
+        .rebuild(|draft| {
+            draft.nodes.insert(0, node("west", -100.0, 0.0));
+            draft.segments.insert(0, segment("west", "a0"));
+        })
+        .await;
+    lands_at_the_end(&stage, "d3").await;
+    assert!(standing(&stage).is_empty());
+    // Until the first one says that it has left.
+    let place = json!({"drone_id": "d1", "location": {"x": 600.0, "y": 0.0}, "airborne": true});
+    let positions = vec![place];
+    let told = stage
+        .edge
+        .telemetry(&stage.caller, wire::Telemetry { positions });
+    assert!(told.await.expect("telemetry").positions[0].accepted);
+    stage.settle().await;
+    lands_at_the_end(&stage, "d4").await;
+    assert_eq!(standing(&stage), [pair("d4", "a7")]);
+}
+
+#[tokio::test]
+async fn a_pad_that_a_lost_drone_was_to_land_on_is_taken_until_it_is_released() {
+    let stage = on(&street(&[0, 1, 1]));
+    // Its only pad is where it charges.
+    let request = json!({"id": "first", "drone_id": "d1", "source": "s0", "destination": "s2", "battery_fraction": 0.28});
+    stage.deliver(request).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(180)).await;
+    assert_eq!(stage.plan("first").ended_as, Some(EndedAs::Lost));
+    assert!(!is_free(&stage).await);
+    let next = json!({"id": "next", "drone_id": "d1", "source": "s2", "destination": "s0"});
+    stage.deliver(next).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(1)).await;
+    assert!(
+        !is_free(&stage).await,
+        "that it has another plan says nothing of what was lost"
+    );
+    let release = wire::Release {
+        ended_as: EndedAs::Cancelled,
+    };
+    let released = stage.edge.release_plan(&stage.caller, "first", release);
+    released.await.expect("released");
+    stage.pass(SignedDuration::from_mins(3)).await;
+    assert!(is_free(&stage).await);
+}
+
+#[tokio::test]
+async fn a_plan_that_is_overdue_at_a_full_pad_is_alarmed() {
+    let stage = on(&street(&PADS));
+    landed(&stage).await;
+    let second = json!({"id": "second", "drone_id": "d2", "source": "s2", "destination": "s1"});
+    stage.deliver(second).await.expect("a plan");
+    let third = json!({"id": "third", "drone_id": "d3", "source": "s1", "destination": "s2"});
+    stage.deliver(third).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(20)).await;
+    let filter = skyway::edge::AlarmFilter::default();
+    let alarms = stage
+        .edge
+        .alarms(&stage.caller, &Default::default(), filter);
+    let alarms = alarms.expect("alarms").alarms;
+    let told: Vec<_> = alarms
+        .iter()
+        .map(|alarm| (alarm.kind, alarm.plan_id.as_deref()))
+        .collect();
+    assert_eq!(
+        told,
+        [(wire::AlarmKind::Overdue, Some("second"))],
+        "s2 has a free pad"
+    );
+}
