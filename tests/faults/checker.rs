@@ -7,6 +7,10 @@ use serde_json::{Value, json};
 use skyway::formats::write_network;
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 
+/// How often an alarm that is due is looked for, and how long between two looks.
+const LOOKS: usize = 500;
+const BETWEEN_LOOKS: std::time::Duration = std::time::Duration::from_millis(10);
+
 /// A report, and what is done before it.
 struct Story {
     network: String,
@@ -151,7 +155,19 @@ impl Story {
         let record = format!("GET /v1/recompositions/{id}");
         let record = json(client.until(&record, &Value::Null, 200).await);
         let alarms = "GET /v1/alarms?kind=checker";
-        let alarms = json(client.until(alarms, &Value::Null, 200).await);
+        let mut raised = json(client.until(alarms, &Value::Null, 200).await);
+        // The writer raises it after the answer has left.
+        let is_due = record["checker_case"].is_object();
+        for _ in 0..LOOKS {
+            let is_there = raised["alarms"]
+                .as_array()
+                .is_some_and(|all| !all.is_empty());
+            if is_there || !is_due {
+                break;
+            }
+            tokio::time::sleep(BETWEEN_LOOKS).await;
+            raised = json(client.until(alarms, &Value::Null, 200).await);
+        }
         let metrics = admin.until("GET /metrics", &Value::Null, 200).await;
         let count = |name: &str| {
             let mut lines = metrics.lines();
@@ -161,7 +177,7 @@ impl Story {
         Seen {
             cases: count("skyway_checker_cases_total ").expect("there from the start"),
             events: usize::from(record["checker_case"].is_object()),
-            alarms: alarms["alarms"].as_array().map_or(0, Vec::len),
+            alarms: raised["alarms"].as_array().map_or(0, Vec::len),
             answer,
             record,
         }
@@ -289,6 +305,13 @@ mod planted {
     async fn the_battery_of_the_plan_is_seen() {
         let seen = Story::with_less_battery().told(Some("plans-battery")).await;
         seen.breaks("battery");
+    }
+
+    #[tokio::test]
+    async fn a_drone_that_is_sent_up_through_a_zone_is_seen() {
+        let seen = Story::grounded().told(Some("ground-sent-up")).await;
+        seen.breaks("sent_up");
+        assert_eq!(seen.answer["outcome"], "hold");
     }
 
     #[tokio::test]
