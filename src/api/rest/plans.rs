@@ -186,6 +186,7 @@ pub(super) async fn get_plan(
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
@@ -216,6 +217,7 @@ pub(super) async fn cancel_plan(
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
@@ -245,6 +247,7 @@ pub(super) async fn acknowledge_plan(
     responses(
         (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
@@ -274,6 +277,7 @@ pub(super) async fn decline_plan(
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
@@ -303,6 +307,7 @@ pub(super) async fn complete_plan(
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
         (status = 409, response = refusals::Conflict),
+        (status = 422, response = refusals::UnprocessableContent),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
