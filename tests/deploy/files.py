@@ -66,13 +66,16 @@ def kubernetes(haproxy: str, program: pathlib.Path, folder: pathlib.Path) -> str
         drain_s = next(int(entry["value"].removesuffix("s")) for entry in daemon["env"] if entry["name"].endswith("_DRAIN_DELAY"))
         # drain.timeout is 10 s where nobody says otherwise.
         expect(pod["terminationGracePeriodSeconds"] > drain_s + 10, "the pod is killed while the daemon drains")
-        settings(program, daemon["args"][0], {entry["name"]: entry.get("value", "skyway-edge-0") for entry in daemon["env"]})
+        settings(program, daemon["args"][0], {entry["name"]: entry.get("value", "skyway-edge-0") for entry in daemon["env"]}, folder)
     return f"kubernetes: {len(found)} objects that fit together"
 
 
-def settings(program: pathlib.Path, role: str, environment: dict[str, str]) -> None:
-    """The daemon knows all settings of an environment; files that are somewhere else are not looked for here."""
+def settings(program: pathlib.Path, role: str, environment: dict[str, str], volume: pathlib.Path) -> None:
+    """The daemon knows all settings of an environment; its volume is here a folder, and other files are not looked for."""
     here = {name: value for name, value in environment.items() if name.startswith("SKYWAY_") and not name.endswith("_FILE")}
+    for name in here:
+        if name.endswith("_STORE"):
+            here[name] = here[name].replace("/var/lib/skyway", str(volume))
     command = [str(program), "config", "check", *(["--registry"] if role == "registry" else [])]
     done = subprocess.run(command, env=here, capture_output=True, text=True, check=False, cwd="/")
     expect(done.returncode == 0, f"{role}, {environment}: {done.stderr}")

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 
 import backups
 import exemplars
@@ -49,6 +50,10 @@ def main() -> int:
                 print(f"ok    {tell()} ({time.monotonic() - start:.0f} s)", flush=True)
             except (Failed, subprocess.CalledProcessError) as error:
                 print(f"FAIL  {story}: {error}", flush=True)
+                failed += 1
+            # What nobody expected also leaves the other stories to be told, and the folder to be removed.
+            except Exception:
+                print(f"FAIL  {story}: {traceback.format_exc()}", flush=True)
                 failed += 1
         unmount_below(folder)
     return 1 if failed else 0
