@@ -81,7 +81,7 @@ fn print(all: &[Figures]) {
         println!("| {name} | {} |", cells.join(" | "));
     }
     println!(
-        "\n![Growth with the number of nodes](pictures/scale.svg)\n\nK = {}, 10 km map, seed 1.",
+        "\n![Growth with the number of nodes](../pictures/scale.svg)\n\nK = {}, 10 km map, seed 1.",
         measures::MAX_NEIGHBOURS
     );
 }

@@ -83,7 +83,7 @@ impl Airspace {
     /// The next snapshot: changes in their order, then windows that have opened or closed by `now`.
     ///
     /// Where nothing changes but the time, the revision stays. Costs what the changes hit, plus a pass
-    /// over the closures; see `docs/performance.md`.
+    /// over the closures; see `docs/results/engine.md`.
     pub fn apply(&self, changes: &[Change], now: Timestamp) -> Self {
         let mut next = self.clone();
         next.as_of = now;
