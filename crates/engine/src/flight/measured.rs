@@ -4,7 +4,7 @@ use super::airframe::Airframe;
 use thiserror::Error;
 
 /// Mean power of 57 flights of a Matrice 100 by speed; `data/README.md` has source and licence.
-pub const M100_MEASURED_CSV: &str = include_str!("../../data/energy/m100_measured.csv");
+pub const M100_MEASURED_CSV: &str = include_str!("../../../../data/energy/m100_measured.csv");
 
 /// Measured mean power at a speed.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 
 /// Sydney CBD: rooftops of real buildings, joined by clear lines of sight. ODbL, © OpenStreetMap
 /// contributors.
-pub const SYDNEY_CBD: &str = include_str!("../../data/sydney-cbd.geojson");
+pub const SYDNEY_CBD: &str = include_str!("../../../../data/sydney-cbd.geojson");
 
 /// Name of [`SYDNEY_CBD`].
 pub const SYDNEY_CBD_NAME: &str = "Sydney CBD";
@@ -18,4 +18,4 @@ pub const SYDNEY_CBD_EXTRACT: &str = "north2023";
 
 /// The paper's motivating scenario, San Marcos to San Antonio: synthetic, see
 /// [`san_marcos_san_antonio`](super::san_marcos_san_antonio).
-pub const CORRIDOR: &str = include_str!("../../data/corridor-san-marcos-san-antonio.geojson");
+pub const CORRIDOR: &str = include_str!("../../../../data/corridor-san-marcos-san-antonio.geojson");
