@@ -33,8 +33,8 @@ pub mod process;
 pub mod refusal;
 #[cfg(feature = "edge")]
 pub mod registry;
-pub mod wire;
 
+pub use skyway_contract as wire;
 pub use skyway_engine::{
     airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
     routing, verify,

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 /// What an alarm is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmKind {
     /// A drone has no open way from where it is.
@@ -65,7 +65,7 @@ impl AlarmKind {
 
 /// Something that an operator has to look at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Alarm<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -103,7 +103,7 @@ pub struct Alarm<'a> {
 
 /// A page of alarms, oldest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Alarms<'a> {
     /// The alarms.
     pub alarms: Vec<Alarm<'a>>,

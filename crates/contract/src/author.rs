@@ -10,7 +10,7 @@ pub const TENANT: &str = "local";
 
 /// Who made a change: on every event, on every row, and told to the registry with what is forwarded.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Author {
     /// Whose airspace it is; `local` where there is one alone.
     pub tenant: String,

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 /// Why something is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClosureCause {
     /// A no-fly zone: lift the zone to lift it.
@@ -22,7 +22,7 @@ pub enum ClosureCause {
 
 /// Something that is closed, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Closure<'a> {
     /// Its id; that of a zone is the zone's.
     pub id: Cow<'a, str>,
@@ -64,7 +64,7 @@ pub struct Closure<'a> {
 
 /// A page of closures, by id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Closures<'a> {
     /// The closures.
     pub closures: Vec<Closure<'a>>,
@@ -78,42 +78,42 @@ pub struct Closures<'a> {
 
 /// An operator closes segments, nodes or pads: the body of `POST /v1/closures`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClosureDraft {
     /// Id for the closure; one is made where none is given. 1 to 128 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    #[schema(min_length = 1, max_length = 128)]
     pub id: Option<String>,
     /// Why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(max_length = 1000))]
+    #[schema(max_length = 1000)]
     pub reason: Option<String>,
     /// Ids of segments to close.
     #[serde(default)]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub segments: Vec<String>,
     /// Ids of nodes to close.
     #[serde(default)]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub nodes: Vec<Id<'static>>,
     /// Ids of nodes whose pads to close.
     #[serde(default)]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub pads: Vec<Id<'static>>,
     /// From when, RFC 3339; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub from: Option<String>,
     /// Until when, RFC 3339; without end where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub until: Option<String>,
 }
 
 /// An operator confirms a closure or moves its end: the body of `PATCH /v1/closures/{id}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClosureChange {
     /// Confirms that it is so.
@@ -121,13 +121,13 @@ pub struct ClosureChange {
     pub confirmed: Option<bool>,
     /// The new end, RFC 3339.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub until: Option<String>,
 }
 
 /// What a proposal is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ProposalSubject {
     /// A zone that a report brought.
@@ -138,7 +138,7 @@ pub enum ProposalSubject {
 
 /// Something that a report brought and that was not published: an operator decides.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Proposal<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -156,7 +156,7 @@ pub struct Proposal<'a> {
     pub drone_id: Option<Cow<'a, str>>,
     /// The zone: a GeoJSON feature.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub zone: Option<Value>,
     /// The segments it would close, where it is no zone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -168,7 +168,7 @@ pub struct Proposal<'a> {
 
 /// A page of proposals, oldest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Proposals<'a> {
     /// The proposals.
     pub proposals: Vec<Proposal<'a>>,
@@ -182,7 +182,7 @@ pub struct Proposals<'a> {
 
 /// What waits for an operator: many removals at once, or a change that met a newer version at the registry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Hold<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -198,7 +198,7 @@ pub struct Hold<'a> {
     pub closures: Vec<Cow<'a, str>>,
     /// What this edge would put in place of the registry's version; absent where it would lift it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub ours: Option<Value>,
     /// The id under which that is in force beside the registry's version until it is decided.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -207,7 +207,7 @@ pub struct Hold<'a> {
 
 /// A page of holds, oldest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Holds<'a> {
     /// The holds.
     pub holds: Vec<Hold<'a>>,

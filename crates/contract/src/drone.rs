@@ -12,25 +12,25 @@ use std::borrow::Cow;
 ///
 /// Entries are read one by one, so that one that cannot be read does not spoil the others.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Telemetry {
     /// The entries.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<TelemetryEntry>, max_items = 1000))]
+    #[schema(value_type = Vec<TelemetryEntry>, max_items = 1000)]
     pub positions: Vec<Value>,
 }
 
 /// Where one drone is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct TelemetryEntry {
     /// The drone.
-    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    #[schema(min_length = 1, max_length = 128)]
     pub drone_id: String,
     /// Where it is.
     pub location: Place,
     /// When it was there, RFC 3339; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub timestamp: Option<String>,
     /// Height in metres above `altitude_reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,11 +46,11 @@ pub struct TelemetryEntry {
     pub leg: Option<u32>,
     /// How far it is on that leg, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub fraction: Option<f64>,
     /// What is left in the battery, from 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub battery_fraction: Option<f64>,
     /// Ground speed in metres per second.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,7 +62,7 @@ pub struct TelemetryEntry {
 
 /// What a drone is told in answer to its telemetry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Position<'a> {
     /// The drone; null where the entry names none.
     pub drone_id: Option<Cow<'a, str>>,
@@ -83,7 +83,7 @@ pub struct Position<'a> {
 
 /// The answer to `POST /v1/telemetry`: one entry for each position, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct TelemetryAnswer<'a> {
     /// The entries.
     pub positions: Vec<Position<'a>>,
@@ -94,7 +94,7 @@ pub struct TelemetryAnswer<'a> {
 
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct DroneState<'a> {
     /// The drone.
     pub id: Cow<'a, str>,
@@ -122,7 +122,7 @@ pub struct DroneState<'a> {
 
 /// A page of drones, by id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Drones<'a> {
     /// The drones.
     pub drones: Vec<DroneState<'a>>,

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 /// What kind of thing happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
     /// A zone is new or has another version: its feature.
@@ -80,7 +80,7 @@ pub enum EventKind {
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Event<'a> {
     /// `epoch-sequence`; give the last one seen as `Last-Event-ID` to go on from there.
     pub id: Cow<'a, str>,
@@ -96,6 +96,6 @@ pub struct Event<'a> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<Cow<'a, str>>,
     /// What it is about, by its kind.
-    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    #[schema(value_type = Object)]
     pub data: Value,
 }

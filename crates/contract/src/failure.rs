@@ -15,7 +15,7 @@ use std::marker::PhantomData;
 /// Only a place has to be named: the service, the remaining path, the location, or a drone whose telemetry or
 /// plan is known. What cannot be read is passed over with a warning.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FailureReport {
     /// The report's id: the same id again gets the same answer, while that still holds.
@@ -76,11 +76,11 @@ pub struct FailureReport {
     pub cause_location: Option<Place>,
     /// When it happened, RFC 3339.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub timestamp: Option<String>,
     /// A no-fly zone that the drone learned of: a GeoJSON feature, as in `POST /v1/zones`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    #[schema(value_type = Object)]
     pub zone: Option<Value>,
     /// Who reports.
     #[serde(deserialize_with = "object", skip_serializing_if = "Option::is_none")]
@@ -108,7 +108,7 @@ pub struct FailureReport {
     pub optimum: Option<bool>,
     /// The latest arrival that the delivery allows, RFC 3339.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub deadline: Option<String>,
     /// Also tell the search areas, stage by stage.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -121,7 +121,7 @@ pub struct FailureReport {
         deserialize_with = "ids_as_text",
         skip_serializing_if = "Option::is_none"
     )]
-    #[cfg_attr(feature = "edge", schema(ignore))]
+    #[schema(ignore)]
     pub close: Option<Vec<Value>>,
 }
 
@@ -138,7 +138,7 @@ impl FailureReport {
 
 /// What an operational failure is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationalDetail {
     /// Less battery than planned.
@@ -153,7 +153,7 @@ pub enum OperationalDetail {
 
 /// The failed drone delivery service: `{plan_id, leg}` of a plan that the edge knows, or `{from, to}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Service {
     /// Id of a composition plan.
@@ -172,7 +172,7 @@ pub struct Service {
 
 /// What a report says of its drone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DroneFacts {
     /// The drone's id.
@@ -194,7 +194,7 @@ pub struct DroneFacts {
 
 /// Numbers that the paper leaves open.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
     /// Side of the cells of the cell density-based strategy, in metres.
@@ -215,11 +215,11 @@ pub struct Parameters {
 ///
 /// Reports are read one by one, so that one that cannot be read does not spoil the others.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Failures {
     /// The reports; answers come in their order.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<FailureReport>, max_items = 1000))]
+    #[schema(value_type = Vec<FailureReport>, max_items = 1000)]
     pub failures: Vec<Value>,
 }
 

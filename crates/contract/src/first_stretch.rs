@@ -60,7 +60,7 @@ impl<'de> Deserialize<'de> for Waypoint {
 
 /// How a first stretch runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StretchKind {
     /// Along the leg that the drone is on.
@@ -73,7 +73,7 @@ pub enum StretchKind {
 
 /// How the drone comes from its place to the first node of the path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct FirstStretch<'a> {
     /// How it runs.
     pub kind: StretchKind,
@@ -97,13 +97,13 @@ pub struct FirstStretch<'a> {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub overrun_m: Option<f64>,
     /// The line: where it begins, where it turns, the node.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Vec<f64>>))]
+    #[schema(value_type = Vec<Vec<f64>>)]
     pub geometry: Vec<Waypoint>,
 }
 
 /// What holds of the way told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Flag {
     /// The first stretch begins inside an active zone and leads out of it.
@@ -120,7 +120,7 @@ pub enum Flag {
 
 /// The least bad way of a drone that has no safe one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct UnsafeWay<'a> {
     /// Why it is not safe, for people.
     pub reason: Cow<'a, str>,
@@ -129,7 +129,7 @@ pub struct UnsafeWay<'a> {
     /// Ids of the nodes that it comes to; none where it ends on a leg.
     pub nodes: Vec<Id<'a>>,
     /// The line flown, from where the drone is.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Vec<f64>>))]
+    #[schema(value_type = Vec<Vec<f64>>)]
     pub geometry: Vec<Waypoint>,
     /// Its length in metres.
     pub length_m: f64,
@@ -140,7 +140,7 @@ pub struct UnsafeWay<'a> {
 
 /// A node near a drone that has no way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Near<'a> {
     /// Id of the node.
     pub node: Id<'a>,
@@ -157,7 +157,7 @@ pub struct Near<'a> {
 
 /// The answer to a drone that is in the air, where nobody knows whether it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct IfAirborne<'a> {
     /// What it is to do.
     pub outcome: Outcome,

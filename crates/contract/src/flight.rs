@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 /// Why a drone stays on a pad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StopKind {
     /// It stands where the plan begins, and takes off later.
@@ -21,7 +21,7 @@ pub enum StopKind {
 
 /// Whether a pad is surely free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PadReservation {
     /// No other plan has it at that time.
@@ -32,7 +32,7 @@ pub enum PadReservation {
 
 /// A stay on a pad, between two legs or before the first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Stop<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -58,7 +58,7 @@ pub struct Stop<'a> {
 
 /// Where a drone waits until its way opens.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct PadHold<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -70,7 +70,7 @@ pub struct PadHold<'a> {
 
 /// How a plan is flown: with which drone, how the battery lasts, and how good that is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Flight<'a> {
     /// Name of the airframe.
     pub airframe: Cow<'a, str>,
@@ -106,7 +106,7 @@ pub struct Flight<'a> {
 
 /// How a leg is flown: with its nodes and its times the paper's drone delivery service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct LegFlight<'a> {
     /// Id of the drone delivery service, unique within the plan's version.
     pub service_id: Cow<'a, str>,
@@ -130,7 +130,7 @@ pub struct LegFlight<'a> {
 
 /// How a contingency of a leg is flown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct DetourFlight<'a> {
     /// When it ends, RFC 3339.
     pub arrives_at: Cow<'a, str>,
@@ -142,7 +142,7 @@ pub struct DetourFlight<'a> {
 
 /// Something that keeps a drone from its destination.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct FlightCause<'a> {
     /// What kind: `closure`, `report`, `traffic`, `pads`, `unflyable`, `battery`, `below_reserve`, `deadline` or
     /// `network`.
@@ -174,7 +174,7 @@ pub struct FlightCause<'a> {
 
 /// The plan that there would be but for the deadline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Opening<'a> {
     /// When it would enter its first leg, RFC 3339.
     pub departs_at: Cow<'a, str>,

@@ -211,7 +211,6 @@ impl<'de> Deserialize<'de> for Place {
     }
 }
 
-#[cfg(feature = "edge")]
 mod schema {
     use super::{Id, Place};
     use std::borrow::Cow;

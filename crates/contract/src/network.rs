@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 /// A segment at a node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct NodeSegment<'a> {
     /// The segment.
     pub id: Cow<'a, str>,
@@ -21,7 +21,7 @@ pub struct NodeSegment<'a> {
 
 /// A node.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Node<'a> {
     /// The node.
     pub id: Id<'a>,
@@ -48,7 +48,7 @@ pub struct Node<'a> {
 
 /// A node near a place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct NearNode<'a> {
     /// The node.
     pub id: Id<'a>,
@@ -64,7 +64,7 @@ pub struct NearNode<'a> {
 
 /// The nodes nearest to a place, nearest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Nearest<'a> {
     /// The nodes.
     pub nodes: Vec<NearNode<'a>>,
@@ -75,7 +75,7 @@ pub struct Nearest<'a> {
 
 /// The network in index form, for drawing: `GET /v1/network?format=compact`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct CompactNetwork<'a> {
     /// Name of the network.
     pub name: Cow<'a, str>,

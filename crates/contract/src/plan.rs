@@ -11,12 +11,12 @@ use std::borrow::Cow;
 
 /// A delivery request: the body of `POST /v1/plans`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeliveryRequest {
     /// Id for the plan; one is made where none is given. 1 to 128 characters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    #[schema(min_length = 1, max_length = 128)]
     pub id: Option<String>,
     /// Where the delivery starts.
     pub source: Id<'static>,
@@ -24,39 +24,39 @@ pub struct DeliveryRequest {
     pub destination: Id<'static>,
     /// When it starts, RFC 3339; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub start_time: Option<String>,
     /// Payload in kilograms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(minimum = 0))]
+    #[schema(minimum = 0)]
     pub payload_kg: Option<f64>,
     /// The drone that flies it. Without one it is a quote: it takes neither air nor pads, and ends at `expires_at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    #[schema(min_length = 1, max_length = 128)]
     pub drone_id: Option<String>,
     /// Airspeed in metres per second; 16 where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(exclusive_minimum = 0, maximum = 100))]
+    #[schema(exclusive_minimum = 0, maximum = 100)]
     pub airspeed_mps: Option<f64>,
     /// Name of the airframe that flies it; the edge's default where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub airframe: Option<String>,
     /// What is in the battery at the start, from 0 to 1; by telemetry, else full, where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub battery_fraction: Option<f64>,
     /// What is made least: `distance`, `time` or `energy`; the edge's default where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<String>,
     /// The latest landing, RFC 3339; two and a half hours after the start where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub deadline: Option<String>,
 }
 
 /// How a plan stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanState {
     /// To be flown; its drone has not departed.
@@ -73,7 +73,7 @@ pub enum PlanState {
 
 /// What became of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EndedAs {
     /// Its drone has landed at the destination.
@@ -88,7 +88,7 @@ pub enum EndedAs {
 
 /// What holds of a plan beside its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanFlag {
     /// Something ahead of its drone has closed; a recomposed version is wanted where there is a way.
@@ -101,7 +101,7 @@ pub enum PlanFlag {
 
 /// A version that was sent to its drone and has not ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct SentVersion<'a> {
     /// Its number.
     pub version: u32,
@@ -113,7 +113,7 @@ pub struct SentVersion<'a> {
 
 /// What to do on a leg that closes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Contingency<'a> {
     /// What the drone would be told.
     pub outcome: Outcome,
@@ -132,7 +132,7 @@ pub struct Contingency<'a> {
 
 /// The nearest safe node: open, with pads, and reachable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct SafeNode<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -147,7 +147,7 @@ pub struct SafeNode<'a> {
 
 /// A leg of a plan: a drone delivery service.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Leg<'a> {
     /// The node it starts from.
     pub from: Id<'a>,
@@ -162,7 +162,7 @@ pub struct Leg<'a> {
     pub length_air_m: f64,
     /// Its corners, from the height at which the first node is passed to that of the last.
     #[serde(default)]
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Vec<f64>>))]
+    #[schema(value_type = Vec<Vec<f64>>)]
     pub geometry: Vec<Waypoint>,
     /// What heights are measured from: `agl`, `amsl` or `wgs84`; absent where they are unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -191,7 +191,7 @@ pub struct Leg<'a> {
 
 /// Another active plan on the same segment at nearly the same time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Conflict<'a> {
     /// The other plan.
     pub plan_id: Cow<'a, str>,
@@ -207,7 +207,7 @@ pub struct Conflict<'a> {
 
 /// One version of a plan: what is to be flown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct PlanVersion<'a> {
     /// Counted from 1.
     pub version: u32,
@@ -251,7 +251,7 @@ pub struct PlanVersion<'a> {
 
 /// A composition plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Plan<'a> {
     /// The plan's id.
     pub id: Cow<'a, str>,
@@ -305,7 +305,7 @@ pub struct Plan<'a> {
 
 /// How many plans are in each state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct PlanCounts {
     /// To be flown.
     pub accepted: u32,
@@ -321,7 +321,7 @@ pub struct PlanCounts {
 
 /// A page of plans, by id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Plans<'a> {
     /// The plans.
     pub plans: Vec<Plan<'a>>,
@@ -338,12 +338,12 @@ pub struct Plans<'a> {
 
 /// A drone takes over a recomposed plan: the body of `POST /v1/plans/{id}/ack`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ack {
     /// The version taken over.
     #[serde(deserialize_with = "version_number")]
-    #[cfg_attr(feature = "edge", schema(minimum = 1))]
+    #[schema(minimum = 1)]
     pub version: u32,
     /// Where the drone was then, as far as it tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -361,23 +361,23 @@ pub struct Ack {
         deserialize_with = "some_share",
         skip_serializing_if = "Option::is_none"
     )]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub fraction: Option<f64>,
 }
 
 /// A drone cannot take a version over: the body of `POST /v1/plans/{id}/decline`. It flies on as it reported.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Decline {
     /// The version declined.
     #[serde(deserialize_with = "version_number")]
-    #[cfg_attr(feature = "edge", schema(minimum = 1))]
+    #[schema(minimum = 1)]
     pub version: u32,
     /// Why: `battery`, `payload`, `propulsion`, `obstacle`, `weather`, `passed` (the way begins behind the drone); any other
     /// text counts as a way that the drone cannot begin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(max_length = 256))]
+    #[schema(max_length = 256)]
     pub reason: Option<String>,
     /// Where the drone was then, as far as it tells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -395,13 +395,13 @@ pub struct Decline {
         deserialize_with = "some_share",
         skip_serializing_if = "Option::is_none"
     )]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub fraction: Option<f64>,
 }
 
 /// A drone has landed at the end of its plan: the body of `POST /v1/plans/{id}/complete`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Completion {
     /// Where it has landed; the end of the version that it reported where it does not tell.
@@ -420,7 +420,7 @@ pub struct Completion {
         deserialize_with = "some_share",
         skip_serializing_if = "Option::is_none"
     )]
-    #[cfg_attr(feature = "edge", schema(minimum = 0, maximum = 1))]
+    #[schema(minimum = 0, maximum = 1)]
     pub fraction: Option<f64>,
 }
 
@@ -437,7 +437,7 @@ pub struct Cancellation {
 
 /// An operator says what became of a plan: the body of `POST /v1/plans/{id}/release`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Release {
     /// What became of it.

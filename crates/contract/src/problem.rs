@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A problem document (RFC 9457), `application/problem+json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Problem {
     /// A reference to what the code means.
     #[serde(rename = "type")]
@@ -42,7 +42,7 @@ pub struct Problem {
 
 /// One thing that is wrong with a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Fault {
     /// Stable code.
     pub code: String,

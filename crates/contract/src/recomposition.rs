@@ -13,7 +13,7 @@ use std::borrow::Cow;
 
 /// The failure types of the paper's Definition 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureType {
     /// Adverse weather on the leg.
@@ -32,7 +32,7 @@ pub enum FailureType {
 
 /// How a new path is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Strategy {
     /// The true optimum from the drone to its destination.
@@ -53,7 +53,7 @@ pub enum Strategy {
 
 /// Which problem a baseline solves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
     /// From the start of the failed leg to its end, then on as planned.
@@ -64,7 +64,7 @@ pub enum Scope {
 
 /// What the drone is to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// Fly the new remaining path.
@@ -81,7 +81,7 @@ pub enum Outcome {
 
 /// Where a search looked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// The whole network.
@@ -104,7 +104,7 @@ pub enum Stage {
 
 /// A path: nodes in order, and the segments between them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Path<'a> {
     /// Ids of the nodes, the first one that the drone comes to first.
     pub nodes: Vec<Id<'a>>,
@@ -114,7 +114,7 @@ pub struct Path<'a> {
 
 /// Something the receiver should know beside the path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Warning<'a> {
     /// Stable code.
     pub code: Cow<'a, str>,
@@ -124,7 +124,7 @@ pub struct Warning<'a> {
 
 /// One attempt to reconnect the old plan over a run of closed legs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Repair<'a> {
     /// The last open node before the run.
     pub from: Id<'a>,
@@ -146,7 +146,7 @@ pub struct Repair<'a> {
 
 /// A cause that cut the drone off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(tag = "cause", rename_all = "snake_case")]
 pub enum Severance<'a> {
     /// The failed leg itself, or what the report brought.
@@ -162,7 +162,7 @@ pub enum Severance<'a> {
 
 /// One stage of a local strategy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct AreaStage<'a> {
     /// Which.
     pub stage: Stage,
@@ -171,7 +171,7 @@ pub struct AreaStage<'a> {
     /// The nodes of its area.
     pub nodes: Vec<Id<'a>>,
     /// The area as GeoJSON geometry.
-    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    #[schema(value_type = Object)]
     pub area: Value,
     /// Whether it was searched.
     pub searched: bool,
@@ -181,7 +181,7 @@ pub struct AreaStage<'a> {
 
 /// What becomes of what a report closes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PublicationState {
     /// It is closed for everyone from the next revision on.
@@ -205,7 +205,7 @@ impl PublicationState {
 
 /// What becomes of what a report closes, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Publication<'a> {
     /// What becomes of it.
     pub state: PublicationState,
@@ -222,7 +222,7 @@ pub struct Publication<'a> {
 
 /// The plan that an answer would change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct PlanReference<'a> {
     /// Id of the plan.
     pub id: Cow<'a, str>,
@@ -232,7 +232,7 @@ pub struct PlanReference<'a> {
 
 /// What the engine answers: outcome, path, and what tells how it came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Answer<'a> {
     /// What the drone is to do.
     pub outcome: Outcome,
@@ -301,7 +301,7 @@ pub struct Answer<'a> {
 
 /// A recomposition: the edge's answer to a failure report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Recomposition<'a> {
     /// Id of this answer, for `GET /v1/recompositions/{id}` and `skyway replay`.
     pub id: Cow<'a, str>,
@@ -341,7 +341,7 @@ pub struct Recomposition<'a> {
 
 /// The answer to `POST /v1/failures:batch`: one entry for each report, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct BatchAnswer<'a> {
     /// The entries.
     pub answers: Vec<BatchEntry<'a>>,
@@ -349,7 +349,7 @@ pub struct BatchAnswer<'a> {
 
 /// One report's answer, or why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BatchEntry<'a> {
     /// The answer.
@@ -360,7 +360,7 @@ pub enum BatchEntry<'a> {
 
 /// A line of the list of what was answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct RecordSummary<'a> {
     /// Id of the answer.
     pub id: Cow<'a, str>,
@@ -390,7 +390,7 @@ pub struct RecordSummary<'a> {
 
 /// What was answered, latest first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Recompositions<'a> {
     /// The answers.
     pub recompositions: Vec<RecordSummary<'a>>,
@@ -404,7 +404,7 @@ pub struct Recompositions<'a> {
 
 /// The world an answer was computed on, as far as it can be told again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct RecordedWorld<'a> {
     /// Revision of the edge.
     pub revision: Cow<'a, str>,
@@ -420,13 +420,13 @@ pub struct RecordedWorld<'a> {
     pub closures: Vec<RecordedClosure<'a>>,
     /// With the flight model: the drone, its battery, the wind, the rules, and what other plans take.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub flight: Option<Value>,
 }
 
 /// All that is kept of an answer: enough to compute it again, and to explain it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Record<'a> {
     /// Id of the answer.
     pub id: Cow<'a, str>,
@@ -442,7 +442,7 @@ pub struct Record<'a> {
     pub world: RecordedWorld<'a>,
     /// The proof that an exact answer is the optimum, with `?certificate=true`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub certificate: Option<Value>,
     /// The answer that the checker did not let pass, which this one stands in for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -451,7 +451,7 @@ pub struct Record<'a> {
 
 /// An answer that the checker did not let pass, and what went instead.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct CheckerCase<'a> {
     /// The rule that it breaks: a stable code.
     pub rule: Cow<'a, str>,

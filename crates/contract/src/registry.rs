@@ -9,7 +9,7 @@ use serde_json::Value;
 
 /// What a change is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectKind {
     /// The network itself, of which there is one; its id is empty.
@@ -39,7 +39,7 @@ impl ObjectKind {
 
 /// What a change does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeOperation {
     /// The body takes the place of what was there, if anything.
@@ -66,7 +66,7 @@ impl ChangeOperation {
 
 /// One change of the log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct LoggedChange {
     /// The revision that it belongs to: all changes of one revision were made together.
     pub revision: u64,
@@ -90,7 +90,7 @@ pub struct LoggedChange {
 
 /// A page of the log: whole revisions in their order, without a gap.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ChangesPage {
     /// Which registry: random, made once.
     pub registry_id: String,
@@ -114,7 +114,7 @@ pub struct ChangesPage {
 
 /// Something that holds at the revision of a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct SnapshotObject {
     /// What it is.
     pub kind: ObjectKind,
@@ -132,7 +132,7 @@ pub struct SnapshotObject {
 
 /// A page of everything that holds at one revision, by kind and id.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct RegistrySnapshot {
     /// Which registry: random, made once.
     pub registry_id: String,
@@ -157,16 +157,16 @@ pub struct RegistrySnapshot {
 
 /// Nodes and segments added, changed and removed: the body of `PATCH /v1/networks/{network}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkPatch {
     /// Features, as in the file of a network, that are not there yet.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
+    #[schema(value_type = Vec<Object>)]
     pub added: Vec<Value>,
     /// Features that take the place of those with the same ids.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
+    #[schema(value_type = Vec<Object>)]
     pub changed: Vec<Value>,
     /// Ids of nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -178,7 +178,7 @@ pub struct NetworkPatch {
 
 /// Why a closure of the registry is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PublishedCause {
     /// An operator's word.
@@ -190,52 +190,52 @@ pub enum PublishedCause {
 
 /// A closure as the registry keeps it, and as it is written there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedClosure {
     /// Its id; one is made where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(min_length = 1, max_length = 128))]
+    #[schema(min_length = 1, max_length = 128)]
     pub id: Option<String>,
     /// Why.
     #[serde(default)]
     pub cause: PublishedCause,
     /// In words: the operator's reason, or the failure type.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(max_length = 1000))]
+    #[schema(max_length = 1000)]
     pub reason: Option<String>,
     /// The drone that reported it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(max_length = 256))]
+    #[schema(max_length = 256)]
     pub reported_by: Option<String>,
     /// Whether an operator has confirmed it; true where an operator is the cause.
     #[serde(default)]
     pub confirmed: bool,
     /// Ids of segments to close.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub segments: Vec<String>,
     /// Ids of nodes to close.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub nodes: Vec<Id<'static>>,
     /// Ids of nodes whose pads to close.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[cfg_attr(feature = "edge", schema(max_items = 10000))]
+    #[schema(max_items = 10000)]
     pub pads: Vec<Id<'static>>,
     /// From when, RFC 3339; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub from: Option<String>,
     /// Until when, RFC 3339; without end where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub until: Option<String>,
 }
 
 /// The answer to a write.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Written {
     /// Which registry.
     pub registry_id: String,
@@ -254,13 +254,13 @@ pub struct Written {
     pub etag: Option<String>,
     /// The object as it is understood; absent for a network and where it is gone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub object: Option<Value>,
 }
 
 /// A network that the registry has.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct NetworkSummary {
     /// Its id.
     pub id: String,
@@ -278,7 +278,7 @@ pub struct NetworkSummary {
 
 /// The networks that the registry has, by id.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct NetworkSummaries {
     /// Which registry.
     pub registry_id: String,
@@ -290,12 +290,12 @@ pub struct NetworkSummaries {
 
 /// A page of zones or closures, by id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct PublishedObjects {
     /// The last revision there is.
     pub revision: u64,
     /// The objects: GeoJSON features, or closures.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
+    #[schema(value_type = Vec<Object>)]
     pub objects: Vec<Value>,
     /// Where the next page begins; absent on the last.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -304,26 +304,26 @@ pub struct PublishedObjects {
 
 /// What an edge could not take over.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Nack {
     /// The revision that it refused.
     pub revision: u64,
     /// Stable code of the reason, such as `zone_invalid` or `checksum_mismatch`.
-    #[cfg_attr(feature = "edge", schema(max_length = 64))]
+    #[schema(max_length = 64)]
     pub code: String,
     /// The object at fault, where there is one: its kind and id.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(max_length = 256))]
+    #[schema(max_length = 256)]
     pub object: Option<String>,
     /// The reason in words.
-    #[cfg_attr(feature = "edge", schema(max_length = 1000))]
+    #[schema(max_length = 1000)]
     pub reason: String,
 }
 
 /// What an edge tells of itself: the body of `PUT /v1/networks/{network}/edges/{id}`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeReport {
     /// The epoch it follows.
@@ -337,7 +337,7 @@ pub struct EdgeReport {
 
 /// An edge that follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct EdgeStatus {
     /// Its id.
     pub id: String,
@@ -357,7 +357,7 @@ pub struct EdgeStatus {
 
 /// Who follows, by network and id.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct EdgeStatuses {
     /// Which registry.
     pub registry_id: String,

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// How current the edge's knowledge of the registry is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Freshness {
     /// As current as it should be; so is an edge that follows no registry.
@@ -19,7 +19,7 @@ pub enum Freshness {
 
 /// What the edge's times are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClockKind {
     /// The machine's clock.
@@ -30,7 +30,7 @@ pub enum ClockKind {
 
 /// What moves the edge's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClockSource {
     /// The machine's clock.
@@ -43,7 +43,7 @@ pub enum ClockSource {
 
 /// The edge's clock: the answer to `GET /v1/clock`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ClockReading<'a> {
     /// What moves it.
     pub kind: ClockSource,
@@ -55,7 +55,7 @@ pub struct ClockReading<'a> {
 
 /// The clock after an operator has confirmed it: the answer to `POST /v1/clock:confirm`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ClockState<'a> {
     /// The time now, RFC 3339.
     pub now: Cow<'a, str>,
@@ -111,7 +111,7 @@ impl<'de> Deserialize<'de> for RegistryRevision {
 
 /// The network an answer was computed on. Places and ids mean nothing on another one.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct NetworkName<'a> {
     /// Its name for people.
     pub name: Cow<'a, str>,
@@ -131,14 +131,14 @@ impl NetworkName<'_> {
 
 /// The world an answer was computed on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct Stamp<'a> {
     /// Epoch and sequence of the edge's state: a new epoch per start, one more with every change.
     pub revision: Cow<'a, str>,
     /// Changes with nodes and segments.
     pub topology_revision: u64,
     /// Epoch and revision of the registry that this state follows; null without a registry.
-    #[cfg_attr(feature = "edge", schema(value_type = Option<String>, example = "1-7"))]
+    #[schema(value_type = Option<String>, example = "1-7")]
     pub registry_revision: Option<RegistryRevision>,
     /// How long ago this was all that the registry had, in seconds; null without a registry, and until it was
     /// first heard after a start.

@@ -7,18 +7,18 @@ use std::borrow::Cow;
 
 /// Wind over an area for a time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wind {
     /// Where: a GeoJSON polygon or multipolygon; everywhere where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub area: Option<Value>,
     /// From when, RFC 3339.
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub from: String,
     /// Until when, RFC 3339.
-    #[cfg_attr(feature = "edge", schema(format = DateTime))]
+    #[schema(format = DateTime)]
     pub until: String,
     /// Mean speed in metres per second.
     pub speed_mps: f64,
@@ -28,17 +28,17 @@ pub struct Wind {
 
 /// The weather over a network.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Weather {
     /// What is known of the wind; where nothing is stated it is calm, or what the edge's configuration says.
-    #[cfg_attr(feature = "edge", schema(max_items = 1000))]
+    #[schema(max_items = 1000)]
     pub wind: Vec<Wind>,
 }
 
 /// The weather over the network of an edge.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct WeatherAnswer<'a> {
     /// What is known of the wind.
     pub wind: Vec<Wind>,

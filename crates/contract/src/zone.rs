@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 /// What becomes of one plan under a zone or closure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct AffectedPlan<'a> {
     /// The plan.
     pub plan_id: Cow<'a, str>,
@@ -27,7 +27,7 @@ pub struct AffectedPlan<'a> {
 
 /// What a zone or closure closes, and which plans it meets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ZoneEffect<'a> {
     /// Whether it is in force now, by its windows.
     pub in_force: bool,
@@ -60,10 +60,10 @@ pub struct ZoneEffect<'a> {
 
 /// The answer to a write or a preview of a zone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ZoneAck<'a> {
     /// The zone as it is understood: a GeoJSON feature.
-    #[cfg_attr(feature = "edge", schema(value_type = Object))]
+    #[schema(value_type = Object)]
     pub zone: Value,
     /// Its version, for `If-Match`; absent in a preview.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -81,13 +81,13 @@ pub struct ZoneAck<'a> {
 
 /// A page of zones, by id: a GeoJSON feature collection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct ZoneList<'a> {
     /// `FeatureCollection`.
     #[serde(rename = "type")]
     pub kind: Cow<'a, str>,
     /// The zones.
-    #[cfg_attr(feature = "edge", schema(value_type = Vec<Object>))]
+    #[schema(value_type = Vec<Object>)]
     pub features: Vec<Value>,
     /// The version of each zone, in their order, for `If-Match`.
     pub etags: Vec<Cow<'a, str>>,
@@ -101,7 +101,7 @@ pub struct ZoneList<'a> {
 
 /// A closure as it counted when something was answered: enough to close the same again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "edge", derive(utoipa::ToSchema))]
+#[derive(utoipa::ToSchema)]
 pub struct RecordedClosure<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -109,7 +109,7 @@ pub struct RecordedClosure<'a> {
     pub cause: Cow<'a, str>,
     /// The zone, where one is the cause: a GeoJSON feature.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "edge", schema(value_type = Option<Object>))]
+    #[schema(value_type = Option<Object>)]
     pub zone: Option<Value>,
     /// The segments it closed, where no zone is the cause.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
