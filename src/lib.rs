@@ -19,7 +19,6 @@ pub mod clock;
 pub mod config;
 #[cfg(feature = "edge")]
 pub mod demo;
-pub mod draw;
 #[cfg(feature = "edge")]
 pub mod edge;
 #[cfg(feature = "cli")]
@@ -39,4 +38,5 @@ pub use skyway_engine::{
     airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
     routing, verify,
 };
+pub use skyway_maps::{buildings, draw};
 pub use skyway_planted as planted;

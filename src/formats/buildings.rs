@@ -6,7 +6,7 @@
 
 use super::error::{FormatError, FormatErrors};
 use super::place::{Place, array, number, object, optional, position, required, text};
-use crate::network::{Building, Outline};
+use crate::buildings::{Building, Outline};
 use serde_json::{Map, Value};
 
 /// Reads buildings, in file order.

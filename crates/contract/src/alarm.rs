@@ -5,8 +5,19 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// What an alarm is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    utoipa::ToSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmKind {
     /// A drone has no open way from where it is.
@@ -64,8 +75,7 @@ impl AlarmKind {
 }
 
 /// Something that an operator has to look at.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Alarm<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -102,8 +112,7 @@ pub struct Alarm<'a> {
 }
 
 /// A page of alarms, oldest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Alarms<'a> {
     /// The alarms.
     pub alarms: Vec<Alarm<'a>>,

@@ -9,8 +9,7 @@ pub const ON_BEHALF_OF: &str = "skyway-on-behalf-of";
 pub const TENANT: &str = "local";
 
 /// Who made a change: on every event, on every row, and told to the registry with what is forwarded.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Author {
     /// Whose airspace it is; `local` where there is one alone.
     pub tenant: String,

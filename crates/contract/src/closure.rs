@@ -8,8 +8,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 
 /// Why something is closed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClosureCause {
     /// A no-fly zone: lift the zone to lift it.
@@ -21,8 +20,7 @@ pub enum ClosureCause {
 }
 
 /// Something that is closed, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Closure<'a> {
     /// Its id; that of a zone is the zone's.
     pub id: Cow<'a, str>,
@@ -63,8 +61,7 @@ pub struct Closure<'a> {
 }
 
 /// A page of closures, by id.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Closures<'a> {
     /// The closures.
     pub closures: Vec<Closure<'a>>,
@@ -77,8 +74,7 @@ pub struct Closures<'a> {
 }
 
 /// An operator closes segments, nodes or pads: the body of `POST /v1/closures`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClosureDraft {
     /// Id for the closure; one is made where none is given. 1 to 128 characters.
@@ -112,8 +108,7 @@ pub struct ClosureDraft {
 }
 
 /// An operator confirms a closure or moves its end: the body of `PATCH /v1/closures/{id}`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClosureChange {
     /// Confirms that it is so.
@@ -126,8 +121,7 @@ pub struct ClosureChange {
 }
 
 /// What a proposal is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ProposalSubject {
     /// A zone that a report brought.
@@ -137,8 +131,7 @@ pub enum ProposalSubject {
 }
 
 /// Something that a report brought and that was not published: an operator decides.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Proposal<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -167,8 +160,7 @@ pub struct Proposal<'a> {
 }
 
 /// A page of proposals, oldest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Proposals<'a> {
     /// The proposals.
     pub proposals: Vec<Proposal<'a>>,
@@ -181,8 +173,7 @@ pub struct Proposals<'a> {
 }
 
 /// What waits for an operator: many removals at once, or a change that met a newer version at the registry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Hold<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
@@ -206,8 +197,7 @@ pub struct Hold<'a> {
 }
 
 /// A page of holds, oldest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Holds<'a> {
     /// The holds.
     pub holds: Vec<Hold<'a>>,

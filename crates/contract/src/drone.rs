@@ -11,8 +11,7 @@ use std::borrow::Cow;
 /// Positions and battery levels: the body of `POST /v1/telemetry`.
 ///
 /// Entries are read one by one, so that one that cannot be read does not spoil the others.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Telemetry {
     /// The entries.
     #[schema(value_type = Vec<TelemetryEntry>, max_items = 1000)]
@@ -20,8 +19,7 @@ pub struct Telemetry {
 }
 
 /// Where one drone is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TelemetryEntry {
     /// The drone.
     #[schema(min_length = 1, max_length = 128)]
@@ -61,8 +59,7 @@ pub struct TelemetryEntry {
 }
 
 /// What a drone is told in answer to its telemetry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Position<'a> {
     /// The drone; null where the entry names none.
     pub drone_id: Option<Cow<'a, str>>,
@@ -82,8 +79,7 @@ pub struct Position<'a> {
 }
 
 /// The answer to `POST /v1/telemetry`: one entry for each position, in order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TelemetryAnswer<'a> {
     /// The entries.
     pub positions: Vec<Position<'a>>,
@@ -93,8 +89,7 @@ pub struct TelemetryAnswer<'a> {
 }
 
 /// What is last known of a drone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct DroneState<'a> {
     /// The drone.
     pub id: Cow<'a, str>,
@@ -121,8 +116,7 @@ pub struct DroneState<'a> {
 }
 
 /// A page of drones, by id.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Drones<'a> {
     /// The drones.
     pub drones: Vec<DroneState<'a>>,

@@ -6,8 +6,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 
 /// What kind of thing happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
     /// A zone is new or has another version: its feature.
@@ -79,8 +78,7 @@ pub enum EventKind {
 }
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Event<'a> {
     /// `epoch-sequence`; give the last one seen as `Last-Event-ID` to go on from there.
     pub id: Cow<'a, str>,

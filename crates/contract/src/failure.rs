@@ -14,8 +14,7 @@ use std::marker::PhantomData;
 ///
 /// Only a place has to be named: the service, the remaining path, the location, or a drone whose telemetry or
 /// plan is known. What cannot be read is passed over with a warning.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FailureReport {
     /// The report's id: the same id again gets the same answer, while that still holds.
@@ -137,8 +136,7 @@ impl FailureReport {
 }
 
 /// What an operational failure is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationalDetail {
     /// Less battery than planned.
@@ -152,8 +150,7 @@ pub enum OperationalDetail {
 }
 
 /// The failed drone delivery service: `{plan_id, leg}` of a plan that the edge knows, or `{from, to}`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Service {
     /// Id of a composition plan.
@@ -171,8 +168,7 @@ pub struct Service {
 }
 
 /// What a report says of its drone.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DroneFacts {
     /// The drone's id.
@@ -193,8 +189,7 @@ pub struct DroneFacts {
 }
 
 /// Numbers that the paper leaves open.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
     /// Side of the cells of the cell density-based strategy, in metres.
@@ -214,8 +209,7 @@ pub struct Parameters {
 /// Many failure reports at once: the body of `POST /v1/failures:batch`.
 ///
 /// Reports are read one by one, so that one that cannot be read does not spoil the others.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Failures {
     /// The reports; answers come in their order.

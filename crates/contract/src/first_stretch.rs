@@ -59,8 +59,7 @@ impl<'de> Deserialize<'de> for Waypoint {
 }
 
 /// How a first stretch runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StretchKind {
     /// Along the leg that the drone is on.
@@ -72,8 +71,7 @@ pub enum StretchKind {
 }
 
 /// How the drone comes from its place to the first node of the path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct FirstStretch<'a> {
     /// How it runs.
     pub kind: StretchKind,
@@ -102,8 +100,7 @@ pub struct FirstStretch<'a> {
 }
 
 /// What holds of the way told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Flag {
     /// The first stretch begins inside an active zone and leads out of it.
@@ -119,8 +116,7 @@ pub enum Flag {
 }
 
 /// The least bad way of a drone that has no safe one.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct UnsafeWay<'a> {
     /// Why it is not safe, for people.
     pub reason: Cow<'a, str>,
@@ -139,8 +135,7 @@ pub struct UnsafeWay<'a> {
 }
 
 /// A node near a drone that has no way.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Near<'a> {
     /// Id of the node.
     pub node: Id<'a>,
@@ -156,8 +151,7 @@ pub struct Near<'a> {
 }
 
 /// The answer to a drone that is in the air, where nobody knows whether it is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct IfAirborne<'a> {
     /// What it is to do.
     pub outcome: Outcome,

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// Why a drone stays on a pad.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StopKind {
     /// It stands where the plan begins, and takes off later.
@@ -20,8 +19,7 @@ pub enum StopKind {
 }
 
 /// Whether a pad is surely free.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PadReservation {
     /// No other plan has it at that time.
@@ -31,8 +29,7 @@ pub enum PadReservation {
 }
 
 /// A stay on a pad, between two legs or before the first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Stop<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -57,8 +54,7 @@ pub struct Stop<'a> {
 }
 
 /// Where a drone waits until its way opens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct PadHold<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -69,8 +65,7 @@ pub struct PadHold<'a> {
 }
 
 /// How a plan is flown: with which drone, how the battery lasts, and how good that is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Flight<'a> {
     /// Name of the airframe.
     pub airframe: Cow<'a, str>,
@@ -105,8 +100,7 @@ pub struct Flight<'a> {
 }
 
 /// How a leg is flown: with its nodes and its times the paper's drone delivery service.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct LegFlight<'a> {
     /// Id of the drone delivery service, unique within the plan's version.
     pub service_id: Cow<'a, str>,
@@ -129,8 +123,7 @@ pub struct LegFlight<'a> {
 }
 
 /// How a contingency of a leg is flown.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct DetourFlight<'a> {
     /// When it ends, RFC 3339.
     pub arrives_at: Cow<'a, str>,
@@ -141,8 +134,7 @@ pub struct DetourFlight<'a> {
 }
 
 /// Something that keeps a drone from its destination.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct FlightCause<'a> {
     /// What kind: `closure`, `report`, `traffic`, `pads`, `unflyable`, `battery`, `below_reserve`, `deadline` or
     /// `network`.
@@ -173,8 +165,7 @@ pub struct FlightCause<'a> {
 }
 
 /// The plan that there would be but for the deadline.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Opening<'a> {
     /// When it would enter its first leg, RFC 3339.
     pub departs_at: Cow<'a, str>,

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// A segment at a node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct NodeSegment<'a> {
     /// The segment.
     pub id: Cow<'a, str>,
@@ -20,8 +19,7 @@ pub struct NodeSegment<'a> {
 }
 
 /// A node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Node<'a> {
     /// The node.
     pub id: Id<'a>,
@@ -47,8 +45,7 @@ pub struct Node<'a> {
 }
 
 /// A node near a place.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct NearNode<'a> {
     /// The node.
     pub id: Id<'a>,
@@ -63,8 +60,7 @@ pub struct NearNode<'a> {
 }
 
 /// The nodes nearest to a place, nearest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Nearest<'a> {
     /// The nodes.
     pub nodes: Vec<NearNode<'a>>,
@@ -74,8 +70,7 @@ pub struct Nearest<'a> {
 }
 
 /// The network in index form, for drawing: `GET /v1/network?format=compact`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct CompactNetwork<'a> {
     /// Name of the network.
     pub name: Cow<'a, str>,

@@ -10,8 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// A delivery request: the body of `POST /v1/plans`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeliveryRequest {
     /// Id for the plan; one is made where none is given. 1 to 128 characters.
@@ -55,8 +54,7 @@ pub struct DeliveryRequest {
 }
 
 /// How a plan stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanState {
     /// To be flown; its drone has not departed.
@@ -72,8 +70,7 @@ pub enum PlanState {
 }
 
 /// What became of a plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum EndedAs {
     /// Its drone has landed at the destination.
@@ -87,8 +84,7 @@ pub enum EndedAs {
 }
 
 /// What holds of a plan beside its state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlanFlag {
     /// Something ahead of its drone has closed; a recomposed version is wanted where there is a way.
@@ -100,8 +96,7 @@ pub enum PlanFlag {
 }
 
 /// A version that was sent to its drone and has not ended.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SentVersion<'a> {
     /// Its number.
     pub version: u32,
@@ -112,8 +107,7 @@ pub struct SentVersion<'a> {
 }
 
 /// What to do on a leg that closes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Contingency<'a> {
     /// What the drone would be told.
     pub outcome: Outcome,
@@ -131,8 +125,7 @@ pub struct Contingency<'a> {
 }
 
 /// The nearest safe node: open, with pads, and reachable.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SafeNode<'a> {
     /// The node.
     pub node: Id<'a>,
@@ -146,8 +139,7 @@ pub struct SafeNode<'a> {
 }
 
 /// A leg of a plan: a drone delivery service.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Leg<'a> {
     /// The node it starts from.
     pub from: Id<'a>,
@@ -190,8 +182,7 @@ pub struct Leg<'a> {
 }
 
 /// Another active plan on the same segment at nearly the same time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Conflict<'a> {
     /// The other plan.
     pub plan_id: Cow<'a, str>,
@@ -206,8 +197,7 @@ pub struct Conflict<'a> {
 }
 
 /// One version of a plan: what is to be flown.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct PlanVersion<'a> {
     /// Counted from 1.
     pub version: u32,
@@ -250,8 +240,7 @@ pub struct PlanVersion<'a> {
 }
 
 /// A composition plan.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Plan<'a> {
     /// The plan's id.
     pub id: Cow<'a, str>,
@@ -304,8 +293,7 @@ pub struct Plan<'a> {
 }
 
 /// How many plans are in each state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct PlanCounts {
     /// To be flown.
     pub accepted: u32,
@@ -320,8 +308,7 @@ pub struct PlanCounts {
 }
 
 /// A page of plans, by id.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Plans<'a> {
     /// The plans.
     pub plans: Vec<Plan<'a>>,
@@ -337,8 +324,7 @@ pub struct Plans<'a> {
 }
 
 /// A drone takes over a recomposed plan: the body of `POST /v1/plans/{id}/ack`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ack {
     /// The version taken over.
@@ -366,8 +352,7 @@ pub struct Ack {
 }
 
 /// A drone cannot take a version over: the body of `POST /v1/plans/{id}/decline`. It flies on as it reported.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Decline {
     /// The version declined.
@@ -400,8 +385,7 @@ pub struct Decline {
 }
 
 /// A drone has landed at the end of its plan: the body of `POST /v1/plans/{id}/complete`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Completion {
     /// Where it has landed; the end of the version that it reported where it does not tell.
@@ -436,8 +420,7 @@ pub struct Cancellation {
 }
 
 /// An operator says what became of a plan: the body of `POST /v1/plans/{id}/release`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Release {
     /// What became of it.

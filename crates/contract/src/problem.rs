@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A problem document (RFC 9457), `application/problem+json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Problem {
     /// A reference to what the code means.
     #[serde(rename = "type")]
@@ -41,8 +40,7 @@ pub struct Problem {
 }
 
 /// One thing that is wrong with a request.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Fault {
     /// Stable code.
     pub code: String,

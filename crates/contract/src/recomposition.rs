@@ -12,8 +12,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 
 /// The failure types of the paper's Definition 3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureType {
     /// Adverse weather on the leg.
@@ -31,8 +30,7 @@ pub enum FailureType {
 }
 
 /// How a new path is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Strategy {
     /// The true optimum from the drone to its destination.
@@ -52,8 +50,7 @@ pub enum Strategy {
 }
 
 /// Which problem a baseline solves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
     /// From the start of the failed leg to its end, then on as planned.
@@ -63,8 +60,7 @@ pub enum Scope {
 }
 
 /// What the drone is to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// Fly the new remaining path.
@@ -80,8 +76,7 @@ pub enum Outcome {
 }
 
 /// Where a search looked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// The whole network.
@@ -103,8 +98,7 @@ pub enum Stage {
 }
 
 /// A path: nodes in order, and the segments between them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Path<'a> {
     /// Ids of the nodes, the first one that the drone comes to first.
     pub nodes: Vec<Id<'a>>,
@@ -113,8 +107,7 @@ pub struct Path<'a> {
 }
 
 /// Something the receiver should know beside the path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Warning<'a> {
     /// Stable code.
     pub code: Cow<'a, str>,
@@ -123,8 +116,7 @@ pub struct Warning<'a> {
 }
 
 /// One attempt to reconnect the old plan over a run of closed legs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Repair<'a> {
     /// The last open node before the run.
     pub from: Id<'a>,
@@ -145,8 +137,7 @@ pub struct Repair<'a> {
 }
 
 /// A cause that cut the drone off.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(tag = "cause", rename_all = "snake_case")]
 pub enum Severance<'a> {
     /// The failed leg itself, or what the report brought.
@@ -161,8 +152,7 @@ pub enum Severance<'a> {
 }
 
 /// One stage of a local strategy.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct AreaStage<'a> {
     /// Which.
     pub stage: Stage,
@@ -180,8 +170,7 @@ pub struct AreaStage<'a> {
 }
 
 /// What becomes of what a report closes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PublicationState {
     /// It is closed for everyone from the next revision on.
@@ -204,8 +193,7 @@ impl PublicationState {
 }
 
 /// What becomes of what a report closes, and why.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Publication<'a> {
     /// What becomes of it.
     pub state: PublicationState,
@@ -221,8 +209,7 @@ pub struct Publication<'a> {
 }
 
 /// The plan that an answer would change.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct PlanReference<'a> {
     /// Id of the plan.
     pub id: Cow<'a, str>,
@@ -231,8 +218,7 @@ pub struct PlanReference<'a> {
 }
 
 /// What the engine answers: outcome, path, and what tells how it came about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Answer<'a> {
     /// What the drone is to do.
     pub outcome: Outcome,
@@ -300,8 +286,7 @@ pub struct Answer<'a> {
 }
 
 /// A recomposition: the edge's answer to a failure report.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Recomposition<'a> {
     /// Id of this answer, for `GET /v1/recompositions/{id}` and `skyway replay`.
     pub id: Cow<'a, str>,
@@ -340,16 +325,14 @@ pub struct Recomposition<'a> {
 }
 
 /// The answer to `POST /v1/failures:batch`: one entry for each report, in order.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct BatchAnswer<'a> {
     /// The entries.
     pub answers: Vec<BatchEntry<'a>>,
 }
 
 /// One report's answer, or why there is none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BatchEntry<'a> {
     /// The answer.
@@ -359,8 +342,7 @@ pub enum BatchEntry<'a> {
 }
 
 /// A line of the list of what was answered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct RecordSummary<'a> {
     /// Id of the answer.
     pub id: Cow<'a, str>,
@@ -389,8 +371,7 @@ pub struct RecordSummary<'a> {
 }
 
 /// What was answered, latest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Recompositions<'a> {
     /// The answers.
     pub recompositions: Vec<RecordSummary<'a>>,
@@ -403,8 +384,7 @@ pub struct Recompositions<'a> {
 }
 
 /// The world an answer was computed on, as far as it can be told again.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct RecordedWorld<'a> {
     /// Revision of the edge.
     pub revision: Cow<'a, str>,
@@ -425,8 +405,7 @@ pub struct RecordedWorld<'a> {
 }
 
 /// All that is kept of an answer: enough to compute it again, and to explain it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Record<'a> {
     /// Id of the answer.
     pub id: Cow<'a, str>,
@@ -450,8 +429,7 @@ pub struct Record<'a> {
 }
 
 /// An answer that the checker did not let pass, and what went instead.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct CheckerCase<'a> {
     /// The rule that it breaks: a stable code.
     pub rule: Cow<'a, str>,

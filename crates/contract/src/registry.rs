@@ -8,8 +8,19 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// What a change is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    utoipa::ToSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum ObjectKind {
     /// The network itself, of which there is one; its id is empty.
@@ -38,8 +49,7 @@ impl ObjectKind {
 }
 
 /// What a change does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeOperation {
     /// The body takes the place of what was there, if anything.
@@ -65,8 +75,7 @@ impl ChangeOperation {
 }
 
 /// One change of the log.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct LoggedChange {
     /// The revision that it belongs to: all changes of one revision were made together.
     pub revision: u64,
@@ -89,8 +98,7 @@ pub struct LoggedChange {
 }
 
 /// A page of the log: whole revisions in their order, without a gap.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ChangesPage {
     /// Which registry: random, made once.
     pub registry_id: String,
@@ -113,8 +121,7 @@ pub struct ChangesPage {
 }
 
 /// Something that holds at the revision of a snapshot.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SnapshotObject {
     /// What it is.
     pub kind: ObjectKind,
@@ -131,8 +138,7 @@ pub struct SnapshotObject {
 }
 
 /// A page of everything that holds at one revision, by kind and id.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct RegistrySnapshot {
     /// Which registry: random, made once.
     pub registry_id: String,
@@ -156,8 +162,7 @@ pub struct RegistrySnapshot {
 }
 
 /// Nodes and segments added, changed and removed: the body of `PATCH /v1/networks/{network}`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NetworkPatch {
     /// Features, as in the file of a network, that are not there yet.
@@ -177,8 +182,7 @@ pub struct NetworkPatch {
 }
 
 /// Why a closure of the registry is there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PublishedCause {
     /// An operator's word.
@@ -189,8 +193,7 @@ pub enum PublishedCause {
 }
 
 /// A closure as the registry keeps it, and as it is written there.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PublishedClosure {
     /// Its id; one is made where none is given.
@@ -234,8 +237,7 @@ pub struct PublishedClosure {
 }
 
 /// The answer to a write.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Written {
     /// Which registry.
     pub registry_id: String,
@@ -259,8 +261,7 @@ pub struct Written {
 }
 
 /// A network that the registry has.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct NetworkSummary {
     /// Its id.
     pub id: String,
@@ -277,8 +278,7 @@ pub struct NetworkSummary {
 }
 
 /// The networks that the registry has, by id.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct NetworkSummaries {
     /// Which registry.
     pub registry_id: String,
@@ -289,8 +289,7 @@ pub struct NetworkSummaries {
 }
 
 /// A page of zones or closures, by id.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct PublishedObjects {
     /// The last revision there is.
     pub revision: u64,
@@ -303,8 +302,7 @@ pub struct PublishedObjects {
 }
 
 /// What an edge could not take over.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Nack {
     /// The revision that it refused.
@@ -322,8 +320,7 @@ pub struct Nack {
 }
 
 /// What an edge tells of itself: the body of `PUT /v1/networks/{network}/edges/{id}`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeReport {
     /// The epoch it follows.
@@ -336,8 +333,7 @@ pub struct EdgeReport {
 }
 
 /// An edge that follows.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct EdgeStatus {
     /// Its id.
     pub id: String,
@@ -356,8 +352,7 @@ pub struct EdgeStatus {
 }
 
 /// Who follows, by network and id.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct EdgeStatuses {
     /// Which registry.
     pub registry_id: String,

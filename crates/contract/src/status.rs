@@ -5,8 +5,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// How current the edge's knowledge of the registry is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Freshness {
     /// As current as it should be; so is an edge that follows no registry.
@@ -18,8 +17,7 @@ pub enum Freshness {
 }
 
 /// What the edge's times are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClockKind {
     /// The machine's clock.
@@ -29,8 +27,7 @@ pub enum ClockKind {
 }
 
 /// What moves the edge's time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClockSource {
     /// The machine's clock.
@@ -42,8 +39,7 @@ pub enum ClockSource {
 }
 
 /// The edge's clock: the answer to `GET /v1/clock`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ClockReading<'a> {
     /// What moves it.
     pub kind: ClockSource,
@@ -54,8 +50,7 @@ pub struct ClockReading<'a> {
 }
 
 /// The clock after an operator has confirmed it: the answer to `POST /v1/clock:confirm`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ClockState<'a> {
     /// The time now, RFC 3339.
     pub now: Cow<'a, str>,
@@ -110,8 +105,7 @@ impl<'de> Deserialize<'de> for RegistryRevision {
 }
 
 /// The network an answer was computed on. Places and ids mean nothing on another one.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct NetworkName<'a> {
     /// Its name for people.
     pub name: Cow<'a, str>,
@@ -130,8 +124,7 @@ impl NetworkName<'_> {
 }
 
 /// The world an answer was computed on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Stamp<'a> {
     /// Epoch and sequence of the edge's state: a new epoch per start, one more with every change.
     pub revision: Cow<'a, str>,

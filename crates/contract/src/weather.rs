@@ -6,8 +6,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 
 /// Wind over an area for a time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wind {
     /// Where: a GeoJSON polygon or multipolygon; everywhere where none is given.
@@ -27,8 +26,7 @@ pub struct Wind {
 }
 
 /// The weather over a network.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Weather {
     /// What is known of the wind; where nothing is stated it is calm, or what the edge's configuration says.
@@ -37,8 +35,7 @@ pub struct Weather {
 }
 
 /// The weather over the network of an edge.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct WeatherAnswer<'a> {
     /// What is known of the wind.
     pub wind: Vec<Wind>,

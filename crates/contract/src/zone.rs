@@ -8,8 +8,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 
 /// What becomes of one plan under a zone or closure.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct AffectedPlan<'a> {
     /// The plan.
     pub plan_id: Cow<'a, str>,
@@ -26,8 +25,7 @@ pub struct AffectedPlan<'a> {
 }
 
 /// What a zone or closure closes, and which plans it meets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ZoneEffect<'a> {
     /// Whether it is in force now, by its windows.
     pub in_force: bool,
@@ -59,8 +57,7 @@ pub struct ZoneEffect<'a> {
 }
 
 /// The answer to a write or a preview of a zone.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ZoneAck<'a> {
     /// The zone as it is understood: a GeoJSON feature.
     #[schema(value_type = Object)]
@@ -80,8 +77,7 @@ pub struct ZoneAck<'a> {
 }
 
 /// A page of zones, by id: a GeoJSON feature collection.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ZoneList<'a> {
     /// `FeatureCollection`.
     #[serde(rename = "type")]
@@ -100,8 +96,7 @@ pub struct ZoneList<'a> {
 }
 
 /// A closure as it counted when something was answered: enough to close the same again.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[derive(utoipa::ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct RecordedClosure<'a> {
     /// Its id.
     pub id: Cow<'a, str>,

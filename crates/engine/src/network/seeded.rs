@@ -11,27 +11,28 @@ const STEP: f64 = 1.0 / (1_u64 << 53) as f64;
 ///
 /// ChaCha8, keyed by the seed in little-endian order and zeros. The mapping to doubles is written
 /// out here because those of the `rand` crates change between their versions.
-pub(super) struct Seeded(ChaCha8Rng);
+pub struct Seeded(ChaCha8Rng);
 
 impl Seeded {
-    pub(super) fn new(seed: u64) -> Self {
+    /// The stream of this seed.
+    pub fn new(seed: u64) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
         Self(ChaCha8Rng::from_seed(key))
     }
 
     /// A number in `0..1`: the upper 53 bits of the next 64.
-    pub(super) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * STEP
     }
 
     /// A number in `lower..upper`.
-    pub(super) fn between(&mut self, lower: f64, upper: f64) -> f64 {
+    pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
     /// A whole number in `0..count`.
-    pub(super) fn below(&mut self, count: u16) -> u16 {
+    pub fn below(&mut self, count: u16) -> u16 {
         (self.unit() * f64::from(count)) as u16
     }
 }

@@ -9,13 +9,13 @@ const DECIMALS_OF_A_DEGREE: f64 = 1e7;
 const CENTIMETRES_PER_METRE: f64 = 100.0;
 
 /// A longitude and latitude rounded to the decimals that a file holds.
-pub(super) fn stated_position(degrees: [f64; 2]) -> [f64; 2] {
+pub fn stated_position(degrees: [f64; 2]) -> [f64; 2] {
     degrees.map(|angle| (angle * DECIMALS_OF_A_DEGREE).round() / DECIMALS_OF_A_DEGREE)
 }
 
 /// The plane that a topology of these longitudes and latitudes lies in: about the centre of their
 /// box.
-pub(super) fn plane_about(positions: impl IntoIterator<Item = [f64; 2]>) -> Option<LocalPlane> {
+pub fn plane_about(positions: impl IntoIterator<Item = [f64; 2]>) -> Option<LocalPlane> {
     let corners = positions.into_iter().map(|[lon, lat]| Point::new(lon, lat));
     let centre = Bounds::around(corners)?.centre();
     Some(LocalPlane::about(centre.x, centre.y))
@@ -25,7 +25,7 @@ pub(super) fn plane_about(positions: impl IntoIterator<Item = [f64; 2]>) -> Opti
 ///
 /// Rounded to the nearest, but up where that fell short of the plane distance: a search whose
 /// bound is the straight line must never find a stated length below it.
-pub(super) fn stated_length_m(straight_m: f64, climb_m: f64) -> f64 {
+pub fn stated_length_m(straight_m: f64, climb_m: f64) -> f64 {
     let length_m = (straight_m * straight_m + climb_m * climb_m).sqrt();
     let nearest_m = (length_m * CENTIMETRES_PER_METRE).round() / CENTIMETRES_PER_METRE;
     if nearest_m >= straight_m {

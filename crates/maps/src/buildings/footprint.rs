@@ -1,7 +1,7 @@
 //! Building footprints: outlines checked before anything computes with them, and laid on the plane.
 
-use super::survey::plane_about;
 use crate::geo::{Bounds, LocalPlane, Point};
+use crate::network::survey::plane_about;
 use geo::{Coord, LineString, MapCoords, MultiPolygon, Polygon, Validation};
 use thiserror::Error;
 

@@ -8,8 +8,8 @@
 
 use super::footprint::{Building, Footprint};
 use super::skyline::LineOfSight;
-use super::survey::stated_position;
 use crate::geo::{Bounds, LocalPlane, Point};
+use crate::network::survey::stated_position;
 use geo::{Area, BooleanOps, Contains, InteriorPoint, MultiPolygon, Polygon};
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};

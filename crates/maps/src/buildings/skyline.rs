@@ -13,11 +13,11 @@
 //! outlines that overlap it, such as the podium of a tower, need no clearance, but the line must
 //! not cut into them. A taller part of the same building blocks like any other building.
 
-use super::draft::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};
 use super::footprint::{Building, plane_of};
 use super::rooftops::{Footprints, Rooftop, choose};
-use super::survey::{plane_about, stated_length_m};
 use crate::geo::{Altitude, AltitudeBand, Bounds, Point, TOLERANCE_M};
+use crate::network::survey::{plane_about, stated_length_m};
+use crate::network::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 use thiserror::Error;

@@ -1,7 +1,7 @@
 //! The passage of a flight along a footprint against distances measured point by point.
 
 use super::*;
-use crate::network::seeded::Seeded;
+use crate::network::Seeded;
 
 fn plane() -> LocalPlane {
     LocalPlane::about(151.2, -33.86)

@@ -3,9 +3,9 @@
 mod reckoning;
 
 use super::*;
+use crate::buildings::Outline;
 use crate::geo::LocalPlane;
-use crate::network::footprint::Outline;
-use crate::network::seeded::Seeded;
+use crate::network::Seeded;
 use std::collections::BTreeSet;
 
 /// A box on the plane, in metres: corner, width and depth, height.
