@@ -3,6 +3,7 @@
 use super::report_names::find_named;
 use super::report_problem::{ReadWarning, cut};
 use super::report_settle::Known;
+use super::wire_terms::Counterpart;
 use crate::flight::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, FailedPads, FailureType, Location,
 };
@@ -50,7 +51,7 @@ pub(super) fn settle_circumstances(
         PlaceSource::Seen => known.position_age_s,
         PlaceSource::Nowhere => 0.0,
     };
-    let detail = report.detail.map(Into::into);
+    let detail = report.detail.map(Counterpart::counterpart);
     let is_operational = failure == FailureType::Operational;
     Circumstances {
         aloft,

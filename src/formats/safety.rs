@@ -1,6 +1,7 @@
 //! The first stretch, flags and the least bad way in the words of the wire.
 
 use super::identifier::node_id;
+use super::wire_terms::Counterpart;
 use crate::flight::{FirstStretch, LegCourse, Reentry, StretchKind, crossing_height};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
@@ -13,34 +14,12 @@ const STEPS_PER_DEGREE: f64 = 1e9;
 /// Metres are written to the millimetre.
 const STEPS_PER_M: f64 = 1e3;
 
-impl From<StretchKind> for wire::StretchKind {
-    fn from(kind: StretchKind) -> Self {
-        match kind {
-            StretchKind::Leg => Self::Leg,
-            StretchKind::Straight => Self::Straight,
-            StretchKind::None => Self::None,
-        }
-    }
-}
-
-impl From<Flag> for wire::Flag {
-    fn from(flag: Flag) -> Self {
-        match flag {
-            Flag::LeavingZone => Self::LeavingZone,
-            Flag::CannotStop => Self::CannotStop,
-            Flag::Unverified => Self::Unverified,
-            Flag::ReserveUsed => Self::ReserveUsed,
-            Flag::PadOccupied => Self::PadOccupied,
-        }
-    }
-}
-
 /// A first stretch as it is written.
 pub fn first_stretch<'a>(topology: &'a Topology, reentry: &Reentry) -> wire::FirstStretch<'a> {
     let stretch = &reentry.stretch;
     let leg = stretch.leg;
     wire::FirstStretch {
-        kind: stretch.kind.into(),
+        kind: stretch.kind.counterpart(),
         from: leg.map(|leg| node_id(topology, leg.from)),
         to: leg.map(|leg| node_id(topology, leg.to)),
         segment: leg
@@ -122,7 +101,7 @@ pub fn waypoint(topology: &Topology, point: Point, height_m: Option<f64>) -> wir
 
 /// What holds of the way told, as it is written.
 pub(super) fn flags(flags: &[Flag]) -> Vec<wire::Flag> {
-    flags.iter().map(|&flag| flag.into()).collect()
+    flags.iter().map(|&flag| flag.counterpart()).collect()
 }
 
 /// The least bad way as it is written.
@@ -157,7 +136,7 @@ pub(super) fn if_airborne<'a>(
 ) -> Option<Box<wire::IfAirborne<'a>>> {
     let airborne = answer.if_airborne.as_deref()?;
     Some(Box::new(wire::IfAirborne {
-        outcome: airborne.outcome.into(),
+        outcome: airborne.outcome.counterpart(),
         path: super::answer::path(topology, &airborne.path),
         first_stretch: airborne
             .reentry

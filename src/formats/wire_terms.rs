@@ -1,16 +1,22 @@
 //! The engine's words and those of the wire, one for one.
 
-use crate::flight::{FailureType, OperationalDetail};
-use crate::recompose::{Outcome, Scope, Stage, Strategy};
+use crate::flight::{FailureType, OperationalDetail, StretchKind};
+use crate::recompose::{Flag, Outcome, Scope, Stage, Strategy};
 use crate::wire;
 
-/// Conversions between two enumerations with the same variants.
+/// The word of the other vocabulary that means the same.
+pub trait Counterpart<T> {
+    /// Says it in the other vocabulary.
+    fn counterpart(self) -> T;
+}
+
+/// Counterparts of two enumerations with the same variants.
 macro_rules! same_words {
     ($from:ty => $to:ty { $($word:ident),+ $(,)? }) => {
-        impl From<$from> for $to {
-            fn from(word: $from) -> Self {
-                match word {
-                    $(<$from>::$word => Self::$word,)+
+        impl Counterpart<$to> for $from {
+            fn counterpart(self) -> $to {
+                match self {
+                    $(Self::$word => <$to>::$word,)+
                 }
             }
         }
@@ -37,3 +43,5 @@ same_words!(Outcome => wire::Outcome { Rerouted, Unaffected, Hold, Diverted, NoR
 same_words!(Stage => wire::Stage {
     Global, Circle, Cells, Triangle, Rhombus, Rectangle, Grown, Local,
 });
+same_words!(StretchKind => wire::StretchKind { Leg, Straight, None });
+same_words!(Flag => wire::Flag { LeavingZone, CannotStop, Unverified, ReserveUsed, PadOccupied });
