@@ -23,7 +23,6 @@ pub mod demo;
 pub mod edge;
 #[cfg(feature = "cli")]
 pub mod evaluate;
-pub mod formats;
 #[cfg(feature = "edge")]
 pub mod intake;
 #[cfg(feature = "edge")]
@@ -38,5 +37,6 @@ pub use skyway_engine::{
     airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
     routing, verify,
 };
+pub use skyway_formats as formats;
 pub use skyway_maps::{buildings, draw};
 pub use skyway_planted as planted;

@@ -6,8 +6,8 @@
 
 use super::error::{FormatError, FormatErrors};
 use super::place::{Place, array, number, object, optional, position, required, text};
-use crate::buildings::{Building, Outline};
 use serde_json::{Map, Value};
+use skyway_maps::buildings::{Building, Outline};
 
 /// Reads buildings, in file order.
 ///

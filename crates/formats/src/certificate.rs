@@ -1,4 +1,4 @@
-//! Writing the certificate of an exact answer, for [`crate::verify`] and for verifiers written by others.
+//! Writing the certificate of an exact answer, for [`skyway_engine::verify`] and for verifiers written by others.
 
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Certificate;

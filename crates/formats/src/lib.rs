@@ -6,9 +6,9 @@ mod buildings;
 mod certificate;
 mod csv_network;
 mod error;
-mod flight;
 mod flight_document;
 mod flight_question;
+mod flight_writer;
 mod foreign;
 mod identifier;
 mod load;
@@ -35,13 +35,15 @@ mod weather;
 mod wire_terms;
 mod zones;
 
+use skyway_contract as wire;
+use skyway_engine::{airspace, delivery, flight, geo, itinerary, network, recompose, routing};
+
 pub use answer::{answer, warning_text};
 pub use area::area_geometry;
 pub use buildings::read_buildings;
 pub use certificate::write_certificate;
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
-pub use flight::{FlightWriter, flight_cause_text, stop_kind_name};
 pub use flight_document::{
     DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
     premises_lines, read_flight_document, write_flight_document,
@@ -49,6 +51,7 @@ pub use flight_document::{
 pub use flight_question::{
     FlightQuestion, ReadQuestion, read_flight_question, write_flight_question,
 };
+pub use flight_writer::{FlightWriter, flight_cause_text, stop_kind_name};
 pub use foreign::ForeignFormat;
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};

@@ -173,8 +173,14 @@ pub fn settle_report(
         },
         circumstances,
         zone: settle_zone(airspace, report.zone.as_ref(), warnings),
-        strategy: report.strategy.map(Counterpart::counterpart).unwrap_or_default(),
-        scope: report.scope.map(Counterpart::counterpart).unwrap_or_default(),
+        strategy: report
+            .strategy
+            .map(Counterpart::counterpart)
+            .unwrap_or_default(),
+        scope: report
+            .scope
+            .map(Counterpart::counterpart)
+            .unwrap_or_default(),
         parameters: settle_parameters(report.parameters.as_ref(), warnings),
         optimum: report.optimum == Some(true),
         explain: report.explain == Some(true),

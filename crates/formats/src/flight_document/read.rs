@@ -9,7 +9,7 @@ use crate::flight::{
     Airframe, FlightPlan, FlightStart, FlownLeg, Reservation, Situation, Stop, StopKind,
     TimedClosure, TrafficLeg, Wind, WindField, WindPatch,
 };
-use crate::formats::identifier::find_node;
+use crate::identifier::find_node;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::Timestamp;
 use serde_json::Value;
@@ -50,8 +50,8 @@ pub fn read_flight_document(
 }
 
 /// Finds what is named in a network.
-pub(in crate::formats) struct Reader<'a> {
-    pub(in crate::formats) topology: &'a Topology,
+pub(crate) struct Reader<'a> {
+    pub(crate) topology: &'a Topology,
 }
 
 type Read<T> = Result<T, FlightDocumentFault>;
@@ -100,7 +100,7 @@ impl Reader<'_> {
     }
 
     /// What is in the way.
-    pub(in crate::formats) fn situation(
+    pub(crate) fn situation(
         &self,
         closures: &[WrittenClosure],
         reservations: &[WrittenReservation],
@@ -118,18 +118,14 @@ impl Reader<'_> {
         })
     }
 
-    pub(in crate::formats) fn node(&self, field: &'static str, id: &Value) -> Read<NodeIx> {
+    pub(crate) fn node(&self, field: &'static str, id: &Value) -> Read<NodeIx> {
         find_node(self.topology, id).ok_or_else(|| FlightDocumentFault::UnknownNode {
             field,
             id: id.to_string(),
         })
     }
 
-    pub(in crate::formats) fn nodes(
-        &self,
-        field: &'static str,
-        ids: &[Value],
-    ) -> Read<Vec<NodeIx>> {
+    pub(crate) fn nodes(&self, field: &'static str, ids: &[Value]) -> Read<Vec<NodeIx>> {
         ids.iter().map(|id| self.node(field, id)).collect()
     }
 

@@ -7,7 +7,7 @@ use super::written::{
 use super::{FORMAT, FlightDocumentFault, sha256};
 use crate::delivery::{FlightComposition, Skies};
 use crate::flight::{FlightPlan, FlightStart, Situation, StopKind, WindField};
-use crate::formats::identifier::node_id_json;
+use crate::identifier::node_id_json;
 use crate::itinerary::FlightSetting;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Severance;
@@ -82,16 +82,16 @@ fn winds(field: &WindField) -> Result<Vec<WrittenWind>, FlightDocumentFault> {
 }
 
 /// Writes what a network names.
-pub(in crate::formats) struct Writer<'a> {
-    pub(in crate::formats) topology: &'a Topology,
+pub(crate) struct Writer<'a> {
+    pub(crate) topology: &'a Topology,
 }
 
 impl Writer<'_> {
-    pub(in crate::formats) fn id(&self, node: NodeIx) -> Value {
+    pub(crate) fn id(&self, node: NodeIx) -> Value {
         node_id_json(self.topology, node)
     }
 
-    pub(in crate::formats) fn ids(&self, nodes: &[NodeIx]) -> Vec<Value> {
+    pub(crate) fn ids(&self, nodes: &[NodeIx]) -> Vec<Value> {
         nodes.iter().map(|&node| self.id(node)).collect()
     }
 
@@ -104,7 +104,7 @@ impl Writer<'_> {
         segments.map(|&segment| self.segment(segment)).collect()
     }
 
-    pub(in crate::formats) fn closures(
+    pub(crate) fn closures(
         &self,
         situation: &Situation,
         causes: &[Severance],
@@ -126,10 +126,7 @@ impl Writer<'_> {
             .collect()
     }
 
-    pub(in crate::formats) fn reservations(
-        &self,
-        situation: &Situation,
-    ) -> Vec<WrittenReservation> {
+    pub(crate) fn reservations(&self, situation: &Situation) -> Vec<WrittenReservation> {
         let reservations = situation.reservations.iter();
         reservations
             .map(|stay| WrittenReservation {
@@ -141,7 +138,7 @@ impl Writer<'_> {
             .collect()
     }
 
-    pub(in crate::formats) fn traffic(&self, situation: &Situation) -> Vec<WrittenTraffic> {
+    pub(crate) fn traffic(&self, situation: &Situation) -> Vec<WrittenTraffic> {
         let traffic = situation.traffic.iter();
         traffic
             .map(|leg| WrittenTraffic {

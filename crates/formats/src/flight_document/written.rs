@@ -41,7 +41,7 @@ pub(super) struct WrittenWind {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::formats) struct WrittenRules {
+pub(crate) struct WrittenRules {
     pub(super) reserve_fraction: f64,
     pub(super) floor_fraction: f64,
     pub(super) stop_s: f64,
@@ -54,8 +54,8 @@ pub(in crate::formats) struct WrittenRules {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::formats) struct WrittenClosure {
-    pub(in crate::formats) id: String,
+pub(crate) struct WrittenClosure {
+    pub(crate) id: String,
     pub(super) from_s: Option<f64>,
     pub(super) until_s: Option<f64>,
     pub(super) segments: Vec<String>,
@@ -66,7 +66,7 @@ pub(in crate::formats) struct WrittenClosure {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::formats) struct WrittenReservation {
+pub(crate) struct WrittenReservation {
     pub(super) node: Value,
     pub(super) pad: u16,
     pub(super) from_s: f64,
@@ -76,7 +76,7 @@ pub(in crate::formats) struct WrittenReservation {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::formats) struct WrittenTraffic {
+pub(crate) struct WrittenTraffic {
     pub(super) segment: String,
     pub(super) from: Value,
     pub(super) enters_s: f64,
@@ -139,7 +139,7 @@ pub(super) enum WrittenKind {
 }
 
 impl WrittenRules {
-    pub(in crate::formats) fn of(rules: &FlightRules) -> Self {
+    pub(crate) fn of(rules: &FlightRules) -> Self {
         Self {
             reserve_fraction: rules.reserve,
             floor_fraction: rules.floor,
@@ -152,7 +152,7 @@ impl WrittenRules {
         }
     }
 
-    pub(in crate::formats) fn read(&self) -> FlightRules {
+    pub(crate) fn read(&self) -> FlightRules {
         FlightRules {
             reserve: self.reserve_fraction,
             floor: self.floor_fraction,

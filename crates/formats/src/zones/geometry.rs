@@ -3,9 +3,9 @@
 use super::problem::{Problems, ZoneCode, ZoneProblem};
 use super::read::{Members, known_only, number, text, wrong_type};
 use crate::airspace::{GeometryError, GeometryFault, WrittenRing, ZoneGeometry};
-use crate::formats::place::Place;
-use crate::formats::suggestion::nearest;
 use crate::geo::{ShapeFault, VertexPlace};
+use crate::place::Place;
+use crate::suggestion::nearest;
 use serde_json::Value;
 
 const GEOMETRY_MEMBERS: [&str; 3] = ["type", "coordinates", "bbox"];

@@ -5,11 +5,11 @@ use super::problem::{Problems, ZoneCode, ZoneProblem};
 use crate::airspace::{
     DEFAULT_MARGIN_M, Window, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneText,
 };
-use crate::formats::foreign::ForeignFormat;
-use crate::formats::mark::without_mark;
-use crate::formats::place::Place;
-use crate::formats::suggestion::nearest;
+use crate::foreign::ForeignFormat;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Frame};
+use crate::mark::without_mark;
+use crate::place::Place;
+use crate::suggestion::nearest;
 use jiff::Timestamp;
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value};
