@@ -10,8 +10,8 @@ use crate::access::{Caller, Role};
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::flight::{FailureType, Location};
 use crate::formats::{
-    Counterpart, answer, read_flight_question, recorded_question, settled_report,
-    write_certificate, zone_to_feature,
+    IntoTerm, answer, read_flight_question, recorded_question, settled_report, write_certificate,
+    zone_to_feature,
 };
 use crate::intake::{PageRequest, token};
 use crate::network::Topology;
@@ -317,7 +317,7 @@ impl Kept {
                 if let Some(question) = &record.world.flight {
                     return prove_flight(question, &airspace, &read.request);
                 }
-                let strategy = record.answer.answer.strategy_used.counterpart();
+                let strategy = record.answer.answer.strategy_used.into_term();
                 prove(&airspace, &read.request, strategy)
             }
         }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use skyway::airspace::Airspace;
 use skyway::flight::FailureType;
 use skyway::formats::{
-    Counterpart, Known, KnownPlan, ParsedReport, lenient_report, load_network, parse_report,
+    IntoTerm, Known, KnownPlan, ParsedReport, lenient_report, load_network, parse_report,
     settle_report, settled_report,
 };
 use skyway::geo::Point;
@@ -144,7 +144,7 @@ impl Reporter<'_> {
     }
 
     fn report(&mut self) -> FailureReport {
-        let types = FailureType::ALL.map(Counterpart::counterpart);
+        let types = FailureType::ALL.map(IntoTerm::into_term);
         let strategies = [
             Strategy::Exact,
             Strategy::TwoPhased,

@@ -4,7 +4,7 @@ use super::area::area_geometry;
 use super::identifier::node_id;
 use super::report_problem::ReadWarning;
 use super::safety::{first_stretch, flags, if_airborne, near, unsafe_way};
-use super::wire_terms::Counterpart;
+use super::wire_terms::IntoTerm;
 use crate::airspace::Airspace;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};
@@ -25,7 +25,7 @@ pub fn answer<'a>(
     let stages = answer.stages.iter();
     let fallback = answer.fallback.as_ref();
     wire::Answer {
-        outcome: answer.outcome.counterpart(),
+        outcome: answer.outcome.into_term(),
         path: path(topology, &answer.path),
         first_stretch_m: answer.first_stretch_m,
         first_stretch: answer
@@ -41,10 +41,10 @@ pub fn answer<'a>(
         if_airborne: if_airborne(topology, answer),
         recomposed_length_m: answer.recomposed_length_m,
         remaining_length_m: answer.remaining_length_m,
-        strategy: answer.strategy.counterpart(),
-        strategy_used: answer.strategy_used.counterpart(),
+        strategy: answer.strategy.into_term(),
+        strategy_used: answer.strategy_used.into_term(),
         fallback_reason: fallback.map(|reason| Cow::Owned(reason.to_string())),
-        stage: answer.stage.counterpart(),
+        stage: answer.stage.into_term(),
         searches: answer.searches,
         area_nodes: answer.area_nodes,
         area_segments: answer.area_segments,
@@ -79,7 +79,7 @@ fn repair<'a>(topology: &'a Topology, repair: &Repair) -> wire::Repair<'a> {
         from: node_id(topology, repair.from),
         to: node_id(topology, repair.to),
         recomposed_length_m: repair.length_m,
-        stage: repair.stage.counterpart(),
+        stage: repair.stage.into_term(),
         searches: repair.searches,
         area_nodes: repair.area_nodes,
         area_segments: repair.area_segments,
@@ -99,7 +99,7 @@ fn severance(severance: &Severance) -> wire::Severance<'_> {
 
 fn stage<'a>(topology: &'a Topology, stage: &StageRecord) -> wire::AreaStage<'a> {
     wire::AreaStage {
-        stage: stage.stage.counterpart(),
+        stage: stage.stage.into_term(),
         skipped: stage.skipped,
         nodes: ids(topology, &stage.nodes),
         area: area_geometry(topology, &stage.shape),

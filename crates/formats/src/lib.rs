@@ -68,7 +68,7 @@ pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
 pub use twice::members_twice;
 pub use weather::wind_field;
-pub use wire_terms::Counterpart;
+pub use wire_terms::IntoTerm;
 pub use zones::{
     MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, miss_hint, read_zones, write_zones,
     zone_from_feature, zone_to_feature,

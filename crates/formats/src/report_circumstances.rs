@@ -3,7 +3,7 @@
 use super::report_names::find_named;
 use super::report_problem::{ReadWarning, cut};
 use super::report_settle::Known;
-use super::wire_terms::Counterpart;
+use super::wire_terms::IntoTerm;
 use crate::flight::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, FailedPads, FailureType, Location,
 };
@@ -51,7 +51,7 @@ pub(super) fn settle_circumstances(
         PlaceSource::Seen => known.position_age_s,
         PlaceSource::Nowhere => 0.0,
     };
-    let detail = report.detail.map(Counterpart::counterpart);
+    let detail = report.detail.map(IntoTerm::into_term);
     let is_operational = failure == FailureType::Operational;
     Circumstances {
         aloft,

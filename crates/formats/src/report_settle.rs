@@ -13,7 +13,7 @@ use super::report_leg::{Clues, LegSource, SettledLeg};
 use super::report_names::Names;
 use super::report_place::{Spot, Written, find_place};
 use super::report_problem::{ReadWarning, ReportProblem, cut};
-use super::wire_terms::Counterpart;
+use super::wire_terms::IntoTerm;
 use super::zones::{ZoneId, zone_from_feature};
 use crate::airspace::{Airspace, Hits};
 use crate::flight::{FailureReport, FailureType, LastPlace, Location, check_place};
@@ -173,14 +173,8 @@ pub fn settle_report(
         },
         circumstances,
         zone: settle_zone(airspace, report.zone.as_ref(), warnings),
-        strategy: report
-            .strategy
-            .map(Counterpart::counterpart)
-            .unwrap_or_default(),
-        scope: report
-            .scope
-            .map(Counterpart::counterpart)
-            .unwrap_or_default(),
+        strategy: report.strategy.map(IntoTerm::into_term).unwrap_or_default(),
+        scope: report.scope.map(IntoTerm::into_term).unwrap_or_default(),
         parameters: settle_parameters(report.parameters.as_ref(), warnings),
         optimum: report.optimum == Some(true),
         explain: report.explain == Some(true),
@@ -321,7 +315,7 @@ fn settle_failure_type(
     warnings: &mut Vec<ReadWarning>,
 ) -> FailureType {
     if let Some(failure) = report.failure {
-        return failure.counterpart();
+        return failure.into_term();
     }
     let is_told = warnings
         .iter()

@@ -3,7 +3,7 @@
 use super::identifier::node_id;
 use super::report_place::Written;
 use super::report_settle::{CloseTarget, Settled};
-use super::wire_terms::Counterpart;
+use super::wire_terms::IntoTerm;
 use super::zones::zone_to_feature;
 use crate::flight::{Aloft, DEFAULT_AIRSPEED_MPS};
 use crate::network::{NodeIx, Topology};
@@ -29,8 +29,8 @@ pub fn settled_report(settled: &Settled, topology: &Topology) -> FailureReport {
     let close = settled.close.iter();
     let close: Vec<Value> = close.map(|&target| close_entry(topology, target)).collect();
     FailureReport {
-        failure: Some(report.failure.counterpart()),
-        detail: circumstances.detail.map(Counterpart::counterpart),
+        failure: Some(report.failure.into_term()),
+        detail: circumstances.detail.map(IntoTerm::into_term),
         node: circumstances.failed_pads.map(|pads| id(pads.node)),
         pads: circumstances
             .failed_pads
@@ -60,8 +60,8 @@ pub fn settled_report(settled: &Settled, topology: &Topology) -> FailureReport {
             .map(|brought| zone_to_feature(&brought.zone)),
         remaining_path: report.remaining_path.as_ref().map(ids),
         destination: Some(id(report.destination)),
-        strategy: Some(request.strategy.counterpart()),
-        scope: Some(request.scope.counterpart()),
+        strategy: Some(request.strategy.into_term()),
+        scope: Some(request.scope.into_term()),
         parameters: parameters(&request.parameters),
         optimum: request.optimum.then_some(true),
         explain: request.explain.then_some(true),

@@ -1,7 +1,7 @@
 //! The first stretch, flags and the least bad way in the words of the wire.
 
 use super::identifier::node_id;
-use super::wire_terms::Counterpart;
+use super::wire_terms::IntoTerm;
 use crate::flight::{FirstStretch, LegCourse, Reentry, StretchKind, crossing_height};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
@@ -19,7 +19,7 @@ pub fn first_stretch<'a>(topology: &'a Topology, reentry: &Reentry) -> wire::Fir
     let stretch = &reentry.stretch;
     let leg = stretch.leg;
     wire::FirstStretch {
-        kind: stretch.kind.counterpart(),
+        kind: stretch.kind.into_term(),
         from: leg.map(|leg| node_id(topology, leg.from)),
         to: leg.map(|leg| node_id(topology, leg.to)),
         segment: leg
@@ -101,7 +101,7 @@ pub fn waypoint(topology: &Topology, point: Point, height_m: Option<f64>) -> wir
 
 /// What holds of the way told, as it is written.
 pub(super) fn flags(flags: &[Flag]) -> Vec<wire::Flag> {
-    flags.iter().map(|&flag| flag.counterpart()).collect()
+    flags.iter().map(|&flag| flag.into_term()).collect()
 }
 
 /// The least bad way as it is written.
@@ -136,7 +136,7 @@ pub(super) fn if_airborne<'a>(
 ) -> Option<Box<wire::IfAirborne<'a>>> {
     let airborne = answer.if_airborne.as_deref()?;
     Some(Box::new(wire::IfAirborne {
-        outcome: airborne.outcome.counterpart(),
+        outcome: airborne.outcome.into_term(),
         path: super::answer::path(topology, &airborne.path),
         first_stretch: airborne
             .reentry

@@ -4,17 +4,17 @@ use crate::flight::{FailureType, OperationalDetail, StretchKind};
 use crate::recompose::{Flag, Outcome, Scope, Stage, Strategy};
 use crate::wire;
 
-/// The word of the other vocabulary that means the same.
-pub trait Counterpart<T> {
-    /// Says it in the other vocabulary.
-    fn counterpart(self) -> T;
+/// A conversion between the words of the engine and those of the wire.
+pub trait IntoTerm<T> {
+    /// The word that means the same on the other side.
+    fn into_term(self) -> T;
 }
 
-/// Counterparts of two enumerations with the same variants.
+/// Conversions between two enumerations with the same variants.
 macro_rules! same_words {
     ($from:ty => $to:ty { $($word:ident),+ $(,)? }) => {
-        impl Counterpart<$to> for $from {
-            fn counterpart(self) -> $to {
+        impl IntoTerm<$to> for $from {
+            fn into_term(self) -> $to {
                 match self {
                     $(Self::$word => <$to>::$word,)+
                 }
