@@ -9,41 +9,34 @@
 
 #[cfg(feature = "edge")]
 pub mod access;
-pub mod airspace;
 #[cfg(feature = "edge")]
 pub mod api;
-pub mod checked;
-pub mod checker;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "edge")]
 pub mod clock;
-pub mod compose;
 #[cfg(feature = "edge")]
 pub mod config;
-pub mod delivery;
 #[cfg(feature = "edge")]
 pub mod demo;
-pub mod draw;
 #[cfg(feature = "edge")]
 pub mod edge;
 #[cfg(feature = "cli")]
 pub mod evaluate;
-pub mod flight;
-pub mod formats;
-pub mod geo;
 #[cfg(feature = "edge")]
 pub mod intake;
-pub mod itinerary;
-pub mod network;
-pub mod planted;
 #[cfg(feature = "edge")]
 pub mod process;
-pub mod recompose;
 #[cfg(feature = "edge")]
 pub mod refusal;
 #[cfg(feature = "edge")]
 pub mod registry;
-pub mod routing;
-pub mod verify;
-pub mod wire;
+
+pub use skyway_contract as wire;
+pub use skyway_engine::{
+    airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
+    routing, verify,
+};
+pub use skyway_formats as formats;
+pub use skyway_maps::{buildings, draw};
+pub use skyway_planted as planted;

@@ -4,13 +4,14 @@ use super::files;
 use super::plan::planned_nodes;
 use super::stop::Stop;
 use crate::airspace::{Airspace, Hits, Zone};
+use crate::buildings::Building;
 use crate::draw::{
     Crop, DrawnFlight, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg,
 };
 use crate::flight::{FailureReport, Location};
 use crate::formats::read_buildings;
 use crate::geo::{Frame, Point};
-use crate::network::{Building, NodeIx, Topology};
+use crate::network::{NodeIx, Topology};
 use crate::recompose::Recomposition;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;

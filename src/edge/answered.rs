@@ -10,7 +10,7 @@ use crate::access::{Caller, Role};
 use crate::airspace::{Airspace, Cause, Closure};
 use crate::flight::{FailureType, Location};
 use crate::formats::{
-    answer, read_flight_question, recorded_question, settled_report, write_certificate,
+    IntoTerm, answer, read_flight_question, recorded_question, settled_report, write_certificate,
     zone_to_feature,
 };
 use crate::intake::{PageRequest, token};
@@ -317,7 +317,7 @@ impl Kept {
                 if let Some(question) = &record.world.flight {
                     return prove_flight(question, &airspace, &read.request);
                 }
-                let strategy = Strategy::from(record.answer.answer.strategy_used);
+                let strategy = record.answer.answer.strategy_used.into_term();
                 prove(&airspace, &read.request, strategy)
             }
         }

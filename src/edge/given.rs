@@ -7,6 +7,7 @@ use super::store::ReportReply;
 use super::validity::{first_stretch_is_clear, way_is_open};
 use super::views;
 use crate::flight::Location;
+use crate::formats::IntoTerm;
 use crate::geo::Point;
 use crate::recompose::Strategy;
 use crate::routing::Way;
@@ -110,7 +111,7 @@ impl Given {
     pub(super) fn strategy_used(&self) -> Strategy {
         match self {
             Self::Now(record) => record.answer.strategy_used,
-            Self::Before(earlier) => Strategy::from(earlier.answer.answer.strategy_used),
+            Self::Before(earlier) => earlier.answer.answer.strategy_used.into_term(),
         }
     }
 

@@ -15,6 +15,7 @@ use super::upstream::{OutboxEntry, RegistryCursor};
 use crate::airspace::Airspace;
 use crate::compose::{Composition, Occupation};
 use crate::flight::Reservation;
+use crate::formats::IntoTerm;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::wire;
 use imbl::OrdMap;
@@ -109,7 +110,7 @@ impl Version {
 
 /// The flags of an answer, as its version has them.
 pub(super) fn version_flags(flags: &[crate::recompose::Flag]) -> Vec<wire::Flag> {
-    flags.iter().map(|&flag| flag.into()).collect()
+    flags.iter().map(|&flag| flag.into_term()).collect()
 }
 
 /// An instant some seconds later; the end of time where that is beyond it.

@@ -9,7 +9,8 @@ use skyway::clock::Hand;
 use skyway::edge::{FlightSettings, Settings};
 use skyway::flight::Airframe;
 use skyway::formats::{
-    load_network, read_flight_document, read_flight_question, recorded_question, write_network,
+    IntoTerm, load_network, read_flight_document, read_flight_question, recorded_question,
+    write_network,
 };
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 use skyway::verify::{FlightPremises, verify_flight};
@@ -324,7 +325,7 @@ impl Town {
         let question = record.world.flight.as_ref().expect("what it was flown in");
         let question = read_flight_question(question, &airspace).expect("it can be read");
         let again = question.answer(&read.request);
-        let outcome: wire::Outcome = again.outcome.into();
+        let outcome: wire::Outcome = again.outcome.into_term();
         assert_eq!(outcome, answer.answer.outcome, "computed again");
         let plan = again.composition.as_ref();
         let length_m = plan.map(|plan| plan.plan.distance_m);

@@ -127,7 +127,7 @@ def image_context() -> str:
 def includes(folder: pathlib.Path) -> None:
     """What the sources take in while they are compiled is there."""
     expect(any((folder / "proto").rglob("*.proto")), "the image's context has no proto files, which build.rs compiles")
-    for source in folder.glob("src/**/*.rs"):
+    for source in [*folder.glob("src/**/*.rs"), *folder.glob("crates/*/src/**/*.rs")]:
         for path in re.findall(r'include_(?:str|bytes)!\("([^"]+)"\)', source.read_text()):
             # Tests are not compiled into the image.
             is_there = source.name == "tests.rs" or (source.parent / path).exists()

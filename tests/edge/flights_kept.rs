@@ -5,7 +5,7 @@ use crate::stage::{Stage, circle};
 use crate::store_file::Medium;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::formats::{read_flight_question, recorded_question};
+use skyway::formats::{IntoTerm, read_flight_question, recorded_question};
 use skyway::wire;
 
 fn report(id: &str) -> Value {
@@ -47,7 +47,7 @@ async fn an_answer_is_computed_again_from_the_file() {
         let question = after.world.flight.as_ref().expect("what it was flown in");
         let question = read_flight_question(question, &airspace).expect("it can be read");
         let again = question.answer(&read.request);
-        let outcome: wire::Outcome = again.outcome.into();
+        let outcome: wire::Outcome = again.outcome.into_term();
         assert_eq!(outcome, after.answer.answer.outcome);
         let length_m = again.composition.map(|plan| plan.plan.distance_m);
         assert_eq!(length_m, after.answer.answer.remaining_length_m);

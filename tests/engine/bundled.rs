@@ -5,11 +5,10 @@
 use geo::{Distance, Geodesic};
 use petgraph::algo::dijkstra;
 use petgraph::graph::{NodeIndex, UnGraph};
+use skyway::buildings::LineOfSight;
 use skyway::formats::{read_buildings, read_network, write_network};
 use skyway::geo::{Altitude, Point};
-use skyway::network::{
-    CORRIDOR_SEED, LineOfSight, NetworkDraft, Topology, bundled, san_marcos_san_antonio,
-};
+use skyway::network::{CORRIDOR_SEED, NetworkDraft, Topology, bundled, san_marcos_san_antonio};
 use std::path::Path;
 
 const BUILDINGS: &str = include_str!("../../data/sydney/buildings.geojson");

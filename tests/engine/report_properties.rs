@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use skyway::airspace::Airspace;
 use skyway::flight::FailureType;
 use skyway::formats::{
-    Known, KnownPlan, ParsedReport, lenient_report, load_network, parse_report, settle_report,
-    settled_report,
+    IntoTerm, Known, KnownPlan, ParsedReport, lenient_report, load_network, parse_report,
+    settle_report, settled_report,
 };
 use skyway::geo::Point;
 use skyway::network::{NodeIx, bundled, sketch};
@@ -144,7 +144,7 @@ impl Reporter<'_> {
     }
 
     fn report(&mut self) -> FailureReport {
-        let types = FailureType::ALL.map(Into::into);
+        let types = FailureType::ALL.map(IntoTerm::into_term);
         let strategies = [
             Strategy::Exact,
             Strategy::TwoPhased,

@@ -1,9 +1,9 @@
-//! The layers of `src/`: which may use which, and what only the upper ones may touch.
+//! The layers of `crates/` and `src/`: which may use which, and what only the upper ones may touch.
 
 use crate::repository::File;
 use crate::rust::{macros_called, paths};
 
-/// Each module of `src/`, from the ground up, and the modules it may use.
+/// Each module of the engine, of the maps and of `src/`, and every crate that is one layer, from the ground up, with those it may use.
 ///
 /// The arrows go down only: what a row names stands in a row above it. `verify` and `checker` check the
 /// answers of `routing`, `itinerary` and `recompose`, and share no code with them, so that they cannot
@@ -30,11 +30,12 @@ const LAYERS: &[(&str, &str)] = &[
         "checked",
         "geo network airspace flight routing itinerary recompose compose delivery checker",
     ),
+    ("buildings", "geo network"),
+    ("draw", "geo network airspace flight routing recompose"),
     (
         "formats",
-        "wire geo network airspace flight routing itinerary recompose compose delivery",
+        "wire geo network airspace flight routing itinerary recompose compose delivery buildings",
     ),
-    ("draw", "geo network airspace flight routing recompose"),
     (
         "evaluate",
         "geo network airspace flight routing recompose compose formats draw",
@@ -63,9 +64,21 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "cli",
-        "wire access geo network airspace flight routing itinerary recompose compose delivery verify checker checked formats draw evaluate clock config demo edge registry api process",
+        "wire access geo network airspace flight routing itinerary recompose compose delivery verify checker checked buildings formats draw evaluate clock config demo edge registry api process",
     ),
     ("main", "cli"),
+];
+
+/// Each crate of `crates/`: its folder, and the layers it has; where there is one, all its files are of that layer.
+const CRATES: &[(&str, &str)] = &[
+    ("contract", "wire"),
+    ("planted", "planted"),
+    (
+        "engine",
+        "geo network airspace flight routing itinerary recompose compose delivery verify checker checked",
+    ),
+    ("maps", "buildings draw"),
+    ("formats", "formats"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.
@@ -104,9 +117,56 @@ fn the_table_goes_down() {
     }
 }
 
+/// A crate depends on those alone whose layers its own may use.
+pub(crate) fn wrong_dependencies(file: &File) -> Vec<String> {
+    let named = file.path.strip_prefix("crates/");
+    let Some(name) = named.and_then(|rest| rest.strip_suffix("/Cargo.toml")) else {
+        return Vec::new();
+    };
+    let Some(own) = layers_of(name) else {
+        return vec![format!(
+            "{}: {name} has no row in CRATES of tests/tidy/layers.rs",
+            file.path
+        )];
+    };
+    let rows = LAYERS.iter().filter(|(layer, _)| own.contains(layer));
+    let may_use: Vec<&str> = rows.flat_map(|(_, used)| used.split(' ')).collect();
+    let mut findings = Vec::new();
+    for (number, line) in (1..).zip(file.text.lines()) {
+        let dependency = line.strip_prefix("skyway-").unwrap_or_default();
+        let Some((used, _)) = dependency.split_once(['.', ' ', '=']) else {
+            continue;
+        };
+        let layers = layers_of(used).unwrap_or_default();
+        if !layers.iter().any(|layer| may_use.contains(layer)) {
+            findings.push(format!(
+                "{}:{number}: {name} must not depend on {used}",
+                file.path
+            ));
+        }
+    }
+    findings
+}
+
+fn layers_of(name: &str) -> Option<Vec<&'static str>> {
+    let (_, layers) = CRATES.iter().find(|(folder, _)| *folder == name)?;
+    Some(layers.split(' ').collect())
+}
+
+/// The layer that a file belongs to; none outside `crates/` and `src/`, and none for what ties layers together, `lib.rs`.
+fn layer_of(file: &File) -> Option<&str> {
+    let (folder, inside) = file.place()?;
+    if let Some([layer]) = folder.and_then(layers_of).as_deref() {
+        return Some(layer);
+    }
+    let first = inside.split('/').next()?;
+    let module = first.strip_suffix(".rs").unwrap_or(first);
+    (module != "lib").then_some(module)
+}
+
 pub(crate) fn impurities(file: &File) -> Vec<String> {
     let is_pure = |layer| !IMPURE_LAYERS.contains(&layer);
-    if !file.layer().is_some_and(is_pure) {
+    if !layer_of(file).is_some_and(is_pure) {
         return Vec::new();
     }
     let tokens = file.tokens();
@@ -125,7 +185,7 @@ pub(crate) fn impurities(file: &File) -> Vec<String> {
 }
 
 pub(crate) fn wrong_arrows(file: &File) -> Vec<String> {
-    let Some(layer) = file.layer() else {
+    let Some(layer) = layer_of(file) else {
         return Vec::new();
     };
     let Some((_, may_use)) = LAYERS.iter().find(|(name, _)| *name == layer) else {
@@ -136,7 +196,7 @@ pub(crate) fn wrong_arrows(file: &File) -> Vec<String> {
     };
     let mut findings = Vec::new();
     for (line, segments) in paths(&file.tokens()) {
-        let Some(used) = module_below_root(file, &segments) else {
+        let Some(used) = layer_named(file, &segments) else {
             continue;
         };
         if used != layer && !may_use.split(' ').any(|name| name == used) {
@@ -146,8 +206,21 @@ pub(crate) fn wrong_arrows(file: &File) -> Vec<String> {
     findings
 }
 
-/// What a path names directly below the root of the crate, if it starts there.
-fn module_below_root<'a>(file: &File, segments: &'a [String]) -> Option<&'a str> {
+/// The layer that a path names, if it starts at the root of the crate or in another crate.
+///
+/// Below the root of a crate that is one layer there are modules of its own, too.
+fn layer_named<'a>(file: &File, segments: &'a [String]) -> Option<&'a str> {
+    let is_layer = |name: &str| LAYERS.iter().any(|(layer, _)| *layer == name);
+    let folder = file.place().and_then(|(folder, _)| folder);
+    if let Some(name) = segments[0].strip_prefix("skyway_") {
+        return match layers_of(name)?.as_slice() {
+            [layer] => Some(layer),
+            _ => segments.get(1).map(String::as_str),
+        };
+    }
+    let is_one_layer = folder
+        .and_then(layers_of)
+        .is_some_and(|layers| layers.len() == 1);
     let root = if file.path == "src/main.rs" {
         "skyway"
     } else {
@@ -161,9 +234,9 @@ fn module_below_root<'a>(file: &File, segments: &'a [String]) -> Option<&'a str>
         return (segments[0] == root)
             .then(|| segments.get(1))
             .flatten()
-            .map(String::as_str);
+            .map(String::as_str)
+            .filter(|named| !is_one_layer || is_layer(named));
     }
     let named = segments.get(supers)?.as_str();
-    let is_layer = LAYERS.iter().any(|(name, _)| *name == named);
-    (supers >= file.depth() && is_layer).then_some(named)
+    (supers >= file.depth() && !is_one_layer && is_layer(named)).then_some(named)
 }

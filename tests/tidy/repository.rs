@@ -24,12 +24,13 @@ impl File {
         in_place && (!name.contains('.') || name.ends_with(".sh") || self.text.starts_with("#!"))
     }
 
-    /// The module directly below the root that this file belongs to; none outside `src/`.
-    pub(crate) fn layer(&self) -> Option<&str> {
-        let inside = self.path.strip_prefix("src/")?;
-        let first = inside.split('/').next()?;
-        let module = first.strip_suffix(".rs").unwrap_or(first);
-        (module != "lib").then_some(module)
+    /// The folder of its crate below `crates/`, and its path in the sources there; `None` before the path of a file in `src/`.
+    pub(crate) fn place(&self) -> Option<(Option<&str>, &str)> {
+        if let Some(inside) = self.path.strip_prefix("src/") {
+            return Some((None, inside));
+        }
+        let (name, inside) = self.path.strip_prefix("crates/")?.split_once('/')?;
+        Some((Some(name), inside.strip_prefix("src/")?))
     }
 
     pub(crate) fn tokens(&self) -> Vec<Token> {
@@ -38,7 +39,8 @@ impl File {
 
     /// How many `super` lead from this file to the root of the crate.
     pub(crate) fn depth(&self) -> usize {
-        let below_src = self.path.matches('/').count();
+        let (_, inside) = self.place().unwrap_or((None, &self.path));
+        let below_src = 1 + inside.matches('/').count();
         if self.path.ends_with("/mod.rs") {
             below_src - 1
         } else {

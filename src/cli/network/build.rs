@@ -1,13 +1,14 @@
 //! `skyway network build`: a network from building footprints.
 
 use crate::airspace::Zone;
+use crate::buildings::{Building, LineOfSight, PadRule, SkylineReport, plane_of};
 use crate::cli::airspace_source::zones_in;
 use crate::cli::files;
 use crate::cli::output::Output;
 use crate::cli::stop::{Stop, Verdict};
 use crate::formats::{read_buildings, write_network};
 use crate::geo::{AltitudeBand, Frame, Point};
-use crate::network::{Building, LineOfSight, NetworkDraft, PadRule, SkylineReport, plane_of};
+use crate::network::NetworkDraft;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::PathBuf;

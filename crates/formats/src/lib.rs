@@ -1,0 +1,75 @@
+//! Files in and out: text to domain values, domain values to text. Nothing here opens a file.
+
+mod answer;
+mod area;
+mod buildings;
+mod certificate;
+mod csv_network;
+mod error;
+mod flight_document;
+mod flight_question;
+mod flight_writer;
+mod foreign;
+mod identifier;
+mod load;
+mod mark;
+mod network_geojson;
+mod node_link;
+mod place;
+mod recorded_world;
+mod report;
+mod report_circumstances;
+mod report_close;
+mod report_leg;
+mod report_names;
+mod report_nearest;
+mod report_parse;
+mod report_place;
+mod report_problem;
+mod report_settle;
+mod report_settled;
+mod safety;
+mod suggestion;
+mod twice;
+mod weather;
+mod wire_terms;
+mod zones;
+
+use skyway_contract as wire;
+use skyway_engine::{airspace, delivery, flight, geo, itinerary, network, recompose, routing};
+
+pub use answer::{answer, warning_text};
+pub use area::area_geometry;
+pub use buildings::read_buildings;
+pub use certificate::write_certificate;
+pub use csv_network::read_csv_network;
+pub use error::{FormatError, MAX_FORMAT_ERRORS};
+pub use flight_document::{
+    DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
+    premises_lines, read_flight_document, write_flight_document,
+};
+pub use flight_question::{
+    FlightQuestion, ReadQuestion, read_flight_question, write_flight_question,
+};
+pub use flight_writer::{FlightWriter, flight_cause_text, stop_kind_name};
+pub use foreign::ForeignFormat;
+pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
+pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
+pub use mark::without_mark;
+pub use network_geojson::{patch_network, read_network, write_network};
+pub use node_link::{read_node_link, write_node_link};
+pub use recorded_world::{RecordError, recorded_question};
+pub use report::{ReadReport, read_report};
+pub use report_parse::{ParsedReport, lenient_report, parse_report, twice};
+pub use report_problem::{ReadWarning, ReportProblem, bounded};
+pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, Unplaced, settle_report};
+pub use report_settled::settled_report;
+pub use safety::{first_stretch, unsafe_way, waypoint};
+pub use suggestion::nearest;
+pub use twice::members_twice;
+pub use weather::wind_field;
+pub use wire_terms::IntoTerm;
+pub use zones::{
+    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, miss_hint, read_zones, write_zones,
+    zone_from_feature, zone_to_feature,
+};

@@ -1,0 +1,474 @@
+//! Text or JSON to zones.
+
+use super::geometry::{geometry_problem, read_geometry};
+use super::problem::{Problems, ZoneCode, ZoneProblem};
+use crate::airspace::{
+    DEFAULT_MARGIN_M, Window, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneText,
+};
+use crate::foreign::ForeignFormat;
+use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Frame};
+use crate::mark::without_mark;
+use crate::place::Place;
+use crate::suggestion::nearest;
+use jiff::Timestamp;
+use rustc_hash::FxHashMap;
+use serde_json::{Map, Value};
+
+const COLLECTION_MEMBERS: [&str; 4] = ["type", "features", "name", "bbox"];
+const FEATURE_MEMBERS: [&str; 5] = ["type", "id", "geometry", "properties", "bbox"];
+const PROPERTIES: [&str; 10] = [
+    "name",
+    "reason",
+    "authority",
+    "lower_m",
+    "lower_reference",
+    "upper_m",
+    "upper_reference",
+    "windows",
+    "radius_m",
+    "margin_m",
+];
+const WINDOW_MEMBERS: [&str; 2] = ["from", "until"];
+const REFERENCES: [&str; 3] = ["agl", "amsl", "wgs84"];
+
+/// Where the id of a zone comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum ZoneId<'a> {
+    /// The feature has to have one.
+    Stated,
+    /// The feature's, or this one where it has none.
+    StatedOr(&'a str),
+    /// This one; a feature may repeat it and must not have another.
+    Fixed(&'a str),
+}
+
+/// Reads a zone from a GeoJSON feature, in the coordinates that `frame` says.
+///
+/// # Errors
+/// Up to [`MAX_ZONE_PROBLEMS`](super::MAX_ZONE_PROBLEMS) problems, each with its code and its place,
+/// relative to the feature.
+pub fn zone_from_feature(
+    feature: &Value,
+    id: ZoneId<'_>,
+    frame: &Frame,
+) -> Result<Zone, Vec<ZoneProblem>> {
+    if let Some(foreign) = ForeignFormat::of_json(feature) {
+        return Err(vec![foreign_format(foreign)]);
+    }
+    let mut problems = Problems::default();
+    let zone = read_feature(feature, id, frame, &Place::ROOT, &mut problems);
+    problems.or(zone)
+}
+
+/// Reads the zones of the text of a GeoJSON feature collection, each with its own id; a single feature is one zone.
+///
+/// # Errors
+/// As [`zone_from_feature`], of all zones together, places relative to the document; text that is not JSON; two
+/// zones of one id.
+pub fn read_zones(json: &str, frame: &Frame) -> Result<Vec<Zone>, Vec<ZoneProblem>> {
+    let document = parse(json)?;
+    if let Some(foreign) = ForeignFormat::of_json(&document) {
+        return Err(vec![foreign_format(foreign)]);
+    }
+    let mut problems = Problems::default();
+    let root = Place::ROOT;
+    if document.get("type").and_then(Value::as_str) == Some("Feature") {
+        let zone = read_feature(&document, ZoneId::Stated, frame, &root, &mut problems);
+        return problems.or(zone.map(|zone| vec![zone]));
+    }
+    let zones = read_collection(&document, frame, &root, &mut problems);
+    problems.or(zones)
+}
+
+fn parse(json: &str) -> Result<Value, Vec<ZoneProblem>> {
+    serde_json::from_slice(without_mark(json.as_bytes())).map_err(|error| {
+        if let Some(foreign) = ForeignFormat::of_text(json) {
+            return vec![foreign_format(foreign)];
+        }
+        let message = error.to_string();
+        let code = match message.starts_with("number out of range") {
+            true => ZoneCode::NumberOutOfRange,
+            false => ZoneCode::NotJson,
+        };
+        vec![ZoneProblem::new(code, String::new(), message)]
+    })
+}
+
+fn foreign_format(foreign: ForeignFormat) -> ZoneProblem {
+    let message = foreign.instead_of_zones();
+    ZoneProblem::new(ZoneCode::FormatForeign, String::new(), message)
+}
+
+fn read_collection(
+    document: &Value,
+    frame: &Frame,
+    place: &Place<'_>,
+    problems: &mut Problems,
+) -> Option<Vec<Zone>> {
+    let Value::Object(members) = document else {
+        problems.push(wrong_type(document, "an object", place));
+        return None;
+    };
+    known_only(members, &COLLECTION_MEMBERS, place, problems);
+    let members = Members { members, place };
+    members.expect_type("FeatureCollection", problems);
+    let features = members.required("features", problems)?;
+    let place = place.member("features");
+    let Value::Array(features) = features else {
+        problems.push(wrong_type(features, "an array", &place));
+        return None;
+    };
+    let mut zones: Vec<Zone> = Vec::with_capacity(features.len());
+    let mut index_of: FxHashMap<String, usize> = FxHashMap::default();
+    for (index, feature) in features.iter().enumerate() {
+        let place = place.element(index);
+        let Some(zone) = read_feature(feature, ZoneId::Stated, frame, &place, problems) else {
+            if problems.is_full() {
+                break;
+            }
+            continue;
+        };
+        if let Some(earlier) = index_of.insert(zone.id().to_owned(), index) {
+            let message = format!("the id '{}' is that of feature {earlier}, too", zone.id());
+            let pointer = place.member("id").pointer();
+            problems.push(ZoneProblem::new(ZoneCode::IdDuplicate, pointer, message));
+        }
+        zones.push(zone);
+    }
+    Some(zones)
+}
+
+fn read_feature(
+    feature: &Value,
+    id: ZoneId<'_>,
+    frame: &Frame,
+    place: &Place<'_>,
+    problems: &mut Problems,
+) -> Option<Zone> {
+    let problems_before = problems.count();
+    let Value::Object(members) = feature else {
+        problems.push(wrong_type(feature, "an object", place));
+        return None;
+    };
+    known_only(members, &FEATURE_MEMBERS, place, problems);
+    let members = Members { members, place };
+    members.expect_type("Feature", problems);
+    let id = read_id(&members, id, problems);
+    let empty = Map::new();
+    let properties_place = place.member("properties");
+    let properties = match members.optional("properties") {
+        None => &empty,
+        Some(Value::Object(properties)) => properties,
+        Some(other) => {
+            problems.push(wrong_type(other, "an object", &properties_place));
+            &empty
+        }
+    };
+    known_only(properties, &PROPERTIES, &properties_place, problems);
+    let properties = Members {
+        members: properties,
+        place: &properties_place,
+    };
+    let geometry = members.required("geometry", problems).and_then(|geometry| {
+        let radius_m = read_radius(&properties, geometry, problems);
+        read_geometry(geometry, radius_m, &place.member("geometry"), problems)
+    });
+    let draft = ZoneDraft {
+        name: properties.text("name", problems),
+        reason: properties.text("reason", problems),
+        authority: properties.text("authority", problems),
+        band: AltitudeBand {
+            lower: read_limit(&properties, "lower_m", "lower_reference", problems),
+            upper: read_limit(&properties, "upper_m", "upper_reference", problems),
+        },
+        windows: read_windows(&properties, problems),
+        margin_m: properties
+            .number("margin_m", problems)
+            .unwrap_or(DEFAULT_MARGIN_M),
+        id: id?,
+        geometry: geometry?,
+    };
+    let geometry = draft.geometry.clone();
+    match Zone::new(draft, frame) {
+        // A zone of which a part could not be read is no zone.
+        Ok(zone) => (problems.count() == problems_before).then_some(zone),
+        Err(faults) => {
+            for fault in &faults {
+                problems.push(zone_problem(fault, &geometry, place));
+            }
+            None
+        }
+    }
+}
+
+fn read_id(members: &Members<'_>, id: ZoneId<'_>, problems: &mut Problems) -> Option<String> {
+    let place = members.place.member("id");
+    let stated = match members.optional("id") {
+        Some(value) => Some(text(value, &place, problems)?),
+        None => None,
+    };
+    match (id, stated) {
+        (ZoneId::Stated, None) => {
+            members.missing("id", problems);
+            None
+        }
+        (ZoneId::Fixed(fixed), Some(stated)) if fixed != stated => {
+            let message =
+                format!("the id '{stated}' is not '{fixed}', under which the zone is written");
+            let problem = ZoneProblem::new(ZoneCode::IdMismatch, place.pointer(), message);
+            problems.push(problem.hint("leave the id out, or write it the same"));
+            None
+        }
+        (ZoneId::StatedOr(id) | ZoneId::Fixed(id), None) => Some(id.to_owned()),
+        (_, Some(stated)) => Some(stated.to_owned()),
+    }
+}
+
+/// The property `radius_m`, which a point has to have and nothing else may.
+fn read_radius(properties: &Members<'_>, geometry: &Value, problems: &mut Problems) -> Option<f64> {
+    let is_point = geometry.get("type").and_then(Value::as_str) == Some("Point");
+    match properties.optional("radius_m") {
+        None if is_point => {
+            let pointer = properties.place.member("radius_m").pointer();
+            let message = "a Point is a circle and needs its radius_m";
+            let problem = ZoneProblem::new(ZoneCode::MissingField, pointer, message);
+            problems.push(problem.hint("give radius_m in metres"));
+            None
+        }
+        Some(_) if !is_point => {
+            let pointer = properties.place.member("radius_m").pointer();
+            let message = "only a Point has a radius";
+            let problem = ZoneProblem::new(ZoneCode::RadiusInvalid, pointer, message);
+            problems.push(problem.hint("margin_m widens a polygon"));
+            None
+        }
+        _ => properties.number("radius_m", problems),
+    }
+}
+
+fn read_limit(
+    properties: &Members<'_>,
+    value_name: &str,
+    reference_name: &str,
+    problems: &mut Problems,
+) -> Option<Altitude> {
+    let value_m = properties.number(value_name, problems);
+    let reference = match properties.text(reference_name, problems).as_deref() {
+        None | Some("agl") => AltitudeReference::Agl,
+        Some("amsl") => AltitudeReference::Amsl,
+        Some("wgs84") => AltitudeReference::Wgs84,
+        Some(other) => {
+            let pointer = properties.place.member(reference_name).pointer();
+            let hint = match nearest(other, REFERENCES, 1).first() {
+                Some(meant) => format!("did you mean '{meant}'?"),
+                None => format!("use one of {}", REFERENCES.join(", ")),
+            };
+            let message = format!("nothing is known of the reference '{other}'");
+            problems.push(ZoneProblem::new(ZoneCode::UnknownValue, pointer, message).hint(hint));
+            return None;
+        }
+    };
+    let reference_is_alone =
+        properties.optional(reference_name).is_some() && properties.optional(value_name).is_none();
+    if reference_is_alone {
+        let pointer = properties.place.member(value_name).pointer();
+        let message = format!("{reference_name} is given without {value_name}");
+        let problem = ZoneProblem::new(ZoneCode::MissingField, pointer, message);
+        problems.push(problem.hint("leave out both for no limit"));
+    }
+    let value_m = value_m?;
+    Some(Altitude { value_m, reference })
+}
+
+fn read_windows(properties: &Members<'_>, problems: &mut Problems) -> Vec<Window> {
+    let place = properties.place.member("windows");
+    let windows = match properties.optional("windows") {
+        None => return Vec::new(),
+        Some(Value::Array(windows)) => windows,
+        Some(other) => {
+            problems.push(wrong_type(other, "an array", &place));
+            return Vec::new();
+        }
+    };
+    let mut found = Vec::with_capacity(windows.len());
+    for (index, window) in windows.iter().enumerate() {
+        found.extend(read_window(window, &place.element(index), problems));
+        if problems.is_full() {
+            break;
+        }
+    }
+    found
+}
+
+fn read_window(value: &Value, place: &Place<'_>, problems: &mut Problems) -> Option<Window> {
+    let Value::Object(members) = value else {
+        problems.push(wrong_type(value, "an object", place));
+        return None;
+    };
+    known_only(members, &WINDOW_MEMBERS, place, problems);
+    let members = Members { members, place };
+    let from = members.instant("from", problems);
+    let until = members.instant("until", problems);
+    match Window::new(from?, until?) {
+        Ok(window) => Some(window),
+        Err(reversed) => {
+            let pointer = place.member("until").pointer();
+            let code = ZoneCode::WindowReversed;
+            problems.push(ZoneProblem::new(code, pointer, reversed.to_string()));
+            None
+        }
+    }
+}
+
+/// The problem for a fault that [`Zone::new`] found.
+fn zone_problem(fault: &ZoneFault, geometry: &ZoneGeometry, feature: &Place<'_>) -> ZoneProblem {
+    let property = |name: &str| feature.member("properties").member(name).pointer();
+    let (code, pointer) = match fault {
+        ZoneFault::Geometry(error) => return geometry_problem(error, geometry, feature),
+        ZoneFault::EmptyId => (ZoneCode::IdEmpty, feature.member("id").pointer()),
+        ZoneFault::TextTooLong {
+            text: ZoneText::Id, ..
+        } => (ZoneCode::TextTooLong, feature.member("id").pointer()),
+        ZoneFault::TextTooLong { text, .. } => (ZoneCode::TextTooLong, property(text.field())),
+        ZoneFault::AltitudeNotFinite => (ZoneCode::AltitudeInvalid, property("upper_m")),
+        ZoneFault::BandReversed { .. } => (ZoneCode::BandReversed, property("lower_m")),
+        ZoneFault::TooManyWindows { .. } => (ZoneCode::TooManyWindows, property("windows")),
+        ZoneFault::Margin { .. } => (ZoneCode::MarginInvalid, property("margin_m")),
+    };
+    ZoneProblem::new(code, pointer, fault.to_string())
+}
+
+/// The members of an object, with its place.
+#[derive(Clone, Copy)]
+pub(super) struct Members<'a> {
+    pub(super) members: &'a Map<String, Value>,
+    pub(super) place: &'a Place<'a>,
+}
+
+impl<'a> Members<'a> {
+    /// The member, `None` where it is absent or null.
+    fn optional(&self, name: &str) -> Option<&'a Value> {
+        self.members.get(name).filter(|value| !value.is_null())
+    }
+
+    /// The member, which has to be there.
+    pub(super) fn required(&self, name: &str, problems: &mut Problems) -> Option<&'a Value> {
+        let found = self.optional(name);
+        if found.is_none() {
+            self.missing(name, problems);
+        }
+        found
+    }
+
+    fn missing(&self, name: &str, problems: &mut Problems) {
+        let pointer = self.place.member(name).pointer();
+        let message = format!("'{name}' is missing");
+        problems.push(ZoneProblem::new(ZoneCode::MissingField, pointer, message));
+    }
+
+    fn expect_type(&self, expected: &str, problems: &mut Problems) {
+        let place = self.place.member("type");
+        let Some(value) = self.required("type", problems) else {
+            return;
+        };
+        if value.as_str() != Some(expected) {
+            problems.push(wrong_type(value, &format!("'{expected}'"), &place));
+        }
+    }
+
+    fn text(&self, name: &str, problems: &mut Problems) -> Option<String> {
+        let value = self.optional(name)?;
+        text(value, &self.place.member(name), problems).map(str::to_owned)
+    }
+
+    fn number(&self, name: &str, problems: &mut Problems) -> Option<f64> {
+        number(self.optional(name)?, &self.place.member(name), problems)
+    }
+
+    /// `Some(None)` where it is absent, `None` where it is no instant.
+    fn instant(&self, name: &str, problems: &mut Problems) -> Option<Option<Timestamp>> {
+        let Some(value) = self.optional(name) else {
+            return Some(None);
+        };
+        let place = self.place.member(name);
+        let written = text(value, &place, problems)?;
+        match written.parse::<Timestamp>() {
+            Ok(instant) => Some(Some(instant)),
+            Err(error) => {
+                let message = format!("'{written}' is no instant: {error}");
+                let problem = ZoneProblem::new(ZoneCode::TimeInvalid, place.pointer(), message);
+                problems.push(problem.hint("write it as in 2026-11-27T18:00:00Z"));
+                None
+            }
+        }
+    }
+}
+
+/// Refuses members that nothing is known of.
+pub(super) fn known_only(
+    members: &Map<String, Value>,
+    known: &[&str],
+    place: &Place<'_>,
+    problems: &mut Problems,
+) {
+    let unknown = members
+        .keys()
+        .filter(|name| !known.contains(&name.as_str()));
+    for name in unknown {
+        let hint = match nearest(name, known.iter().copied(), 1).first() {
+            Some(meant) => format!("did you mean '{meant}'?"),
+            None if name == "crs" => {
+                "leave it out: positions are longitude and latitude (RFC 7946), or as the network's"
+                    .to_owned()
+            }
+            None => format!("known here: {}", known.join(", ")),
+        };
+        let pointer = place.member(name).pointer();
+        let message = format!("nothing is known of a field '{name}'");
+        problems.push(ZoneProblem::new(ZoneCode::UnknownField, pointer, message).hint(hint));
+        if problems.is_full() {
+            return;
+        }
+    }
+}
+
+pub(super) fn text<'v>(
+    value: &'v Value,
+    place: &Place<'_>,
+    problems: &mut Problems,
+) -> Option<&'v str> {
+    if !value.is_string() {
+        problems.push(wrong_type(value, "text", place));
+    }
+    value.as_str()
+}
+
+pub(super) fn number(value: &Value, place: &Place<'_>, problems: &mut Problems) -> Option<f64> {
+    let found = value.as_f64().filter(|number| number.is_finite());
+    if found.is_none() {
+        let quoted = value
+            .as_str()
+            .is_some_and(|text| text.trim().parse::<f64>().is_ok());
+        let problem = wrong_type(value, "a number", place);
+        problems.push(if quoted {
+            problem.hint("remove the quotes")
+        } else {
+            problem
+        });
+    }
+    found
+}
+
+pub(super) fn wrong_type(value: &Value, expected: &str, place: &Place<'_>) -> ZoneProblem {
+    let found = match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(_) => "a boolean".to_owned(),
+        Value::Number(_) => "a number".to_owned(),
+        Value::String(text) if text.len() <= 40 => format!("'{text}'"),
+        Value::String(_) => "text".to_owned(),
+        Value::Array(_) => "an array".to_owned(),
+        Value::Object(_) => "an object".to_owned(),
+    };
+    let message = format!("is {found}, not {expected}");
+    ZoneProblem::new(ZoneCode::WrongType, place.pointer(), message)
+}
