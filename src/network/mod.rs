@@ -28,7 +28,7 @@ mod topology;
 pub use components::Components;
 pub use correspondence::Correspondence;
 pub use corridor::{CORRIDOR_SEED, san_marcos_san_antonio};
-pub use density::{CellSizeError, Density, DensityGrid, MAX_CELLS};
+pub use density::{CellPlace, CellSizeError, Density, DensityGrid, MAX_CELLS};
 pub use draft::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};
 pub use error::{Feature, MAX_ERRORS, NetworkError, NetworkFault};
 pub use footprint::{Building, Outline, OutlineFault, plane_of};
