@@ -27,7 +27,7 @@ pub(super) fn draw_criticality(
 ) {
     draw_segments(topology, criticality, view, map, legend);
     draw_nodes(topology, criticality, view, map, legend);
-    draw_pads(topology, criticality, view, map, legend);
+    draw_losses(topology, criticality, view, map, legend);
 }
 
 fn most_m(costs: &[Cost]) -> f64 {
@@ -104,29 +104,50 @@ fn draw_nodes(
     }
 }
 
-/// Rings about the nodes whose pads cannot be missed.
-fn draw_pads(
+/// Diamonds on the nodes that part the network, and rings about those whose pads cannot be missed.
+fn draw_losses(
     topology: &Topology,
     criticality: &Criticality,
     view: &View,
     map: &mut Document,
     legend: &mut Legend,
 ) {
-    let mut data = PathData::default();
-    let mut are_lost = false;
-    for (node, cost) in (0..).map(NodeIx).zip(&criticality.pads) {
-        if cost.lost > 0.0 {
-            data.circle(view.place(topology.position(node)), 9.0);
-            are_lost = true;
-        }
+    let losing = |costs: &[Cost]| {
+        let all = (0..).map(NodeIx).zip(costs);
+        let losing = all.filter(|(_, cost)| cost.lost > 0.0);
+        losing
+            .map(|(node, _)| view.place(topology.position(node)))
+            .collect::<Vec<_>>()
+    };
+    let (mut parting, mut ringed) = (PathData::default(), PathData::default());
+    let (nodes, pads) = (losing(&criticality.nodes), losing(&criticality.pads));
+    for place in &nodes {
+        let corners = [(0.0, -6.0), (6.0, 0.0), (0.0, 6.0), (-6.0, 0.0)];
+        parting.add(corners.map(|(right, down)| place.moved(right, down)), true);
     }
-    let style = format!("fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.6\"");
-    map.path(&data, format_args!("{style}"));
-    if are_lost {
-        legend.add(
-            Sample::Squares(vec![style]),
+    for &place in &pads {
+        ringed.circle(place, 10.0);
+    }
+    let losses = [
+        (
+            parting,
+            !nodes.is_empty(),
+            INK,
+            "node without which deliveries are lost (diamond)",
+        ),
+        (
+            ringed,
+            !pads.is_empty(),
+            "none",
             "pads without which deliveries are lost (ring)",
-        );
+        ),
+    ];
+    for (data, is_any, fill, words) in losses {
+        let style = format!("fill=\"{fill}\" stroke=\"{INK}\" stroke-width=\"1.4\"");
+        map.path(&data, format_args!("{style}"));
+        if is_any {
+            legend.add(Sample::Squares(vec![style]), words);
+        }
     }
 }
 

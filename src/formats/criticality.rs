@@ -63,6 +63,7 @@ fn costs(prefix: &str, cost: &Cost) -> Map<String, Value> {
     let members = [
         ("rerouted", cost.rerouted),
         ("diverted", cost.diverted),
+        ("grounded", cost.grounded),
         ("lost", cost.lost),
         ("extra_m", cost.extra_m),
         ("extra_minutes", cost.extra_minutes),

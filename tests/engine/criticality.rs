@@ -65,8 +65,8 @@ fn minutes(topology: &Topology, fleet: &Fleet, out: Out) -> Vec<Vec<f64>> {
 }
 
 /// What taking something out costs, from the two tables of distances.
-fn cost(demand: &[Demand], before: &[Vec<f64>], after: &[Vec<f64>], out: Out) -> (f64, f64, f64) {
-    let (mut lost, mut diverted, mut extra) = (0.0, 0.0, 0.0);
+fn cost(demand: &[Demand], before: &[Vec<f64>], after: &[Vec<f64>], out: Out) -> [f64; 4] {
+    let [mut lost, mut diverted, mut grounded, mut extra] = [0.0; 4];
     for demand in demand {
         let (from, to) = (demand.from.at(), demand.to.at());
         if before[from][to].is_infinite() {
@@ -74,18 +74,24 @@ fn cost(demand: &[Demand], before: &[Vec<f64>], after: &[Vec<f64>], out: Out) ->
         }
         if out == Out::Node(demand.to.0) {
             diverted += demand.deliveries;
-        } else if out == Out::Node(demand.from.0) || after[from][to].is_infinite() {
+        } else if out == Out::Node(demand.from.0) {
+            grounded += demand.deliveries;
+        } else if after[from][to].is_infinite() {
             lost += demand.deliveries;
         } else {
             extra += demand.deliveries * (after[from][to] - before[from][to]);
         }
     }
-    (lost, diverted, extra)
+    [lost, diverted, grounded, extra]
 }
 
-fn agree(found: &Cost, extra: f64, expected: (f64, f64, f64)) -> bool {
+fn agree(found: &Cost, extra: f64, expected: [f64; 4]) -> bool {
     let near = |one: f64, other: f64| (one - other).abs() <= 1e-6 * other.abs().max(1.0);
-    near(found.lost, expected.0) && near(found.diverted, expected.1) && near(extra, expected.2)
+    let found = [found.lost, found.diverted, found.grounded, extra];
+    found
+        .into_iter()
+        .zip(expected)
+        .all(|(one, other)| near(one, other))
 }
 
 /// A network of few nodes and segments, some parts of which hang together by one segment or not at all.

@@ -7,7 +7,7 @@ use skyway::evaluate::{
     write_rows,
 };
 use skyway::formats::write_network;
-use skyway::network::Generated;
+use skyway::network::{Generated, Joining};
 use skyway::recompose::{AreaTest, Parameters, Request, Scratch, Strategy, World, recompose};
 use skyway::routing::Searcher;
 
@@ -30,6 +30,7 @@ fn text(nodes: usize, seed: u64) -> String {
         max_neighbours: 6,
         map_size_m: 1_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed,
     };
     write_network(&network.network().expect("variables of Table 1"))

@@ -38,7 +38,9 @@ pub struct Cost {
     pub rerouted: f64,
     /// Deliveries to it, which have to land elsewhere.
     pub diverted: f64,
-    /// Deliveries that have no other route, or begin there.
+    /// Deliveries from it, which cannot begin.
+    pub grounded: f64,
+    /// Deliveries between others that have no other route.
     pub lost: f64,
     /// What the rerouted fly more, in metres; 0 for pads, where time decides.
     pub extra_m: f64,
@@ -113,8 +115,8 @@ pub fn criticality(topology: &Topology, demand: &[Demand], fleet: &Fleet) -> Cri
         for (&node, &without_m) in inner(&ways.nodes).iter().zip(inner(&ways.without_node)) {
             found.nodes[node as usize].add(cost(without_m));
         }
-        let ended = |lost: f64, diverted: f64| Cost {
-            lost,
+        let ended = |grounded: f64, diverted: f64| Cost {
+            grounded,
             diverted,
             ..Cost::default()
         };
@@ -273,6 +275,7 @@ impl Cost {
     fn add(&mut self, other: Self) {
         self.rerouted += other.rerouted;
         self.diverted += other.diverted;
+        self.grounded += other.grounded;
         self.lost += other.lost;
         self.extra_m += other.extra_m;
         self.extra_minutes += other.extra_minutes;
