@@ -75,6 +75,9 @@ pub(in crate::cli) struct Criticalities {
     map: Option<PathBuf>,
 }
 
+/// What fails, what each costs, and how each is called.
+type Kind<'a> = (&'a str, &'a [Cost], &'a dyn Fn(usize) -> String);
+
 impl Criticalities {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let fleet = self.fleet()?;
@@ -158,7 +161,7 @@ impl Criticalities {
         let mut table = titled_table(&columns);
         let node = |place: usize| topology.node_id(NodeIx(place as u32)).to_owned();
         let segment = |place: usize| topology.segment_id(SegmentIx(place as u32)).into_owned();
-        let kinds: [(&str, &[Cost], &dyn Fn(usize) -> String); 3] = [
+        let kinds: [Kind<'_>; 3] = [
             ("segment", &found.segments, &segment),
             ("node", &found.nodes, &node),
             ("pads", &found.pads, &node),
