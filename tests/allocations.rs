@@ -13,7 +13,7 @@ use skyway::itinerary::{
     FlightRequest, FlightWorld, ItineraryScratch, Limits, Objective, Obstacles, PadTimes,
     Potentials, find,
 };
-use skyway::network::{Components, Generated, NodeIx, Topology};
+use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
 use skyway::recompose::{Outcome, Request, Scope, Scratch, Strategy, World, recompose};
 use skyway::routing::{Baseline, Searcher, Start, TreeCache};
 use std::hint::black_box;
@@ -33,6 +33,7 @@ fn setting() -> Setting {
         max_neighbours: 10,
         map_size_m: 10_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed: 3,
     };
     let draft = generated.network().expect("valid parameters");

@@ -7,7 +7,7 @@ use skyway::airspace::{
 };
 use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Point};
-use skyway::network::{Components, Generated, NodeIx, Topology};
+use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
 use skyway::recompose::{Request, Scratch, World};
 use skyway::routing::{Standing, Start, TreeCache, Way};
 use std::sync::Arc;
@@ -52,6 +52,7 @@ impl Workload {
             max_neighbours: MAX_NEIGHBOURS,
             map_size_m: MAP_SIZE_M,
             reach_fraction: 0.3,
+            joining: Joining::Nearest,
             seed: SEED,
         };
         let draft = draft.network().expect("the parameters are Table 1's");

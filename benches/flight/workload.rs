@@ -12,7 +12,7 @@ use skyway::itinerary::{
     FlightRequest, FlightWorld, ItineraryScratch, Limits, Objective, Obstacles, PadTimes,
     Potentials, find,
 };
-use skyway::network::{Components, Generated, NodeIx, SegmentIx, Topology};
+use skyway::network::{Components, Generated, Joining, NodeIx, SegmentIx, Topology};
 
 const SEED: u64 = 1;
 const MAP_SIZE_M: f64 = 40_000.0;
@@ -237,6 +237,7 @@ fn network(nodes: usize, random: &mut Random) -> Topology {
         max_neighbours: 10,
         map_size_m: MAP_SIZE_M,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed: SEED,
     };
     let mut draft = generated.network().expect("the parameters are in range");

@@ -2,7 +2,7 @@
 
 use flate2::read::MultiGzDecoder;
 use skyway::formats::load_csv_network;
-use skyway::network::{Generated, Topology};
+use skyway::network::{Generated, Joining, Topology};
 use std::fs::File;
 use std::io::Read;
 use std::sync::Arc;
@@ -70,6 +70,7 @@ impl Subject {
                     max_neighbours: 10,
                     map_size_m: 10_000.0,
                     reach_fraction: 0.3,
+                    joining: Joining::Nearest,
                     seed: SEED,
                 };
                 let draft = generated.network().expect("the parameters are Table 1's");

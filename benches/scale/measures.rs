@@ -5,7 +5,7 @@ use crate::oracle::{Peer, assert_same};
 use crate::percentiles::Percentiles;
 use crate::workload::{Workload, at, standing};
 use skyway::airspace::{Change, Closed, Hits, RequestClosures};
-use skyway::network::{Generated, NetworkDraft, Topology};
+use skyway::network::{Generated, Joining, NetworkDraft, Topology};
 use skyway::recompose::{Scratch, World, recompose};
 use skyway::routing::{Baseline, DestinationTree, Searcher};
 use std::io;
@@ -335,6 +335,7 @@ fn draft_of(nodes: usize) -> NetworkDraft {
         max_neighbours: MAX_NEIGHBOURS,
         map_size_m: 10_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed: 1,
     };
     generated.network().expect("the parameters are Table 1's")

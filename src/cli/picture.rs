@@ -190,6 +190,7 @@ impl<'a> Scene<'a> {
                 answer: drawn.answer,
             }),
             flight: self.flight.clone(),
+            criticality: None,
             options: self.options.clone(),
         })
     }

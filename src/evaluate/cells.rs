@@ -63,7 +63,11 @@ impl CellRows {
         failures: Vec<FailureRow>,
         unsorted: Vec<Row>,
     ) -> Option<Self> {
-        let mut rows: BTreeMap<Method, Vec<Row>> = BTreeMap::new();
+        // Where no failure has a detour, every method has its rows: none.
+        let mut rows: BTreeMap<Method, Vec<Row>> = Method::all()
+            .into_iter()
+            .map(|method| (method, Vec::new()))
+            .collect();
         for row in unsorted {
             rows.entry(row.method).or_default().push(row);
         }

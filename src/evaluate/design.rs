@@ -5,7 +5,7 @@
 //! neighbours alone decides which nodes are joined at every size; with a short reach a network of 100 nodes falls
 //! apart. The reach has a sweep of its own, on networks that it does not tear apart.
 
-use crate::network::{Generated, bundled};
+use crate::network::{Generated, Joining, bundled};
 
 /// Failures drawn per cell.
 const FAILURES: usize = 1_000;
@@ -75,6 +75,7 @@ impl Design {
             max_neighbours: MAX_NEIGHBOURS,
             map_size_m: MAP_SIZE_M,
             reach_fraction: REACH,
+            joining: Joining::Nearest,
             seed,
         };
         let (nodes, neighbours, reaches, maps): (&[usize], &[usize], &[f64], &[f64]) = match quick {

@@ -14,6 +14,7 @@ const COMMANDS: &[&[&str]] = &[
     &["network", "generate"],
     &["network", "info"],
     &["network", "convert"],
+    &["network", "criticality"],
     &["network", "draw"],
     #[cfg(feature = "edge")]
     &["demo"],

@@ -6,7 +6,8 @@ use skyway::draw::{Crop, DrawnRecomposition, GroundPlan, Labels, Picture, Pictur
 use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Bounds, Frame, Point};
 use skyway::network::{
-    Coordinates, Generated, NetworkDraft, NodeDraft, NodeIx, SegmentDraft, Topology, sketch,
+    Coordinates, Generated, Joining, NetworkDraft, NodeDraft, NodeIx, SegmentDraft, Topology,
+    sketch,
 };
 use skyway::recompose::{
     AreaShape, Outcome, Recomposition, Request, Scratch, Stage, StageRecord, Strategy, World,
@@ -388,6 +389,7 @@ fn a_large_network_is_a_reasonable_document() {
         max_neighbours: 20,
         map_size_m: 10_000.0,
         reach_fraction: 0.1,
+        joining: Joining::Nearest,
         seed: 7,
     };
     let draft = draft.network().expect("a network");

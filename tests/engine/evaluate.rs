@@ -7,7 +7,7 @@ use skyway::evaluate::{
     write_rows,
 };
 use skyway::formats::write_network;
-use skyway::network::Generated;
+use skyway::network::{Generated, Joining};
 use skyway::recompose::{AreaTest, Parameters, Request, Scratch, Strategy, World, recompose};
 use skyway::routing::Searcher;
 
@@ -30,6 +30,7 @@ fn text(nodes: usize, seed: u64) -> String {
         max_neighbours: 6,
         map_size_m: 1_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed,
     };
     write_network(&network.network().expect("variables of Table 1"))
@@ -230,6 +231,8 @@ fn rows_come_back_as_they_were_written() {
         sorted(measured.rows[1..].to_vec()).is_none(),
         "a row is missing"
     );
+    let none = CellRows::sorted(facts(), Vec::new(), Vec::new());
+    assert!(none.is_some(), "no failure has a detour");
 }
 
 fn facts() -> NetworkFacts {

@@ -2,7 +2,7 @@
 
 use super::table_cache::{request, topology};
 use skyway::airspace::{Airspace, Closed, RequestClosures};
-use skyway::network::{Components, Generated, NodeIx, SegmentIx, Topology};
+use skyway::network::{Components, Generated, Joining, NodeIx, SegmentIx, Topology};
 use skyway::recompose::{Recomposition, Request, Scratch, Strategy, World, recompose};
 use skyway::routing::{Baseline, Searcher, Start};
 use std::sync::Arc;
@@ -14,6 +14,7 @@ fn with_moved_nodes(seed: u64) -> Topology {
         max_neighbours: 5,
         map_size_m: 1_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed,
     };
     let mut draft = generated.network().expect("in range");

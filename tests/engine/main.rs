@@ -9,6 +9,7 @@ mod airspace;
 mod bundled;
 mod certificates;
 mod composition;
+mod criticality;
 mod drawing;
 #[cfg(feature = "cli")]
 mod evaluate;

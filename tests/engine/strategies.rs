@@ -6,7 +6,8 @@ use skyway::airspace::{Airspace, Change, Closure};
 use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use skyway::recompose::{
-    Outcome, Parameters, Recomposition, Request, Scope, Scratch, Strategy, World, recompose,
+    CellArea, Outcome, Parameters, Recomposition, Request, Scope, Scratch, Strategy, World,
+    recompose,
 };
 use skyway::routing::{Baseline, TreeCache};
 use std::collections::BTreeSet;
@@ -310,8 +311,10 @@ fn strategies(seed: u64) -> Vec<(Strategy, Scope, Parameters, oracle::Strategy)>
         inside,
         ..plain
     };
+    let cell_area = [CellArea::Squares, CellArea::Slices][(seed % 2) as usize];
     let cells = Parameters {
         cell_size_m: cell_m,
+        cell_area,
         inside,
         ..plain
     };
@@ -327,7 +330,10 @@ fn strategies(seed: u64) -> Vec<(Strategy, Scope, Parameters, oracle::Strategy)>
             Strategy::CellDensity,
             global,
             cells,
-            oracle::Strategy::CellDensity { cell_m },
+            oracle::Strategy::CellDensity {
+                cell_m,
+                slices: cell_area == CellArea::Slices,
+            },
         ),
         (
             Strategy::TwoPhased,

@@ -4,7 +4,7 @@ use super::strategies::cases;
 use skyway::airspace::{Airspace, Change, Closure};
 use skyway::compose::prepare_table;
 use skyway::flight::{FailureReport, FailureType, Location};
-use skyway::network::{Components, Generated, NodeIx, SegmentIx, Topology};
+use skyway::network::{Components, Generated, Joining, NodeIx, SegmentIx, Topology};
 use skyway::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
 use skyway::routing::TreeCache;
 use std::sync::Arc;
@@ -20,6 +20,7 @@ pub(crate) fn topology(seed: u64) -> Arc<Topology> {
         max_neighbours: 5,
         map_size_m: 1_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed,
     };
     let draft = generated.network().expect("in range");

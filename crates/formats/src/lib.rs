@@ -4,6 +4,7 @@ mod answer;
 mod area;
 mod buildings;
 mod certificate;
+mod criticality;
 mod csv_network;
 mod error;
 mod flight_document;
@@ -42,6 +43,7 @@ pub use answer::{answer, warning_text};
 pub use area::area_geometry;
 pub use buildings::read_buildings;
 pub use certificate::write_certificate;
+pub use criticality::{read_demand, write_criticality};
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
 pub use flight_document::{

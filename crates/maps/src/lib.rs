@@ -5,4 +5,4 @@
 pub mod buildings;
 pub mod draw;
 
-use skyway_engine::{airspace, flight, geo, network, recompose};
+use skyway_engine::{airspace, flight, geo, network, recompose, routing};

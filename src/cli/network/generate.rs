@@ -4,8 +4,8 @@ use crate::cli::files;
 use crate::cli::output::Output;
 use crate::cli::stop::{Stop, Verdict};
 use crate::formats::write_network;
-use crate::network::Generated;
-use clap::Args;
+use crate::network::{Generated, Joining};
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -30,12 +30,27 @@ pub(in crate::cli) struct Generate {
     /// Longest segment, as a fraction of the map size; 0.05 to 0.3 in the paper
     #[arg(long, value_name = "FRACTION", default_value_t = 0.1)]
     reach: f64,
+    /// Which nodes within reach are joined
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    joining: HowJoined,
     /// The same seed gives the same network
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
     /// Where to write it (GeoJSON; .gz compresses), or - for standard output
     #[arg(long, short, value_name = "FILE", default_value = "-")]
     output: PathBuf,
+}
+
+/// Which nodes within reach are joined.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum HowJoined {
+    /// Each with its nearest
+    #[default]
+    Nearest,
+    /// Any, drawn at random
+    Random,
+    /// Edges of a Delaunay triangulation, shortest first
+    Delaunay,
 }
 
 impl Generate {
@@ -45,6 +60,11 @@ impl Generate {
             max_neighbours: self.max_neighbours,
             map_size_m: self.map_size,
             reach_fraction: self.reach,
+            joining: match self.joining {
+                HowJoined::Nearest => Joining::Nearest,
+                HowJoined::Random => Joining::Random,
+                HowJoined::Delaunay => Joining::Delaunay,
+            },
             seed: self.seed,
         };
         let network = variables

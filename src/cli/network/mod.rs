@@ -2,6 +2,7 @@
 
 mod build;
 mod convert;
+mod criticality;
 mod draw;
 mod generate;
 mod info;
@@ -19,6 +20,7 @@ Examples:
   skyway network build buildings.geojson -o town.geojson       from building footprints
   skyway network generate --nodes 200 -o random.geojson        after the paper's Table 1
   skyway network convert city.json -o city.geojson             from another format
+  skyway network criticality --network corridor                what each failure costs
   skyway network draw --network corridor -o corridor.svg";
 
 /// The commands of `skyway network`.
@@ -32,6 +34,8 @@ pub(super) enum Network {
     Info(info::Info),
     /// Convert a network to another format
     Convert(convert::Convert),
+    /// Tell what each segment, node and pad costs the deliveries if it fails
+    Criticality(criticality::Criticalities),
     /// Draw a network, and a failure on it if one is named
     Draw(draw::Draw),
 }
@@ -43,6 +47,7 @@ impl Network {
             Self::Generate(command) => command.run(output),
             Self::Info(command) => command.run(output),
             Self::Convert(command) => command.run(output),
+            Self::Criticality(command) => command.run(output),
             Self::Draw(command) => command.run(output),
         }
     }

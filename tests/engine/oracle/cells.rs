@@ -27,12 +27,30 @@ pub(crate) fn cell_grid(network: &OracleNetwork, cell_m: f64) -> Option<(usize, 
 /// Grows the squares by one cell per round until a path is found or all nodes are inside.
 ///
 /// `cell_m` defaults to a sixteenth of the network size and must be one that [`cell_grid`] accepts.
-pub(crate) fn cell_density(world: &World, a: usize, b: usize, cell_m: Option<f64>) -> LocalAnswer {
+///
+/// In `slices` every node counts as lying at the lower corner of its cell, so that whole cells are taken.
+pub(crate) fn cell_density(
+    world: &World,
+    a: usize,
+    b: usize,
+    cell_m: Option<f64>,
+    slices: bool,
+) -> LocalAnswer {
     let network = world.network;
     let cell_m = cell_m.unwrap_or(network.size_m() / 16.0);
     let classes = density_classes(network, cell_m);
     let centres = neighbouring_nodes(world, a, b);
     let everything = world.counted_nodes(a, b);
+    let (columns, rows) = cell_grid(network, cell_m).expect("an accepted cell size");
+    let (min_x, min_y, _, _) = network.bounding_box();
+    let along = |x: f64, least: f64, count: usize| match slices {
+        true => ((x - least) / cell_m).floor().min(count as f64 - 1.0) * cell_m,
+        false => x,
+    };
+    let place = |node: usize| {
+        let node = &network.nodes[node];
+        (along(node.x, min_x, columns), along(node.y, min_y, rows))
+    };
 
     let mut trial = Trial::new(world, a, b);
     let mut reach_m = cell_m;
@@ -40,9 +58,9 @@ pub(crate) fn cell_density(world: &World, a: usize, b: usize, cell_m: Option<f64
         let squares = trial.area(|node| {
             centres.iter().any(|&centre| {
                 let half_side_m = classes[centre] * reach_m;
-                let dx = network.nodes[node].x - network.nodes[centre].x;
-                let dy = network.nodes[node].y - network.nodes[centre].y;
-                dx.abs() <= half_side_m + E_M && dy.abs() <= half_side_m + E_M
+                let ((x, y), (centre_x, centre_y)) = (place(node), place(centre));
+                let (dx, dy) = ((x - centre_x).abs(), (y - centre_y).abs());
+                dx <= half_side_m + E_M && dy <= half_side_m + E_M
             })
         });
         let covers_everything = squares == everything;

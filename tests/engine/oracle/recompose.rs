@@ -18,6 +18,8 @@ pub(crate) enum Strategy {
     /// Cells of this side in metres, a sixteenth of the network size by default.
     CellDensity {
         cell_m: Option<f64>,
+        /// Whether whole cells are taken rather than squares about nodes.
+        slices: bool,
     },
     /// Half the rectangle's width as a ratio of `|AB|` (0.5 by default), and whether stages are
     /// skipped.
@@ -44,7 +46,9 @@ impl Strategy {
     fn on_pair(self, world: &World, a: usize, b: usize) -> Option<LocalAnswer> {
         match self {
             Strategy::Radius => Some(radius(world, a, b)),
-            Strategy::CellDensity { cell_m } => Some(cell_density(world, a, b, cell_m)),
+            Strategy::CellDensity { cell_m, slices } => {
+                Some(cell_density(world, a, b, cell_m, slices))
+            }
             Strategy::TwoPhased {
                 val_ratio,
                 stage_skipping,

@@ -1,6 +1,8 @@
-//! Square cells over a network and how many nodes lie in each (paper, Algorithm 2, lines 1-3).
+//! Square cells over a network and the nodes in each (paper, Algorithm 2, lines 1-3).
 
+use super::identity::NodeIx;
 use crate::geo::{Bounds, Point};
+use std::ops::RangeInclusive;
 use thiserror::Error;
 
 /// More cells than this are refused.
@@ -47,14 +49,19 @@ pub enum CellSizeError {
     },
 }
 
-/// Node counts on a grid of square cells from the lower corner of the network's bounding box.
+/// A column and a row of cells.
+pub type CellPlace = (usize, usize);
+
+/// The nodes on a grid of square cells from the lower corner of the network's bounding box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityGrid {
     corner: Point,
     cell_size_m: f64,
     columns: usize,
     rows: usize,
-    counts: Vec<u32>,
+    /// Where each cell's nodes begin in `members`, row by row, and the end of the last.
+    first: Vec<u32>,
+    members: Vec<NodeIx>,
     spread: u64,
 }
 
@@ -76,22 +83,8 @@ impl DensityGrid {
         if columns_wanted * rows_wanted > MAX_CELLS as f64 {
             return Err(CellSizeError::TooManyCells { cell_size_m });
         }
-        let mut grid = Self {
-            corner: bounds.min,
-            cell_size_m,
-            columns: columns_wanted as usize,
-            rows: rows_wanted as usize,
-            counts: vec![0; columns_wanted as usize * rows_wanted as usize],
-            spread: 0,
-        };
-        for &position in positions {
-            let cell = grid.cell(position);
-            grid.counts[cell] += 1;
-        }
-        let fullest = grid.counts.iter().copied().max().unwrap_or(0);
-        let emptiest = grid.counts.iter().copied().min().unwrap_or(0);
-        grid.spread = u64::from(fullest - emptiest);
-        Ok(grid)
+        let shape = (columns_wanted as usize, rows_wanted as usize);
+        Ok(Self::arrange(positions, bounds.min, cell_size_m, shape))
     }
 
     /// The grid of the default cell size: the network size / 16; one cell where the network has no extent.
@@ -100,14 +93,47 @@ impl DensityGrid {
             size_m if size_m > 0.0 => size_m / DEFAULT_CELLS_PER_SIDE,
             _ => 1.0,
         };
-        Self::count(positions, bounds, cell_size_m).unwrap_or_else(|_| Self {
-            corner: bounds.min,
+        Self::count(positions, bounds, cell_size_m)
+            .unwrap_or_else(|_| Self::arrange(positions, bounds.min, cell_size_m, (1, 1)))
+    }
+
+    /// Sorts the nodes into cells, so many columns and rows of them.
+    fn arrange(
+        positions: &[Point],
+        corner: Point,
+        cell_size_m: f64,
+        (columns, rows): (usize, usize),
+    ) -> Self {
+        let mut grid = Self {
+            corner,
             cell_size_m,
-            columns: 1,
-            rows: 1,
-            counts: vec![positions.len() as u32],
+            columns,
+            rows,
+            first: Vec::new(),
+            members: vec![NodeIx(0); positions.len()],
             spread: 0,
-        })
+        };
+        let mut ends = vec![0_u32; columns * rows + 1];
+        let cells: Vec<usize> = positions
+            .iter()
+            .map(|&position| grid.number(grid.cell_at(position)))
+            .collect();
+        for &cell in &cells {
+            ends[cell + 1] += 1;
+        }
+        let counts = &ends[1..];
+        let fullest = counts.iter().copied().max().unwrap_or(0);
+        let emptiest = counts.iter().copied().min().unwrap_or(0);
+        grid.spread = u64::from(fullest - emptiest);
+        for cell in 1..ends.len() {
+            ends[cell] += ends[cell - 1];
+        }
+        grid.first.clone_from(&ends);
+        for (node, cell) in (0..).zip(cells) {
+            grid.members[ends[cell] as usize] = NodeIx(node);
+            ends[cell] += 1;
+        }
+        grid
     }
 
     /// The side of a cell, in metres.
@@ -115,9 +141,14 @@ impl DensityGrid {
         self.cell_size_m
     }
 
+    /// How many cells there are.
+    pub fn cell_count(&self) -> usize {
+        self.columns * self.rows
+    }
+
     /// How full the cell is that a position lies in.
     pub fn density_at(&self, position: Point) -> Density {
-        let nodes = u64::from(self.counts[self.cell(position)]);
+        let nodes = self.nodes(self.number(self.cell_at(position))).len() as u64;
         if 3 * nodes <= self.spread {
             Density::Sparse
         } else if 3 * nodes <= 2 * self.spread {
@@ -127,13 +158,57 @@ impl DensityGrid {
         }
     }
 
-    fn cell(&self, position: Point) -> usize {
+    /// The nodes in a cell, by its number.
+    pub fn nodes(&self, cell: usize) -> &[NodeIx] {
+        &self.members[self.first[cell] as usize..self.first[cell + 1] as usize]
+    }
+
+    /// The cell that a position lies in, the nearest one for a position outside.
+    pub fn cell_at(&self, position: Point) -> CellPlace {
         let place = |offset_m: f64, cells: usize| {
             ((offset_m / self.cell_size_m).floor().max(0.0) as usize).min(cells - 1)
         };
-        let column = place(position.x - self.corner.x, self.columns);
-        let row = place(position.y - self.corner.y, self.rows);
+        (
+            place(position.x - self.corner.x, self.columns),
+            place(position.y - self.corner.y, self.rows),
+        )
+    }
+
+    /// The number of a cell.
+    pub fn number(&self, (column, row): CellPlace) -> usize {
         row * self.columns + column
+    }
+
+    /// The columns and rows of the cells that may hold a node in a box.
+    pub fn cells_in(&self, bounds: Bounds) -> (RangeInclusive<usize>, RangeInclusive<usize>) {
+        let (low, high) = (self.cell_at(bounds.min), self.cell_at(bounds.max));
+        (low.0..=high.0, low.1..=high.1)
+    }
+
+    /// The columns and rows up to so many cells from one.
+    pub fn cells_around(
+        &self,
+        (column, row): CellPlace,
+        cells: usize,
+    ) -> (RangeInclusive<usize>, RangeInclusive<usize>) {
+        let reach = |place: usize, count: usize| {
+            place.saturating_sub(cells)..=place.saturating_add(cells).min(count - 1)
+        };
+        (reach(column, self.columns), reach(row, self.rows))
+    }
+
+    /// The square of a cell.
+    pub fn bounds_of(&self, (column, row): CellPlace) -> Bounds {
+        let corner = |column: usize, row: usize| {
+            Point::new(
+                self.corner.x + column as f64 * self.cell_size_m,
+                self.corner.y + row as f64 * self.cell_size_m,
+            )
+        };
+        Bounds {
+            min: corner(column, row),
+            max: corner(column + 1, row + 1),
+        }
     }
 }
 
@@ -155,6 +230,8 @@ mod tests {
         assert_eq!(grid.density_at(at(15.0)), Density::Dense);
         assert_eq!(grid.density_at(at(25.0)), Density::Average);
         assert_eq!(grid.density_at(at(35.0)), Density::Sparse);
+        let cell = grid.number(grid.cell_at(at(35.0)));
+        assert_eq!(grid.nodes(cell), [NodeIx(1)]);
     }
 
     #[test]

@@ -25,10 +25,12 @@ mod topology;
 pub use components::Components;
 pub use correspondence::Correspondence;
 pub use corridor::{CORRIDOR_SEED, san_marcos_san_antonio};
-pub use density::{CellSizeError, Density, DensityGrid, MAX_CELLS};
+pub use density::{CellPlace, CellSizeError, Density, DensityGrid, MAX_CELLS};
 pub use draft::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};
 pub use error::{Feature, MAX_ERRORS, NetworkError, NetworkFault};
-pub use generate::{GenerateError, Generated, MAX_GENERATED_NEIGHBOURS, MAX_GENERATED_NODES};
+pub use generate::{
+    GenerateError, Generated, Joining, MAX_GENERATED_NEIGHBOURS, MAX_GENERATED_NODES,
+};
 pub use identity::{NodeIx, SegmentIx};
 pub use index::{NodeBox, SegmentBox, outer_box};
 pub use order::NodeOrder;

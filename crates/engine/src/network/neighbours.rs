@@ -1,13 +1,16 @@
-//! Joining points with their nearest neighbours, with a hard limit on the segments of each.
+//! Joining points with others within reach, with a hard limit on the segments of each.
 //!
-//! A pair is a candidate when either point is among the other's K nearest within reach. Candidates
+//! Nearest neighbours: a pair is a candidate when either point is among the other's K nearest within reach. Candidates
 //! are taken shortest first (then in point order), each as long as both its points have fewer than
 //! K segments. So K is the largest degree, and the short links that hold a neighbourhood together
 //! are never crowded out by long ones. Asking that both choose each other would leave a point
 //! beside a cluster alone, since the members of the cluster have nearer ones to choose; that either
 //! does gives it its links as long as they have room.
 
+use super::seeded::Seeded;
 use crate::geo::{Bounds, Point};
+use rustc_hash::FxHashSet;
+use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
 /// Points per cell of the grid, on average: a ring or two of cells holds the neighbours of most
 /// points.
@@ -21,14 +24,110 @@ pub(super) fn join_nearest(
     reach_m: f64,
     joined: &[(u32, u32)],
 ) -> Vec<(u32, u32)> {
-    let mut candidates = candidates(points, max_neighbours, reach_m);
+    shortest_first(
+        points.len(),
+        candidates(points, max_neighbours, reach_m),
+        max_neighbours,
+        joined,
+    )
+}
+
+/// The edges of a Delaunay triangulation within reach, shortest first while both ends have room; sorted.
+pub(super) fn join_delaunay(
+    points: &[Point],
+    max_neighbours: usize,
+    reach_m: f64,
+) -> Vec<(u32, u32)> {
+    let places = (0..)
+        .zip(points)
+        .map(|(place, &point)| Place { place, point });
+    // Coordinates of a network are finite, so that all points can be inserted.
+    let triangulation =
+        DelaunayTriangulation::<Place>::bulk_load(places.collect()).unwrap_or_default();
+    let edges = triangulation.undirected_edges().map(|edge| {
+        let [one, other] = edge.vertices().map(|vertex| vertex.data().place);
+        Candidate {
+            length_m: points[one as usize].distance_m(points[other as usize]),
+            ends: (one.min(other), one.max(other)),
+        }
+    });
+    let within = edges.filter(|edge| edge.length_m <= reach_m).collect();
+    shortest_first(points.len(), within, max_neighbours, &[])
+}
+
+/// A point of a triangulation.
+struct Place {
+    place: u32,
+    point: Point,
+}
+
+impl HasPosition for Place {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        Point2::new(self.point.x, self.point.y)
+    }
+}
+
+/// Pairs within reach at random: point by point, in an order that is drawn, each joins others with room that
+/// are drawn, until it has no room itself; sorted.
+pub(super) fn join_at_random(
+    points: &[Point],
+    max_neighbours: usize,
+    reach_m: f64,
+    seeded: &mut Seeded,
+) -> Vec<(u32, u32)> {
+    let Some(grid) = Grid::over(points) else {
+        return Vec::new();
+    };
+    let mut order: Vec<u32> = (0..points.len() as u32).collect();
+    shuffle(&mut order, seeded);
+    let mut degrees = vec![0_usize; points.len()];
+    let mut pairs = FxHashSet::default();
+    let mut within = Vec::new();
+    for point in order {
+        within.clear();
+        grid.within(points, point, reach_m, &mut within);
+        while degrees[point as usize] < max_neighbours && !within.is_empty() {
+            let other = within.swap_remove(draw(within.len(), seeded));
+            let pair = (point.min(other), point.max(other));
+            if degrees[other as usize] < max_neighbours && pairs.insert(pair) {
+                degrees[point as usize] += 1;
+                degrees[other as usize] += 1;
+            }
+        }
+    }
+    let mut pairs: Vec<(u32, u32)> = pairs.into_iter().collect();
+    pairs.sort_unstable();
+    pairs
+}
+
+/// A whole number below `count`, which is above 0.
+fn draw(count: usize, seeded: &mut Seeded) -> usize {
+    ((seeded.unit() * count as f64) as usize).min(count - 1)
+}
+
+/// Fisher and Yates.
+fn shuffle(places: &mut [u32], seeded: &mut Seeded) {
+    for last in (1..places.len()).rev() {
+        places.swap(last, draw(last + 1, seeded));
+    }
+}
+
+/// Takes candidates, shortest first, while both ends have room; sorted.
+fn shortest_first(
+    points: usize,
+    mut candidates: Vec<Candidate>,
+    max_neighbours: usize,
+    joined: &[(u32, u32)],
+) -> Vec<(u32, u32)> {
     candidates.sort_unstable_by(|left, right| {
         let by_length = left.length_m.total_cmp(&right.length_m);
         by_length.then_with(|| left.ends.cmp(&right.ends))
     });
     candidates.dedup_by(|left, right| left.ends == right.ends);
 
-    let mut degrees = vec![0_usize; points.len()];
+    let mut degrees = vec![0_usize; points];
     for &(from, to) in joined {
         degrees[from as usize] += 1;
         degrees[to as usize] += 1;
@@ -127,6 +226,21 @@ impl Grid {
     fn cell_of(&self, point: Point) -> usize {
         let (column, row) = self.column_and_row(point);
         row * self.columns + column
+    }
+
+    /// The other points no farther from one than the reach, without those that coincide with it.
+    fn within(&self, points: &[Point], centre: u32, reach_m: f64, found: &mut Vec<u32>) {
+        let position = points[centre as usize];
+        let (column, row) = self.column_and_row(position);
+        let rings = ((reach_m / self.side_m) as usize).saturating_add(2);
+        for ring in 0..rings.min(self.columns.max(self.rows)) {
+            self.for_ring(column, row, ring, |other| {
+                let length_m = position.distance_m(points[other as usize]);
+                if length_m > 0.0 && length_m <= reach_m {
+                    found.push(other);
+                }
+            });
+        }
     }
 
     /// The `count` points nearest to one, no farther than the reach, by distance and then by place.

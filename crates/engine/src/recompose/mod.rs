@@ -32,7 +32,7 @@ pub use answer::{Fallback, Outcome, Recomposition, Repair, Severance, Warning};
 pub use certificate::{Certificate, certify};
 pub use explanation::{AreaShape, Stage, StageRecord};
 pub use recomposition::{Scratch, World, recompose};
-pub use request::{AreaTest, BroughtZone, Parameters, Request, Scope, Strategy};
+pub use request::{AreaTest, BroughtZone, CellArea, Parameters, Request, Scope, Strategy};
 pub use safety::{Flag, Near, UnsafeCode, UnsafeWay, WhyNot};
 pub(crate) use severance::causes_of_leg;
 pub use ways_back::{WaysBack, ways_back};

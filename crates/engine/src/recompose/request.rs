@@ -92,11 +92,24 @@ pub enum AreaTest {
     Polygon,
 }
 
+/// What the cell density-based strategy searches about a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum CellArea {
+    /// A square about the node's own position.
+    #[default]
+    Squares,
+    /// Whole cells: those up to so many columns and rows from the node's own, as the indices of the
+    /// paper's pseudocode can be read.
+    Slices,
+}
+
 /// Numbers that the paper leaves open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// Side of the cells of the cell density-based strategy, in metres; `None` is the network size / 16.
     pub cell_size_m: Option<f64>,
+    /// What the cell density-based strategy searches about each node.
+    pub cell_area: CellArea,
     /// Half the height of the two-phased strategy's rectangle, as a share of the leg.
     pub val_ratio: f64,
     /// Whether the two-phased strategy skips stages with few nodes.
@@ -115,6 +128,7 @@ impl Default for Parameters {
     fn default() -> Self {
         Self {
             cell_size_m: None,
+            cell_area: CellArea::Squares,
             val_ratio: 0.5,
             stage_skipping: true,
             area_test: AreaTest::Frame,

@@ -5,6 +5,7 @@
 
 mod area;
 mod baselines;
+mod criticality;
 mod exact;
 mod frontier;
 mod heap;
@@ -15,6 +16,7 @@ mod way;
 
 pub use area::Area;
 pub use baselines::Baseline;
+pub use criticality::{Cost, Criticality, Demand, Fleet, criticality, uniform_demand};
 pub use frontier::{Entrance, Start};
 pub use searcher::{Arrival, Searcher};
 pub use tree::DestinationTree;

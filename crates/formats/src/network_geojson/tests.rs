@@ -3,7 +3,9 @@
 use super::super::error::MAX_FORMAT_ERRORS;
 use super::*;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference};
-use crate::network::{Coordinates, Generated, NetworkDraft, NodeDraft, Role, SegmentDraft};
+use crate::network::{
+    Coordinates, Generated, Joining, NetworkDraft, NodeDraft, Role, SegmentDraft,
+};
 
 fn draft() -> NetworkDraft {
     let node = |id: &str, position| NodeDraft {
@@ -62,6 +64,7 @@ fn what_is_written_reads_back_the_same() {
         max_neighbours: 6,
         map_size_m: 5_000.0,
         reach_fraction: 0.2,
+        joining: Joining::Nearest,
         seed: 3,
     };
     let generated = variables.network().expect("in range");

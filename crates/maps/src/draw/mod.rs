@@ -5,6 +5,7 @@
 //! told apart by pattern or shape as well as by colour. The text refers to nothing outside itself, runs no
 //! script, and is the same to the byte for the same picture.
 
+mod criticality;
 mod flight;
 mod furniture;
 mod labels;
@@ -23,6 +24,7 @@ use crate::airspace::{Hits, Zone};
 use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Recomposition;
+use crate::routing::Criticality;
 pub use flight::DrawnFlight;
 use furniture::Sheet;
 use labels::Labeller;
@@ -45,6 +47,8 @@ pub struct Picture<'a> {
     pub recomposition: Option<DrawnRecomposition<'a>>,
     /// A plan with times and battery.
     pub flight: Option<DrawnFlight<'a>>,
+    /// What each failure on it costs.
+    pub criticality: Option<&'a Criticality>,
     /// How it is drawn.
     pub options: PictureOptions,
 }
@@ -63,6 +67,7 @@ impl<'a> Picture<'a> {
             closed: &NOTHING_CLOSED,
             recomposition: None,
             flight: None,
+            criticality: None,
             options: PictureOptions::default(),
         }
     }
@@ -163,6 +168,9 @@ pub fn svg(picture: &Picture<'_>) -> String {
     }
     network::draw_zones(picture, &view, &mut map, &mut legend);
     network::draw_closed_segments(picture, &view, grain, &mut map, &mut legend);
+    if let Some(found) = picture.criticality {
+        criticality::draw_criticality(picture.topology, found, &view, &mut map, &mut legend);
+    }
     network::draw_nodes(picture, &view, grain, &mut map, &mut legend);
     if let Some(drawn) = drawn {
         let scene = recomposition::Scene::new(picture.topology, drawn, &view);

@@ -6,7 +6,7 @@ use crate::api::server::Drain;
 use crate::clock::Clock;
 use crate::edge::{Code, Edge, NewNetwork, Settings};
 use crate::formats::{load_network, write_network};
-use crate::network::{Generated, Topology};
+use crate::network::{Generated, Joining, Topology};
 use std::sync::Arc;
 use tonic_health::ServingStatus;
 use tonic_health::pb::HealthCheckRequest;
@@ -18,6 +18,7 @@ fn network() -> NewNetwork {
         max_neighbours: 4,
         map_size_m: 1_000.0,
         reach_fraction: 0.3,
+        joining: Joining::Nearest,
         seed: 1,
     };
     let text = write_network(&generated.network().expect("in range"));

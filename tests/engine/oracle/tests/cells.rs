@@ -34,7 +34,7 @@ fn cells_make_squares_by_density() {
         ],
         &[("A", "B"), ("A", "M"), ("M", "B")],
     );
-    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0), false);
     // sqrt(200^2 + 400^2) + sqrt(100^2 + 400^2) = 447.214 + 412.311.
     assert_length(answer.length_m, 859.524);
     assert_eq!((answer.stage, answer.searches), ("cells", 1));
@@ -46,11 +46,11 @@ fn cells_make_squares_by_density() {
     );
     assert_eq!(answer.area, inside);
     // A closed p1 leaves the area but keeps its place in its cell, as a1 does.
-    let answer = cell_density(&world(&network, &["p1", "a1"]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &["p1", "a1"]), 0, 1, Some(100.0), false);
     assert_eq!(answer.area, &inside - &all(&network, &["p1", "a1"]));
     // M closed: no neighbour, no square about it, no path; the last area is all of the 18 nodes
     // left.
-    let answer = cell_density(&world(&network, &["M"]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &["M"]), 0, 1, Some(100.0), false);
     assert_eq!(answer.stages[0].nodes.len(), 11);
     assert_eq!((answer.path, answer.area.len()), (None, 18));
 }
@@ -73,7 +73,7 @@ fn cells_grow_by_their_side() {
     // Squares of A, B, M, Q, all dense, M's and Q's reach up to y = 200, 300, 400: P is inside in
     // round 3. Length 100 + 2 sqrt(50^2 + 300^2) + 100 = 808.276.
     let network = far_around(&[("A", "B"), ("A", "M"), ("M", "P"), ("P", "Q"), ("Q", "B")]);
-    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0), false);
     assert_length(answer.length_m, 808.276);
     assert_eq!(
         (answer.searches, answer.area.len(), answer.area_segments),
@@ -82,13 +82,16 @@ fn cells_grow_by_their_side() {
     // By default C = 400 / 16 = 25: the reach is 25, 50, ... over 4 x 16 cells. Each node is
     // alone in its cell, CO = 1, 3 x 1 > 2 is dense: a reach of 300 in round 12.
     assert_eq!(cell_grid(&network, 25.0), Some((4, 16)));
-    assert_eq!(cell_density(&world(&network, &[]), 0, 1, None).searches, 12);
+    assert_eq!(
+        cell_density(&world(&network, &[]), 0, 1, None, false).searches,
+        12
+    );
 }
 
 #[test]
 fn cells_end_without_a_path_when_all_nodes_are_inside() {
     let network = far_around(&[("A", "B"), ("A", "M"), ("M", "P"), ("Q", "B")]);
-    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &[]), 0, 1, Some(100.0), false);
     assert_eq!(
         (
             answer.path,
@@ -101,9 +104,9 @@ fn cells_end_without_a_path_when_all_nodes_are_inside() {
     // A neighbour across a closed segment keeps its square: still P is reached in round 3.
     let mut closed = world(&network, &[]);
     closed.closed_segments.extend([1, 3]);
-    assert_eq!(cell_density(&closed, 0, 1, Some(100.0)).searches, 3);
+    assert_eq!(cell_density(&closed, 0, 1, Some(100.0), false).searches, 3);
     // M and Q closed: the squares of A and B alone reach P in round 4, and N = 3.
-    let answer = cell_density(&world(&network, &["M", "Q"]), 0, 1, Some(100.0));
+    let answer = cell_density(&world(&network, &["M", "Q"]), 0, 1, Some(100.0), false);
     assert_eq!((answer.searches, answer.area.len()), (4, 3));
 }
 

@@ -9,7 +9,10 @@ const SEEDS: std::ops::Range<u64> = 0..600;
 
 const LOCAL_STRATEGIES: [Strategy; 4] = [
     Strategy::Radius,
-    Strategy::CellDensity { cell_m: None },
+    Strategy::CellDensity {
+        cell_m: None,
+        slices: false,
+    },
     Strategy::TwoPhased {
         val_ratio: 0.5,
         stage_skipping: true,

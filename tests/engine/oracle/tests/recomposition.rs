@@ -219,7 +219,10 @@ fn ends_in_one_place_are_answered_exactly() {
     let answer = recompose(
         &report(&network, &[], &[]),
         None,
-        Strategy::CellDensity { cell_m: None },
+        Strategy::CellDensity {
+            cell_m: None,
+            slices: false,
+        },
     );
     assert_eq!(
         (answer.strategy_used, answer.fallback),
