@@ -21,8 +21,6 @@ pub mod config;
 pub mod demo;
 #[cfg(feature = "edge")]
 pub mod edge;
-#[cfg(feature = "cli")]
-pub mod evaluate;
 #[cfg(feature = "edge")]
 pub mod intake;
 #[cfg(feature = "edge")]
@@ -37,6 +35,7 @@ pub use skyway_engine::{
     airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
     routing, verify,
 };
+pub use skyway_evaluation::evaluate;
 pub use skyway_formats as formats;
 pub use skyway_maps::{buildings, draw};
 pub use skyway_planted as planted;

@@ -79,6 +79,7 @@ const CRATES: &[(&str, &str)] = &[
     ),
     ("maps", "buildings draw"),
     ("formats", "formats"),
+    ("evaluation", "evaluate"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.
