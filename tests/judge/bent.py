@@ -326,8 +326,8 @@ def flown_cases():
     # It closes at 400 s. The leg c - d is left at 219 s: widened by 71 s it begins at 329 s.
     later = round_zone("later", 2500.0, 0.0, 50.0, [(400.0, 900.0)])
     right = flown_answer("bfgcd", stretch, 25.0)
-    plan = {"id": "p", "segments": set(), "stays": [("f", 0, NOW_S, NOW_S + 3600.0)]}
-    other_pad = {"id": "p", "segments": set(), "stays": [("f", 1, NOW_S, NOW_S + 3600.0)]}
+    plan = {"id": "p", "segments": set(), "stays": [], "held": [("f", 0, NOW_S, NOW_S + 3600.0)]}
+    other_pad = {"id": "p", "segments": set(), "stays": [], "held": [("f", 1, NOW_S, NOW_S + 3600.0)]}
     cases = [
         (
             "flown, before a zone begins",

@@ -129,8 +129,22 @@ class Heights:
         return max(UNKNOWN_CLIMB_M, max(other) - min(one) if is_comparable else 0.0)
 
 
+    def dip_m(self, segment: Segment, node: str) -> float:
+        """How far below the altitude at which its end is passed a segment's band ends."""
+        known = self._known[node]
+        is_comparable = segment.upper_m is not None and segment.reference == self._references[node]
+        return max(0.0, max(known) - segment.upper_m) if is_comparable and self._is_sure[node] else 0.0
+
+
 def fly(drone: Drone, network: Network, heights: Heights, segment: Segment, start: str) -> Stretch | None:
-    """A segment from one of its ends to the other."""
+    """A segment from one of its ends to the other: down into its band, along it, and up again."""
     end = segment.other(start)
     one, other = network.nodes[start].at, network.nodes[end].at
-    return drone.stretch(one, other, segment.length_m, segment.speed_limit_mps, heights.climb_m(start, end))
+    down_m, up_m = heights.dip_m(segment, start), heights.dip_m(segment, end)
+    climb_m = heights.climb_m(start, end) + down_m - up_m
+    along = drone.stretch(one, other, segment.length_m, segment.speed_limit_mps, climb_m)
+    if along is None:
+        return None
+    climb_wh = drone.airframe.climb_wh(drone.payload_kg, up_m)
+    upright_s = (down_m + up_m) / VERTICAL_MPS
+    return Stretch(along.time_s + upright_s, along.least_wh, along.most_wh + climb_wh)

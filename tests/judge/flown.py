@@ -85,10 +85,15 @@ def stretch_of(case: Case, drone: Drone) -> Stretch | None:
         return drone.stretch(reading.report.place, node.at, case.stretch_m, None, 0.0)
     other = reading.to_at if node.id == reading.a else reading.from_at
     heights = heights_of(case)
-    climb = heights.climb_m(reading.b, reading.a) if node.id == reading.a else heights.climb_m(reading.a, reading.b)
+    ends = (reading.b, reading.a) if node.id == reading.a else (reading.a, reading.b)
+    down_m, up_m = (0.0 if reading.segment is None else heights.dip_m(reading.segment, end) for end in ends)
+    climb = heights.climb_m(*ends) + down_m - up_m
     part = min(1.0, case.stretch_m / reading.length_m) if reading.length_m > 0.0 else 1.0
     flown = drone.stretch(other, node.at, case.stretch_m, limit, climb * part)
-    if flown is None or case.overrun_m == 0.0:
+    if flown is None:
+        return None
+    flown.most_wh += drone.airframe.climb_wh(drone.payload_kg, up_m)
+    if case.overrun_m == 0.0:
         return flown
     # The overrun is flown with the leg and back against it.
     there = drone.stretch(node.at, other, case.overrun_m, limit, abs(climb))
@@ -279,7 +284,7 @@ def check_stops(case: Case, drone: Drone, flight: dict) -> None:
         for plan in case.world.plans:
             if case.report.plan is not None and plan["id"] == case.report.plan["id"]:
                 continue
-            for node_taken, pad, since, until in plan["stays"]:
+            for node_taken, pad, since, until in plan["held"]:
                 taken = node_taken == node and pad == stop["pad"] and lands < until - 0.01 and leaves > since + 0.01
                 case.expect(not taken, "pads", f"pad {pad} of {node} is taken by the plan {plan['id']}")
 
@@ -301,12 +306,14 @@ def plain_ways(case: Case, drone: Drone) -> tuple[dict[str, float], dict[str, tu
             heapq.heappush(by_length, (start.length_m, drawn, start.node))
     least_wh: dict[str, float] = {}
     shortest: dict[str, tuple[float, float]] = {}
+    # A drone in the air cannot wait until others have flown by.
+    taken_by_others = flown_by_others(case)
 
     def onward(node: str, done):
         for segment in network.beside[node]:
             other = segment.other(node)
             is_open = reading.blocked.get(segment.id, "no") == "no" and reading.closed_nodes.get(other, "no") == "no"
-            if other in done or not is_open:
+            if other in done or not is_open or segment.id in taken_by_others:
                 continue
             flown = fly(drone, network, heights, segment, node)
             if flown is not None:
@@ -407,6 +414,13 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
                 f"draws {drawn:.3f} Wh, another node is reached with {nearest:.3f}",
             )
     check_best(case, battery, shortest, least_wh, capacity)
+
+
+def flown_by_others(case: Case) -> set[str]:
+    """The segments that the answer names as taken by a plan that there is."""
+    plans = {plan["id"] for plan in case.world.plans}
+    causes = [cause for cause in case.answer.get("causes") or [] if cause["code"] == "traffic"]
+    return {str(cause["segment"]) for cause in causes if cause.get("plan_id") in plans}
 
 
 def is_taken(case: Case, node: str) -> bool:

@@ -31,6 +31,8 @@ def keep(edge: Edge, dice: random.Random, world: World, before: list[dict]) -> N
         for earlier in before:
             if earlier["id"] == plan["id"]:
                 add(plan, earlier)
+        # What is told after the answers may have been taken after them.
+        plan["held"] = list(plan["stays"])
 
 
 def read_again(edge: Edge, world: World) -> None:

@@ -6,6 +6,8 @@ from reading import Start, is_finite
 from world import DOUBT_M
 
 AT_NODE_M = 15.0
+# The edge's clock runs on from the moment that the judge set, until it answers the last report of a batch.
+RUNS_ON_S = 0.05
 
 
 def check_held(case: Case) -> None:
@@ -111,8 +113,10 @@ def check_stretch_told(case: Case) -> None:
     if leg != case.report.leg:
         case.expect(fraction <= 1e-6, "first_stretch", f"it stands at {leg[0]}, and begins at {fraction} of {leg}")
         return
-    begin_m = reading.far_m if case.nodes[0] == reading.a else reading.at_m
-    begins = abs(fraction * reading.length_m - begin_m) <= 0.1 + 1e-6 * reading.length_m
+    is_back = case.nodes[0] == reading.a
+    begin_m = reading.far_m if is_back else reading.at_m
+    flown_m = reading.airspeed_mps * RUNS_ON_S if is_back else 0.0
+    begins = abs(fraction * reading.length_m - begin_m) <= 0.1 + flown_m + 1e-6 * reading.length_m
     if reading.straight_m > 0.0 and reading.where != "off":
         case.expect(
             begins,

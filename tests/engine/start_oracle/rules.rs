@@ -230,12 +230,11 @@ impl<'a> Leg<'a> {
         );
         let (way, spare) = match (back, on) {
             (Some(back), Some(on)) => {
-                let shorter = |from: f64| (from - part.0) - (part.1 - at);
-                let (now, then) = (shorter(at), shorter(latest));
-                if now.signum() != then.signum() || now.abs() * self.length_m < DOUBT_M {
+                let longer = (latest - part.0) - (part.1 - at);
+                if longer.abs() * self.length_m < DOUBT_M {
                     return Err("both ways out are as short");
                 }
-                match now < 0.0 {
+                match longer < 0.0 {
                     true => (Some(back), Some(on)),
                     false => (Some(on), Some(back)),
                 }

@@ -318,7 +318,8 @@ impl Finder<'_, '_> {
         let back = may_go_back.then(|| self.back(drone.latest, 0.0));
         let on = may_go_on.then(|| self.on(flown));
         if back.is_some() || on.is_some() {
-            let is_back_shorter = flown - from <= until - flown;
+            // Where its place is old, both ways are the longest that they can be.
+            let is_back_shorter = drone.latest - from <= until - flown;
             self.take_shorter(back, on, is_back_shorter);
             return;
         }
