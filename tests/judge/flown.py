@@ -417,10 +417,14 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
 
 
 def flown_by_others(case: Case) -> set[str]:
-    """The segments that the answer names as taken by a plan that there is."""
-    plans = {plan["id"] for plan in case.world.plans}
-    causes = [cause for cause in case.answer.get("causes") or [] if cause["code"] == "traffic"]
-    return {str(cause["segment"]) for cause in causes if cause.get("plan_id") in plans}
+    """The segments that the answer names as taken, each by a plan that flies it or has a version that was not told whole."""
+    plans = {plan["id"]: plan for plan in case.world.plans}
+    taken = set()
+    for cause in case.answer.get("causes") or []:
+        plan = plans.get(cause.get("plan_id")) if cause["code"] == "traffic" else None
+        if plan and (str(cause["segment"]) in plan["segments"] or plan["sent"] - plan["seen"]):
+            taken.add(str(cause["segment"]))
+    return taken
 
 
 def is_taken(case: Case, node: str) -> bool:
