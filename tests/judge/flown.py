@@ -417,7 +417,7 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
 
 
 def flown_by_others(case: Case) -> set[str]:
-    """The segments that the answer names as taken, each by a plan that flies it or has a version that was not told whole."""
+    """What the answer names as taken, each by a plan that flies it or has a version that was not told whole."""
     plans = {plan["id"]: plan for plan in case.world.plans}
     taken = set()
     for cause in case.answer.get("causes") or []:
