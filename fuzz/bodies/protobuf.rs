@@ -27,14 +27,11 @@ pub(crate) fn run(bytes: &[u8]) {
     }
     decoded::<proto::CreatePlanRequest>(bytes);
     decoded::<proto::ListPlansRequest>(bytes);
-    decoded::<proto::CreateZoneRequest>(bytes);
-    decoded::<proto::PutZoneRequest>(bytes);
-    decoded::<proto::CreateClosureRequest>(bytes);
-    decoded::<proto::ChangeClosureRequest>(bytes);
-    decoded::<proto::DecideProposalRequest>(bytes);
+    decoded::<proto::DeclinePlanRequest>(bytes);
+    decoded::<proto::CompletePlanRequest>(bytes);
     decoded::<proto::GetNetworkRequest>(bytes);
     decoded::<proto::NearestRequest>(bytes);
-    decoded::<proto::GetRecompositionRequest>(bytes);
+    decoded::<proto::WatchEventsRequest>(bytes);
 }
 
 /// What decodes is a message: encoded, it decodes again.

@@ -241,37 +241,21 @@ impl Town {
         positions.pop().expect("a position")
     }
 
-    /// Puts the weather.
+    /// Puts the weather, as operators do.
     pub(crate) async fn put_weather(
         &self,
         weather: Value,
         etag: Option<&str>,
     ) -> Result<wire::WeatherAnswer<'static>, Refused> {
-        match self.dialect {
-            Dialect::Rest => {
-                let if_match = etag.map(|etag| ("if-match", etag));
-                let headers: Vec<(&str, &str)> = if_match.into_iter().collect();
-                let told = self
-                    .api
-                    .ask("PUT /v1/weather", &headers, &weather.to_string())
-                    .await;
-                match told.status {
-                    200 => Ok(serde_json::from_str(&told.body).expect("weather")),
-                    _ => Err(refused(&told.json())),
-                }
-            }
-            Dialect::Grpc => {
-                let weather: wire::Weather = serde_json::from_value(weather).expect("weather");
-                let message = proto::PutWeatherRequest {
-                    clear: weather.wind.is_empty(),
-                    wind: weather.wind.into_proto(),
-                    etag: etag.map(str::to_owned),
-                };
-                let answer = self
-                    .call::<proto::WeatherAnswer>("Airspace/PutWeather", &message)
-                    .await?;
-                Ok(wire::WeatherAnswer::from_proto(answer).expect("weather"))
-            }
+        let if_match = etag.map(|etag| ("if-match", etag));
+        let headers: Vec<(&str, &str)> = if_match.into_iter().collect();
+        let told = self
+            .api
+            .ask("PUT /v1/weather", &headers, &weather.to_string())
+            .await;
+        match told.status {
+            200 => Ok(serde_json::from_str(&told.body).expect("weather")),
+            _ => Err(refused(&told.json())),
         }
     }
 

@@ -21,7 +21,7 @@ const SHED_ENOUGH: usize = 100;
 const ASKED_MAX: usize = 4_000;
 
 const READ: (Method, &str) = (Method::GET, "/v1/zones");
-const READ_RPC: &str = "/skyway.v1.Airspace/ListZones";
+const READ_RPC: &str = "/skyway.v1.Plans/ListPlans";
 const REPORT: (Method, &str) = (Method::POST, "/v1/failures");
 
 #[derive(Default)]
