@@ -136,7 +136,7 @@ pub(crate) fn measure(workload: &Workload, objective: Objective) {
                 start: flown.plan.start,
                 plan: &flown.plan,
                 began_s: flown.plan.start.at_s,
-                refuge: None,
+                alternate: None,
                 reserve: workload.rules.reserve,
                 is_energy_checked: true,
             };
