@@ -1,7 +1,5 @@
-//! Orders that take over what the registry has.
-//!
-//! What is stricter than before is in force with the batch that brings it. Many removals at once wait for an
-//! operator. Where both sides have changed one thing, the stricter of both stays in force: see `state_reviews`.
+//! Commands that take over what the registry has: what is stricter is in force at once, many removals wait for
+//! an operator; where both sides changed one thing the stricter stays, see `state_reviews`.
 
 use super::background::give_way;
 use super::commands::Done;
@@ -81,7 +79,7 @@ impl State {
         Ok(Done::Nothing)
     }
 
-    /// What was worked out for another state than this one is worked out again.
+    /// What was worked out for another state is worked out again.
     fn check_place(&self, followed: &RegistryDelta) -> Result<(), Refusal> {
         let is_here = self.next.registry == followed.after;
         let is_on_it = followed.network.is_some()
