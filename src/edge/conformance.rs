@@ -2,11 +2,12 @@
 
 use super::Edge;
 use super::commands::Command;
+use super::commands::Seen;
 use super::drones::{Drones, Flown, Rest, Sighting};
 use super::plan_entry::PlanEntry;
 use super::progress::{self, spot_on};
 use super::snapshot::Snapshot;
-use super::state_ends::{LANDED_WITHIN_M, Seen};
+use super::state_ends::LANDED_WITHIN_M;
 use crate::network::{NodeIx, Topology};
 use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};

@@ -5,15 +5,16 @@
 //! `publication`.
 
 use super::Edge;
-use super::alarms::AlarmDraft;
-use super::answered::{ReportResponse, Staleness};
+use super::answered::ReportResponse;
 use super::commands::Command;
+use super::entries::AlarmDraft;
 use super::plan_entry::PlanEntry;
 use super::progress;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published, record_id};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::Snapshot;
+use super::standing::Staleness;
 use super::store::Entry;
 use super::stored_answer::StoredAnswer;
 use super::stretches::Stretch;
@@ -409,7 +410,7 @@ impl Edge {
         if record.dry_run {
             return;
         }
-        let summary = super::answered::summary(record);
+        let summary = super::record_views::summary(record);
         // A map with text keys and plain values always has a JSON form.
         let data = serde_json::to_value(&summary).unwrap_or_default();
         let mut happening = super::events::Happening::new(wire::EventKind::Recomposed, data);

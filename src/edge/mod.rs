@@ -23,19 +23,23 @@ mod fleet;
 mod guard;
 mod metrics;
 mod network;
+mod network_documents;
 mod new_network;
 mod off_plan;
 mod offers;
+mod opened;
 mod opening;
 mod places;
 mod plan_entry;
 mod plan_reports;
+mod plan_ways;
 mod planner;
 mod plans;
 mod progress;
 mod publication;
 mod published;
 mod recomposing;
+mod record_views;
 mod records;
 mod replanning;
 mod replies;
@@ -43,6 +47,7 @@ mod reporter;
 mod scratches;
 mod settings;
 mod snapshot;
+mod standing;
 mod state;
 mod state_affected;
 mod state_airspace;
@@ -75,6 +80,7 @@ mod upstream;
 mod validity;
 mod views;
 mod weather;
+mod words;
 mod writer;
 mod zones;
 
@@ -106,7 +112,6 @@ pub use zones::ZoneWrite;
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::wire;
-use answered::Staleness;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use commands::{Command, Outcome};
@@ -117,6 +122,7 @@ use off_plan::OffPlan;
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
+use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -232,7 +238,7 @@ impl Edge {
             registry_age_s: standing.registry_age_s,
             freshness: standing.freshness,
             clock: standing.clock,
-            network: views::network_name(snapshot.topology()).into_owned(),
+            network: words::network_name(snapshot.topology()).into_owned(),
         }
     }
 

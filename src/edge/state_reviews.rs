@@ -5,9 +5,9 @@
 //! hold's, and an operator decides: to release writes ours in place of theirs, to reject drops ours.
 
 use super::commands::{Decision, Done};
+use super::entries::{ClosureEntry, Contested, PendingReview};
 use super::events::Happening;
 use super::published::{Published, Restriction, read_thing, says_the_same};
-use super::snapshot::{ClosureEntry, Contested, PendingReview};
 use super::state::State;
 use super::state_outbox::Forward;
 use super::state_sync::namesake;

@@ -2,8 +2,8 @@
 //! while it fails.
 
 use super::commands::Command;
+use super::entries::{ClosureEntry, ProposalEntry};
 use super::plan_entry::PlanEntry;
-use super::snapshot::{ClosureEntry, ProposalEntry};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::store::Restored;

@@ -3,11 +3,11 @@
 
 use super::background::give_way;
 use super::commands::Done;
+use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
 use super::published::{Published, Restriction, says_the_same};
-use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
-use super::sync::{Extent, RegistryDelta, Superseded, Tombstone};
+use super::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use super::views;
 use crate::airspace::{Change, Closure};

@@ -5,9 +5,10 @@
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
 use super::commands::{Command, Done, Publication};
+use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use super::events::Happening;
 use super::new_network::{NewNetwork, Relay, not_laid};
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported, ZoneEntry, revision_text};
+use super::snapshot::revision_text;
 use super::state::State;
 use crate::airspace::Closure;
 use crate::compose;
@@ -81,7 +82,7 @@ impl State {
             "name": topology.name(),
             "nodes": topology.node_count(),
             "segments": topology.segment_count(),
-            "sha256": super::answered::hex(topology.fingerprint()),
+            "sha256": super::words::hex(topology.fingerprint()),
         });
         self.events
             .push(Happening::new(EventKind::NetworkChanged, data));
