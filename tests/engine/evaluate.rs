@@ -373,6 +373,9 @@ fn areas_can_be_spanned_over_the_route() {
         .iter()
         .filter(|row| row.method == method(Span::Route))
     {
-        assert_eq!(row.recomposed_m, row.remaining_m, "{row:?}");
+        // Where a segment leads straight to the destination there is nothing to bridge.
+        if row.searches > 0 {
+            assert_eq!(row.recomposed_m, row.remaining_m, "{row:?}");
+        }
     }
 }

@@ -108,6 +108,8 @@ fn claim(survey: &Survey, all: &[Survey], joint: Choice, cells: &Cells, seed: u6
     let plan = &survey.plan;
     let quantity = plan.quantity;
     let told = |choice: Choice, is_exact: bool| -> Option<Reading> {
+        // What the claim does not depend on is not to leak in.
+        let choice = Choice::numbered(choice.number(&survey.axes), &survey.axes);
         let name = choice.name(&survey.axes);
         let mut resampler = Resampler::new(seed, &format!("{}: {name} {is_exact}", plan.id));
         let sample = quantity.sample(cells, plan.on_sydney, choice, is_exact)?;

@@ -99,6 +99,10 @@ pub fn agreement(cells: &Cells, seed: u64) -> Option<Note> {
             // Where theirs is not known: what ours would be on as many networks as they had.
             let as_many = our_error * (values.len() as f64 / networks).sqrt();
             let together = our_error.hypot(their_error.unwrap_or(as_many));
+            // Where no failure differs from another there is nothing to compare by.
+            if together == 0.0 {
+                continue;
+            }
             let apart = (ours.value - their_mean) / together;
             beyond_two += usize::from(apart.abs() > 2.0);
             beyond_three += usize::from(apart.abs() > 3.0);

@@ -32,7 +32,7 @@ pub fn markdown(run: &Run) -> String {
     for (title, rows) in [
         ("The paper's numbers", claims(&run.claims)),
         (
-            "The paper's sentences, by networks on which they hold",
+            "The paper's sentences, by networks that show a difference",
             sentences(&run.sentences),
         ),
     ] {
@@ -80,7 +80,10 @@ fn claims(claims: &[Claim]) -> Table {
 fn sentences(sentences: &[Sentence]) -> Table {
     let row = |sentence: &Sentence| {
         let counts = sentence.counts.iter();
-        let counts = counts.map(|count| format!("{} {}/{}", count.networks, count.holds, count.of));
+        let counts = counts.map(|count| {
+            let different = count.holds + count.fails;
+            format!("{} {} of {different}", count.networks, count.holds)
+        });
         let counts: Vec<String> = counts.collect();
         vec![
             sentence.text.clone(),
