@@ -10,7 +10,7 @@ use super::random::Random;
 use crate::compose::shortest_way;
 use crate::network::NodeIx;
 use crate::recompose::World;
-use crate::routing::{Searcher, Way};
+use crate::routing::{Path, Searcher};
 use serde::{Deserialize, Serialize};
 
 /// How the failed segment is drawn.
@@ -125,7 +125,7 @@ pub fn fail(
 /// What was flown, in metres, and the plan from A on.
 type Plan = (f64, Vec<NodeIx>);
 
-fn way(subject: &Subject, from: NodeIx, to: NodeIx, searcher: &mut Searcher) -> Option<Way> {
+fn way(subject: &Subject, from: NodeIx, to: NodeIx, searcher: &mut Searcher) -> Option<Path> {
     let world = World {
         airspace: &subject.airspace,
         trees: None,
@@ -173,7 +173,7 @@ fn in_network(subject: &Subject, drawn: &Draw, searcher: &mut Searcher) -> Optio
     })?;
     let ends = [node, topology.arcs(node)[place].to];
     let onward = ends.map(|end| way(subject, end, drawn.destination, searcher));
-    let length_m = |way: &Option<Way>| way.as_ref().map(|way| way.length_m(topology));
+    let length_m = |way: &Option<Path>| way.as_ref().map(|way| way.length_m(topology));
     let [one_m, other_m] = [&onward[0], &onward[1]].map(length_m);
     let to = usize::from(one_m? >= other_m?);
     let from = ends[1 - to];
