@@ -3,7 +3,7 @@
 use crate::networks::airspaces;
 use prost::Message;
 use skyway::api::grpc::{FromProto, IntoProto, proto};
-use skyway::formats::{Known, settle_report};
+use skyway::formats::{Known, resolve_report};
 use skyway::wire;
 
 /// Decodes the bytes as every request there is.
@@ -49,7 +49,7 @@ fn failure_report(message: &proto::FailureReport) {
         let report =
             wire::FailureReport::from_proto(message.clone()).expect("every report can be read");
         // Refused or not, it must only end.
-        let _outcome = settle_report(&report, &Known::nothing(), airspace, &mut Vec::new());
+        let _outcome = resolve_report(&report, &Known::nothing(), airspace, &mut Vec::new());
         let _message: proto::FailureReport = report.into_proto();
     }
 }

@@ -1,11 +1,11 @@
 //! A small town with the flight model on, asked in either dialect.
 
-use crate::harness::{Api, PATIENCE};
+use crate::harness::{Api, WAIT_AT_MOST};
 use jiff::Timestamp;
 use prost::Message;
 use serde_json::{Value, json};
 use skyway::api::grpc::{FromProto, IntoProto, proto};
-use skyway::clock::Hand;
+use skyway::clock::ManualClock;
 use skyway::edge::{FlightSettings, Settings};
 use skyway::flight::Airframe;
 use skyway::formats::{
@@ -70,7 +70,7 @@ fn draft() -> NetworkDraft {
 /// A town, and how it is asked.
 pub(crate) struct Town {
     pub(crate) api: Api,
-    pub(crate) hand: Hand,
+    pub(crate) hand: ManualClock,
     pub(crate) dialect: Dialect,
 }
 
@@ -278,7 +278,7 @@ impl Town {
             .expect("a client");
         let request = client.post(url).header("content-type", "application/grpc");
         let sent = request.header("te", "trailers").body(frame);
-        let answer = sent.timeout(PATIENCE).send().await.expect("an answer");
+        let answer = sent.timeout(WAIT_AT_MOST).send().await.expect("an answer");
         if let Some(status) = tonic::Status::from_header_map(answer.headers())
             && status.code() != tonic::Code::Ok
         {

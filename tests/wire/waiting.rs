@@ -1,7 +1,7 @@
 //! Where requests wait for a worker, because handlers compute more than one can: whom the server refuses, and whom not.
 
 use crate::harness::{
-    COMPUTES, Options, PATIENCE, Server, ask, call, code, grpc_refusal, h2, rest,
+    COMPUTES, Options, Server, WAIT_AT_MOST, ask, call, code, grpc_refusal, h2, rest,
 };
 use http::Method;
 use skyway::api::metrics::Dialect;
@@ -156,7 +156,7 @@ async fn where_requests_wait_reads_are_shed_and_reports_are_not() {
             };
         }
     };
-    timeout(PATIENCE, served)
+    timeout(WAIT_AT_MOST, served)
         .await
         .expect("reads are served again");
 }

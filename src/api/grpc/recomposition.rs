@@ -6,7 +6,7 @@ use super::convert_report::parsed_report;
 use super::proto::{self, recomposition_server};
 use super::requests::{opened, opened_with_id, told};
 use crate::api::problem::document;
-use crate::edge::{Answered, Refusal};
+use crate::edge::{Refusal, ReportResponse};
 use crate::wire::BatchEntry;
 use tonic::{Request, Response, Status};
 
@@ -38,7 +38,7 @@ impl recomposition_server::Recomposition for Service {
     }
 }
 
-fn batch_entry(answer: &Result<Answered, Refusal>, request_id: &str) -> proto::BatchEntry {
+fn batch_entry(answer: &Result<ReportResponse, Refusal>, request_id: &str) -> proto::BatchEntry {
     let entry = match answer {
         Ok(answered) => BatchEntry::Recomposition(Box::new(answered.to_wire())),
         Err(refusal) => BatchEntry::Problem(Box::new(document(refusal, Some(request_id)))),
