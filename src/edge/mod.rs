@@ -246,7 +246,7 @@ impl Edge {
     /// be believed; one that has never read the registry that it is to follow knows nothing of it.
     fn standing(&self, snapshot: &Snapshot) -> Staleness {
         let settings = &self.settings;
-        let has_stepped = self.clock.reading().apart.is_some();
+        let reading = self.clock.reading();
         let cursor = snapshot.registry.as_deref();
         let cursor = cursor.filter(|_| settings.follows_registry);
         let age = cursor.and_then(|_| self.contact.age());
@@ -257,7 +257,7 @@ impl Edge {
             }),
             registry_age_s: age.map(|age| age.as_secs_f64()),
             freshness: match cursor {
-                _ if has_stepped || self.guard.is_degraded(self.clock.now()) => {
+                _ if reading.apart.is_some() || self.guard.is_degraded(reading.now) => {
                     wire::Freshness::Degraded
                 }
                 Some(_) => self
