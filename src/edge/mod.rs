@@ -54,6 +54,7 @@ mod state_ends;
 mod state_fleet;
 mod state_guarded;
 mod state_holds;
+mod state_import;
 mod state_outbox;
 mod state_pads;
 mod state_replanning;
@@ -74,6 +75,7 @@ mod validity;
 mod views;
 mod weather;
 mod writer;
+mod zone_import;
 mod zones;
 
 pub use crate::access::{Caller, Role};
@@ -99,6 +101,7 @@ pub use store::{
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;
+pub use zone_import::{FEED_BYTES_MAX, FeedImport};
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;

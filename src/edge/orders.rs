@@ -6,6 +6,7 @@ use super::new_network::NewNetwork;
 use super::reporter::author;
 use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use super::state_ends::Seen;
+use super::state_import::{FeedChanges, FeedUpdate};
 use super::state_versions::DeclineReason;
 use super::sync::Followed;
 use super::upstream::Upstream;
@@ -48,6 +49,8 @@ pub(super) enum Order {
         id: String,
         expected: Expected,
     },
+    /// Takes over what a feed of zones has now.
+    ImportZones(Box<FeedUpdate>),
     /// Puts an operator's closure.
     PutClosure(ClosureEntry),
     ChangeClosure {
@@ -192,6 +195,7 @@ impl Order {
         let (what, id) = match &**order {
             Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
             Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
+            Self::ImportZones(update) => ("zones_imported", update.feed.to_string()),
             Self::PutClosure(entry) => ("closure_put", entry.closure.id.clone()),
             Self::ChangeClosure { id, .. } => ("closure_changed", id.clone()),
             Self::LiftClosure { id, .. } => ("closure_lifted", id.clone()),
@@ -288,6 +292,7 @@ pub(super) enum Done {
         created: bool,
     },
     ZoneDeleted(Arc<ZoneEntry>),
+    ZonesImported(FeedChanges),
     Closure(Arc<ClosureEntry>),
     ClosureLifted(Arc<ClosureEntry>),
     Proposal(Arc<ProposalEntry>),

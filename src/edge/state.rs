@@ -192,6 +192,7 @@ impl State {
         match order {
             Order::PutZone { closure, expected } => self.put_zone(closure, &expected),
             Order::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
+            Order::ImportZones(update) => self.import_zones(&update),
             Order::PutClosure(entry) => self.put_closure(entry),
             Order::ChangeClosure {
                 id,

@@ -212,7 +212,7 @@ async fn listen(listener: Listener, services: impl Into<Services>, drain: &Drain
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1024 * 1024,
-        network_bytes_max: 1024 * 1024,
+        file_bytes_max: 1024 * 1024,
         deadline: PATIENCE,
         follow_wait: Duration::ZERO,
     };

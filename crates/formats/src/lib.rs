@@ -7,6 +7,7 @@ mod certificate;
 mod criticality;
 mod csv_network;
 mod error;
+mod feed;
 mod flight_document;
 mod flight_question;
 mod flight_writer;
@@ -29,6 +30,7 @@ mod report_place;
 mod report_problem;
 mod report_settle;
 mod report_settled;
+mod route;
 mod safety;
 mod suggestion;
 mod twice;
@@ -37,7 +39,9 @@ mod wire_terms;
 mod zones;
 
 use skyway_contract as wire;
-use skyway_engine::{airspace, delivery, flight, geo, itinerary, network, recompose, routing};
+use skyway_engine::{
+    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing,
+};
 
 pub use answer::{answer, warning_text};
 pub use area::area_geometry;
@@ -46,6 +50,10 @@ pub use certificate::write_certificate;
 pub use criticality::{read_demand, write_criticality};
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
+pub use feed::{
+    FeedFormat, FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, MAX_FEED_ZONES, ZoneFeed, read_feed,
+    write_ed318,
+};
 pub use flight_document::{
     DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
     premises_lines, read_flight_document, write_flight_document,
@@ -66,6 +74,7 @@ pub use report_parse::{ParsedReport, lenient_report, parse_report, twice};
 pub use report_problem::{ReadWarning, ReportProblem, bounded};
 pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, Unplaced, settle_report};
 pub use report_settled::settled_report;
+pub use route::{Route, RouteFormat, RouteLeg, RouteProblem, WrittenRoute, write_route};
 pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
 pub use twice::members_twice;

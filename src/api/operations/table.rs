@@ -103,6 +103,8 @@ operations! {
         /// What a zone would close; nothing changes.
         PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")]
             Some("/skyway.v1.Airspace/PreviewZone"), Read, OPERATORS, MAIN;
+        /// A feed of zones is imported.
+        ImportZones "import_zones" [(Method::POST, "/v1/zones:import")] None, ZoneWrite, OPERATORS, MAIN;
         /// The closures.
         ListClosures "list_closures" [(Method::GET, "/v1/closures")]
             Some("/skyway.v1.Airspace/ListClosures"), Read, READERS, MAIN;
