@@ -74,7 +74,7 @@ const EXIT_CODES: &str =
 #[command(name = "skyway", version, max_term_width = 100, after_help = EXAMPLES)]
 struct Arguments {
     #[command(flatten)]
-    manner: Manner,
+    manner: OutputOptions,
     #[command(subcommand)]
     command: Command,
 }
@@ -82,7 +82,7 @@ struct Arguments {
 /// How a command speaks.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Global options")]
-struct Manner {
+struct OutputOptions {
     /// When to use colours; auto: on a terminal, unless NO_COLOR is set
     #[arg(long, value_enum, value_name = "WHEN", default_value_t, global = true)]
     color: Color,

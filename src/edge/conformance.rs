@@ -1,9 +1,9 @@
 //! What telemetry shows of a drone's plan: that it has departed, and that it has landed at its end.
 
 use super::Edge;
+use super::commands::Command;
 use super::drones::{Drones, Flown, Rest, Sighting};
 use super::fleet;
-use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot};
 use super::state_ends::{LANDED_WITHIN_M, Seen};
 use super::stretches::spot_on;
@@ -40,7 +40,7 @@ impl Edge {
 
     fn tell_writer(&self, plan: &PlanEntry, seen: Seen) {
         let id = plan.id.clone();
-        if let Err(refusal) = self.writer.tell(Order::SeePlan { id, seen }) {
+        if let Err(refusal) = self.writer.tell(Command::SeePlan { id, seen }) {
             // The next position shows it again.
             tracing::warn!(%refusal, plan = %plan.id, "what telemetry shows of a plan could not be noted");
         }

@@ -10,7 +10,7 @@ use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location, 
 use crate::geo::{Point, total_m};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
-use crate::routing::{TreeCache, Way};
+use crate::routing::{Path, TreeCache};
 use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
@@ -84,7 +84,7 @@ impl Detour {
     }
 
     /// The way that it is to take; without nodes where there is none.
-    pub(super) fn way(&self) -> Way {
+    pub(super) fn way(&self) -> Path {
         match &self.answer {
             DetourAnswer::Shortest { answer, .. } => answer.path.clone(),
             DetourAnswer::Flown(answer) => answer.way(),

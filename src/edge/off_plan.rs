@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::drones::Sighting;
-use super::failures::Manner;
+use super::failures::ReplyMode;
 use super::fleet;
 use super::flights::FlownVersion;
 use super::records::AnswerRecord;
@@ -109,7 +109,9 @@ impl Edge {
             report,
             warnings: Vec::new(),
         };
-        let answered = self.answer_in_place(caller, parsed, Manner::First).ok()?;
+        let answered = self
+            .answer_in_place(caller, parsed, ReplyMode::First)
+            .ok()?;
         answered.record().cloned()
     }
 }

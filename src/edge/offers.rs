@@ -3,9 +3,9 @@
 //! Nobody has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
+use super::commands::Command;
 use super::fleet::{self, DetourAnswer, DetourMeans, Progress};
 use super::flights::{FlownAnswer, Scene};
-use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot, later};
 use crate::checked::{Case, FallenBackTo};
 use crate::itinerary::Objective;
@@ -84,7 +84,7 @@ impl Edge {
             let Some(version) = answer.version_without_number() else {
                 continue;
             };
-            let order = Order::OfferVersion {
+            let command = Command::OfferVersion {
                 plan: plan.id.clone(),
                 instead_of: plan.reported.number,
                 version: Box::new(super::snapshot::Version {
@@ -95,7 +95,7 @@ impl Edge {
                     ..version
                 }),
             };
-            if let Err(refusal) = self.writer.tell(order.made_on(snapshot.topology())) {
+            if let Err(refusal) = self.writer.tell(command.made_on(snapshot.topology())) {
                 tracing::warn!(%refusal, "a better version could not be offered to its plan");
                 return;
             }

@@ -19,7 +19,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::Tables;
-use super::writer::{Desk, Unanswered, Watch, Writer, WriterStep};
+use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::routing::TreeCache;
@@ -209,7 +209,7 @@ impl Opening {
         };
         let looks_for_offers = flights.is_some() && !self.is_in_place;
         let (opened, listener) = looks_for_offers.then(offers::channel).unzip();
-        let desk = Desk {
+        let desk = WriterLoop {
             opened,
             state,
             store: store.clone(),

@@ -1,9 +1,9 @@
 //! Composition plans: composed, listed, taken over, cancelled.
 
 use super::Edge;
+use super::commands::{Command, Done};
 use super::failures::DEFAULT_AIRSPEED_MPS;
 use super::flights::{DroneKind, FlightOrder, Flights, FlownVersion, Wanted};
-use super::orders::{Done, Order};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
 use super::snapshot::{PlanEntry, PlanFlags, Snapshot, Version};
@@ -116,8 +116,9 @@ impl Edge {
                 let delivery = self.read_delivery(&on, caller, &request)?;
                 let (edge, subject) = (self.clone(), caller.subject.clone());
                 let composed = self.aside(move || edge.compose(&on, delivery, subject));
-                let order = Order::AddPlan(Box::new(composed.await??));
-                let (outcome, snapshot) = self.order(order.made_on(&topology).by(caller)).await?;
+                let command = Command::AddPlan(Box::new(composed.await??));
+                let (outcome, snapshot) =
+                    self.command(command.made_on(&topology).by(caller)).await?;
                 match outcome.done {
                     // The network has changed under it, or another plan has come between.
                     Done::Outdated => {}

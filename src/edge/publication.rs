@@ -4,8 +4,8 @@
 //! there; everything else it brings is answered, binds its own request, and is proposed to operators.
 
 use super::Edge;
-use super::failures::Manner;
-use super::orders::{Order, Publication};
+use super::commands::{Command, Publication};
+use super::failures::ReplyMode;
 use super::records::{AnswerRecord, Published};
 use super::reporter::author;
 use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Reported, Snapshot};
@@ -29,7 +29,7 @@ const PLACED_SINCE: SignedDuration = SignedDuration::from_secs(60);
 
 /// What a report of a type closes.
 #[derive(Clone, Copy, Debug)]
-enum Thing {
+enum ReportClosure {
     Segment(SegmentIx),
     Pads(NodeIx),
 }
@@ -42,12 +42,12 @@ impl Edge {
         caller: &Caller,
         record: &AnswerRecord,
         plan: Option<&Arc<PlanEntry>>,
-        manner: Manner,
+        manner: ReplyMode,
     ) -> Published {
         match manner {
-            Manner::First => {}
-            Manner::Again => return Published::nothing("sent_before"),
-            Manner::Silent => return Published::nothing("id_reused"),
+            ReplyMode::First => {}
+            ReplyMode::Again => return Published::nothing("sent_before"),
+            ReplyMode::Suppressed => return Published::nothing("id_reused"),
         }
         let mut proposal_ids = Vec::new();
         if let Some(brought) = &record.settled.request.zone {
@@ -80,7 +80,11 @@ impl Edge {
         self.order_publication(record, caller, closure, proposal_ids)
     }
 
-    fn closes(&self, snapshot: &Snapshot, request: &Request) -> Option<(Thing, SignedDuration)> {
+    fn closes(
+        &self,
+        snapshot: &Snapshot,
+        request: &Request,
+    ) -> Option<(ReportClosure, SignedDuration)> {
         let report = &request.report;
         let life = self.settings.lives.of(report.failure)?;
         let (from, to) = report.leg;
@@ -90,9 +94,9 @@ impl Edge {
                 let pads = snapshot.topology().pads(failed.node);
                 // What is left of a node's pads cannot be told to others: only all of them close.
                 let are_all = failed.count.is_none_or(|count| count >= pads);
-                are_all.then_some(Thing::Pads(failed.node))?
+                are_all.then_some(ReportClosure::Pads(failed.node))?
             }
-            _ => Thing::Segment(snapshot.topology().segment_between(from, to)?),
+            _ => ReportClosure::Segment(snapshot.topology().segment_between(from, to)?),
         };
         Some((thing, life))
     }
@@ -104,7 +108,7 @@ impl Edge {
         caller: &Caller,
         record: &AnswerRecord,
         plan: Option<&Arc<PlanEntry>>,
-        thing: Thing,
+        thing: ReportClosure,
     ) -> Option<&'static str> {
         if record.settled.doubts {
             return Some("doubtful");
@@ -125,8 +129,8 @@ impl Edge {
             return Some("not_placed_there");
         }
         let (id, segments, pads) = match thing {
-            Thing::Segment(segment) => (segment_closure_id(snapshot, segment), 1, 0),
-            Thing::Pads(node) => (pads_closure_id(snapshot, node), 0, 1),
+            ReportClosure::Segment(segment) => (segment_closure_id(snapshot, segment), 1, 0),
+            ReportClosure::Pads(node) => (pads_closure_id(snapshot, node), 0, 1),
         };
         // What is closed already is renewed, which closes nothing more.
         match snapshot.closures.contains_key(id.as_str()) {
@@ -184,9 +188,9 @@ impl Edge {
             upstream: None,
         };
         let publication = Box::new(Publication { entry, otherwise });
-        let order = Order::Publish(publication).made_on(record.airspace.topology());
-        let order = order.by(caller);
-        match self.writer.tell(order) {
+        let command = Command::Publish(publication).made_on(record.airspace.topology());
+        let command = command.by(caller);
+        match self.writer.tell(command) {
             Ok(()) => Published {
                 state: PublicationState::Published,
                 closure_id: Some(closure_id),
@@ -213,9 +217,9 @@ impl Edge {
     ) -> Option<String> {
         let proposal = self.proposal(record, reason, Arc::new(closure));
         let id = views::proposal_id(self.lineage, proposal.number);
-        let order = Order::Propose(Box::new(proposal));
-        let order = order.made_on(record.airspace.topology()).by(caller);
-        match self.writer.tell(order) {
+        let command = Command::Propose(Box::new(proposal));
+        let command = command.made_on(record.airspace.topology()).by(caller);
+        match self.writer.tell(command) {
             Ok(()) => Some(id),
             Err(refusal) => {
                 tracing::warn!(%refusal, "a report could not be proposed to operators");
@@ -273,15 +277,15 @@ fn pads_closure_id(snapshot: &Snapshot, node: NodeIx) -> String {
 fn closure_of(
     snapshot: &Snapshot,
     record: &AnswerRecord,
-    thing: Thing,
+    thing: ReportClosure,
     life: SignedDuration,
 ) -> Closure {
     let (id, hits, pads) = match thing {
-        Thing::Segment(segment) => {
+        ReportClosure::Segment(segment) => {
             let hits = Hits::new(vec![segment], Vec::new());
             (segment_closure_id(snapshot, segment), hits, Vec::new())
         }
-        Thing::Pads(node) => (pads_closure_id(snapshot, node), Hits::default(), vec![node]),
+        ReportClosure::Pads(node) => (pads_closure_id(snapshot, node), Hits::default(), vec![node]),
     };
     let until = record.answered_at.checked_add(life).ok();
     Closure {

@@ -8,7 +8,7 @@ use super::records::{Flown, PlanChange};
 use super::snapshot::{FIRST_TOPOLOGY, PlanEntry, Snapshot};
 use super::traces;
 use crate::airspace::Airspace;
-use crate::compose::{Composition, equip, flight_time_s};
+use crate::compose::{Composition, flight_time_s, with_contingencies};
 use crate::formats::ReadWarning;
 use crate::planted::{self, Bug};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
@@ -273,7 +273,7 @@ fn new_way(
     };
     let (way, stretch_m) = (answer.path.clone(), answer.first_stretch_m);
     destination.map(|destination| {
-        equip(
+        with_contingencies(
             &world,
             way,
             stretch_m,

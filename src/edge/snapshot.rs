@@ -5,7 +5,7 @@
 
 use super::alarms::AlarmEntry;
 pub(super) use super::entries::{
-    ClosureEntry, Contested, HoldEntry, ProposalEntry, Reported, ZoneEntry,
+    ClosureEntry, Contested, PendingReview, ProposalEntry, Reported, ZoneEntry,
 };
 use super::flights::{FlightOrder, FlownVersion, PadKey};
 use super::network::NetworkDocuments;
@@ -259,11 +259,11 @@ impl PlanEntry {
     pub(super) fn may_go_on(&self) -> bool {
         let current = &self.reported;
         let is_known = current.acknowledge_by.is_none();
-        is_known && !self.falls_short()
+        is_known && !self.ends_early()
     }
 
     /// Whether the reported version ends before the destination though nobody was told to divert.
-    pub(super) fn falls_short(&self) -> bool {
+    pub(super) fn ends_early(&self) -> bool {
         let last = self.reported.composition.way.nodes.last();
         !self.reported.is_diversion() && last != Some(&self.destination)
     }
@@ -304,7 +304,7 @@ pub struct Snapshot {
     pub(super) zones: OrdMap<Arc<str>, Arc<ZoneEntry>>,
     pub(super) closures: OrdMap<Arc<str>, Arc<ClosureEntry>>,
     pub(super) proposals: OrdMap<u64, Arc<ProposalEntry>>,
-    pub(super) holds: OrdMap<u64, Arc<HoldEntry>>,
+    pub(super) holds: OrdMap<u64, Arc<PendingReview>>,
     pub(super) alarms: OrdMap<u64, Arc<AlarmEntry>>,
     /// How many were raised since the start, by kind in the order of `AlarmKind::ALL`.
     pub(super) alarms_raised: [u64; wire::AlarmKind::ALL.len()],

@@ -8,7 +8,7 @@ use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use super::stretches::Stretch;
 use crate::airspace::{Airspace, Closure};
-use crate::compose::equip;
+use crate::compose::with_contingencies;
 use crate::recompose::{Outcome, Recomposition, Request, World};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
@@ -67,7 +67,7 @@ impl State {
         let mut ids = flights.closures_met(scene, plan, (version, flown), from_leg);
         ids.extend(on_stretch);
         let is_cut =
-            !ids.is_empty() || flights.falls_short(scene, plan, (version, flown), from_leg);
+            !ids.is_empty() || flights.exceeds_battery(scene, plan, (version, flown), from_leg);
         is_cut.then_some(ids)
     }
 
@@ -84,7 +84,7 @@ impl State {
             obstruction.is_some()
         };
         let wanted = plan.wanted.as_deref();
-        plan.falls_short()
+        plan.ends_early()
             || is_obstructed(&plan.reported, fleet::ahead(plan, progress))
             || wanted.is_some_and(|wanted| is_obstructed(wanted, fleet::whole(wanted)))
     }
@@ -103,7 +103,7 @@ impl State {
         };
         let ahead = fleet::ahead(plan, &progress);
         let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
-        let reported_blocked = plan.falls_short() || obstruction.is_some();
+        let reported_blocked = plan.ends_early() || obstruction.is_some();
         let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
             let whole = fleet::whole(wanted);
             self.obstruction(plan, wanted, whole, airspace, now)
@@ -263,7 +263,7 @@ impl State {
                 trees: is_real.then_some(&*self.trees),
             },
         };
-        let composition = equip(
+        let composition = with_contingencies(
             &world,
             answer.path.clone(),
             answer.first_stretch_m,

@@ -1,7 +1,7 @@
 //! Orders about zones, closures, proposals and holds.
 
+use super::commands::{Decision, Done, Publication};
 use super::events::Happening;
-use super::orders::{Decision, Done, Publication};
 use super::snapshot::{ClosureEntry, ProposalEntry, Reported, Snapshot};
 use super::state::{State, check_expected};
 use super::timers::Due;

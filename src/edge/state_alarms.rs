@@ -1,8 +1,8 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
 use super::alarms::{AlarmDraft, AlarmEntry, alarm_id, alarm_view};
+use super::commands::Done;
 use super::events::Happening;
-use super::orders::Done;
 use super::snapshot::PlanEntry;
 use super::state::State;
 use crate::airspace::Closure;

@@ -1,7 +1,7 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::orders::Done;
+use super::commands::Done;
 use super::snapshot::{LandedOn, PlanEntry, PlanFlags, Version, later};
 use super::state::State;
 use super::state_airspace::just_after;

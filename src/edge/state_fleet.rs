@@ -1,9 +1,9 @@
 //! Plans and their versions as they come in, and where they are in the indices of a snapshot.
 
+use super::commands::Done;
 use super::events::Happening;
 use super::fleet::{self, Detour};
 use super::flights;
-use super::orders::Done;
 use super::snapshot::{PlanEntry, Version};
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;

@@ -3,8 +3,8 @@
 //! A zone that is in the feed but refused keeps its last version. Many removals at once wait for an operator, as those
 //! that a registry tells do.
 
-use super::entries::HoldEntry;
-use super::orders::Done;
+use super::commands::Done;
+use super::entries::PendingReview;
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::State;
 use crate::airspace::Closure;
@@ -173,7 +173,7 @@ impl State {
     }
 
     /// Lifts what a feed has no more, as far as it is still of that feed.
-    pub(super) fn lift_absent(&mut self, hold: &HoldEntry) {
+    pub(super) fn lift_absent(&mut self, hold: &PendingReview) {
         let feed = feed_of(&hold.origin);
         for id in &hold.lifts {
             let standing = self.next.zones.get(id.as_str());

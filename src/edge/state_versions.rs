@@ -3,8 +3,8 @@
 //! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
+use super::commands::Done;
 use super::fleet::{self, Detour, DetourMeans};
-use super::orders::Done;
 use super::snapshot::{PlanEntry, PlanFlags, Version};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;

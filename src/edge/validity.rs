@@ -6,7 +6,7 @@ use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::flight::Location;
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use jiff::Timestamp;
 
 /// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
@@ -53,7 +53,7 @@ pub(super) fn still_holds(record: &AnswerRecord, snapshot: &Snapshot, now: Times
 }
 
 /// Whether a way can be flown now; a diversion also needs the pads at its end.
-pub(super) fn way_is_open(way: &Way, is_diversion: bool, snapshot: &Snapshot) -> bool {
+pub(super) fn way_is_open(way: &Path, is_diversion: bool, snapshot: &Snapshot) -> bool {
     let airspace = &snapshot.airspace;
     let closed = airspace.closed();
     let Some(&last) = way.nodes.last() else {
@@ -68,7 +68,7 @@ pub(super) fn way_is_open(way: &Way, is_diversion: bool, snapshot: &Snapshot) ->
 /// nobody knows which zones there were, all count as come since.
 pub(super) fn first_stretch_is_clear(
     location: Location,
-    way: &Way,
+    way: &Path,
     before: Option<&Airspace>,
     snapshot: &Snapshot,
 ) -> bool {

@@ -4,7 +4,7 @@ use super::fleet::{self, Detour};
 use super::flights::{DetourEnd, FlownVersion};
 use super::settings::Settings;
 use super::snapshot::{
-    ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
+    ClosureEntry, PendingReview, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
 };
 use super::stretches::Stretch;
 use crate::airspace::{Cause, Closure};
@@ -14,7 +14,7 @@ use crate::formats::{waypoint, zone_to_feature};
 use crate::geo::AltitudeReference;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -57,7 +57,7 @@ pub(super) fn instant(instant: Timestamp) -> Cow<'static, str> {
     Cow::Owned(instant.to_string())
 }
 
-pub(super) fn path(topology: &Topology, way: &Way) -> wire::Path<'static> {
+pub(super) fn path(topology: &Topology, way: &Path) -> wire::Path<'static> {
     wire::Path {
         nodes: node_ids(topology, &way.nodes),
         segments: segment_ids(topology, &way.segments),
@@ -198,7 +198,7 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
     }
 }
 
-pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static> {
+pub(super) fn hold(snapshot: &Snapshot, entry: &PendingReview) -> wire::Hold<'static> {
     let told = entry.lifts.len().min(IDS_MAX);
     let contested = entry.contested.as_deref();
     let lifted = entry.lifts[..told].iter().map(|id| text(id));

@@ -2,8 +2,8 @@
 
 use super::Edge;
 use super::background::give_way;
+use super::commands::{Command, Done};
 use super::fleet::Detour;
-use super::orders::{Done, Order};
 use super::snapshot::Snapshot;
 use super::state_import::{FeedChanges, FeedUpdate};
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
@@ -76,8 +76,8 @@ impl Edge {
         }
         let ReadFeed { feed, update, on } = read;
         let (name, puts) = (update.feed.clone(), update.puts.clone());
-        let order = Order::ImportZones(Box::new(update)).made_on(on.topology());
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let command = Command::ImportZones(Box::new(update)).made_on(on.topology());
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         let Done::ZonesImported(changes) = outcome.done else {
             return Err(unexpected());
         };

@@ -4,9 +4,9 @@
 //! tells which plans it meets.
 
 use super::Edge;
+use super::commands::{Command, Done, Outcome};
 use super::effects;
 use super::fleet::{self, Detour, DetourMeans};
-use super::orders::{Done, Order, Outcome};
 use super::replies::Idempotency;
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::check_expected;
@@ -132,11 +132,11 @@ impl Edge {
             check_expected(&expected, Some(entry.version), self.lineage, "zone", &id)?;
             (entry, before.clone(), false)
         } else {
-            let order = Order::DeleteZone {
+            let command = Command::DeleteZone {
                 id: id.clone(),
                 expected,
             };
-            let (outcome, after) = self.order(order.because(caller, reason)).await?;
+            let (outcome, after) = self.command(command.because(caller, reason)).await?;
             let Done::ZoneDeleted(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -259,12 +259,12 @@ impl Edge {
             let ack = self.preview(read, current).await?;
             return Ok((ack, current.is_none()));
         }
-        let order = Order::PutZone {
+        let command = Command::PutZone {
             closure: closure.clone(),
             expected,
         };
-        let order = order.made_on(read.on.topology());
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let command = command.made_on(read.on.topology());
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         let Outcome {
             done: Done::Zone { entry, created },
             durable,
@@ -380,7 +380,7 @@ impl Edge {
     }
 }
 
-/// The writer answers every order in kind; anything else is a defect.
+/// The writer answers every command in kind; anything else is a defect.
 pub(super) fn unexpected() -> Refusal {
     Refusal::new(Code::Internal, "the writer gave an answer of another kind")
 }

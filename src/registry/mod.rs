@@ -31,7 +31,7 @@ pub use settings::Settings;
 pub use snapshot::SnapshotRequest;
 pub use sqlite::SqlStore as SqliteStore;
 pub use status::Status;
-pub use writes::{Manner, Reply};
+pub use writes::{Reply, WriteOptions};
 
 use crate::clock::Clock;
 use crate::planted::{self, Bug};

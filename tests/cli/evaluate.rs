@@ -1,18 +1,18 @@
 //! `skyway evaluate`: what a run leaves, and that runs do not mix.
 
-use crate::binary::{Desk, Run, skyway};
+use crate::binary::{Run, Workspace, skyway};
 use serde_json::Value;
 
 /// The numbers in the text of the paper.
 const CLAIMS: usize = 21;
 
-fn evaluate(desk: &Desk, more: &[&str]) -> Run {
+fn evaluate(desk: &Workspace, more: &[&str]) -> Run {
     let out = desk.path("run");
     let arguments = ["evaluate", "--quick", "--failures", "8", "--out", &out];
     skyway(&[&arguments[..], more].concat())
 }
 
-fn rows(desk: &Desk) -> Vec<(String, String)> {
+fn rows(desk: &Workspace) -> Vec<(String, String)> {
     let names = desk.list("run/rows").into_iter();
     names
         .map(|name| {
@@ -28,7 +28,7 @@ fn list<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
 
 #[test]
 fn a_run_leaves_rows_plots_and_a_report_and_is_not_computed_twice() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let first = evaluate(&desk, &[]).exits(0);
     assert!(first.stdout.contains("radius-time"), "{}", first.stdout);
     let expected = [
@@ -90,7 +90,7 @@ fn check_claims(run: &Value) {
     }
 }
 
-fn check_figures(run: &Value, desk: &Desk) {
+fn check_figures(run: &Value, desk: &Workspace) {
     let figures = list(run, "figures");
     let files = desk.list("run/figures");
     assert_eq!(files.len(), 2 * figures.len(), "{files:?}");
@@ -108,7 +108,7 @@ fn check_figures(run: &Value, desk: &Desk) {
 }
 
 /// On every failure of every network, exact is as long as the shortest route.
-fn check_rows(run: &Value, desk: &Desk) {
+fn check_rows(run: &Value, desk: &Workspace) {
     let networks = list(&run["provenance"], "networks");
     assert_eq!(networks.len(), 6);
     for network in networks {
@@ -158,7 +158,7 @@ fn table(text: &str) -> Vec<Vec<(String, String)>> {
 
 #[test]
 fn one_plot_computes_its_own_networks_alone() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let run = evaluate(&desk, &["--figure", "17"]).exits(0);
     assert_eq!(run.stdout, "");
     assert_eq!(
@@ -172,7 +172,7 @@ fn one_plot_computes_its_own_networks_alone() {
 
 #[test]
 fn a_network_of_ones_own_is_evaluated_alone() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let town = desk.path("town.geojson");
     skyway(&[
         "network", "generate", "--nodes", "60", "--reach", "0.4", "-o", &town,

@@ -369,7 +369,7 @@ fn every_shape_of_area_is_drawn_and_the_whole_network_is_none() {
         let text = with_stages(&topology, answer.clone(), vec![shape.clone()]);
         assert_eq!(filled_areas(&text).len(), 1, "{shape:?}");
         assert!(text.contains(">8 nodes of the search area<"), "{shape:?}");
-        // Followed by another, it is an outline.
+        // Next to another, it is an outline.
         let text = with_stages(
             &topology,
             answer.clone(),

@@ -2,7 +2,7 @@
 
 use super::report_names::find_named;
 use super::report_problem::{ReadWarning, cut};
-use super::report_settle::Known;
+use super::report_resolve::Known;
 use super::wire_terms::IntoTerm;
 use crate::flight::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, FailedPads, FailureType, Location,

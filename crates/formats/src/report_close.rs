@@ -2,7 +2,7 @@
 
 use super::identifier::{find_node, id_text};
 use super::report_problem::{ReadWarning, ReportProblem};
-use super::report_settle::CloseTarget;
+use super::report_resolve::CloseTarget;
 use crate::network::Topology;
 use serde_json::Value;
 

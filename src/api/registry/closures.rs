@@ -1,10 +1,10 @@
 //! `/v1/networks/{network}/closures`: what operators and reports close, with entity tags.
 
-use super::asked::{Named, OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, PageParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedClosure, PublishedObjects, Written};
@@ -58,7 +58,7 @@ pub(super) async fn list_closures(
 )]
 pub(super) async fn get_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -107,7 +107,7 @@ pub(super) async fn create_closure(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let closure = reading::body::<PublishedClosure>(&body, "closure")?;
@@ -159,10 +159,10 @@ pub(super) async fn create_closure(
 )]
 pub(super) async fn put_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let closure = reading::body::<PublishedClosure>(&body, "closure")?;
@@ -195,7 +195,7 @@ pub(super) async fn put_closure(
 )]
 pub(super) async fn delete_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
 ) -> Answer {

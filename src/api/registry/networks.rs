@@ -1,10 +1,10 @@
 //! `/v1/networks`: skyway networks, whole and patched.
 
-use super::asked::{OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Registry;
@@ -118,7 +118,7 @@ pub(super) async fn put_network(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     reading::check_once(&body)?;
@@ -154,7 +154,7 @@ pub(super) async fn patch_network(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     reading::check_once(&body)?;

@@ -1,10 +1,10 @@
 //! `/v1/networks/{network}/zones`: no-fly zones as GeoJSON features, with entity tags.
 
-use super::asked::{Named, OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, PageParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::api::rest::zone_schema::{self, ZoneFeature};
 use crate::registry::Registry;
@@ -55,7 +55,7 @@ pub(super) async fn list_zones(
 )]
 pub(super) async fn get_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -104,7 +104,7 @@ pub(super) async fn create_zone(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let feature = reading::value(&body)?;
@@ -154,10 +154,10 @@ pub(super) async fn create_zone(
 )]
 pub(super) async fn put_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let feature = reading::value(&body)?;
@@ -190,7 +190,7 @@ pub(super) async fn put_zone(
 )]
 pub(super) async fn delete_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
 ) -> Answer {

@@ -6,13 +6,13 @@
 pub(in crate::api) mod admin;
 mod alarms;
 pub(in crate::api) mod answer;
-pub(in crate::api) mod asked;
 mod clock;
 mod closures;
 pub(in crate::api) mod docs;
 mod drones;
 mod events;
 mod exposition;
+pub(in crate::api) mod extract;
 mod failures;
 mod holds;
 mod network;

@@ -1,8 +1,8 @@
 //! `/v1/plans`: delivery requests, composed into plans that drones fly and take over.
 
 use super::answer::{Answer, created, json, of_bytes};
-use super::asked::{self, By, Named, NoParameters, Query};
-use super::reading::{self, Sent};
+use super::extract::{self, Authenticated, NoParameters, PathId, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
 use crate::formats::RouteFormat;
@@ -78,12 +78,12 @@ impl CancelParameters {
             (None, (None, None), (Some(x), Some(y))) => Some(Place::Planar { x, y }),
             _ => {
                 let message = "a place is 'node', or 'lon' and 'lat', or 'x' and 'y'".to_owned();
-                return Err(asked::invalid("parameter_invalid", "?node", message));
+                return Err(extract::invalid("parameter_invalid", "?node", message));
             }
         };
         if let Some(fraction) = self.fraction.filter(|share| !(0.0..=1.0).contains(share)) {
             let message = format!("{fraction} is not between 0 and 1");
-            return Err(asked::invalid("out_of_range", "?fraction", message));
+            return Err(extract::invalid("out_of_range", "?fraction", message));
         }
         Ok(Cancellation {
             location,
@@ -120,13 +120,13 @@ impl CancelParameters {
 )]
 pub(super) async fn create_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let request: DeliveryRequest = reading::body(&body, "delivery request")?;
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     let plan = edge.compose_plan(&caller, request, idempotency).await?;
     created(&plan, "/v1/plans", &plan.id)
 }
@@ -141,7 +141,7 @@ pub(super) async fn create_plan(
 )]
 pub(super) async fn list_plans(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<PlansParameters>,
 ) -> Answer {
     let page = PageRequest {
@@ -179,13 +179,13 @@ pub(super) async fn list_plans(
 )]
 pub(super) async fn get_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let media_types = RouteFormat::ALL.map(RouteFormat::media_type);
-    let Some(format) = asked::accepted(&headers, &media_types) else {
+    let Some(format) = extract::accepted(&headers, &media_types) else {
         return json(&edge.plan(&caller, &id)?);
     };
     let format = RouteFormat::ALL[format];
@@ -212,14 +212,14 @@ pub(super) async fn get_plan(
 )]
 pub(super) async fn cancel_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(stated): Query<CancelParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let cancellation = stated.read()?;
     let told = format!("{cancellation:?}");
-    let idempotency = asked::idempotency(&headers, told.as_bytes())?;
+    let idempotency = extract::idempotency(&headers, told.as_bytes())?;
     let word = PlanWord::Cancel(cancellation);
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
@@ -243,14 +243,14 @@ pub(super) async fn cancel_plan(
 )]
 pub(super) async fn acknowledge_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Acknowledge(reading::body(&body, "acknowledgement")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -273,14 +273,14 @@ pub(super) async fn acknowledge_plan(
 )]
 pub(super) async fn decline_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Decline(reading::body(&body, "declined version")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -303,14 +303,14 @@ pub(super) async fn decline_plan(
 )]
 pub(super) async fn complete_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Complete(reading::body(&body, "completion")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -333,13 +333,13 @@ pub(super) async fn complete_plan(
 )]
 pub(super) async fn release_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Release(reading::body(&body, "release")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }

@@ -27,9 +27,9 @@ const UNCHOSEN: [&str; 4] = [
 ];
 
 /// The body of a request whose media type is JSON, or is not said.
-pub(in crate::api) struct Sent(pub(in crate::api) Bytes);
+pub(in crate::api) struct JsonBody(pub(in crate::api) Bytes);
 
-impl<S: Sync> FromRequest<S> for Sent {
+impl<S: Sync> FromRequest<S> for JsonBody {
     type Rejection = Refused;
 
     async fn from_request(request: Request<Body>, _: &S) -> Result<Self, Refused> {
@@ -40,9 +40,9 @@ impl<S: Sync> FromRequest<S> for Sent {
 
 /// The body of a drone's request. A drone in need is not refused for a header that nobody chose: what libraries say where
 /// no type is set is read as JSON, as is a body that states none. A type of something else was chosen, and so it is not JSON.
-pub(in crate::api) struct SentByDrone(pub(in crate::api) Bytes);
+pub(in crate::api) struct DroneJsonBody(pub(in crate::api) Bytes);
 
-impl<S: Sync> FromRequest<S> for SentByDrone {
+impl<S: Sync> FromRequest<S> for DroneJsonBody {
     type Rejection = Refused;
 
     async fn from_request(request: Request<Body>, _: &S) -> Result<Self, Refused> {

@@ -1,8 +1,8 @@
 //! `/v1/zones:import`: a feed of zones as one batch.
 
 use super::answer::{Answer, json};
-use super::asked::{By, Query};
-use super::reading::Sent;
+use super::extract::{Authenticated, Query};
+use super::reading::JsonBody;
 use super::refusals;
 use crate::edge::{Code, Edge, FeedImport, Refusal};
 use crate::wire::ZoneImport;
@@ -53,9 +53,9 @@ pub(super) struct ImportParameters {
 )]
 pub(super) async fn import_zones(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<ImportParameters>,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let text = String::from_utf8(body.to_vec()).map_err(|error| {
         let place = error.utf8_error().valid_up_to();

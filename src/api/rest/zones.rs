@@ -1,8 +1,8 @@
 //! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
 
 use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
-use super::asked::{self, By, Named, NoParameters, PageParameters, Query};
-use super::reading::{self, Sent};
+use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
 use crate::edge::{Edge, ZoneWrite};
@@ -81,13 +81,13 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
 )]
 pub(super) async fn create_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<WriteParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let feature = reading::value(&body)?;
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     let write = ZoneWrite {
         validate_only: asked.validate_only,
         ..ZoneWrite::default()
@@ -146,16 +146,16 @@ pub(super) async fn create_zone(
 )]
 pub(super) async fn put_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<WriteParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let feature = reading::value(&body)?;
     let write = ZoneWrite {
         id: Some(id.clone()),
-        if_match: asked::if_match(&headers)?,
+        if_match: extract::if_match(&headers)?,
         validate_only: asked.validate_only,
     };
     let (ack, is_new) = edge.put_zone(&caller, feature, write).await?;
@@ -185,14 +185,14 @@ pub(super) async fn put_zone(
 )]
 pub(super) async fn delete_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let write = ZoneWrite {
         id: Some(id),
-        if_match: asked::if_match(&headers)?,
+        if_match: extract::if_match(&headers)?,
         validate_only: asked.validate_only,
     };
     json(&edge.delete_zone(&caller, write, asked.reason).await?)
@@ -214,9 +214,9 @@ pub(super) async fn delete_zone(
 )]
 pub(super) async fn preview_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     json(&edge.preview_zone(&caller, reading::value(&body)?).await?)
 }
@@ -248,8 +248,8 @@ pub(super) async fn preview_zone(
 )]
 pub(super) async fn get_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -275,11 +275,11 @@ pub(super) async fn get_zone(
 )]
 pub(super) async fn list_zones(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
     headers: HeaderMap,
 ) -> Answer {
-    if asked::accepted(&headers, &[ED318]).is_some() {
+    if extract::accepted(&headers, &[ED318]).is_some() {
         let (text, stamp) = edge.zones_as_ed318(&caller);
         return Ok(stamped(of_bytes(StatusCode::OK, ED318, text), &stamp));
     }

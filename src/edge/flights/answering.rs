@@ -14,7 +14,7 @@ use crate::formats::warning_text;
 use crate::itinerary::{FlightCause, Objective};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Flag, Outcome, Request, Severance};
-use crate::routing::Way;
+use crate::routing::Path;
 use jiff::Timestamp;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -88,9 +88,9 @@ impl FlownAnswer {
     }
 
     /// The way that it leads; without nodes where there is none.
-    pub(in crate::edge) fn way(&self) -> Way {
+    pub(in crate::edge) fn way(&self) -> Path {
         let version = self.version.as_ref();
-        version.map_or_else(Way::default, |(_, composition)| composition.way.clone())
+        version.map_or_else(Path::default, |(_, composition)| composition.way.clone())
     }
 }
 
@@ -148,7 +148,7 @@ impl Flights {
     }
 
     /// Whether the wind leaves a version of a plan short from a leg on, by more than telemetry may be off.
-    pub(in crate::edge) fn falls_short(
+    pub(in crate::edge) fn exceeds_battery(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
@@ -160,7 +160,9 @@ impl Flights {
         let compiled = self.compiled(topology, &self.kind_of(plan), weather);
         let timed = flown.composition_at(self.seconds(version.departs_at));
         let least = (timed.reserve - self.settings.battery_tolerance).max(0.0);
-        compiled.setting.falls_short(&timed.plan, from_leg, least)
+        compiled
+            .setting
+            .exceeds_battery(&timed.plan, from_leg, least)
     }
 
     /// Answers the drone of a plan: in flight by a request that says where it is, on the ground from where it stands.

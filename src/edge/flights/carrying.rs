@@ -50,7 +50,7 @@ impl FlownVersion {
             airframe: self.airframe.clone(),
             ends: self.ends.get(legs.clone())?.to_vec(),
             hold,
-            refuge: self.refuge.filter(|_| is_whole).and_then(pad_carried),
+            alternate: self.alternate.filter(|_| is_whole).and_then(pad_carried),
             composition: FlightComposition {
                 destination,
                 closed_segments: closed
@@ -152,7 +152,10 @@ impl Flights {
         let mut composition = version.composition.clone();
         for (leg, contingency) in composition.legs.iter_mut().zip(&contingencies) {
             leg.if_closed = contingency.if_closed.contingency.clone();
-            leg.safe = contingency.safe.as_ref().map(|haven| haven.safe.clone());
+            leg.safe = contingency
+                .safe
+                .as_ref()
+                .map(|alternate| alternate.safe.clone());
         }
         let ends = contingencies.iter();
         let flown = FlownVersion {

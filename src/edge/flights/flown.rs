@@ -7,7 +7,7 @@ use crate::flight::{FlightPlan, Reservation};
 use crate::itinerary::Value;
 use crate::network::NodeIx;
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ impl LegEnds {
         let safe = leg.safe.as_ref();
         Self {
             if_closed: flight.map(|flight| end(flight, detour.reserve_used)),
-            safe: safe.map(|haven| end(&haven.flight, haven.reserve_used)),
+            safe: safe.map(|alternate| end(&alternate.flight, alternate.reserve_used)),
         }
     }
 }
@@ -60,12 +60,12 @@ pub(in crate::edge) struct FlownVersion {
     pub(in crate::edge) composition: FlightComposition,
     /// How the contingencies of each leg end.
     pub(in crate::edge) ends: Vec<LegEnds>,
-    /// True where it draws on the reserve, to reach a safe node.
+    /// True where it draws on the reserve, to reach an alternate.
     pub(in crate::edge) reserve_used: bool,
     /// Where it waits first, where it is told so.
     pub(in crate::edge) hold: Option<Hold>,
-    /// The pad of the safe node that it diverts to.
-    pub(in crate::edge) refuge: Option<Reservation>,
+    /// The pad of the alternate that it diverts to.
+    pub(in crate::edge) alternate: Option<Reservation>,
     /// Whether its pads are surely its own: no other edge gives them away.
     pub(in crate::edge) is_confirmed: bool,
     /// False where nobody knows whether the battery suffices: its levels mean nothing then.
@@ -118,9 +118,9 @@ impl FlownVersion {
                 until_s: hold.until_s - departs_s,
                 ..hold
             }),
-            refuge: told
+            alternate: told
                 .is_diverted
-                .then(|| refuge(ground, composition, departs_s))
+                .then(|| alternate(ground, composition, departs_s))
                 .flatten(),
             is_confirmed: ground.is_alone,
             is_energy_checked: !told.is_energy_unchecked,
@@ -140,7 +140,7 @@ impl FlownVersion {
     /// The pads that it takes: those of its stops, and that of the node that it diverts to.
     pub(in crate::edge) fn reservations(&self) -> Vec<Reservation> {
         let mut reservations = self.composition.reservations();
-        reservations.extend(self.refuge);
+        reservations.extend(self.alternate);
         reservations
     }
 
@@ -170,10 +170,13 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
         departure_s: leg.enters_s - departs_s,
         arrival_s: leg.leaves_s - departs_s,
         if_closed: contingency.if_closed.contingency.clone(),
-        safe: contingency.safe.as_ref().map(|haven| haven.safe.clone()),
+        safe: contingency
+            .safe
+            .as_ref()
+            .map(|alternate| alternate.safe.clone()),
     });
     Composition {
-        way: Way {
+        way: Path {
             nodes: composition.nodes(),
             segments: plan.legs.iter().map(|leg| leg.segment).collect(),
         },
@@ -208,7 +211,11 @@ fn later_by(composition: &FlightComposition, seconds: f64) -> FlightComposition 
 }
 
 /// The pad on which a drone that diverts may stay.
-fn refuge(ground: &Ground, composition: &FlightComposition, departs_s: f64) -> Option<Reservation> {
+fn alternate(
+    ground: &Ground,
+    composition: &FlightComposition,
+    departs_s: f64,
+) -> Option<Reservation> {
     let from_s = composition.plan.arrives_s;
     let until_s = from_s + ground.settings.refuge_stay_s;
     let node = composition.destination;

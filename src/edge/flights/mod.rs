@@ -24,7 +24,9 @@ use super::settings::{FlightSettings, Settings};
 use super::snapshot::{Own, Snapshot};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
-use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
+use crate::delivery::{
+    DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
+};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits};
@@ -80,7 +82,7 @@ struct Compiled {
 #[derive(Debug)]
 struct Sky {
     airspace: Arc<Airspace>,
-    skies: Skies,
+    skies: FlightEnvironment,
     /// Any kind of drone in it: what is in the way is the same for all.
     setting: OnceLock<FlightSetting>,
     /// What is closed when, for the checker.
@@ -91,7 +93,7 @@ struct Sky {
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct FlightCaches {
     /// Latest used last.
     compiled: VecDeque<Arc<Compiled>>,
     skies: VecDeque<Arc<Sky>>,
@@ -105,7 +107,7 @@ pub(super) struct Flights {
     zero: Timestamp,
     /// Whether no other edge gives away the same pads.
     is_alone: bool,
-    kept: Mutex<Kept>,
+    kept: Mutex<FlightCaches>,
     scratches: Mutex<Vec<DeliveryScratch>>,
 }
 
@@ -113,7 +115,7 @@ pub(super) struct Flights {
 #[derive(Debug)]
 pub(super) struct Ground {
     compiled: Arc<Compiled>,
-    pub(super) skies: Skies,
+    pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
     /// The plans that the situation's traffic is of, one for each leg.
     pub(super) traffic_of: Vec<Arc<str>>,
@@ -221,7 +223,7 @@ impl Flights {
         }
         let at_now = airspace.apply(&[], now.max(airspace.as_of()));
         let others = OtherPlans::default();
-        let skies = Skies::since(self.zero, &at_now, others, &self.settings.rules);
+        let skies = FlightEnvironment::since(self.zero, &at_now, others, &self.settings.rules);
         let topology = airspace.topology();
         let stations = self.settings.swap_stations.iter();
         let sky = Arc::new(Sky {
@@ -314,7 +316,7 @@ impl Flights {
     }
 
     // Both lists are whole after every call, so a panic elsewhere cannot spoil them.
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, FlightCaches> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -5,7 +5,7 @@ use super::codec::{read, write};
 use super::file::{StoreFault, StoreFile, Table};
 use super::opening::network_text;
 use super::worlds::closures_of;
-use crate::edge::answered::{Standing, wire_record};
+use crate::edge::answered::{Staleness, wire_record};
 use crate::edge::records::AnswerRecord;
 use crate::wire;
 use jiff::Timestamp;
@@ -47,7 +47,7 @@ pub(super) fn key_of(record: &AnswerRecord) -> String {
 }
 
 /// The body of a decision, in a world of this number.
-pub(super) fn write_decision(record: &AnswerRecord, standing: Standing, world: u64) -> String {
+pub(super) fn write_decision(record: &AnswerRecord, standing: Staleness, world: u64) -> String {
     #[derive(Serialize)]
     struct Written<'a> {
         subject: &'a str,

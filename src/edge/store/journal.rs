@@ -6,7 +6,7 @@ use super::decisions::{key_of, place_of, write_decision};
 use super::file::{Row, StoreFault, StoreFile, Table};
 use super::reply_rows::{Reply, ReportReply, reply_row};
 use super::worlds::Worlds;
-use crate::edge::answered::{Standing, report_reply};
+use crate::edge::answered::{Staleness, report_reply};
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
 use jiff::{SignedDuration, Timestamp};
@@ -35,14 +35,14 @@ pub(in crate::edge) enum Entry {
     /// What a failure report was answered.
     Decision {
         record: Arc<AnswerRecord>,
-        standing: Standing,
+        standing: Staleness,
     },
     /// What is to be answered when the report of an id comes again.
     Report {
         subject: Arc<str>,
         id: String,
         record: Arc<AnswerRecord>,
-        standing: Standing,
+        standing: Staleness,
     },
     /// What is to be answered when a write comes again.
     Write { reply: Reply, at: Timestamp },

@@ -6,8 +6,8 @@ use super::file::{StoreFault, StoreFile, Transaction};
 use super::health::{Health, StoreStatus};
 use super::journal::{ENTRIES_MAX, Entry, Journal};
 use crate::clock::Clock;
-use crate::edge::answered::Standing;
-use crate::edge::orders::{Outcome, Reply};
+use crate::edge::answered::Staleness;
+use crate::edge::commands::{Outcome, Reply};
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
 use crate::edge::snapshot::Snapshot;
@@ -181,7 +181,7 @@ impl Store {
     }
 
     /// Takes what a failure report was answered.
-    pub(in crate::edge) fn note_decision(&self, record: &Arc<AnswerRecord>, standing: Standing) {
+    pub(in crate::edge) fn note_decision(&self, record: &Arc<AnswerRecord>, standing: Staleness) {
         if self.keeper.is_some() {
             let record = record.clone();
             self.note(Entry::Decision { record, standing });

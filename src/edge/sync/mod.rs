@@ -24,4 +24,4 @@ pub use http::{HttpAddress, HttpClient};
 pub use task::{Following, SyncSettings};
 
 pub(super) use contact::Contact;
-pub(super) use followed::{Extent, Followed, Superseded, Tombstone};
+pub(super) use followed::{Extent, RegistryDelta, Superseded, Tombstone};

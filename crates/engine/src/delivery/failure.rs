@@ -1,13 +1,13 @@
 //! The answer to a failure in flight, with time, battery and pads.
 
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
-use super::composition::{FlightComposition, Proof, equip};
+use super::composition::{FlightComposition, Proof, with_contingencies};
 use super::grounded::hold_on_the_ground;
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::{Landing, land};
 use super::local::{Local, answer_locally};
 use super::nearby::tell_what_is_near;
-use super::skies::Skies;
+use super::skies::FlightEnvironment;
 use super::unaffected::prefer_old_plan;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{Aloft, FlightPlan, FlightRules, StretchKind};
@@ -17,8 +17,8 @@ use crate::itinerary::{
 };
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::{
-    Fallback, Flag, Near, Outcome, Request, Severance, Stage, Strategy, UnsafeWay, Warning,
-    WaysBack, World, ways_back,
+    Fallback, Flag, Near, Outcome, ReentryPoints, Request, Severance, Stage, Strategy, UnsafeWay,
+    Warning, World, reentry_points,
 };
 
 /// What is known of the battery of a drone in flight, as fractions.
@@ -87,11 +87,11 @@ pub struct Hold {
 pub struct FlightRecomposition {
     /// What it is to do.
     pub outcome: Outcome,
-    /// The plan, to the destination or to a safe node; `None` for [`Outcome::NoRoute`].
+    /// The plan, to the destination or to an alternate; `None` for [`Outcome::NoRoute`].
     pub composition: Option<FlightComposition>,
     /// For [`Outcome::Hold`], where it waits.
     pub hold: Option<Hold>,
-    /// True where the plan draws on the reserve, to reach a safe node.
+    /// True where the plan draws on the reserve, to reach an alternate.
     pub reserve_used: bool,
     /// Where the destination cannot be reached, what cuts the drone off; [`severance`] names closures.
     pub causes: Vec<FlightCause>,
@@ -132,7 +132,7 @@ pub struct FlightRecomposition {
 /// What a cause is called: a closure by its id, the report, or the network; `None` for wind, battery, pads and time.
 ///
 /// The skies are those that the answer was computed in.
-pub fn severance(skies: &Skies, cause: &FlightCause) -> Option<Severance> {
+pub fn severance(skies: &FlightEnvironment, cause: &FlightCause) -> Option<Severance> {
     match cause {
         // What a report brings follows what stands.
         FlightCause::Closure(number) => {
@@ -150,7 +150,7 @@ pub(super) struct Case<'a> {
     pub(super) world: DeliveryWorld<'a>,
     pub(super) failure: &'a FlightFailure<'a>,
     pub(super) question: Question<'a>,
-    pub(super) ways: &'a WaysBack,
+    pub(super) ways: &'a ReentryPoints,
     /// The world before the report.
     pub(super) before: DeliveryWorld<'a>,
 }
@@ -189,7 +189,7 @@ impl Found {
 
 /// Answers a drone in flight.
 ///
-/// Never fails: without a plan to the destination it names a safe node, and without one everything that cuts the drone off. A
+/// Never fails: without a plan to the destination it names an alternate, and without one everything that cuts the drone off. A
 /// local strategy whose answer this drone cannot fly goes on to its next stage, and finally to `exact`.
 pub fn answer_failure(
     world: &DeliveryWorld<'_>,
@@ -205,7 +205,7 @@ pub fn answer_failure(
         airspace: world.skies.now(),
         trees: None,
     };
-    let ways = ways_back(&now, failure.request, &mut scratch.recompose);
+    let ways = reentry_points(&now, failure.request, &mut scratch.recompose);
     let aloft = failure.request.circumstances.aloft;
     let held = ways.held_at.filter(|_| aloft != Aloft::Airborne);
     let Some(node) = held else {
@@ -223,7 +223,7 @@ pub fn answer_failure(
 fn answer_by(
     world: &DeliveryWorld<'_>,
     failure: &FlightFailure<'_>,
-    ways: &WaysBack,
+    ways: &ReentryPoints,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
     let answer = answer_by_these(world, failure, ways, scratch);
@@ -231,7 +231,7 @@ fn answer_by(
     let Some(spare) = spare else {
         return answer;
     };
-    let longer = WaysBack {
+    let longer = ReentryPoints {
         ways: vec![spare],
         spare: None,
         ..ways.clone()
@@ -246,7 +246,7 @@ fn answer_by(
 fn answer_by_these(
     world: &DeliveryWorld<'_>,
     failure: &FlightFailure<'_>,
-    ways: &WaysBack,
+    ways: &ReentryPoints,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
     let request = failure.request;
@@ -422,7 +422,7 @@ pub(super) fn put_into_words(
     let proof = found.proof;
     let composition = found
         .plan
-        .map(|plan| equip(world, &question, plan, proof, scratch));
+        .map(|plan| with_contingencies(world, &question, plan, proof, scratch));
     let hold = match found.decision.outcome {
         FlightOutcome::Hold { node, pad, until_s } if found.outcome == Outcome::Hold => {
             Some(Hold { node, pad, until_s })

@@ -1,7 +1,7 @@
 //! A drone on the ground inside an active zone: it holds on its pad until the zone ends, and never leaves through it.
 
 use super::brought::OwnWorld;
-use super::composition::{DeliveryRequest, FlightComposition, Proof, equip};
+use super::composition::{DeliveryRequest, FlightComposition, Proof, with_contingencies};
 use super::failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
@@ -112,5 +112,5 @@ fn staying(
         step: Step::Walk,
         effort: Effort::default(),
     };
-    equip(world, &question, plan, proof, scratch)
+    with_contingencies(world, &question, plan, proof, scratch)
 }

@@ -47,8 +47,8 @@ impl Stand {
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
-/// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at a safe node, or
-/// goes to a safe node. One that has to land stays where its pad is free.
+/// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at an alternate, or
+/// goes to an alternate. One that has to land stays where its pad is free.
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,

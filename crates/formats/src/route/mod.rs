@@ -8,7 +8,7 @@ mod mission;
 
 use crate::airspace::{Airspace, Zone};
 use crate::compose::Composition;
-use crate::delivery::{FlightComposition, Skies};
+use crate::delivery::{FlightComposition, FlightEnvironment};
 use crate::flight::LegCourse;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Point};
 use crate::network::{NodeIx, SegmentIx, Topology};
@@ -124,7 +124,7 @@ impl Route {
     }
 
     /// The route of a plan that is flown with its battery.
-    pub fn of_flight(name: String, skies: &Skies, flown: &FlightComposition) -> Self {
+    pub fn of_flight(name: String, skies: &FlightEnvironment, flown: &FlightComposition) -> Self {
         let plan = &flown.plan;
         let last = plan.legs.len().saturating_sub(1);
         let lands_at = |number: usize| {
@@ -140,7 +140,10 @@ impl Route {
             departs: at(leg.enters_s),
             arrives: at(leg.leaves_s),
             lands: lands_at(number),
-            alternate: contingency.safe.as_ref().map(|haven| haven.safe.node),
+            alternate: contingency
+                .safe
+                .as_ref()
+                .map(|alternate| alternate.safe.node),
         });
         let flown_s = plan
             .legs

@@ -1,6 +1,6 @@
 //! An answer that was given: in this start, with all it was computed from, or in an earlier one.
 
-use super::answered::{Standing, hex, recomposition};
+use super::answered::{Staleness, hex, recomposition};
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use super::store::ReportReply;
@@ -10,23 +10,23 @@ use crate::flight::Location;
 use crate::formats::IntoTerm;
 use crate::geo::Point;
 use crate::recompose::Strategy;
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
 
 /// An answer that was given.
 #[derive(Clone, Debug)]
-pub(super) enum Given {
+pub(super) enum StoredAnswer {
     /// In this start.
     Now(Arc<AnswerRecord>),
     /// In an earlier one.
-    Before(Arc<EarlierAnswer>),
+    Before(Arc<RestoredAnswer>),
 }
 
 /// An answer of an earlier start.
 #[derive(Debug)]
-pub(super) struct EarlierAnswer {
+pub(super) struct RestoredAnswer {
     answer: wire::Recomposition<'static>,
     /// Where the drone was, in metres of the plane, where that was known.
     place: Option<Point>,
@@ -39,7 +39,7 @@ pub(super) struct EarlierAnswer {
 /// An answer in memory takes about so many bytes for each of its text.
 const ANSWER_TO_TEXT: usize = 4;
 
-impl EarlierAnswer {
+impl RestoredAnswer {
     /// About how many bytes it takes.
     pub(super) fn bytes(&self) -> usize {
         self.bytes
@@ -78,7 +78,7 @@ impl EarlierAnswer {
         let (Some(nodes), Some(segments)) = (nodes, segments) else {
             return false;
         };
-        let way = Way { nodes, segments };
+        let way = Path { nodes, segments };
         let is_diversion = self.answer.answer.outcome == wire::Outcome::Diverted;
         let location = self.place.map_or(Location::LegStart, Location::At);
         !way.nodes.is_empty()
@@ -87,7 +87,7 @@ impl EarlierAnswer {
     }
 }
 
-impl Given {
+impl StoredAnswer {
     /// Whether it may be given again, to a report with this deadline.
     pub(super) fn still_holds(
         &self,
@@ -116,7 +116,7 @@ impl Given {
     }
 
     /// As it is sent, borrowing what it can.
-    pub(super) fn to_wire(&self, replayed: bool, standing: Standing) -> wire::Recomposition<'_> {
+    pub(super) fn to_wire(&self, replayed: bool, standing: Staleness) -> wire::Recomposition<'_> {
         match self {
             Self::Now(record) => recomposition(record, replayed, standing),
             Self::Before(earlier) => {

@@ -3,12 +3,12 @@
 use super::composition::{Composition, Contingency, Leg, SafeNode, leg_time_s};
 use crate::geo::total_m;
 use crate::network::{Correspondence, NodeIx, Topology};
-use crate::routing::Way;
+use crate::routing::Path;
 use std::ops::Range;
 
 /// What is left of a composition on another network.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CarriedOver {
+pub struct Migrated {
     /// The legs that are left.
     pub composition: Composition,
     /// Whether their contingencies can all be flown still.
@@ -52,7 +52,7 @@ impl Composition {
         legs: Range<usize>,
         first_stretch_m: f64,
         airspeed_mps: f64,
-    ) -> Option<CarriedOver> {
+    ) -> Option<Migrated> {
         let nodes = self.way.nodes.get(legs.start..=legs.end)?;
         let node = |&node: &NodeIx| change.correspondence.node(node);
         let nodes: Option<Vec<NodeIx>> = nodes.iter().map(node).collect();
@@ -84,9 +84,9 @@ impl Composition {
             0 => first_stretch_m,
             _ => 0.0,
         };
-        Some(CarriedOver {
+        Some(Migrated {
             composition: Composition {
-                way: Way {
+                way: Path {
                     nodes: nodes?,
                     segments,
                 },

@@ -12,7 +12,7 @@ use crate::network::{NodeIx, SegmentIx};
 
 /// Where a drone can re-enter the network.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WaysBack {
+pub struct ReentryPoints {
     /// The nodes, each with the stretch that leads to it.
     pub ways: Vec<Reentry>,
     /// True when the drone is off its leg.
@@ -40,7 +40,11 @@ pub struct WaysBack {
 }
 
 /// The ways back of a request, as [`recompose`](super::recompose) begins with them.
-pub fn ways_back(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> WaysBack {
+pub fn reentry_points(
+    world: &World<'_>,
+    request: &Request,
+    scratch: &mut Scratch,
+) -> ReentryPoints {
     let airspace = world.airspace;
     let topology = &**airspace.topology();
     scratch.fit(topology);
@@ -56,7 +60,7 @@ pub fn ways_back(world: &World<'_>, request: &Request, scratch: &mut Scratch) ->
         warnings.push(Warning::UnknownSegment);
     }
     starts::find(request, airspace, &closed, &leg, starts, &mut warnings);
-    WaysBack {
+    ReentryPoints {
         only_ahead: matches!(starts.ways.as_slice(), [only] if only.node == leg.to),
         ways: starts.ways.clone(),
         off_leg: starts.off_leg,

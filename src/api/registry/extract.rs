@@ -2,9 +2,9 @@
 
 use crate::access::{Caller, Role};
 use crate::api::rest::answer::Refused;
-use crate::api::rest::asked as rest;
+use crate::api::rest::extract as rest;
 use crate::refusal::{Code, Refusal};
-use crate::registry::Manner;
+use crate::registry::WriteOptions;
 use crate::wire::{Fault, ON_BEHALF_OF};
 use axum::extract::{FromRequestParts, Path};
 use http::request::Parts;
@@ -35,12 +35,12 @@ impl<S: Send + Sync> FromRequestParts<S> for OnNetwork {
 }
 
 /// The network and the id in the path.
-pub(super) struct Named {
+pub(super) struct PathId {
     pub(super) network: String,
     pub(super) id: String,
 }
 
-impl<S: Send + Sync> FromRequestParts<S> for Named {
+impl<S: Send + Sync> FromRequestParts<S> for PathId {
     type Rejection = Refused;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
@@ -88,7 +88,8 @@ impl<S: Sync + Send> FromRequestParts<S> for Writing {
     type Rejection = Refused;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
-        let rest::By(caller) = rest::By::from_request_parts(parts, state).await?;
+        let rest::Authenticated(caller) =
+            rest::Authenticated::from_request_parts(parts, state).await?;
         Ok(Self {
             caller,
             method: parts.method.clone(),
@@ -115,7 +116,11 @@ impl Writing {
     }
 
     /// How to write, with this body.
-    pub(super) fn manner(&self, asked: &WriteParameters, body: &[u8]) -> Result<Manner, Refusal> {
+    pub(super) fn manner(
+        &self,
+        asked: &WriteParameters,
+        body: &[u8],
+    ) -> Result<WriteOptions, Refusal> {
         let mut digest = Sha256::new();
         for part in [self.method.as_str().as_bytes(), self.uri.path().as_bytes()] {
             digest.update(part);
@@ -130,7 +135,7 @@ impl Writing {
                 let _ = write!(text, "{byte:02x}");
                 text
             });
-        Ok(Manner {
+        Ok(WriteOptions {
             subject: self.caller.subject.to_string(),
             key: rest::header(&self.headers, rest::IDEMPOTENCY_KEY)?,
             fingerprint,

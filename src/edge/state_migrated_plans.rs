@@ -1,17 +1,17 @@
 //! Plans when the network changes: flown on where their ways are as they were, else recomposed from where their
 //! drones are, or ended where their source or destination is gone.
 
+use super::commands::Command;
 use super::events::Happening;
 use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
 use super::flights::{self, Scene, Stand};
-use super::orders::Order;
 use super::snapshot::{PlanEntry, Snapshot, Version};
 use super::state::State;
 use super::views;
 use crate::airspace::Airspace;
-use crate::compose::{CarriedOver, Change, Composition, equip};
+use crate::compose::{Change, Composition, Migrated, with_contingencies};
 use crate::flight::Location;
-use crate::formats::{Known, settle_report};
+use crate::formats::{Known, resolve_report};
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
 use crate::recompose::{Outcome, Request, World, recompose};
@@ -40,7 +40,7 @@ impl State {
             } else if plan.is_active() {
                 self.carry_plan_over(plan, before, change, now);
             } else {
-                self.carry_over_ended(plan, change);
+                self.migrate_ended_plan(plan, change);
             }
         }
     }
@@ -69,12 +69,12 @@ impl State {
         };
         match (current, proposed) {
             (Some(current), None) => {
-                let current = self.equipped(current, plan, now);
+                let current = self.with_contingencies_of(current, plan, now);
                 self.fly_on(plan_over(current, None));
             }
             (Some(current), Some(Some(proposed))) => {
-                let current = self.equipped(current, plan, now);
-                let proposed = self.equipped(proposed, plan, now);
+                let current = self.with_contingencies_of(current, plan, now);
+                let proposed = self.with_contingencies_of(proposed, plan, now);
                 self.fly_on(plan_over(current, Some(proposed)));
             }
             (Some((current, _)), Some(None)) => {
@@ -108,7 +108,7 @@ impl State {
     }
 
     /// A version that is flown as it was, with contingencies that can be flown.
-    fn equipped(
+    fn with_contingencies_of(
         &mut self,
         (version, contingencies_hold): (Version, bool),
         plan: &PlanEntry,
@@ -135,7 +135,7 @@ impl State {
             return version;
         };
         let stretch_m = version.first_stretch_m;
-        let composition = equip(
+        let composition = with_contingencies(
             &world,
             way,
             stretch_m,
@@ -356,7 +356,7 @@ impl State {
         version: Version,
         made_on: &Topology,
         correspondence: &Correspondence,
-    ) -> Option<Order> {
+    ) -> Option<Command> {
         let now = self.now;
         let plan = self.next.plans.get(id).cloned()?;
         let topology = self.next.topology().clone();
@@ -370,9 +370,9 @@ impl State {
             self.touched_plans.insert(id.clone());
             return None;
         };
-        Some(Order::ProposeVersion {
+        Some(Command::ProposeVersion {
             plan: id.clone(),
-            version: Box::new(self.equipped(carried, &plan, now)),
+            version: Box::new(self.with_contingencies_of(carried, &plan, now)),
         })
     }
 }
@@ -386,7 +386,7 @@ fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Op
         destination: Some(goal),
         ..wire::FailureReport::default()
     };
-    let settled = settle_report(&report, &Known::nothing(), airspace, &mut Vec::new());
+    let settled = resolve_report(&report, &Known::nothing(), airspace, &mut Vec::new());
     settled.ok().map(|settled| settled.request)
 }
 
@@ -426,7 +426,7 @@ fn stretch_carried(
         version
             .composition
             .carried_over(change, range.clone(), stretch_m, airspeed_mps)?;
-    let CarriedOver {
+    let Migrated {
         mut composition,
         contingencies_hold,
     } = carried;
@@ -453,7 +453,7 @@ fn stretch_carried(
 fn nothing_left_of(version: &Version) -> Version {
     Version {
         composition: Composition {
-            way: crate::routing::Way::default(),
+            way: crate::routing::Path::default(),
             legs: Vec::new(),
             length_m: 0.0,
             flight_time_s: 0.0,

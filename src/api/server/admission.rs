@@ -43,7 +43,7 @@ const GRPC_PREFIX_BYTES: usize = 5;
 const RETRY_AFTER_S: u32 = 1;
 
 /// The gate of one listener.
-pub(crate) struct Gate {
+pub(crate) struct Admission {
     config: GateConfig,
     services: Services,
     hosts: Hosts,
@@ -58,7 +58,7 @@ pub(crate) struct Gate {
 }
 
 /// A request that may be handled.
-struct Passed {
+struct Admitted {
     request: Request<BoundedBody>,
     operation: Operation,
     deadline: Instant,
@@ -83,7 +83,7 @@ enum Outcome {
     Expired,
 }
 
-impl Gate {
+impl Admission {
     pub(crate) fn new(
         config: GateConfig,
         services: Services,
@@ -151,7 +151,7 @@ impl Gate {
         body: Incoming,
         place: &Place,
         known: &mut Known,
-    ) -> Result<Passed, Response<Content>> {
+    ) -> Result<Admitted, Response<Content>> {
         let operation = self.resolve(&head, known.dialect).map_err(|unresolved| {
             refuse::unresolved(
                 &unresolved,
@@ -188,7 +188,7 @@ impl Gate {
         body: Incoming,
         (operation, place): (Operation, &Place),
         known: &Known,
-    ) -> Result<Passed, Refusal> {
+    ) -> Result<Admitted, Refusal> {
         let class = operation.row().class;
         self.queue(class, known.arrived)?;
         let caller = self.caller(&head, operation)?;
@@ -212,7 +212,7 @@ impl Gate {
             request_id: known.request_id.clone(),
             deadline,
         });
-        Ok(Passed {
+        Ok(Admitted {
             request: Request::from_parts(head, body),
             operation,
             deadline,
@@ -325,8 +325,8 @@ impl Gate {
         Err(Refusal::new(code, detail).retry_after_s(RETRY_AFTER_S))
     }
 
-    async fn answer(self: Arc<Self>, passed: Passed, known: Known) -> Response<AnswerBody> {
-        let Passed {
+    async fn answer(self: Arc<Self>, passed: Admitted, known: Known) -> Response<AnswerBody> {
+        let Admitted {
             request,
             operation,
             deadline,

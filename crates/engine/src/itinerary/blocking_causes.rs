@@ -1,12 +1,12 @@
-//! What cuts a drone off: the causes along the rim of all that it can reach in time, with this battery, in this wind.
+//! What cuts a drone off: the causes along the boundary of all that it can reach in time, with this battery, in this wind.
 
+use super::expander::Expander;
 use super::memory::ItineraryScratch;
 use super::obstacles::{Entry, Forbids, Leaving};
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
 use super::setting::FlightSetting;
-use super::terms::Terms;
 use crate::flight::Unflyable;
 use crate::network::{NodeIx, SegmentIx};
 use std::collections::BTreeSet;
@@ -28,7 +28,7 @@ pub enum FlightCause {
         segment: Option<SegmentIx>,
         /// Why.
         why: Unflyable,
-        /// Legs on the rim.
+        /// Legs on the boundary.
         legs: usize,
     },
     /// The battery does not last: the leg that lacks least, and how many there are.
@@ -39,7 +39,7 @@ pub enum FlightCause {
         segment: SegmentIx,
         /// What is missing to end it with the reserve, as a fraction of the battery.
         missing: f64,
-        /// Legs on the rim.
+        /// Legs on the boundary.
         legs: usize,
     },
     /// All pads of a node are reserved when the drone is there.
@@ -80,7 +80,7 @@ pub(super) fn causes(
     scratch.fit(world.topology);
     close(&mut scratch.closed, request.closed_segments);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Time);
-    let terms = Terms::new(&world, &request, &potentials);
+    let terms = Expander::new(&world, &request, &potentials);
     let mut effort = Effort::default();
     let mut run = Run {
         terms,
@@ -98,23 +98,23 @@ pub(super) fn causes(
     };
     run.search();
     let reached = reached(&terms, scratch);
-    let mut rim = Rim {
+    let mut boundary = ReachableBoundary {
         setting,
         terms: &terms,
         found: Found::default(),
     };
     for (at, there) in reached.iter().enumerate() {
         if let Some(there) = there {
-            rim.look_around(NodeIx(at as u32), there, &reached, scratch);
+            boundary.look_around(NodeIx(at as u32), there, &reached, scratch);
         }
     }
-    let found = rim.found;
+    let found = boundary.found;
     reopen(&mut scratch.closed, request.closed_segments);
     found.into_causes()
 }
 
 /// By node, what the labels of a search amount to.
-fn reached(terms: &Terms<'_>, scratch: &ItineraryScratch) -> Vec<Option<Reached>> {
+fn reached(terms: &Expander<'_>, scratch: &ItineraryScratch) -> Vec<Option<Reached>> {
     let mut reached: Vec<Option<Reached>> = vec![None; terms.world.topology.node_count()];
     for label in &scratch.labels {
         let battery = label.family.battery(f64::INFINITY, terms.tau_s);
@@ -147,13 +147,13 @@ struct Found {
     deadline: bool,
 }
 
-struct Rim<'r> {
+struct ReachableBoundary<'r> {
     setting: &'r FlightSetting,
-    terms: &'r Terms<'r>,
+    terms: &'r Expander<'r>,
     found: Found,
 }
 
-impl Rim<'_> {
+impl ReachableBoundary<'_> {
     fn look_around(
         &mut self,
         node: NodeIx,
@@ -239,10 +239,10 @@ impl Rim<'_> {
     }
 
     fn is_forbidden(&mut self, from: NodeIx, leg: u32, there: &Reached) {
-        let Terms { world, request, .. } = *self.terms;
+        let Expander { world, request, .. } = *self.terms;
         let flight = world.legs.leg(leg);
         let missing = request.reserve + flight.least.energy - there.battery;
-        if missing > super::family::BATTERY_TOLERANCE {
+        if missing > super::charging_label::BATTERY_TOLERANCE {
             self.lacks(from, flight.segment, missing);
             return;
         }

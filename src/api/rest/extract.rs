@@ -19,9 +19,9 @@ use utoipa::IntoParams;
 pub(in crate::api) const IDEMPOTENCY_KEY: &str = "idempotency-key";
 
 /// Who calls, as the gate has found out.
-pub(in crate::api) struct By(pub(in crate::api) Caller);
+pub(in crate::api) struct Authenticated(pub(in crate::api) Caller);
 
-impl<S: Sync> FromRequestParts<S> for By {
+impl<S: Sync> FromRequestParts<S> for Authenticated {
     type Rejection = Refused;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Refused> {
@@ -45,9 +45,9 @@ impl<S: Sync> FromRequestParts<S> for Key {
 }
 
 /// The id in the path.
-pub(in crate::api) struct Named(pub(in crate::api) String);
+pub(in crate::api) struct PathId(pub(in crate::api) String);
 
-impl<S: Send + Sync> FromRequestParts<S> for Named {
+impl<S: Send + Sync> FromRequestParts<S> for PathId {
     type Rejection = Refused;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {

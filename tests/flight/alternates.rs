@@ -3,7 +3,7 @@
 use crate::decisions::{STAY_S, setting};
 use crate::events::Events;
 use crate::world::{Kind, World, world};
-use skyway::itinerary::{ItineraryScratch, Objective, find_near, find_nearest, find_refuge};
+use skyway::itinerary::{ItineraryScratch, Objective, find_alternate, find_near, find_nearest};
 use skyway::network::NodeIx;
 use skyway::verify::verify_flight;
 
@@ -73,30 +73,30 @@ fn no_safe_node_is_reached_with_more() {
         let setting = setting(&world);
         let mut scratch = ItineraryScratch::new(&world.topology);
         let request = world.request(Objective::Time);
-        let ours = find_refuge(&setting, &request, STAY_S, &mut scratch);
-        let mut refuges = Refuges {
+        let ours = find_alternate(&setting, &request, STAY_S, &mut scratch);
+        let mut alternates = Refuges {
             world: &world,
             events: Events::new(&world, Objective::Energy, 0),
             needs_pad: true,
             least: None,
         };
         for start in &world.starts {
-            refuges.from(start.node, start.at_s, start.battery, start.drawn, true);
+            alternates.from(start.node, start.at_s, start.battery, start.drawn, true);
         }
-        let drawn = ours.as_ref().map(|refuge| refuge.answer.value.weight);
-        let is_same = match (drawn, refuges.least) {
+        let drawn = ours.as_ref().map(|alternate| alternate.answer.value.weight);
+        let is_same = match (drawn, alternates.least) {
             (Some(ours), Some(theirs)) => (ours - theirs).abs() < 1e-9,
             (ours, theirs) => ours.is_none() && theirs.is_none(),
         };
         assert!(
             is_same,
             "seed {seed}: {ours:?}, and {:?}\n{world}",
-            refuges.least
+            alternates.least
         );
-        if let Some(refuge) = ours {
-            let plan = refuge.answer.plan.expect("it leads there");
+        if let Some(alternate) = ours {
+            let plan = alternate.answer.plan.expect("it leads there");
             let mut premises = world.premises();
-            premises.destination = refuge.node;
+            premises.destination = alternate.node;
             premises.deadline_s = f64::INFINITY;
             assert_eq!(verify_flight(&plan, &premises), Ok(()), "seed {seed}");
             found += 1;
@@ -122,21 +122,21 @@ fn whoever_has_to_land_is_led_to_what_takes_least_whatever_its_battery() {
         let setting = setting(&world);
         let mut scratch = ItineraryScratch::new(&world.topology);
         let request = world.request(Objective::Time);
-        let with_pad = find_refuge(&setting, &request, STAY_S, &mut scratch);
+        let with_pad = find_alternate(&setting, &request, STAY_S, &mut scratch);
         let any = find_nearest(&setting, &request, &mut scratch);
         let near = find_near(&setting, &request, STAY_S, 9, &mut scratch);
         for (needs_pad, ours) in [(true, &with_pad), (false, &any)] {
-            let mut refuges = Refuges {
+            let mut alternates = Refuges {
                 world: &world,
                 events: Events::new(&world, Objective::Energy, 0),
                 needs_pad,
                 least: None,
             };
             for start in &world.starts {
-                refuges.from(start.node, start.at_s, start.battery, start.drawn, true);
+                alternates.from(start.node, start.at_s, start.battery, start.drawn, true);
             }
-            let drawn = ours.as_ref().map(|refuge| refuge.answer.value.weight);
-            match (drawn, refuges.least) {
+            let drawn = ours.as_ref().map(|alternate| alternate.answer.value.weight);
+            match (drawn, alternates.least) {
                 (Some(ours), Some(theirs)) => assert!((ours - theirs).abs() < 1e-9, "{seed}"),
                 (ours, theirs) => assert_eq!(ours.is_none(), theirs.is_none(), "{seed}\n{world}"),
             }

@@ -4,11 +4,11 @@ use super::alarms::{AlarmDraft, AlarmEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
+use super::snapshot::{ClosureEntry, PendingReview, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use super::state_ends::Seen;
 use super::state_import::{FeedChanges, FeedUpdate};
 use super::state_versions::DeclineReason;
-use super::sync::Followed;
+use super::sync::RegistryDelta;
 use super::upstream::Upstream;
 use crate::access::Caller;
 use crate::airspace::Closure;
@@ -37,9 +37,9 @@ pub(super) struct Publication {
     pub(super) otherwise: ProposalEntry,
 }
 
-/// An order to the writer.
+/// A command to the writer.
 #[derive(Debug)]
-pub(super) enum Order {
+pub(super) enum Command {
     /// Puts a zone, as the closure it causes.
     PutZone {
         closure: Arc<Closure>,
@@ -70,7 +70,7 @@ pub(super) enum Order {
         decision: Decision,
     },
     /// What the registry has changed; many removals at once wait for an operator.
-    Follow(Box<Followed>),
+    Follow(Box<RegistryDelta>),
     /// The registry has taken a change from the outbox: it is this version there, or gone.
     Forwarded {
         number: u64,
@@ -144,18 +144,18 @@ pub(super) enum Order {
     },
     /// Puts another network in the place of the one in service.
     ReplaceNetwork(Box<NewNetwork>),
-    /// An order whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
+    /// A command whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
     /// the network may be another one when the writer comes to it.
     MadeOn {
         topology: Arc<Topology>,
-        order: Box<Order>,
+        command: Box<Command>,
     },
-    /// An order that somebody has given, who stands on what it changes.
+    /// A command that somebody has given, who stands on what it changes.
     By {
         author: Arc<Author>,
         /// Why, where they have said.
         reason: Option<Arc<str>>,
-        order: Box<Order>,
+        command: Box<Command>,
     },
     /// Nothing but the time has changed.
     Tick,
@@ -163,36 +163,36 @@ pub(super) enum Order {
     Settle,
 }
 
-impl Order {
-    /// This order, given by a caller.
+impl Command {
+    /// This command, given by a caller.
     pub(super) fn by(self, caller: &Caller) -> Self {
         self.because(caller, None)
     }
 
-    /// This order, given by a caller for a reason.
+    /// This command, given by a caller for a reason.
     pub(super) fn because(self, caller: &Caller, reason: Option<Arc<str>>) -> Self {
         Self::By {
             author: author(caller),
             reason,
-            order: Box::new(self),
+            command: Box::new(self),
         }
     }
 
-    /// What an order that somebody has given does to which thing, for the log.
+    /// What a command that somebody has given does to which thing, for the log.
     pub(super) fn told(&self) -> Option<Told> {
         let Self::By {
             author,
             reason,
-            order,
+            command,
         } = self
         else {
             return None;
         };
-        let order = match &**order {
-            Self::MadeOn { order, .. } => order,
-            _ => order,
+        let command = match &**command {
+            Self::MadeOn { command, .. } => command,
+            _ => command,
         };
-        let (what, id) = match &**order {
+        let (what, id) = match &**command {
             Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
             Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
             Self::ImportZones(update) => ("zones_imported", update.feed.to_string()),
@@ -221,21 +221,21 @@ impl Order {
         })
     }
 
-    /// This order, made on a network.
+    /// This command, made on a network.
     pub(super) fn made_on(self, topology: &Arc<Topology>) -> Self {
         Self::MadeOn {
             topology: topology.clone(),
-            order: Box::new(self),
+            command: Box::new(self),
         }
     }
 
-    /// Whether the network may be another one afterwards. Such an order begins a batch, so that all that a batch
+    /// Whether the network may be another one afterwards. Such a command begins a batch, so that all that a batch
     /// tells is on one network.
     pub(super) fn replaces_network(&self) -> bool {
         match self {
             Self::ReplaceNetwork(_) => true,
             Self::Follow(followed) => followed.network.is_some(),
-            Self::By { order, .. } => order.replaces_network(),
+            Self::By { command, .. } => command.replaces_network(),
             _ => false,
         }
     }
@@ -296,7 +296,7 @@ pub(super) enum Done {
     Closure(Arc<ClosureEntry>),
     ClosureLifted(Arc<ClosureEntry>),
     Proposal(Arc<ProposalEntry>),
-    Hold(Arc<HoldEntry>),
+    Hold(Arc<PendingReview>),
     Plan(Arc<PlanEntry>),
     Alarm(Arc<AlarmEntry>),
     /// What was ordered was worked out on a network that is not there any more, and has to be worked out anew.
@@ -304,7 +304,7 @@ pub(super) enum Done {
     Nothing,
 }
 
-/// The answer to an order: what was done, whether it is stored, and the plans that the whole batch affected.
+/// The answer to a command: what was done, whether it is stored, and the plans that the whole batch affected.
 #[derive(Clone, Debug)]
 pub(super) struct Outcome {
     pub(super) done: Done,
@@ -312,5 +312,5 @@ pub(super) struct Outcome {
     pub(super) detours: Arc<Vec<Detour>>,
 }
 
-/// What comes back for each order.
+/// What comes back for each command.
 pub(super) type Reply = Result<Outcome, Refusal>;

@@ -2,7 +2,7 @@
 
 use super::identifier::node_id;
 use super::report_place::Written;
-use super::report_settle::{CloseTarget, Settled};
+use super::report_resolve::{CloseTarget, ResolvedReport};
 use super::wire_terms::IntoTerm;
 use super::zones::zone_to_feature;
 use crate::flight::{Aloft, DEFAULT_AIRSPEED_MPS};
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 ///
 /// By itself, with nothing known beside it, on the same airspace it settles to the same request, to the
 /// last bit. Who reported what when is not in it, for that does not change the answer.
-pub fn settled_report(settled: &Settled, topology: &Topology) -> FailureReport {
+pub fn settled_report(settled: &ResolvedReport, topology: &Topology) -> FailureReport {
     let request = &settled.request;
     let report = &request.report;
     let circumstances = &request.circumstances;

@@ -4,7 +4,7 @@
 //! free, with the battery it has, and stays on a pad as long as it likes: a *relaxed* family, which is at least as good as
 //! every real one on the same way.
 
-use super::family::Family;
+use super::charging_label::ChargingLabel;
 use super::memory::How;
 use super::obstacles::{Entry, Leaving};
 use super::potentials::{Potentials, energy_weight};
@@ -18,7 +18,7 @@ const NEWTON_STEPS: u32 = 5;
 
 /// A request in its world.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Terms<'a> {
+pub(super) struct Expander<'a> {
     pub(super) world: &'a FlightWorld<'a>,
     pub(super) request: &'a FlightRequest<'a>,
     pub(super) potentials: &'a Potentials,
@@ -37,19 +37,19 @@ pub(super) struct Terms<'a> {
 /// Where a family is, and whether it leaves the node at which the plan begins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Departure<'f> {
-    pub(super) family: &'f Family,
+    pub(super) family: &'f ChargingLabel,
     pub(super) from: NodeIx,
     pub(super) leaving: Leaving,
 }
 
 /// Where new families and forbidden times are put.
-pub(super) struct Room<'r> {
+pub(super) struct SearchBuffers<'r> {
     pub(super) closed: &'r Bits,
     pub(super) intervals: &'r mut Vec<(f64, f64)>,
-    pub(super) offers: &'r mut Vec<(Family, How)>,
+    pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
 }
 
-impl<'a> Terms<'a> {
+impl<'a> Expander<'a> {
     pub(super) fn new(
         world: &'a FlightWorld<'a>,
         request: &'a FlightRequest<'a>,
@@ -89,7 +89,7 @@ impl<'a> Terms<'a> {
     }
 
     /// The value of a family that has arrived at the destination.
-    pub(super) fn value(&self, family: &Family) -> Value {
+    pub(super) fn value(&self, family: &ChargingLabel) -> Value {
         Value {
             weight: family.weight,
             arrives_s: family.lo_s + self.landing_s,
@@ -100,7 +100,7 @@ impl<'a> Terms<'a> {
     ///
     /// What is missing for the flight to the destination has to be charged: by a longer stay at the last stop, or at another one
     /// from the lowest level on, where charging is fastest.
-    pub(super) fn key(&self, family: &Family, node: NodeIx) -> Value {
+    pub(super) fn key(&self, family: &ChargingLabel, node: NodeIx) -> Value {
         let remaining = self.potentials.from(node);
         let direct_s = family.lo_s + remaining.time_s + self.landing_s;
         let needed = self.request.reserve + remaining.energy;
@@ -157,11 +157,14 @@ impl<'a> Terms<'a> {
     }
 
     /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
-    pub(super) fn start(&self, start: &FlightStart) -> (Family, Option<Family>) {
+    pub(super) fn start(&self, start: &FlightStart) -> (ChargingLabel, Option<ChargingLabel>) {
         let legs = self.world.legs;
         let weight = self.start_weight(start);
         if !start.on_ground {
-            return (Family::point(weight, start.at_s, start.battery), None);
+            return (
+                ChargingLabel::point(weight, start.at_s, start.battery),
+                None,
+            );
         }
         let climb = legs.climb_energy(start.node);
         let weight = weight + self.energy_weight(climb);
@@ -171,19 +174,22 @@ impl<'a> Terms<'a> {
         let ready_s = start.at_s + climb_s;
         let until_s = (stays_until_s + climb_s).min(self.latest_s(start.node).max(ready_s));
         if stays_until_s < start.at_s {
-            return (Family::point(weight, ready_s, start.battery - climb), None);
+            return (
+                ChargingLabel::point(weight, ready_s, start.battery - climb),
+                None,
+            );
         }
         if !pads.swaps(start.node) {
             let charging = self.world.charging;
             let level = start.battery;
-            let family = Family::charging(weight, level, ready_s, until_s, climb, charging);
+            let family = ChargingLabel::charging(weight, level, ready_s, until_s, climb, charging);
             return (family, None);
         }
         let swapped_s = ready_s + self.world.rules.swap_s;
         let full = self.world.charging.full - climb;
-        let swapped =
-            (swapped_s <= until_s).then(|| Family::waiting(weight, full, swapped_s, until_s));
-        let as_it_is = Family::waiting(weight, start.battery - climb, ready_s, until_s);
+        let swapped = (swapped_s <= until_s)
+            .then(|| ChargingLabel::waiting(weight, full, swapped_s, until_s));
+        let as_it_is = ChargingLabel::waiting(weight, start.battery - climb, ready_s, until_s);
         (as_it_is, swapped)
     }
 
@@ -206,7 +212,7 @@ impl<'a> Terms<'a> {
 
     /// The real families after a leg, added to the offers.
     #[inline]
-    pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut Room<'_>) {
+    pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut SearchBuffers<'_>) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
@@ -251,7 +257,13 @@ impl<'a> Terms<'a> {
     }
 
     /// The pieces of a family that the forbidden intervals leave; touching their ends is allowed.
-    fn fly_between(&self, family: Family, leg: u32, period: usize, room: &mut Room<'_>) {
+    fn fly_between(
+        &self,
+        family: ChargingLabel,
+        leg: u32,
+        period: usize,
+        room: &mut SearchBuffers<'_>,
+    ) {
         room.intervals
             .sort_by(|one, other| one.0.total_cmp(&other.0));
         let mut open_from_s = family.lo_s;
@@ -276,7 +288,13 @@ impl<'a> Terms<'a> {
     }
 
     #[inline]
-    fn fly_piece(&self, family: Family, leg: u32, period: usize, room: &mut Room<'_>) {
+    fn fly_piece(
+        &self,
+        family: ChargingLabel,
+        leg: u32,
+        period: usize,
+        room: &mut SearchBuffers<'_>,
+    ) {
         let flight = self.world.legs.leg(leg);
         let cost = self.world.legs.cost(leg, period);
         let latest_s = self.latest_s(flight.to);
@@ -291,7 +309,7 @@ impl<'a> Terms<'a> {
 
     /// The real families after a stop, added to the offers: one for the earliest landing, and one for every later
     /// instant at which a longer stay becomes possible.
-    pub(super) fn stop(&self, family: &Family, node: NodeIx, room: &mut Room<'_>) {
+    pub(super) fn stop(&self, family: &ChargingLabel, node: NodeIx, room: &mut SearchBuffers<'_>) {
         let pads = self.world.pads;
         let descent_s = self.world.legs.vertical_s(node);
         let lands_s = family.lo_s + descent_s;
@@ -306,11 +324,11 @@ impl<'a> Terms<'a> {
 
     fn stay(
         &self,
-        family: &Family,
+        family: &ChargingLabel,
         node: NodeIx,
         lands_s: f64,
         stays_until_s: f64,
-        room: &mut Room<'_>,
+        room: &mut SearchBuffers<'_>,
     ) {
         let rules = self.world.rules;
         let vertical_s = self.world.legs.vertical_s(node);
@@ -326,17 +344,22 @@ impl<'a> Terms<'a> {
         }
         let charging = self.world.charging;
         let departing = match swaps {
-            true => Family::waiting(weight, charging.full - climb, ready_s, until_s),
+            true => ChargingLabel::waiting(weight, charging.full - climb, ready_s, until_s),
             false => {
                 let level = family.battery(arrived_s, self.tau_s);
-                Family::charging(weight, level, ready_s, until_s, climb, charging)
+                ChargingLabel::charging(weight, level, ready_s, until_s, climb, charging)
             }
         };
         room.offers.push((departing, How::Stop { arrived_s }));
     }
 
     /// The relaxed family after a leg.
-    pub(super) fn fly_relaxed(&self, departure: Departure<'_>, leg: u32, room: &mut Room<'_>) {
+    pub(super) fn fly_relaxed(
+        &self,
+        departure: Departure<'_>,
+        leg: u32,
+        room: &mut SearchBuffers<'_>,
+    ) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
@@ -372,7 +395,7 @@ impl<'a> Terms<'a> {
             true => family.within(entered_s, family.hi_s, self.tau_s),
             false => {
                 let battery = family.battery(family.hi_s, self.tau_s);
-                Family::waiting(family.weight, battery, entered_s, entered_s)
+                ChargingLabel::waiting(family.weight, battery, entered_s, entered_s)
             }
         };
         let flown = entering.flown(
@@ -389,7 +412,12 @@ impl<'a> Terms<'a> {
     }
 
     /// The relaxed family after a stop: the earliest landing that leaves time for a stop, and no end of the stay.
-    pub(super) fn stop_relaxed(&self, family: &Family, node: NodeIx, room: &mut Room<'_>) {
+    pub(super) fn stop_relaxed(
+        &self,
+        family: &ChargingLabel,
+        node: NodeIx,
+        room: &mut SearchBuffers<'_>,
+    ) {
         let pads = self.world.pads;
         let rules = self.world.rules;
         let lands_s = family.lo_s + self.world.legs.vertical_s(node);

@@ -11,7 +11,7 @@ pub(super) const BATTERY_TOLERANCE: f64 = 1e-10;
 
 /// Plans that differ in when they leave their last stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Family {
+pub(super) struct ChargingLabel {
     /// The objective's weight so far.
     pub(super) weight: f64,
     /// The earliest arrival, in seconds.
@@ -32,7 +32,7 @@ pub(super) struct Family {
     battery_lo: f64,
 }
 
-impl Family {
+impl ChargingLabel {
     /// A single arrival: no departure is open.
     pub(super) fn point(weight: f64, at_s: f64, battery: f64) -> Self {
         Self {
@@ -209,8 +209,8 @@ mod tests {
         full: 0.98,
     };
 
-    fn family(level: f64, ready_s: f64, until_s: f64) -> Family {
-        Family::charging(0.0, level, ready_s, until_s, 0.01, CHARGING)
+    fn family(level: f64, ready_s: f64, until_s: f64) -> ChargingLabel {
+        ChargingLabel::charging(0.0, level, ready_s, until_s, 0.01, CHARGING)
     }
 
     #[test]

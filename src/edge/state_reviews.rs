@@ -4,10 +4,10 @@
 //! in place of the newer version. Otherwise theirs takes the id, ours stays in force beside it under an id of the
 //! hold's, and an operator decides: to release writes ours in place of theirs, to reject drops ours.
 
+use super::commands::{Decision, Done};
 use super::events::Happening;
-use super::orders::{Decision, Done};
-use super::published::{Published, Thing, read_thing, says_the_same};
-use super::snapshot::{ClosureEntry, Contested, HoldEntry};
+use super::published::{Published, Restriction, read_thing, says_the_same};
+use super::snapshot::{ClosureEntry, Contested, PendingReview};
 use super::state::State;
 use super::state_import::feed_of;
 use super::state_outbox::Forward;
@@ -50,7 +50,7 @@ impl State {
             return;
         }
         let number = self.write_number();
-        self.add_hold(HoldEntry {
+        self.add_review(PendingReview {
             number,
             origin: Arc::from(origin),
             held_at: self.now,
@@ -59,7 +59,7 @@ impl State {
         });
     }
 
-    fn add_hold(&mut self, hold: HoldEntry) {
+    fn add_review(&mut self, hold: PendingReview) {
         let hold = Arc::new(hold);
         self.next.holds.insert(hold.number, hold.clone());
         let data = json!({"hold": views::hold(&self.next, &hold)});
@@ -70,7 +70,7 @@ impl State {
     ///
     /// Tells whether one would have.
     pub(super) fn release_from_holds(&mut self, id: &str) -> bool {
-        let naming: Vec<Arc<HoldEntry>> = self
+        let naming: Vec<Arc<PendingReview>> = self
             .next
             .holds
             .values()
@@ -107,7 +107,7 @@ impl State {
     }
 
     /// Both sides have changed one thing: theirs has come, ours waits to be told or stands only here.
-    pub(super) fn contest(&mut self, theirs: Published, put: &mut Vec<Arc<str>>) {
+    pub(super) fn resolve_conflict(&mut self, theirs: Published, put: &mut Vec<Arc<str>>) {
         let (kind, id) = (theirs.kind, theirs.id.clone());
         let other = namesake(kind);
         let (own_kind, waiting) = match self.waiting_for(kind, &id) {
@@ -228,7 +228,7 @@ impl State {
         aside: Option<Arc<str>>,
     ) {
         let number = self.write_number();
-        self.add_hold(HoldEntry {
+        self.add_review(PendingReview {
             number,
             origin: Arc::from("registry"),
             held_at: self.now,
@@ -247,7 +247,7 @@ impl State {
     /// Holds a change that the registry will not take: to release tries again, to reject leaves it to this edge.
     pub(super) fn hold_refused(&mut self, entry: &OutboxEntry) {
         let number = self.write_number();
-        self.add_hold(HoldEntry {
+        self.add_review(PendingReview {
             number,
             origin: Arc::from("registry"),
             held_at: self.now,
@@ -360,11 +360,11 @@ impl State {
         self.lift_aside(contested);
         let version = self.write_number();
         match thing {
-            Thing::Zone(closure) => {
+            Restriction::Zone(closure) => {
                 self.place_zone(&closure, version, upstream);
                 self.introduce_zone(id);
             }
-            Thing::Closure(entry) => {
+            Restriction::Closure(entry) => {
                 let entry = self.keep_closure(ClosureEntry {
                     version,
                     upstream,

@@ -3,13 +3,13 @@
 
 use super::snapshot::{LandedOn, PlanEntry};
 use super::state::State;
-use super::state_carried_plans::{ends_over, sent_carried, version_carried};
+use super::state_migrated_plans::{ends_over, sent_carried, version_carried};
 use crate::compose::Change;
 use std::sync::Arc;
 
 impl State {
     /// Carries a plan that is over to the network that is in service now.
-    pub(super) fn carry_over_ended(&mut self, plan: &Arc<PlanEntry>, change: &Change<'_>) {
+    pub(super) fn migrate_ended_plan(&mut self, plan: &Arc<PlanEntry>, change: &Change<'_>) {
         self.leave_landed(plan);
         let ends = ends_over(plan, change.correspondence);
         let current = version_carried(plan, &plan.reported, change);

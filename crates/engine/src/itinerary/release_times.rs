@@ -1,10 +1,10 @@
-//! Openings: instants from which something can be flown that could not be just before.
+//! Release times: instants from which something can be flown that could not be just before.
 //!
 //! Where nothing opens, an earlier arrival can do all that a later one can. So a label that arrives earlier, but cannot
 //! wait as long, makes another one needless unless an opening lies between them that the other could
 //! still use.
 
-use super::family::Family;
+use super::charging_label::ChargingLabel;
 use super::obstacles::{Entry, Leaving};
 use super::potentials::Potentials;
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
@@ -27,7 +27,7 @@ struct Opening {
 
 /// The openings that a request may use, by time.
 #[derive(Debug, Default)]
-pub(super) struct Openings {
+pub(super) struct ReleaseTimes {
     by_time: Vec<Opening>,
     fastest_mps: f64,
     least_draw_per_s: f64,
@@ -35,7 +35,7 @@ pub(super) struct Openings {
     intervals: Vec<(f64, f64)>,
 }
 
-impl Openings {
+impl ReleaseTimes {
     /// Collects what opens, as far as a plan through it could still beat `best`.
     pub(super) fn collect(
         &mut self,
@@ -168,8 +168,8 @@ impl Openings {
     pub(super) fn part(
         &self,
         place: Point,
-        earlier: &Family,
-        later: &Family,
+        earlier: &ChargingLabel,
+        later: &ChargingLabel,
         reserve: f64,
         best: Value,
         looked_at: &mut usize,

@@ -105,7 +105,7 @@ pub enum CloseTarget {
 
 /// A failure report, settled.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settled {
+pub struct ResolvedReport {
     /// What is asked.
     pub request: Request,
     /// True when something about it is doubtful or assumed, so that nothing should be published on its word.
@@ -124,12 +124,12 @@ pub struct Settled {
 ///
 /// # Errors
 /// [`ReportProblem::NotLocated`] or [`ReportProblem::UnknownNode`] when nothing at all locates the drone.
-pub fn settle_report(
+pub fn resolve_report(
     report: &wire::FailureReport,
     known: &Known<'_>,
     airspace: &Airspace,
     warnings: &mut Vec<ReadWarning>,
-) -> Result<Settled, ReportProblem> {
+) -> Result<ResolvedReport, ReportProblem> {
     let topology = airspace.topology();
     warn_of_unknown_plan(report, known, warnings);
     let stated = report.location.as_ref();
@@ -182,7 +182,7 @@ pub fn settle_report(
     let close = find_close_targets(topology, report.close.as_deref(), warnings);
     let is_segment = topology.segment_between(leg.nodes.0, leg.nodes.1).is_some();
     let is_doubtful = |warning: &ReadWarning| DOUBTS.contains(&warning.code);
-    Ok(Settled {
+    Ok(ResolvedReport {
         request,
         doubts: !is_segment || warnings.iter().any(is_doubtful),
         close,

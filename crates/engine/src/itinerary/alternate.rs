@@ -1,5 +1,6 @@
-//! The best safe node for a drone that cannot reach its destination: most battery on arrival, and a pad that is free.
+//! The best alternate for a drone that cannot reach its destination: most battery on arrival, and a pad that is free.
 
+use super::expander::Expander;
 use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{
@@ -7,41 +8,40 @@ use super::request::{
 };
 use super::run::{Goal, Mode, Run};
 use super::setting::FlightSetting;
-use super::terms::Terms;
 use super::trace::plan;
 use crate::network::NodeIx;
 
-/// A plan to a safe node.
+/// A plan to an alternate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Refuge {
+pub struct Alternate {
     /// The node.
     pub node: NodeIx,
     /// The plan that leads there, by least energy; its value's weight is the energy drawn.
     pub answer: FlightAnswer,
 }
 
-/// Finds the safe node that is reached with most battery: one with a pad that is free for `stay_s` from the landing on.
+/// Finds the alternate that is reached with most battery: one with a pad that is free for `stay_s` from the landing on.
 ///
 /// The request's destination and objective do not matter, its deadline does not bind: a drone lands where it can. The energy that
-/// the starts have drawn already has to be counted from one place for all of them. `None` where no safe node can
+/// the starts have drawn already has to be counted from one place for all of them. `None` where no alternate can
 /// be reached with the request's reserve, or none was found within its limits.
-pub fn find_refuge(
+pub fn find_alternate(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
     stay_s: f64,
     scratch: &mut ItineraryScratch,
-) -> Option<Refuge> {
-    find_landing(setting, request, Goal::Refuge { stay_s }, scratch)
+) -> Option<Alternate> {
+    find_landing(setting, request, Goal::Alternate { stay_s }, scratch)
 }
 
 /// Finds the node that is not closed and is reached with most battery, with or without pads.
 ///
-/// The same holds of the request as for [`find_refuge`].
+/// The same holds of the request as for [`find_alternate`].
 pub fn find_nearest(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
     scratch: &mut ItineraryScratch,
-) -> Option<Refuge> {
+) -> Option<Alternate> {
     find_landing(setting, request, Goal::AnyNode, scratch)
 }
 
@@ -50,7 +50,7 @@ fn find_landing(
     request: &FlightRequest<'_>,
     goal: Goal,
     scratch: &mut ItineraryScratch,
-) -> Option<Refuge> {
+) -> Option<Alternate> {
     let world = setting.world();
     let nodes = world.topology.node_count();
     let first = request.starts.first()?;
@@ -62,7 +62,7 @@ fn find_landing(
     };
     scratch.fit(world.topology);
     let potentials = Potentials::nowhere(nodes, Objective::Energy);
-    let terms = Terms::new(&world, &request, &potentials);
+    let terms = Expander::new(&world, &request, &potentials);
     let mut effort = Effort::default();
     let standing = standing_safely(&terms, goal);
     scratch.best.clear();
@@ -81,8 +81,8 @@ fn find_landing(
         destination: node,
         ..request.clone()
     };
-    let terms = Terms::new(&world, &there, &potentials);
-    Some(Refuge {
+    let terms = Expander::new(&world, &there, &potentials);
+    Some(Alternate {
         node,
         answer: FlightAnswer {
             plan: Some(plan(&terms, &scratch.best, value)),
@@ -96,14 +96,14 @@ fn find_landing(
     })
 }
 
-/// The search for a safe node; its best steps are in the scratch.
+/// The search for an alternate; its best steps are in the scratch.
 fn fly_on(
-    terms: &Terms<'_>,
+    terms: &Expander<'_>,
     goal: Goal,
     scratch: &mut ItineraryScratch,
     effort: &mut Effort,
 ) -> (Value, Option<Unproved>) {
-    let Terms {
+    let Expander {
         world,
         request,
         potentials,
@@ -134,12 +134,12 @@ fn fly_on(
 }
 
 /// A drone that stands on a pad that stays free is safe where it is; where pads do not matter, one that stands.
-fn standing_safely(terms: &Terms<'_>, goal: Goal) -> Option<(u8, Value)> {
+fn standing_safely(terms: &Expander<'_>, goal: Goal) -> Option<(u8, Value)> {
     let starts = terms.request.starts.iter().take(super::MAX_STARTS);
     let mut safe = starts.enumerate().filter(|(_, start)| {
         let stays_until_s = terms.world.pads.stay_until_s(start.node, start.at_s);
         let may_stay = match goal {
-            Goal::Refuge { stay_s } => stays_until_s >= start.at_s + stay_s,
+            Goal::Alternate { stay_s } => stays_until_s >= start.at_s + stay_s,
             Goal::AnyNode | Goal::Destination | Goal::Nowhere | Goal::Near => true,
         };
         start.on_ground && may_stay
@@ -153,7 +153,7 @@ fn standing_safely(terms: &Terms<'_>, goal: Goal) -> Option<(u8, Value)> {
 }
 
 /// Where some steps end.
-fn last_node(terms: &Terms<'_>, steps: &[How]) -> NodeIx {
+fn last_node(terms: &Expander<'_>, steps: &[How]) -> NodeIx {
     let ends = steps.iter().rev().find_map(|how| match how {
         How::Leg { leg, .. } => Some(terms.world.legs.leg(*leg).to),
         How::Start(number) => Some(terms.request.starts[usize::from(*number)].node),
