@@ -232,6 +232,7 @@ pub(crate) fn zone(id: &str, ring: Vec<[f64; 2]>, topology: &Topology) -> Zone {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 0.0,
+        terms: Default::default(),
     };
     Zone::new(draft, topology.frame()).expect("the ring is a simple polygon")
 }

@@ -271,6 +271,7 @@ fn situation(topology: &Topology, nodes: usize, random: &mut Random) -> Situatio
             band: AltitudeBand::UNLIMITED,
             windows: Vec::new(),
             margin_m: 0.0,
+            terms: Default::default(),
         };
         let zone = Zone::new(draft, topology.frame()).expect("a square");
         let hits = Hits::of(topology, &zone);

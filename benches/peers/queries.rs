@@ -319,6 +319,7 @@ fn zone_about(topology: &Topology, centre: Point, turn: f64) -> (Zone, Vec<Point
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 0.0,
+        terms: Default::default(),
     };
     let zone = Zone::new(draft, frame).expect("the ring is a simple polygon");
     (zone, ring)

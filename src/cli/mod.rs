@@ -35,6 +35,8 @@ mod plan;
 #[cfg(feature = "edge")]
 mod registry;
 #[cfg(feature = "edge")]
+mod remote;
+#[cfg(feature = "edge")]
 mod replay;
 mod requests;
 mod reroute;
@@ -42,6 +44,8 @@ mod stop;
 #[cfg(feature = "edge")]
 mod token;
 mod verify;
+#[cfg(feature = "edge")]
+mod zone;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use output::{Color, Output};
@@ -114,6 +118,10 @@ enum Command {
     /// Make, inspect, convert and draw networks
     #[command(subcommand, after_help = network::EXAMPLES)]
     Network(network::Network),
+    /// Import and export zones of ED-269, ED-318, QGroundControl and GeoJSON
+    #[cfg(feature = "edge")]
+    #[command(subcommand, after_help = zone::EXAMPLES)]
+    Zone(zone::Zone),
     /// Check and show the configuration of an edge or a registry
     #[cfg(feature = "edge")]
     #[command(subcommand)]
@@ -187,6 +195,8 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Replay(command) => command.run(output),
         Command::Verify(command) => command.run(output),
         Command::Network(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Zone(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Config(command) => command.run(output),
         #[cfg(feature = "edge")]

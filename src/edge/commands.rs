@@ -8,6 +8,7 @@ use super::new_network::NewNetwork;
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::reporter::author;
+use super::state_import::{FeedChanges, FeedUpdate};
 use super::sync::followed::RegistryDelta;
 use super::upstream::Upstream;
 use crate::access::Caller;
@@ -49,6 +50,8 @@ pub(super) enum Command {
         id: String,
         expected: Expected,
     },
+    /// Takes over what a feed of zones has now.
+    ImportZones(Box<FeedUpdate>),
     /// Puts an operator's closure.
     PutClosure(ClosureEntry),
     ChangeClosure {
@@ -193,6 +196,7 @@ impl Command {
         let (what, id) = match &**command {
             Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
             Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
+            Self::ImportZones(update) => ("zones_imported", update.feed.to_string()),
             Self::PutClosure(entry) => ("closure_put", entry.closure.id.clone()),
             Self::ChangeClosure { id, .. } => ("closure_changed", id.clone()),
             Self::LiftClosure { id, .. } => ("closure_lifted", id.clone()),
@@ -289,6 +293,7 @@ pub(super) enum Done {
         created: bool,
     },
     ZoneDeleted(Arc<ZoneEntry>),
+    ZonesImported(FeedChanges),
     Closure(Arc<ClosureEntry>),
     ClosureLifted(Arc<ClosureEntry>),
     Proposal(Arc<ProposalEntry>),

@@ -57,6 +57,7 @@ mod state_clock;
 mod state_ends;
 mod state_fleet;
 mod state_guarded;
+mod state_import;
 mod state_migrated_ends;
 mod state_migrated_plans;
 mod state_outbox;
@@ -82,6 +83,7 @@ mod views;
 mod weather;
 mod words;
 mod writer;
+mod zone_import;
 mod zones;
 
 pub use crate::access::{Caller, Role};
@@ -107,6 +109,7 @@ pub use store::{
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;
+pub use zone_import::{FEED_BYTES_MAX, FeedImport};
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;

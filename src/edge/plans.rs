@@ -11,6 +11,7 @@ use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
 use crate::checked::{Case, FallenBackTo};
+use crate::formats::{Route, RouteFormat, first_stretch, write_route};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
@@ -174,6 +175,36 @@ impl Edge {
             &self.settings,
             self.stamp_of(&snapshot),
         ))
+    }
+
+    /// The route of a plan's newest version, in a format of ground stations or maps.
+    ///
+    /// # Errors
+    /// When there is none that the caller may see, or the format cannot say it.
+    pub fn plan_route(
+        &self,
+        caller: &Caller,
+        id: &str,
+        format: RouteFormat,
+    ) -> Result<String, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let version = plan.wanted.as_ref().unwrap_or(&plan.reported);
+        let stops = version.flight.iter().flat_map(|flown| flown.landings());
+        let landings: Vec<usize> = stops.collect();
+        let mut route = Route::of_composition(
+            id.to_owned(),
+            &version.composition,
+            version.departs_at,
+            &landings,
+        );
+        if let Some(stretch) = &version.stretch {
+            route.lead_in = first_stretch(snapshot.topology(), &stretch.reentry).geometry;
+        }
+        let written = write_route(&route, &snapshot.airspace, format);
+        let written =
+            written.map_err(|problem| Refusal::new(Code::PlanInvalid, problem.to_string()))?;
+        Ok(written.text)
     }
 
     pub(super) fn told(

@@ -185,6 +185,7 @@ impl State {
         match order {
             Command::PutZone { closure, expected } => self.put_zone(closure, &expected),
             Command::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
+            Command::ImportZones(update) => self.import_zones(&update),
             Command::PutClosure(entry) => self.put_closure(entry),
             Command::ChangeClosure {
                 id,

@@ -131,7 +131,7 @@ impl State {
                 .windows
                 .iter()
                 .all(|window| window.until().is_some());
-            let is_endless = closure.windows.is_empty() || !ends;
+            let is_endless = !closure.recurs() && (closure.windows.is_empty() || !ends);
             let is_hit = closure.hits.nodes.binary_search(&node).is_ok();
             closure.zone().is_some() && is_endless && is_hit
         };

@@ -9,6 +9,7 @@ use super::entries::{ClosureEntry, Contested, PendingReview};
 use super::events::Happening;
 use super::published::{Published, Restriction, read_thing, says_the_same};
 use super::state::State;
+use super::state_import::feed_of;
 use super::state_outbox::Forward;
 use super::state_sync::namesake;
 use super::upstream::OutboxEntry;
@@ -30,15 +31,16 @@ const HELD_FROM: usize = 10;
 const HOLDS_MAX: usize = 100;
 
 impl State {
-    pub(super) fn is_mass_removal(&self, count: usize, standing: usize) -> bool {
+    pub(super) fn is_mass_removal(count: usize, standing: usize) -> bool {
         let share = count as f64 / standing.max(1) as f64;
         count >= HELD_FROM && share > HELD_SHARE
     }
 
     /// Holds removals until an operator decides.
-    pub(super) fn hold_removals(&mut self, lifts: Vec<String>) {
+    pub(super) fn hold_removals(&mut self, origin: &str, lifts: Vec<String>) {
         let latest = self.next.holds.iter().rev();
-        let mut latest = latest.filter(|(_, hold)| hold.contested.is_none());
+        let mut latest =
+            latest.filter(|(_, hold)| hold.contested.is_none() && &*hold.origin == origin);
         if self.next.holds.len() >= HOLDS_MAX
             && let Some((&number, hold)) = latest.next()
         {
@@ -50,7 +52,7 @@ impl State {
         let number = self.write_number();
         self.add_review(PendingReview {
             number,
-            origin: Arc::from("registry"),
+            origin: Arc::from(origin),
             held_at: self.now,
             lifts,
             contested: None,
@@ -269,6 +271,11 @@ impl State {
             return Err(Refusal::not_found("hold", &id));
         };
         match (&hold.contested, decision) {
+            (None, _) if feed_of(&hold.origin).is_some() => {
+                if decision == Decision::Accept {
+                    self.lift_absent(&hold);
+                }
+            }
             (None, Decision::Accept) => {
                 for id in self.left_of(&hold.lifts) {
                     self.lift_here(ObjectKind::Zone, &id);

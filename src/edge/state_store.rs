@@ -117,6 +117,7 @@ impl State {
         }
         let only_closes_more = match order {
             Command::PutZone { closure, .. } => self.encloses_what_stands(closure),
+            Command::ImportZones(update) => self.import_only_closes_more(update),
             Command::ChangeClosure { id, until, .. } => {
                 let entry = self.next.closures.get(id.as_str());
                 entry.is_none_or(|entry| until.is_none_or(|until| ends_by(entry, until)))
@@ -160,7 +161,7 @@ impl State {
     }
 
     /// Whether a closure closes all that the one with its id closes now.
-    fn encloses_what_stands(&self, closure: &Closure) -> bool {
+    pub(super) fn encloses_what_stands(&self, closure: &Closure) -> bool {
         let standing = self.next.airspace.closure(&closure.id);
         let changed = self.changes.iter().rev().find_map(|change| match change {
             Change::Put(put) if put.id == closure.id => Some(put),

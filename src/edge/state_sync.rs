@@ -336,13 +336,13 @@ impl State {
         standing: usize,
         tally: &mut Tally,
     ) {
-        if self.is_mass_removal(gone.len(), standing) {
+        if Self::is_mass_removal(gone.len(), standing) {
             for (kind, id) in &gone {
                 // The registry has it no more, whatever becomes of it here.
                 self.set_upstream(*kind, id, None);
             }
             let lifts = gone.into_iter().map(|(_, id)| id.to_string()).collect();
-            self.hold_removals(lifts);
+            self.hold_removals("registry", lifts);
             return;
         }
         for (kind, id) in gone {

@@ -216,7 +216,7 @@ async fn listen(listener: Listener, services: impl Into<Services>, drain: &Drain
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1024 * 1024,
-        network_bytes_max: 1024 * 1024,
+        file_bytes_max: 1024 * 1024,
         deadline: WAIT_AT_MOST,
         follow_wait: Duration::ZERO,
     };

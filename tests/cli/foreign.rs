@@ -143,18 +143,18 @@ fn foreign() -> [(&'static str, String, &'static str); 6] {
         (
             "an ED-269 file",
             json!({"features": [ed269]}).to_string(),
-            "horizontalProjection",
+            "'center' is missing",
         ),
         (
             "an ED-269 file",
             json!({"UASZoneList": [ed269]}).to_string(),
-            "windows",
+            "'center' is missing",
         ),
-        ("an ED-318 file", collection(&ed318), "'identifier'"),
+        ("an ED-318 file", collection(&ed318), "'type' is missing"),
         (
             "a plan of QGroundControl",
             plan.to_string(),
-            "latitude comes first",
+            "not of version 2",
         ),
         (
             "a list of waypoints",
@@ -174,12 +174,16 @@ fn files_of_other_formats_are_called_by_their_name_with_what_to_do() {
     let desk = Workspace::new();
     for (name, text, remedy) in foreign() {
         let said = composed_with(&desk, &text, 1);
-        assert!(
-            said.starts_with(&format!("error: FILE: document: it is {name}")),
-            "{said}"
-        );
         assert!(said.contains(remedy), "{said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
+        // Those with zones are read, and told zone by zone.
+        let has_zones = ["an ED", "a plan"]
+            .iter()
+            .any(|begin| name.starts_with(begin));
+        if !has_zones {
+            let begins = format!("error: FILE: document: it is {name}");
+            assert!(said.starts_with(&begins), "{said}");
+            assert_eq!(said.lines().count(), 1, "{said}");
+        }
         let file = desk.write("network", &text);
         let run = skyway(&["network", "info", "--quiet", "--network", &file]).exits(1);
         assert!(

@@ -358,6 +358,7 @@ fn zone(id: &str, windows: Vec<Window>, topology: &Topology) -> Zone {
         band: AltitudeBand::UNLIMITED,
         windows,
         margin_m: 10.0,
+        terms: Default::default(),
     };
     Zone::new(draft, topology.frame()).expect("a zone")
 }

@@ -35,6 +35,7 @@ fn square_zone(topology: &Topology, id: &str, windows: Vec<Window>) -> Arc<Closu
         band: AltitudeBand::UNLIMITED,
         windows,
         margin_m: 0.0,
+        terms: Default::default(),
     };
     let zone = Zone::new(draft, topology.frame()).expect("a square");
     Arc::new(Closure::of_zone(topology, Arc::new(zone)))

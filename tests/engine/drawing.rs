@@ -67,6 +67,7 @@ fn circle_zone(name: &str, centre: [f64; 2], radius_m: f64) -> Arc<Zone> {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 10.0,
+        terms: Default::default(),
     };
     Arc::new(Zone::new(draft, &Frame::Planar).expect("a zone"))
 }

@@ -124,7 +124,7 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1 << 20,
-        network_bytes_max: 8 << 20,
+        file_bytes_max: 8 << 20,
         deadline: WAIT_AT_MOST,
         follow_wait: WAIT_AT_MOST,
     };

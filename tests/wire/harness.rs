@@ -118,7 +118,7 @@ impl Options {
             slots: self.slots,
             queue_wait,
             body_bytes_max: self.body_bytes_max,
-            network_bytes_max: self.body_bytes_max,
+            file_bytes_max: self.body_bytes_max,
             deadline: self.deadline,
             follow_wait: Duration::ZERO,
         };

@@ -93,6 +93,8 @@ operations! {
         ListZones "list_zones" [(Method::GET, "/v1/zones")] None, Read, READERS, MAIN;
         /// What a zone would close; nothing changes.
         PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")] None, Read, OPERATORS, MAIN;
+        /// A feed of zones is imported.
+        ImportZones "import_zones" [(Method::POST, "/v1/zones:import")] None, ZoneWrite, OPERATORS, MAIN;
         /// The closures.
         ListClosures "list_closures" [(Method::GET, "/v1/closures")] None, Read, READERS, MAIN;
         /// One closure.

@@ -117,6 +117,22 @@ pub(in crate::api) fn header(headers: &HeaderMap, name: &str) -> Result<Option<S
     }
 }
 
+/// Which of some media types `Accept` names first; none where it asks for JSON or anything, before them or alone.
+pub(in crate::api) fn accepted(headers: &HeaderMap, offered: &[&str]) -> Option<usize> {
+    let lines = headers.get_all(http::header::ACCEPT).iter();
+    let mut named = lines
+        .filter_map(|line| line.to_str().ok())
+        .flat_map(|line| line.split(','))
+        .map(|range| range.split(';').next().unwrap_or_default().trim());
+    named.find_map(|range| {
+        let found = offered
+            .iter()
+            .position(|media_type| media_type.eq_ignore_ascii_case(range));
+        let is_json = ["application/json", "*/*", "application/*"].contains(&range);
+        (found.is_some() || is_json).then_some(found)
+    })?
+}
+
 /// `If-Match` as it is sent; several headers count as one list.
 pub(in crate::api) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Refusal> {
     let mut lines = Vec::new();

@@ -1,16 +1,17 @@
 //! `/v1/plans`: delivery requests, composed into plans that drones fly and take over.
 
-use super::answer::{Answer, created, json};
+use super::answer::{Answer, created, json, of_bytes};
 use super::extract::{self, Authenticated, NoParameters, PathId, Query};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
+use crate::formats::RouteFormat;
 use crate::wire::{
     Ack, Cancellation, Completion, Decline, DeliveryRequest, Id, Place, Plan, PlanState, Plans,
     Release,
 };
 use axum::extract::State;
-use http::HeaderMap;
+use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 use std::sync::Arc;
 use utoipa::IntoParams;
@@ -154,20 +155,39 @@ pub(super) async fn list_plans(
 }
 
 /// Tells a plan, with what it is asked to fly instead, if anything.
+///
+/// With `Accept` of a format of ground stations or maps: the route of the newest version, in that format.
 #[utoipa::path(
     get,
     path = "/v1/plans/{id}",
     tag = "plans",
     params(("id" = String, Path, description = "`id` of a plan.")),
-    responses((status = 200, description = "The plan.", body = Plan)),
+    responses(
+        (status = 200, description = "The plan, or its route.", content(
+            (Plan = "application/json"),
+            (Object = "application/geo+json"),
+            (Object = "application/vnd.qgroundcontrol.plan+json"),
+            (String = "text/vnd.qgroundcontrol.waypoints"),
+            (String = "application/gpx+xml"),
+            (String = "application/vnd.google-earth.kml+xml"),
+        )),
+        (status = 422, response = refusals::UnprocessableContent),
+    ),
 )]
 pub(super) async fn get_plan(
     State(edge): State<Arc<Edge>>,
     Authenticated(caller): Authenticated,
     PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
 ) -> Answer {
-    json(&edge.plan(&caller, &id)?)
+    let media_types = RouteFormat::ALL.map(RouteFormat::media_type);
+    let Some(format) = extract::accepted(&headers, &media_types) else {
+        return json(&edge.plan(&caller, &id)?);
+    };
+    let format = RouteFormat::ALL[format];
+    let route = edge.plan_route(&caller, &id, format)?;
+    Ok(of_bytes(StatusCode::OK, format.media_type(), route))
 }
 
 /// Cancels a plan; its segments are free for others. In flight they are only where its place is told, or was seen just now.

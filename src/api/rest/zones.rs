@@ -1,6 +1,6 @@
 //! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
 
-use super::answer::{Answer, GEOJSON, created, json, not_modified, set, stamped, told};
+use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
 use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
 use super::reading::{self, JsonBody};
 use super::refusals;
@@ -16,6 +16,8 @@ use std::sync::Arc;
 use utoipa::IntoParams;
 
 const COLLECTION: &str = "/v1/zones";
+/// The media type of ED-318; it is not registered.
+const ED318: &str = "application/vnd.eurocae.ed318+json";
 
 /// How a zone is written.
 #[derive(Deserialize, IntoParams)]
@@ -252,24 +254,27 @@ pub(super) async fn get_zone(
     Ok(stamped(response, &edge.stamp()))
 }
 
-/// Lists the zones, by id, as a GeoJSON feature collection.
+/// Lists the zones, by id, as a GeoJSON feature collection; with `Accept` of ED-318 all of them, as that.
 #[utoipa::path(
     get,
     path = "/v1/zones",
     tag = "airspace",
     params(PageParameters),
-    responses((
-        status = 200,
-        description = "A page of zones.",
-        body = ZoneCollection,
-        content_type = "application/geo+json",
-    )),
+    responses((status = 200, description = "A page of zones, or all of them as ED-318.", content(
+        (ZoneCollection = "application/geo+json"),
+        (Object = "application/vnd.eurocae.ed318+json"),
+    ))),
 )]
 pub(super) async fn list_zones(
     State(edge): State<Arc<Edge>>,
     Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
+    headers: HeaderMap,
 ) -> Answer {
+    if extract::accepted(&headers, &[ED318]).is_some() {
+        let (text, stamp) = edge.zones_as_ed318(&caller);
+        return Ok(stamped(of_bytes(StatusCode::OK, ED318, text), &stamp));
+    }
     let zones = edge.zones(&caller, &page.into_request())?;
     told(StatusCode::OK, GEOJSON, &zones)
 }

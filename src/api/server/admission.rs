@@ -265,8 +265,8 @@ impl Admission {
     }
 
     fn body_bytes_max(&self, operation: Operation) -> usize {
-        match operation.takes_network() {
-            true => self.config.network_bytes_max,
+        match operation.takes_file() {
+            true => self.config.file_bytes_max,
             false => self.config.body_bytes_max,
         }
     }

@@ -79,6 +79,7 @@ fn zone(topology: &Topology, number: usize, plain: &PlainZone) -> Arc<Zone> {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: plain.margin_m,
+        terms: Default::default(),
     };
     Arc::new(Zone::new(draft, topology.frame()).expect("a zone"))
 }

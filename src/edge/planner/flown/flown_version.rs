@@ -144,6 +144,12 @@ impl FlownVersion {
         reservations
     }
 
+    /// The legs, counted from 0, at whose ends it lands on the way.
+    pub(in crate::edge) fn landings(&self) -> impl Iterator<Item = usize> + '_ {
+        let stops = self.composition.plan.stops.iter();
+        stops.filter_map(|stop| stop.before_leg.checked_sub(1))
+    }
+
     /// The nodes that it stops at, in order.
     pub(in crate::edge) fn stop_nodes(&self) -> impl Iterator<Item = NodeIx> + '_ {
         self.composition.plan.stops.iter().map(|stop| stop.node)
