@@ -2,12 +2,12 @@
 
 use super::Edge;
 use super::background::give_way;
+use super::commands::unexpected;
 use super::commands::{Command, Done};
 use super::fleet::Detour;
 use super::snapshot::Snapshot;
 use super::state_import::{FeedChanges, FeedUpdate};
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
-use super::zones::unexpected;
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure, Zone};
 use crate::formats::{
