@@ -2,10 +2,11 @@
 
 use super::Edge;
 use super::events::Happening;
-use super::flights::{DroneKind, FlownVersion, Scene};
 use super::guard::{Subjects, alarms_of, case_data};
+use super::plan_entry::PlanEntry;
+use super::planner::{DroneKind, FlownVersion, Own, Scene};
 use super::recomposing::{Case, Recomposed};
-use super::snapshot::{Own, PlanEntry, Snapshot};
+use super::snapshot::Snapshot;
 use crate::checked::{self, Alternatives, Checked, FallenBackTo, Known, check_answer};
 use crate::checker::Fault;
 use crate::compose::{Composition, Contingency};

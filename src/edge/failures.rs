@@ -7,13 +7,15 @@
 use super::Edge;
 use super::alarms::AlarmDraft;
 use super::answered::{Answered, Standing};
-use super::fleet;
 use super::given::Given;
 use super::orders::Order;
+use super::plan_entry::PlanEntry;
+use super::planner::{Version, version_flags};
+use super::progress;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
-use super::snapshot::{PlanEntry, Snapshot, Version, version_flags};
+use super::snapshot::Snapshot;
 use super::store::Entry;
 use super::stretches::Stretch;
 use super::traces;
@@ -305,7 +307,7 @@ impl Edge {
         now: Timestamp,
     ) -> Known<'a> {
         let progress =
-            plan.and_then(|plan| fleet::progress(snapshot.topology(), plan, &self.drones, now));
+            plan.and_then(|plan| progress::progress(snapshot.topology(), plan, &self.drones, now));
         let stretch = plan.and_then(|plan| plan.reported.stretch.as_ref());
         let on_stretch = progress.is_some_and(|progress| progress.on_stretch);
         let sighting = drone_id.and_then(|id| self.drones.last(id));

@@ -3,10 +3,11 @@
 use super::Edge;
 use super::drones::Sighting;
 use super::failures::Manner;
-use super::fleet;
-use super::flights::FlownVersion;
+use super::plan_entry::PlanEntry;
+use super::planner::FlownVersion;
+use super::progress;
 use super::records::AnswerRecord;
-use super::snapshot::{PlanEntry, Snapshot};
+use super::snapshot::Snapshot;
 use crate::access::Caller;
 use crate::flight::Location;
 use crate::formats::ParsedReport;
@@ -71,7 +72,7 @@ impl Edge {
         let flown = version.flight.as_deref().filter(|_| !is_waiting)?;
         let sighting = self.drones.last(&entry.drone_id)?;
         let topology = snapshot.topology();
-        let progress = fleet::progress(topology, plan, &self.drones, now)?;
+        let progress = progress::progress(topology, plan, &self.drones, now)?;
         let Location::At(place) = progress.location else {
             return None;
         };

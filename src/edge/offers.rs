@@ -3,10 +3,12 @@
 //! Nobody has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
-use super::fleet::{self, DetourAnswer, DetourMeans, Progress};
-use super::flights::{FlownAnswer, Scene};
+use super::fleet::{self, DetourAnswer, DetourMeans};
 use super::orders::Order;
-use super::snapshot::{PlanEntry, Snapshot, later};
+use super::plan_entry::PlanEntry;
+use super::planner::{FlownAnswer, Scene, later};
+use super::progress::{self, Progress};
+use super::snapshot::Snapshot;
 use crate::checked::{Case, FallenBackTo};
 use crate::itinerary::Objective;
 use crate::recompose::Outcome;
@@ -87,7 +89,7 @@ impl Edge {
             let order = Order::OfferVersion {
                 plan: plan.id.clone(),
                 instead_of: plan.reported.number,
-                version: Box::new(super::snapshot::Version {
+                version: Box::new(super::planner::Version {
                     number: plan.next_version.fetch_add(1, Ordering::Relaxed),
                     epoch: self.epoch,
                     sent_at: now,
@@ -109,7 +111,7 @@ impl Edge {
         plan: &Arc<PlanEntry>,
         now: Timestamp,
     ) -> Option<FlownAnswer> {
-        let progress = fleet::progress(snapshot.topology(), plan, &self.drones, now)?;
+        let progress = progress::progress(snapshot.topology(), plan, &self.drones, now)?;
         let means = DetourMeans {
             snapshot,
             airspace: &snapshot.airspace,

@@ -3,10 +3,10 @@
 use super::Edge;
 use super::drones::Drones;
 use super::events::{Events, Happening};
-use super::flights::Flights;
 use super::network::NetworkDocuments;
 use super::off_plan::OffPlan;
 use super::offers;
+use super::planner::Flights;
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::scratches::Scratches;

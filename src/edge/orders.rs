@@ -3,8 +3,10 @@
 use super::alarms::{AlarmDraft, AlarmEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
+use super::plan_entry::PlanEntry;
+use super::planner::Version;
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Version, ZoneEntry};
+use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
 use super::state_ends::Seen;
 use super::state_versions::DeclineReason;
 use super::sync::Followed;

@@ -2,11 +2,12 @@
 
 use super::Edge;
 use super::failures::DEFAULT_AIRSPEED_MPS;
-use super::flights::{DroneKind, FlightOrder, Flights, FlownVersion, Wanted};
 use super::orders::{Done, Order};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::{DroneKind, FlightOrder, Flights, FlownVersion, Version, Wanted};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
-use super::snapshot::{PlanEntry, PlanFlags, Snapshot, Version};
+use super::snapshot::Snapshot;
 use super::views;
 use super::zones::unexpected;
 use crate::access::Caller;

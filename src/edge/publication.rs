@@ -6,9 +6,10 @@
 use super::Edge;
 use super::failures::Manner;
 use super::orders::{Order, Publication};
+use super::plan_entry::PlanEntry;
 use super::records::{AnswerRecord, Published};
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Reported, Snapshot};
+use super::snapshot::{ClosureEntry, ProposalEntry, Reported, Snapshot};
 use super::state_airspace::windows;
 use super::views;
 use crate::access::{Caller, Role};

@@ -2,10 +2,11 @@
 
 use super::Edge;
 use super::failures::{DEFAULT_AIRSPEED_MPS, as_reported};
-use super::fleet;
-use super::flights::{Flights, FlownVersion, ReportedFlight, Reporter, ReportingDrone, Scene};
+use super::plan_entry::PlanEntry;
+use super::planner::{Flights, FlownVersion, ReportedFlight, Reporter, ReportingDrone, Scene};
+use super::progress;
 use super::records::{Flown, PlanChange};
-use super::snapshot::{FIRST_TOPOLOGY, PlanEntry, Snapshot};
+use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::traces;
 use crate::airspace::Airspace;
 use crate::compose::{Composition, equip, flight_time_s};
@@ -75,7 +76,7 @@ impl Edge {
         let plan = case.plan.map(|plan| &**plan);
         let topology = case.snapshot.topology();
         let progress =
-            plan.and_then(|plan| fleet::progress(topology, plan, &self.drones, case.now));
+            plan.and_then(|plan| progress::progress(topology, plan, &self.drones, case.now));
         let sighting = case.drone_id.and_then(|id| self.drones.last(id));
         let reporter = Reporter {
             plan,
@@ -295,7 +296,7 @@ fn warn_of_missed_deadline(
         .as_deref()
         .and_then(|text| text.parse::<Timestamp>().ok());
     if let (Some(deadline), Some(time_s)) = (deadline, remaining_time_s)
-        && super::snapshot::later(now, time_s) > deadline
+        && super::planner::later(now, time_s) > deadline
     {
         read.push(ReadWarning {
             code: "deadline_missed",

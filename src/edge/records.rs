@@ -1,6 +1,6 @@
 //! What was answered, kept for a while: enough to explain an answer from its id alone and to compute it again.
 
-use super::flights::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
+use super::planner::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::checked::Case;

@@ -7,12 +7,12 @@
 use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
-use super::flights::Flights;
 use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
+use super::planner::{Flights, OccupationKey};
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
-use super::snapshot::{OccupationKey, Snapshot, revision_text};
+use super::snapshot::{Snapshot, revision_text};
 use super::state_affected::Look;
 use super::state_clock::HeardClock;
 use super::state_outbox::{Ended, Told};

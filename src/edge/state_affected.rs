@@ -1,9 +1,10 @@
 //! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
 use super::failures::as_reported;
-use super::fleet::{self, Ahead, Detour, DetourAnswer, DetourMeans, Progress};
-use super::flights::Scene;
-use super::snapshot::{PlanEntry, PlanFlags, Version, version_flags};
+use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::{Scene, Version, version_flags};
+use super::progress::{self, Ahead, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use super::stretches::Stretch;
@@ -56,7 +57,7 @@ impl State {
             stretch.obstructed_by(airspace, place)
         });
         let Some((flights, flown)) = self.flights.as_deref().zip(version.flight.as_deref()) else {
-            let is_blocked = fleet::is_blocked(airspace, &version.composition, from_leg);
+            let is_blocked = progress::is_blocked(airspace, &version.composition, from_leg);
             return (is_blocked || !on_stretch.is_empty()).then_some(on_stretch);
         };
         let scene = Scene {
@@ -85,8 +86,8 @@ impl State {
         };
         let wanted = plan.wanted.as_deref();
         plan.falls_short()
-            || is_obstructed(&plan.reported, fleet::ahead(plan, progress))
-            || wanted.is_some_and(|wanted| is_obstructed(wanted, fleet::whole(wanted)))
+            || is_obstructed(&plan.reported, progress::ahead(plan, progress))
+            || wanted.is_some_and(|wanted| is_obstructed(wanted, progress::whole(wanted)))
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -98,14 +99,14 @@ impl State {
         now: Timestamp,
     ) -> Affected {
         let topology = airspace.topology();
-        let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
             return Affected::Not;
         };
-        let ahead = fleet::ahead(plan, &progress);
+        let ahead = progress::ahead(plan, &progress);
         let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
         let reported_blocked = plan.falls_short() || obstruction.is_some();
         let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
-            let whole = fleet::whole(wanted);
+            let whole = progress::whole(wanted);
             self.obstruction(plan, wanted, whole, airspace, now)
                 .is_some()
         });
@@ -305,9 +306,9 @@ impl State {
         if has_reported(plan) || !plan.may_go_on() {
             return false;
         }
-        let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), plan, &self.drones, now);
         let blocked = progress.is_some_and(|progress| {
-            let ahead = fleet::ahead(plan, &progress);
+            let ahead = progress::ahead(plan, &progress);
             let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
             obstruction.is_some()
         });
@@ -352,10 +353,10 @@ fn affecting(
     causes: &[String],
     progress: &Progress,
 ) -> Vec<String> {
-    let (from_leg, stretch) = fleet::ahead(plan, progress);
+    let (from_leg, stretch) = progress::ahead(plan, progress);
     let is_met = |closure: &Closure| {
-        fleet::is_hit(closure, &plan.reported.composition, from_leg)
-            || fleet::is_on_stretch(stretch, closure, airspace.topology())
+        progress::is_hit(closure, &plan.reported.composition, from_leg)
+            || progress::is_on_stretch(stretch, closure, airspace.topology())
     };
     let known = plan.affected_by.iter().chain(causes);
     let mut ids: Vec<String> = Vec::new();

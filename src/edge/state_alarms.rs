@@ -3,7 +3,7 @@
 use super::alarms::{AlarmDraft, AlarmEntry, alarm_id, alarm_view};
 use super::events::Happening;
 use super::orders::Done;
-use super::snapshot::PlanEntry;
+use super::plan_entry::PlanEntry;
 use super::state::State;
 use crate::airspace::Closure;
 use crate::network::NodeIx;

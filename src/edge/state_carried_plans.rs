@@ -3,9 +3,11 @@
 
 use super::events::Happening;
 use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
-use super::flights::{self, Scene, Stand};
 use super::orders::Order;
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::plan_entry::PlanEntry;
+use super::planner::{self, Scene, Stand, Version};
+use super::progress;
+use super::snapshot::Snapshot;
 use super::state::State;
 use super::views;
 use crate::airspace::Airspace;
@@ -159,7 +161,7 @@ impl State {
         change: &Change<'_>,
         now: Timestamp,
     ) -> Option<Version> {
-        let progress = fleet::progress(before.topology(), plan, &self.drones, now)?;
+        let progress = progress::progress(before.topology(), plan, &self.drones, now)?;
         let composition = &plan.reported.composition;
         let legs = composition.legs_left(change.correspondence, progress.leg);
         if legs.is_empty() {
@@ -185,7 +187,7 @@ impl State {
         self.occupy(&plan.id, &plan.reported);
         let plan = self.keep_plan(plan);
         let airspace = self.next.airspace.clone();
-        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
         let version = progress.and_then(|progress| {
             let means = DetourMeans {
                 snapshot: &self.next,
@@ -281,9 +283,9 @@ impl State {
             Some(stand) => flights.answer_standing(scene, plan, stand, destination),
             None => {
                 let request = request_from(airspace, place?, destination)?;
-                let leg = fleet::progress(before.topology(), plan, &self.drones, now);
+                let leg = progress::progress(before.topology(), plan, &self.drones, now);
                 let leg = leg.map_or(0, |progress| progress.leg);
-                let battery = flights::battery_of(plan, leg, sighting.as_ref());
+                let battery = planner::battery_of(plan, leg, sighting.as_ref());
                 flights.answer_in_flight(scene, plan, &request, (leg, battery))
             }
         };
@@ -472,11 +474,11 @@ fn place_of(
     now: Timestamp,
 ) -> Option<Point> {
     let version = &plan.reported;
-    let Some(progress) = fleet::progress(topology, plan, drones, now) else {
+    let Some(progress) = progress::progress(topology, plan, drones, now) else {
         let last = version.composition.way.nodes.last();
         return last.map(|&node| topology.position(node));
     };
-    if let (_, Some((_, place))) = fleet::ahead(plan, &progress) {
+    if let (_, Some((_, place))) = progress::ahead(plan, &progress) {
         return Some(place);
     }
     let leg = &version.composition.legs[progress.leg];

@@ -3,9 +3,9 @@
 use super::checking::PlanWays;
 use super::events::Happening;
 use super::fleet::{Detour, DetourAnswer};
-use super::flights::{FlownAnswer, RefusedAnswer, Scene};
 use super::guard::{alarms_of, case_data};
-use super::snapshot::PlanEntry;
+use super::plan_entry::PlanEntry;
+use super::planner::{FlownAnswer, RefusedAnswer, Scene};
 use super::state::State;
 use crate::airspace::Airspace;
 use crate::checked::{self, Checked, Known};

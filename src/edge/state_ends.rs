@@ -2,7 +2,8 @@
 //! says what became of it, or nobody has for long.
 
 use super::orders::Done;
-use super::snapshot::{LandedOn, PlanEntry, PlanFlags, Version, later};
+use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use super::planner::{Version, later};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::state_alarms::AT_THE_END;

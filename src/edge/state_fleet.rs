@@ -2,9 +2,10 @@
 
 use super::events::Happening;
 use super::fleet::{self, Detour};
-use super::flights;
 use super::orders::Done;
-use super::snapshot::{PlanEntry, Version};
+use super::plan_entry::PlanEntry;
+use super::planner::{self, Version};
+use super::progress;
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
 use super::timers::Due;
@@ -63,7 +64,7 @@ impl State {
         let headway_s = self.settings.headway_s;
         let is_flown = plan.reported.flight.is_some();
         let own = self.next.own_of_drone(plan.drone_id.as_deref());
-        if is_flown && flights::meets_others(&self.next, own, &plan.reported, headway_s) {
+        if is_flown && planner::meets_others(&self.next, own, &plan.reported, headway_s) {
             // Another plan has come between: this one is composed anew.
             return Ok(Done::Outdated);
         }
@@ -89,7 +90,7 @@ impl State {
     /// Keeps a quote, which takes nothing and ends by itself.
     fn add_quote(&mut self, plan: PlanEntry) -> Done {
         let (now, airspace) = (self.now, self.next.airspace.clone());
-        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
         if progress.is_some_and(|progress| self.is_cut(&plan, &progress, &airspace, now)) {
             // Something has closed since it was composed.
             return Done::Outdated;
@@ -136,7 +137,7 @@ impl State {
     pub(super) fn with_contest(&self, plan: &str, mut version: Version) -> Version {
         version.warnings.retain(|(code, _)| code != PAD_CONTESTED);
         if let Some((stay, other)) =
-            flights::shares_pad(&self.next, self.next.own(Some(plan)), &version)
+            planner::shares_pad(&self.next, self.next.own(Some(plan)), &version)
         {
             let node = self.next.topology().node_id(stay.node);
             let message = format!(
@@ -158,7 +159,7 @@ impl State {
         let headway_s = self.settings.headway_s;
         let own = self.next.own(Some(id));
         let Some(plan) =
-            plan.filter(|_| !flights::meets_others(&self.next, own, &version, headway_s))
+            plan.filter(|_| !planner::meets_others(&self.next, own, &version, headway_s))
         else {
             return Done::Nothing;
         };
@@ -243,7 +244,7 @@ impl State {
         for (key, stay) in fleet::occupations(plan, version) {
             self.next.occupations.insert(key, stay);
         }
-        for (key, stay) in flights::stays(plan, version) {
+        for (key, stay) in planner::stays(plan, version) {
             self.next.reservations.insert(key, stay);
         }
     }
@@ -252,7 +253,7 @@ impl State {
         for (key, _) in fleet::occupations(plan, version) {
             self.next.occupations.remove(&key);
         }
-        for (key, _) in flights::stays(plan, version) {
+        for (key, _) in planner::stays(plan, version) {
             self.next.reservations.remove(&key);
         }
     }

@@ -5,8 +5,8 @@
 //! known to have left: by its telemetry, by the departure of its next plan, or because an operator
 //! says so.
 
-use super::flights::{self, PadKey};
-use super::snapshot::{LandedOn, PlanEntry};
+use super::plan_entry::{LandedOn, PlanEntry};
+use super::planner::{self, PadKey};
 use super::state::State;
 use crate::flight::Reservation;
 use crate::network::NodeIx;
@@ -23,7 +23,7 @@ impl State {
     /// The last pad that each version of a plan takes stays taken.
     pub(super) fn hold_pads(&mut self, plan: &PlanEntry) {
         for version in plan.versions() {
-            let stays = flights::stays(&plan.id, version);
+            let stays = planner::stays(&plan.id, version);
             let last = stays.max_by(|left, right| left.1.until_s.total_cmp(&right.1.until_s));
             if let Some((key, stay)) = last {
                 let stay = Reservation {
@@ -44,7 +44,7 @@ impl State {
         let now_s = unix_s(self.now);
         let pads = self.next.topology().pads(node);
         let is_taken = |pad: u16| {
-            let mut there = flights::stays_at(&self.next, node);
+            let mut there = planner::stays_at(&self.next, node);
             there.any(|(_, stay)| stay.pad == pad && stay.from_s <= now_s && now_s < stay.until_s)
         };
         if pads == 0 || !(0..pads).all(is_taken) {
@@ -68,7 +68,7 @@ impl State {
         let mut stays = plan.reported.reservations().into_iter();
         let own = stays.rfind(|stay| stay.node == node);
         let wanted_from = |pad: u16| {
-            let others = flights::stays_at(&self.next, node);
+            let others = planner::stays_at(&self.next, node);
             let others = others.filter(|(key, stay)| {
                 stay.pad == pad && stay.until_s > now_s && key.plan != plan.id
             });
@@ -77,7 +77,7 @@ impl State {
                 .fold(f64::INFINITY, f64::min)
         };
         let is_stood_on = |pad: &u16| {
-            let mut there = flights::stays_at(&self.next, node);
+            let mut there = planner::stays_at(&self.next, node);
             there.any(|(key, stay)| key.version == OF_NO_VERSION && stay.pad == *pad)
         };
         let pads = 0..self.next.topology().pads(node);

@@ -4,9 +4,12 @@
 //! pads that they take, shown as affected, and queued; between slices of the queue new orders are carried out.
 
 use super::events::Happening;
-use super::fleet::{self, Ahead, Detour, Progress};
+use super::fleet::Detour;
+use super::plan_entry::PlanEntry;
+use super::planner::{OccupationKey, Version, later};
+use super::progress::{self, Ahead, Progress};
 use super::replanning::{Place, Task, Turn, Wave};
-use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version, later};
+use super::snapshot::Snapshot;
 use super::state::State;
 use super::state_affected::{Affected, Look};
 use crate::airspace::{Airspace, Closure};
@@ -46,7 +49,7 @@ impl Snapshot {
         for &node in &closure.pads {
             let there = self
                 .reservations
-                .range(super::flights::PadKey::first_of(node.0)..);
+                .range(super::planner::PadKey::first_of(node.0)..);
             let there = there.take_while(|(key, _)| key.node == node.0);
             plans.extend(there.map(|(key, _)| key.plan.clone()));
         }
@@ -61,12 +64,12 @@ impl Snapshot {
     /// The closures on the way of a quote: it is in no index, and no drone is told.
     pub(super) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
         let way = &plan.reported.composition;
-        let is_shut = || fleet::is_blocked(&self.airspace, way, 0);
+        let is_shut = || progress::is_blocked(&self.airspace, way, 0);
         if !plan.is_quote() || !plan.is_active() || !is_shut() {
             return Vec::new();
         }
         let met = self.airspace.in_force();
-        let met = met.filter(|closure| fleet::is_hit(closure, way, 0));
+        let met = met.filter(|closure| progress::is_hit(closure, way, 0));
         met.map(|closure| closure.id.as_str()).collect()
     }
 
@@ -112,7 +115,8 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = fleet::progress(airspace.topology(), &plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
+        else {
             return;
         };
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();
@@ -134,17 +138,18 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = fleet::progress(airspace.topology(), &plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
+        else {
             return;
         };
         let mut nearest: Option<usize> = None;
         let mut causes = Vec::new();
         for closure in closures {
-            let ahead = fleet::ahead(&plan, &progress);
+            let ahead = progress::ahead(&plan, &progress);
             let reported = self.first_met(&plan.reported, ahead, closure, airspace, now);
             let wanted = plan.wanted.as_ref();
             let wanted = wanted.and_then(|wanted| {
-                self.first_met(wanted, fleet::whole(wanted), closure, airspace, now)
+                self.first_met(wanted, progress::whole(wanted), closure, airspace, now)
             });
             // What is only to be flown begins where its drone is.
             let wanted = wanted.map(|leg| progress.leg + leg);
@@ -190,13 +195,13 @@ impl State {
                 }
             }
         }
-        if fleet::is_on_stretch(stretch, closure, airspace.topology()) {
+        if progress::is_on_stretch(stretch, closure, airspace.topology()) {
             return Some(from);
         }
         let legs = version.composition.legs.get(from..)?;
         let met = legs
             .iter()
-            .position(|leg| fleet::is_leg_hit(closure, leg))?;
+            .position(|leg| progress::is_leg_hit(closure, leg))?;
         Some(from + met)
     }
 

@@ -2,7 +2,8 @@
 //! while it fails.
 
 use super::orders::Order;
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry};
+use super::plan_entry::PlanEntry;
+use super::snapshot::{ClosureEntry, ProposalEntry};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::store::Restored;

@@ -5,7 +5,9 @@
 
 use super::fleet::{self, Detour, DetourMeans};
 use super::orders::Done;
-use super::snapshot::{PlanEntry, PlanFlags, Version};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::Version;
+use super::progress;
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use super::state_ends::only_quoted;
@@ -241,7 +243,7 @@ impl State {
         failure: Option<FailureType>,
     ) -> Option<Detour> {
         let topology = airspace.topology();
-        let progress = fleet::progress(topology, plan, &self.drones, self.now)?;
+        let progress = progress::progress(topology, plan, &self.drones, self.now)?;
         let is_real = Arc::ptr_eq(airspace, &self.next.airspace);
         let means = DetourMeans {
             snapshot: &self.next,

@@ -1,6 +1,6 @@
 //! Whether what was answered before may be answered again: never an outdated answer.
 
-use super::flights::Scene;
+use super::planner::Scene;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;

@@ -1,11 +1,10 @@
 //! The state of the edge in the words of the wire.
 
 use super::fleet::{self, Detour};
-use super::flights::{DetourEnd, FlownVersion};
+use super::plan_entry::PlanEntry;
+use super::planner::{DetourEnd, FlownVersion, Version, later};
 use super::settings::Settings;
-use super::snapshot::{
-    ClosureEntry, HoldEntry, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
-};
+use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, Snapshot, ZoneEntry};
 use super::stretches::Stretch;
 use crate::airspace::{Cause, Closure};
 use crate::compose::{Composition, Contingency};

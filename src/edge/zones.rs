@@ -7,6 +7,7 @@ use super::Edge;
 use super::effects;
 use super::fleet::{self, Detour, DetourMeans};
 use super::orders::{Done, Order, Outcome};
+use super::progress;
 use super::replies::Idempotency;
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::check_expected;
@@ -354,7 +355,7 @@ impl Edge {
         let mut scratch = self.scratches.take(topology);
         let mut detours = Vec::new();
         for plan in snapshot.plans.values().filter(|plan| plan.is_active()) {
-            let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+            let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
                 continue;
             };
             if fleet::is_met(plan, &progress, closure, &means) {

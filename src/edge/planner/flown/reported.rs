@@ -8,7 +8,7 @@ use crate::delivery::{
     answer_failure, severance,
 };
 use crate::edge::drones::Sighting;
-use crate::edge::snapshot::PlanEntry;
+use crate::edge::plan_entry::PlanEntry;
 use crate::flight::{Aloft, Location};
 use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
 use crate::itinerary::Objective;

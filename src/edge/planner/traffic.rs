@@ -1,9 +1,10 @@
 //! What the plans of a snapshot take of the air and of the pads, and whether one more would meet them.
 
+use super::Version;
 use crate::compose::{Occupation, conflicts};
-use crate::edge::snapshot::{OccupationKey, Own, Snapshot, Version};
+use crate::edge::snapshot::Snapshot;
 use crate::flight::{Reservation, TrafficLeg};
-use crate::network::NodeIx;
+use crate::network::{NodeIx, SegmentIx};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -11,6 +12,47 @@ use std::sync::Arc;
 const OVER_S: f64 = 600.0;
 /// Stays on a pad that overlap by less, in seconds, are one behind the other: instants are rounded.
 const OVERLAP_S: f64 = 1e-3;
+
+/// Where a plan is on a segment: ordered by segment, then plan, version and leg.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in crate::edge) struct OccupationKey {
+    pub(in crate::edge) segment: u32,
+    pub(in crate::edge) plan: Arc<str>,
+    pub(in crate::edge) version: u32,
+    pub(in crate::edge) leg: u32,
+}
+
+impl OccupationKey {
+    /// Before all that are on a segment.
+    pub(in crate::edge) fn first_of(segment: SegmentIx) -> Self {
+        Self {
+            segment: segment.0,
+            plan: Arc::from(""),
+            version: 0,
+            leg: 0,
+        }
+    }
+}
+
+/// What a drone takes itself, so that it is not in its own way: its plan, and the pad on which it
+/// stands since the plan before.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::edge) struct Own<'a> {
+    plan: Option<&'a str>,
+    landed: Option<&'a str>,
+}
+
+impl<'a> Own<'a> {
+    /// What is taken for a plan, and for the one with which its drone has landed.
+    pub(in crate::edge) fn of(plan: Option<&'a str>, landed: Option<&'a str>) -> Self {
+        Self { plan, landed }
+    }
+
+    /// Whether what is taken for this plan is its own.
+    pub(in crate::edge) fn has(self, plan: &str) -> bool {
+        self.plan == Some(plan) || self.landed == Some(plan)
+    }
+}
 
 /// A plan's stay on a pad: ordered by node, then plan, version and number.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,16 +94,21 @@ pub(in crate::edge) fn stays(
 }
 
 /// What the plans of a snapshot take.
-pub(super) struct Others {
-    pub(super) reservations: Vec<Reservation>,
-    pub(super) traffic: Vec<TrafficLeg>,
+pub(in crate::edge) struct Others {
+    pub(in crate::edge) reservations: Vec<Reservation>,
+    pub(in crate::edge) traffic: Vec<TrafficLeg>,
     /// The plans that the traffic is of, one for each leg.
-    pub(super) traffic_of: Vec<Arc<str>>,
+    pub(in crate::edge) traffic_of: Vec<Arc<str>>,
 }
 
 impl Others {
     /// In seconds from `zero`, as far as it is not long over and not a drone's own.
-    pub(super) fn of(snapshot: &Snapshot, own: Own<'_>, zero: Timestamp, now: Timestamp) -> Self {
+    pub(in crate::edge) fn of(
+        snapshot: &Snapshot,
+        own: Own<'_>,
+        zero: Timestamp,
+        now: Timestamp,
+    ) -> Self {
         let unix_s = |instant: Timestamp| instant.as_microsecond() as f64 / 1e6;
         let (zero_s, over_s) = (unix_s(zero), unix_s(now) - OVER_S);
         let reserved = snapshot.reservations.iter();

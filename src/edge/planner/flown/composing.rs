@@ -3,7 +3,8 @@
 use super::{DroneKind, Flights, FlownVersion, Told};
 use crate::compose::Composition;
 use crate::delivery::{DeliveryRequest, compose};
-use crate::edge::snapshot::{Own, Snapshot};
+use crate::edge::planner::Own;
+use crate::edge::snapshot::Snapshot;
 use crate::intake::Faults;
 use crate::itinerary::Objective;
 use crate::network::NodeIx;

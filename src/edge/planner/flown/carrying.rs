@@ -3,7 +3,8 @@
 use super::{Flights, FlownVersion, LegEnds, Scene};
 use crate::compose::{Change, Composition};
 use crate::delivery::{FlightComposition, Hold, contingencies_of};
-use crate::edge::snapshot::{PlanEntry, Version};
+use crate::edge::plan_entry::PlanEntry;
+use crate::edge::planner::Version;
 use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop};
 use crate::itinerary::PlanFigures;
 use crate::network::NodeIx;

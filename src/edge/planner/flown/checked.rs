@@ -1,12 +1,13 @@
 //! Flights shown to the checker: against what is closed when, and against the pads that others have.
 
 use super::DroneKind;
-use super::others::stays_at;
 use super::{Flights, FlownAnswer, FlownVersion, ReportedFlight, ReportingDrone, Scene};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
 use crate::delivery::with_airframe;
-use crate::edge::snapshot::{Own, PlanEntry, Snapshot};
+use crate::edge::plan_entry::PlanEntry;
+use crate::edge::planner::{Own, stays_at};
+use crate::edge::snapshot::Snapshot;
 use crate::flight::{Aloft, FailureReport, FailureType, Location, Reentry, Reservation};
 use crate::network::NodeIx;
 use crate::planted;

@@ -9,28 +9,28 @@ mod causes;
 mod checked;
 mod composing;
 mod flown;
-mod others;
+
 mod reported;
 mod told;
 
-pub(super) use answering::{FlownAnswer, Scene, Stand, battery_of};
-pub(super) use checked::RefusedAnswer;
-pub(super) use composing::{FlightOrder, Wanted};
-pub(super) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
-pub(super) use others::{PadKey, meets_others, shares_pad, stays, stays_at};
-pub(super) use reported::{ReportedFlight, Reporter, ReportingDrone};
+pub(in crate::edge) use answering::{FlownAnswer, Scene, Stand, battery_of};
+pub(in crate::edge) use checked::RefusedAnswer;
+pub(in crate::edge) use composing::{FlightOrder, Wanted};
+pub(in crate::edge) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
+pub(in crate::edge) use reported::{ReportedFlight, Reporter, ReportingDrone};
 
-use super::settings::{FlightSettings, Settings};
-use super::snapshot::{Own, Snapshot};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
 use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
+use crate::edge::planner::Own;
+use crate::edge::planner::traffic::Others;
+use crate::edge::settings::{FlightSettings, Settings};
+use crate::edge::snapshot::Snapshot;
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits};
 use crate::network::{NodeIx, Topology};
 use jiff::Timestamp;
-use others::Others;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -47,14 +47,14 @@ const GRAMS: f64 = 1e3;
 
 /// What flies.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct DroneKind {
-    pub(super) airframe: Arc<Airframe>,
-    pub(super) payload_kg: f64,
+pub(in crate::edge) struct DroneKind {
+    pub(in crate::edge) airframe: Arc<Airframe>,
+    pub(in crate::edge) payload_kg: f64,
 }
 
 impl DroneKind {
     /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
-    pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
+    pub(in crate::edge) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
         // What a decimal fraction is off in binary is no gram.
         // Of two zeros the larger may be the negative one, and adding one makes it positive.
         let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0) + 0.0;
@@ -99,8 +99,8 @@ struct Kept {
 
 /// The flight model of an edge.
 #[derive(Debug)]
-pub(super) struct Flights {
-    pub(super) settings: FlightSettings,
+pub(in crate::edge) struct Flights {
+    pub(in crate::edge) settings: FlightSettings,
     /// Second 0.
     zero: Timestamp,
     /// Whether no other edge gives away the same pads.
@@ -111,19 +111,19 @@ pub(super) struct Flights {
 
 /// What a drone flies in at a moment: everything that a delivery is computed in.
 #[derive(Debug)]
-pub(super) struct Ground {
+pub(in crate::edge) struct Ground {
     compiled: Arc<Compiled>,
-    pub(super) skies: Skies,
-    pub(super) setting: FlightSetting,
+    pub(in crate::edge) skies: Skies,
+    pub(in crate::edge) setting: FlightSetting,
     /// The plans that the situation's traffic is of, one for each leg.
-    pub(super) traffic_of: Vec<Arc<str>>,
+    pub(in crate::edge) traffic_of: Vec<Arc<str>>,
     settings: FlightSettings,
     is_alone: bool,
 }
 
 impl Flights {
     /// The flight model of an edge that begins at an instant; `None` where it is off.
-    pub(super) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
+    pub(in crate::edge) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
         let mut flight = settings.flight.clone()?;
         flight.rules.headway_s = settings.headway_s;
         Some(Self {
@@ -136,7 +136,7 @@ impl Flights {
     }
 
     /// The airframe of a name, cruising at an airspeed of its own where one is given; `None` where the name is not known.
-    pub(super) fn airframe(
+    pub(in crate::edge) fn airframe(
         &self,
         name: Option<&str>,
         airspeed_mps: Option<f64>,
@@ -155,13 +155,13 @@ impl Flights {
     }
 
     /// An instant in seconds.
-    pub(super) fn seconds(&self, instant: Timestamp) -> f64 {
+    pub(in crate::edge) fn seconds(&self, instant: Timestamp) -> f64 {
         instant.duration_since(self.zero).as_secs_f64()
     }
 
     /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
     /// the plans of a snapshot but its own.
-    pub(super) fn ground(
+    pub(in crate::edge) fn ground(
         &self,
         snapshot: &Snapshot,
         airspace: &Arc<Airspace>,
@@ -293,7 +293,7 @@ impl Flights {
     }
 
     /// Works with a scratch memory.
-    pub(super) fn with_scratch<T>(
+    pub(in crate::edge) fn with_scratch<T>(
         &self,
         topology: &Topology,
         work: impl FnOnce(&mut DeliveryScratch) -> T,
@@ -321,7 +321,7 @@ impl Flights {
 
 impl Ground {
     /// The same without tables, so that nothing which was worked out before counts.
-    pub(super) fn without_tables(self) -> Self {
+    pub(in crate::edge) fn without_tables(self) -> Self {
         let compiled = &self.compiled;
         Self {
             compiled: Arc::new(Compiled {
@@ -336,7 +336,7 @@ impl Ground {
     }
 
     /// What deliveries are computed in.
-    pub(super) fn world(&self) -> DeliveryWorld<'_> {
+    pub(in crate::edge) fn world(&self) -> DeliveryWorld<'_> {
         DeliveryWorld {
             skies: &self.skies,
             setting: &self.setting,
@@ -348,7 +348,7 @@ impl Ground {
     }
 
     /// What flies.
-    pub(super) fn kind(&self) -> &DroneKind {
+    pub(in crate::edge) fn kind(&self) -> &DroneKind {
         &self.compiled.kind
     }
 }

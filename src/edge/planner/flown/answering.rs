@@ -8,7 +8,9 @@ use crate::delivery::{
     answer_standing,
 };
 use crate::edge::drones::Sighting;
-use crate::edge::snapshot::{PlanEntry, Snapshot, Version, later, version_flags};
+use crate::edge::plan_entry::PlanEntry;
+use crate::edge::planner::{Version, later, version_flags};
+use crate::edge::snapshot::Snapshot;
 use crate::flight::{Stop, StopKind};
 use crate::formats::warning_text;
 use crate::itinerary::{FlightCause, Objective};
