@@ -110,26 +110,31 @@ pub(super) fn recomposition(
     let published = &record.published;
     let plan = record.plan.as_ref();
     let topology = record.airspace.topology();
-    let flown = record.flown.as_ref().map(|flown| &flown.flight);
-    let version = flown.and_then(|flight| flight.version.as_ref());
-    let legs = match (flown, version) {
-        (Some(flight), Some((version, way))) => {
-            Some(views::legs(topology, way, Some(version), flight.departs_at))
+    let told = &record.answer.told;
+    let flight = record.answer.flight.as_ref();
+    let flown = flight.and_then(|flight| {
+        let (version, way) = flight.version.as_ref()?;
+        Some((version, way, flight.departs_at))
+    });
+    let proposed = plan.and_then(|plan| plan.version.as_ref());
+    let legs = match (flown, proposed) {
+        (Some((version, way, departs_at)), _) => {
+            views::legs(topology, way, Some(version), departs_at)
         }
-        _ => plan.and_then(|plan| {
-            let composition = plan.composition.as_ref()?;
-            Some(views::legs(topology, composition, None, plan.departs_at))
-        }),
+        (None, Some(version)) => {
+            views::legs(topology, &version.composition, None, version.departs_at)
+        }
+        (None, None) => Vec::new(),
     };
-    let mut told = answer(&record.airspace, &record.answer, &record.read);
-    if flown.is_some_and(|flight| flight.is_energy_checked) {
+    let mut told = answer(&record.airspace, told, &record.read);
+    if flight.is_some_and(|flight| flight.is_energy_checked) {
         told.energy = Cow::Borrowed("checked");
     }
     wire::Recomposition {
         id: Cow::Owned(record.id()),
         answer: told,
         remaining_time_s: record.remaining_time_s,
-        times: Cow::Borrowed(match flown {
+        times: Cow::Borrowed(match flight {
             Some(_) => "computed",
             None => "nominal",
         }),
@@ -145,14 +150,12 @@ pub(super) fn recomposition(
         },
         plan: plan.map(|plan| wire::PlanReference {
             id: Cow::Borrowed(&*plan.plan),
-            version: plan.version,
+            version: plan.version.as_ref().map(|version| version.number),
         }),
-        legs: legs.unwrap_or_default(),
-        flight: flown
-            .zip(version)
-            .and_then(|(flight, (version, _))| version.told(topology, flight.departs_at)),
-        causes: flown.map_or_else(Vec::new, |flight| flight.causes.clone()),
-        opens: flown.and_then(|flight| flight.opens.clone()),
+        legs,
+        flight: flown.and_then(|(version, _, departs_at)| version.told(topology, departs_at)),
+        causes: flight.map_or_else(Vec::new, |flight| flight.causes.clone()),
+        opens: flight.and_then(|flight| flight.opens.clone()),
         replayed,
         valid_until: Some(views::instant(record.valid_until)),
         stamp: wire::Stamp {
@@ -180,10 +183,10 @@ pub(super) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
         drone_id: record.drone_id.as_deref().map(views::text),
         plan_id: record.plan.as_ref().map(|plan| views::text(&plan.plan)),
         leg: Some([from, to].map(|node| views::node_id(topology, node))),
-        outcome: views::outcome(record.answer.outcome),
-        path: views::path(topology, &record.answer.path),
+        outcome: views::outcome(record.answer.told.outcome),
+        path: views::path(topology, &record.answer.told.path),
         old_path: views::node_ids(topology, old_path.unwrap_or(&[from, to])),
-        remaining_length_m: record.answer.remaining_length_m,
+        remaining_length_m: record.answer.told.remaining_length_m,
         dry_run: record.dry_run,
         revision: views::text(&record.revision),
     }
@@ -300,14 +303,15 @@ impl Kept {
     /// The proof of an exact answer; `None` for one that is no optimum to prove, or whose network is gone.
     fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
         match self {
-            Self::Now(record) if record.flown.is_some() => prove_flight(
-                &record.flight_question()?,
-                &record.airspace.apply(&[], record.answered_at),
-                &record.settled.request,
-            ),
             Self::Now(record) => {
-                let strategy = record.answer.strategy_used;
-                prove(&record.airspace, &record.settled.request, strategy)
+                let (request, told) = (&record.settled.request, &record.answer.told);
+                let question = record.flight_question();
+                // Its flight looks ahead from the instant of the answer.
+                let ahead = || record.airspace.apply(&[], record.answered_at);
+                match question {
+                    Some(question) => prove_flight(&question, &ahead(), request),
+                    None => prove(&record.airspace, request, told.strategy_used),
+                }
             }
             Self::Before(record) => {
                 if record.world.network_sha256 != hex(topology.fingerprint()) {

@@ -4,17 +4,15 @@ use super::Edge;
 use super::events::Happening;
 use super::guard::{Subjects, alarms_of, case_data};
 use super::plan_entry::PlanEntry;
-use super::planner::{DroneKind, FlownVersion, Own, Scene};
 use super::recomposing::{Case, Recomposed};
 use super::snapshot::Snapshot;
-use crate::checked::{self, Alternatives, Checked, FallenBackTo, Known, check_answer};
+use crate::checked::{self, Alternatives, FallenBackTo, Known};
 use crate::checker::Fault;
-use crate::compose::{Composition, Contingency};
-use crate::flight::{FailureReport, FailureType, Location, Reentry};
+use crate::compose::Contingency;
+use crate::flight::FailureType;
 use crate::formats::ReadWarning;
 use crate::network::NodeIx;
-use crate::planted;
-use crate::recompose::{Fallback, Outcome, Recomposition, Request, Strategy};
+use crate::recompose::Fallback;
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -80,26 +78,10 @@ impl Edge {
 
     /// The rule that an answer breaks, if it breaks any.
     fn fault_of(&self, case: &Case<'_>, recomposed: &Recomposed) -> Option<Fault> {
-        if planted::is_unchecked() {
-            return None;
-        }
-        let known = known(case, recomposed);
-        let answer = &recomposed.answer;
-        let airspace = &case.snapshot.airspace;
-        let checked = match &recomposed.flown {
-            Some(flown) => {
-                let scene = Scene {
-                    snapshot: case.snapshot,
-                    airspace,
-                    now: case.now,
-                };
-                let told = (&flown.drone, &flown.flight);
-                flown
-                    .flights
-                    .check_report(scene, told, case.request, &known, answer)
-            }
-            None => check_answer(airspace, case.request, &known, answer, None),
-        };
+        let (scene, answer) = (case.scene(), &recomposed.answer);
+        let checked = self
+            .planner
+            .check(scene, case.request, &known(case), answer);
         checked.err()
     }
 
@@ -111,26 +93,21 @@ impl Edge {
         fault: Fault,
         read: &mut Vec<ReadWarning>,
     ) -> (Recomposed, checked::Case) {
-        let nodes = refused.answer.path.nodes.clone();
-        let outcome = refused.answer.outcome;
-        if let Some(flown) = &refused.flown {
-            let baseline = Request {
-                strategy: Strategy::Exact,
-                ..case.request.clone()
-            };
-            let plainly = Case {
-                request: &baseline,
-                ..*case
-            };
+        let (scene, refused) = (case.scene(), refused.answer);
+        let plainly = self
+            .planner
+            .recompose_plainly(scene, case.request, &refused);
+        if let Some(baseline) = plainly {
             let said_before = read.len();
-            let mut found = self.recompose_without_tables(&plainly, flown, read);
-            if self.fault_of(&plainly, &found).is_none() {
-                found.answer.strategy = case.request.strategy;
-                found.answer.fallback = Some(Fallback::Checker);
+            let mut found = self.recomposed(case, baseline, read);
+            if self.fault_of(case, &found).is_none() {
+                let told = &mut found.answer.told;
+                told.strategy = case.request.strategy;
+                told.fallback = Some(Fallback::Checker);
                 let case = checked::Case {
                     fault,
-                    outcome,
-                    nodes,
+                    outcome: refused.told.outcome,
+                    nodes: refused.told.path.nodes,
                     fallback: FallenBackTo::Baseline,
                 };
                 return (found, case);
@@ -138,73 +115,12 @@ impl Edge {
             read.truncate(said_before);
         }
         let ways = PlanWays::of(case);
-        let mut scratch = self.scratches.take(case.snapshot.topology());
-        let known = known(case, &refused);
-        let Checked { answer, case: told } = checked::settle(
-            &case.snapshot.airspace,
-            case.request,
-            &known,
-            ways.alternatives(),
-            (refused.answer, fault),
-            &mut scratch,
-        );
-        self.scratches.give_back(scratch);
-        let told = told.unwrap_or(checked::Case {
-            fault,
-            outcome,
-            nodes,
-            fallback: FallenBackTo::NoRoute,
-        });
-        (self.by_distance(case, answer, read), told)
-    }
-
-    /// Checks what was composed for a drone that departs from a node to another one.
-    ///
-    /// # Errors
-    /// The first rule that it breaks.
-    pub(super) fn check_composed(
-        &self,
-        snapshot: &Snapshot,
-        (composition, flown): &(Composition, Option<Arc<FlownVersion>>),
-        (departs_at, destination): (Timestamp, NodeIx),
-        (kind, own): (Option<&DroneKind>, Own<'_>),
-    ) -> Result<(), Fault> {
-        let way = &composition.way;
-        let (Some(&first), false) = (way.nodes.first(), planted::is_unchecked()) else {
-            return Ok(());
-        };
-        let topology = snapshot.topology();
-        let answer = Recomposition {
-            outcome: Outcome::Rerouted,
-            path: way.clone(),
-            remaining_length_m: Some(composition.length_m),
-            reentry: Some(Reentry::at_node(first, topology.position(first), None)),
-            ..Recomposition::without_path(Strategy::Exact)
-        };
-        let request = Request::exact(FailureReport {
-            failure: FailureType::ServiceLevel,
-            leg: (first, way.nodes.get(1).copied().unwrap_or(first)),
-            location: Location::LegStart,
-            cause_location: None,
-            destination,
-            remaining_path: None,
-        });
-        let airspace = &snapshot.airspace;
-        let (Some(flights), Some(version), Some(kind)) = (&self.flights, flown, kind) else {
-            return check_answer(airspace, &request, &Known::default(), &answer, None);
-        };
-        let now = self.clock.now();
-        let scene = Scene {
-            snapshot,
-            airspace,
-            now,
-        };
-        let known = Known {
-            at_s: flights.seconds(departs_at),
-            ..Known::default()
-        };
-        let version = Some((&**version, departs_at));
-        flights.check_version(scene, (kind, own), version, &request, &known, &answer)
+        let (alternatives, refused) = (ways.alternatives(), (refused, fault));
+        let (request, known) = (case.request, known(case));
+        let (answer, told) = self
+            .planner
+            .fall_back(scene, request, &known, alternatives, refused);
+        (self.recomposed(case, answer, read), told)
     }
 
     /// Tells of an answer that did not pass: counted, an event, an alarm, a line in the log.
@@ -226,8 +142,8 @@ impl Edge {
     }
 }
 
-/// What is known of who reports, beside the request.
-fn known(case: &Case<'_>, recomposed: &Recomposed) -> Known {
+/// What the report says of who sent it, beside the request.
+fn known(case: &Case<'_>) -> Known {
     let facts = case.report.drone.as_ref();
     let is_fraction = |fraction: &f64| (0.0..=1.0).contains(fraction);
     let battery = facts
@@ -235,12 +151,10 @@ fn known(case: &Case<'_>, recomposed: &Recomposed) -> Known {
         .filter(is_fraction);
     let has_payload = facts.is_some_and(|facts| facts.payload_kg.is_some());
     let is_operational = case.request.report.failure == FailureType::Operational;
-    let flown = recomposed.flown.as_ref();
     Known {
-        stands_at: flown.and_then(|flown| flown.drone.stands_at()),
-        at_s: flown.map_or(0.0, |flown| flown.flights.seconds(case.now)),
         battery,
         has_figure: is_operational && (battery.is_some() || has_payload),
+        ..Known::default()
     }
 }
 

@@ -105,7 +105,6 @@ pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
 use crate::network::Topology;
-use crate::routing::TreeCache;
 use crate::wire;
 use answered::Standing;
 use arc_swap::ArcSwap;
@@ -115,10 +114,9 @@ use events::Events;
 use guard::Guard;
 use off_plan::OffPlan;
 use orders::{Order, Outcome};
-use planner::Flights;
+use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
-use scratches::Scratches;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -144,17 +142,14 @@ pub struct Edge {
     store: Store,
     events: Arc<Events>,
     drones: Arc<Drones>,
-    /// The flight model, where it is on.
-    flights: Option<Arc<Flights>>,
+    planner: Arc<dyn Planner>,
     /// What the checker has not let pass.
     guard: Arc<Guard>,
     records: Records,
     off_plan: OffPlan,
     report_replies: ReportReplies,
     write_replies: WriteReplies,
-    trees: Arc<TreeCache>,
     tables: Tables,
-    scratches: Scratches,
     next_number: AtomicU64,
     contact: Contact,
     /// The storekeeper, until it is waited for.

@@ -136,12 +136,10 @@ pub(super) fn progress(
     }
     let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
     let leg = flown.unwrap_or(legs.len() - 1);
-    // By computed times it is known to stand where a leg has not begun.
-    let stands = version.flight.is_some() && elapsed_s <= legs[leg].departure_s;
     Some(Progress {
         leg,
         on_stretch: false,
-        location: match stands {
+        location: match version.stands_before(leg, elapsed_s) {
             true => Location::LegStart,
             false => Location::Unknown,
         },
@@ -232,4 +230,26 @@ pub(super) fn ahead<'a>(plan: &'a PlanEntry, progress: &Progress) -> Ahead<'a> {
 pub(super) fn whole(version: &Version) -> Ahead<'_> {
     let stretch = version.stretch.as_ref();
     (0, stretch.map(|stretch| (stretch, stretch.begin())))
+}
+
+/// The closures that have come onto a first stretch since it was worked out.
+pub(super) fn closures_on(stretch: Option<(&Stretch, Point)>, airspace: &Airspace) -> Vec<String> {
+    stretch.map_or_else(Vec::new, |(stretch, place)| {
+        stretch.obstructed_by(airspace, place)
+    })
+}
+
+/// The first leg of a version from a place on that a closure closes anything of.
+pub(super) fn first_hit(
+    version: &Version,
+    (from, stretch): Ahead<'_>,
+    closure: &Closure,
+    topology: &Topology,
+) -> Option<usize> {
+    if is_on_stretch(stretch, closure, topology) {
+        return Some(from);
+    }
+    let mut legs = version.composition.legs.get(from..)?.iter();
+    let hit = legs.position(|leg| is_leg_hit(closure, leg))?;
+    Some(from + hit)
 }

@@ -9,7 +9,7 @@ pub(super) use super::entries::{
 };
 use super::network::NetworkDocuments;
 use super::plan_entry::{LandedOn, PlanEntry};
-use super::planner::{OccupationKey, Own, PadKey};
+use super::planner::{OccupationKey, Own, PadKey, Scene, Traffic};
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor};
 use crate::airspace::Airspace;
@@ -174,20 +174,37 @@ impl Snapshot {
         (too_many_segments || too_many_pads).then_some("network_quota")
     }
 
+    /// What all plans take of the air and of the pads.
+    pub(super) fn traffic(&self) -> Traffic<'_> {
+        Traffic {
+            occupations: &self.occupations,
+            reservations: &self.reservations,
+            landed: &self.landed,
+        }
+    }
+
+    /// What is planned in at an instant.
+    pub(super) fn scene(&self, now: Timestamp) -> Scene<'_> {
+        self.scene_in(&self.airspace, now)
+    }
+
+    /// The same with an airspace that may be an imagined one.
+    pub(super) fn scene_in<'a>(&'a self, airspace: &'a Arc<Airspace>, now: Timestamp) -> Scene<'a> {
+        Scene {
+            airspace,
+            is_imagined: !Arc::ptr_eq(airspace, &self.airspace),
+            revision: &self.revision,
+            weather: self.weather.as_ref(),
+            traffic: self.traffic(),
+            now,
+        }
+    }
+
     /// What the drone of a plan takes itself.
-    pub(super) fn own<'a>(&'a self, plan: Option<&'a str>) -> Own<'a> {
-        let entry = plan.and_then(|id| self.plans.get(id));
+    pub(super) fn own<'a>(&'a self, plan: &'a str) -> Own<'a> {
+        let entry = self.plans.get(plan);
         let drone = entry.and_then(|entry| entry.drone_id.as_deref());
-        Own::of(plan, self.landed_by(drone))
-    }
-
-    /// What a drone without a plan takes itself.
-    pub(super) fn own_of_drone(&self, drone: Option<&str>) -> Own<'_> {
-        Own::of(None, self.landed_by(drone))
-    }
-
-    fn landed_by(&self, drone: Option<&str>) -> Option<&str> {
-        self.landed.get(drone?).map(|plan| &**plan)
+        self.traffic().own(Some(plan), drone)
     }
 
     /// Where a drone stands since it has landed, with the plan that it has landed with.

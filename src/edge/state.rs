@@ -9,7 +9,7 @@ use super::events::Happening;
 use super::fleet::Detour;
 use super::guard::Guard;
 use super::orders::{Done, Order, Outcome, Reply};
-use super::planner::{Flights, OccupationKey};
+use super::planner::{Concern, OccupationKey, Planner};
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
@@ -21,9 +21,7 @@ use super::store::Health;
 use super::timers::{Due, Timers};
 use crate::airspace::{Airspace, Change, Closure};
 use crate::intake::Expected;
-use crate::recompose::Scratch;
 use crate::refusal::Refusal;
-use crate::routing::TreeCache;
 use crate::wire::AlarmKind;
 use crate::wire::Author;
 use jiff::Timestamp;
@@ -48,14 +46,11 @@ pub(super) struct State {
     pub(super) settings: Settings,
     pub(super) next: Snapshot,
     pub(super) drones: Arc<Drones>,
-    pub(super) trees: Arc<TreeCache>,
-    /// The flight model, where it is on.
-    pub(super) flights: Option<Arc<Flights>>,
+    pub(super) planner: Arc<dyn Planner>,
     /// What the checker has not let pass.
     pub(super) guard: Arc<Guard>,
     /// How the store stands: what must not be lost is refused while it fails.
     pub(super) store: Arc<Health>,
-    pub(super) scratch: Scratch,
     pub(super) timers: Timers,
     /// The instant of the batch being carried out.
     pub(super) now: Timestamp,
@@ -101,15 +96,13 @@ impl State {
         now: Timestamp,
         settings: Settings,
         drones: Arc<Drones>,
-        trees: Arc<TreeCache>,
+        planner: Arc<dyn Planner>,
     ) -> Self {
         Self {
-            scratch: Scratch::new(next.topology()),
             next,
             settings,
             drones,
-            trees,
-            flights: None,
+            planner,
             guard: Arc::default(),
             store: Arc::default(),
             timers: Timers::default(),
@@ -312,7 +305,8 @@ impl State {
             .filter(|closure| !after.is_in_force(&closure.id))
             .collect();
         look.has_opened = after.opened_at() != before.opened_at();
-        look.may_fly = self.flights.is_some() && after.revision() != before.revision();
+        look.announcements =
+            self.planner.minds(Concern::Announced, None) && after.revision() != before.revision();
         look
     }
 

@@ -4,7 +4,7 @@ use super::events::Happening;
 use super::fleet::{self, Detour};
 use super::orders::Done;
 use super::plan_entry::PlanEntry;
-use super::planner::{self, Version};
+use super::planner::{Concern, Version, stays};
 use super::progress;
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
@@ -62,9 +62,10 @@ impl State {
             return Err(Refusal::new(Code::PlanStateConflict, detail));
         }
         let headway_s = self.settings.headway_s;
-        let is_flown = plan.reported.flight.is_some();
-        let own = self.next.own_of_drone(plan.drone_id.as_deref());
-        if is_flown && planner::meets_others(&self.next, own, &plan.reported, headway_s) {
+        let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
+        let traffic = self.next.traffic();
+        let own = traffic.own(None, plan.drone_id.as_deref());
+        if minds_traffic && traffic.meets(own, &plan.reported, headway_s) {
             // Another plan has come between: this one is composed anew.
             return Ok(Done::Outdated);
         }
@@ -136,8 +137,10 @@ impl State {
     /// A drone in flight has to be told something: where another plan has taken its pad meanwhile, that too.
     pub(super) fn with_contest(&self, plan: &str, mut version: Version) -> Version {
         version.warnings.retain(|(code, _)| code != PAD_CONTESTED);
-        if let Some((stay, other)) =
-            planner::shares_pad(&self.next, self.next.own(Some(plan)), &version)
+        if let Some((stay, other)) = self
+            .next
+            .traffic()
+            .shares_pad(self.next.own(plan), &version)
         {
             let node = self.next.topology().node_id(stay.node);
             let message = format!(
@@ -157,9 +160,8 @@ impl State {
         };
         let plan = self.next.plans.get(id).cloned().filter(is_as_it_was);
         let headway_s = self.settings.headway_s;
-        let own = self.next.own(Some(id));
-        let Some(plan) =
-            plan.filter(|_| !planner::meets_others(&self.next, own, &version, headway_s))
+        let own = self.next.own(id);
+        let Some(plan) = plan.filter(|_| !self.next.traffic().meets(own, &version, headway_s))
         else {
             return Done::Nothing;
         };
@@ -244,7 +246,7 @@ impl State {
         for (key, stay) in fleet::occupations(plan, version) {
             self.next.occupations.insert(key, stay);
         }
-        for (key, stay) in planner::stays(plan, version) {
+        for (key, stay) in stays(plan, version) {
             self.next.reservations.insert(key, stay);
         }
     }
@@ -253,7 +255,7 @@ impl State {
         for (key, _) in fleet::occupations(plan, version) {
             self.next.occupations.remove(&key);
         }
-        for (key, _) in planner::stays(plan, version) {
+        for (key, _) in stays(plan, version) {
             self.next.reservations.remove(&key);
         }
     }

@@ -3,7 +3,7 @@
 //! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
-use super::fleet::{self, Detour, DetourMeans};
+use super::fleet::{self, Detour};
 use super::orders::Done;
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::Version;
@@ -199,7 +199,7 @@ impl State {
             }
             DeclineReason::Passed => {
                 let detour = self.detour_of(plan, &airspace, None)?;
-                if detour.way() == declined.composition.way {
+                if *detour.way() == declined.composition.way {
                     self.detour_beside(plan, declined, &airspace)?
                 } else {
                     (detour, airspace)
@@ -244,17 +244,8 @@ impl State {
     ) -> Option<Detour> {
         let topology = airspace.topology();
         let progress = progress::progress(topology, plan, &self.drones, self.now)?;
-        let is_real = Arc::ptr_eq(airspace, &self.next.airspace);
-        let means = DetourMeans {
-            snapshot: &self.next,
-            airspace,
-            trees: is_real.then_some(&*self.trees),
-            drones: &self.drones,
-            flights: self.flights.as_deref(),
-            now: self.now,
-        };
-        let detour = fleet::detour_for(plan, &progress, failure, &means, &mut self.scratch);
-        Some(detour)
+        let means = self.means(airspace, self.now);
+        Some(fleet::detour_for(plan, &progress, failure, &means))
     }
 
     /// The time for an acknowledgement is over. All that was sent goes on to count, as it may be flown.

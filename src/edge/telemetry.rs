@@ -4,6 +4,7 @@ use super::Edge;
 use super::conformance::{flown, rests};
 use super::drones::Sighting;
 use super::places::Untaken;
+use super::planner::Concern;
 use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
@@ -34,7 +35,7 @@ impl Edge {
         batch: wire::Telemetry,
     ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         self.check_batch("positions", batch.positions.len())?;
-        if self.flights.is_none() {
+        if !self.planner.minds(Concern::Telemetry, None) {
             return self.take_positions(caller, batch);
         }
         // Drones off their plans are answered, which takes a search each.
@@ -137,13 +138,13 @@ impl Edge {
         if let Some(record) = &answered {
             *answers_left -= 1;
             let topology = record.airspace.topology();
-            let version = self.proposed_by(record);
+            let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
             return wire::Position {
                 drone_id: drone_id.map(Cow::Owned),
                 accepted,
                 plan_id: plan.map(|plan| views::text(&plan.id)),
                 affected: version.is_some(),
-                wanted: version.map(|version| views::version(topology, &version)),
+                wanted: version.map(|version| views::version(topology, version)),
                 recomposition_id: Some(Cow::Owned(record.id())),
                 warnings,
             };

@@ -444,7 +444,7 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
             (Outcome::Unaffected, Some(_)) => wire::Outcome::Rerouted,
             (told, _) => outcome(told),
         },
-        path: path(topology, &detour.way()),
+        path: path(topology, detour.way()),
         extra_m: detour.extra_m,
         version: detour.version,
     }

@@ -343,26 +343,21 @@ impl Edge {
             .apply(&[Change::Put(closure.clone())], now);
         let airspace = Arc::new(airspace);
         let means = DetourMeans {
-            snapshot,
-            airspace: &airspace,
-            // Tables know standings by number, and the number of an imagined world may come again for another.
-            trees: None,
+            scene: snapshot.scene_in(&airspace, now),
+            planner: &*self.planner,
             drones: &self.drones,
-            flights: self.flights.as_deref(),
-            now,
         };
         let topology = airspace.topology();
-        let mut scratch = self.scratches.take(topology);
         let mut detours = Vec::new();
         for plan in snapshot.plans.values().filter(|plan| plan.is_active()) {
             let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
                 continue;
             };
-            if fleet::is_met(plan, &progress, closure, &means) {
-                detours.push(fleet::detour(plan, &progress, &means, &mut scratch));
+            let ahead = progress::ahead(plan, &progress);
+            if self.planner.is_met(means.scene, plan, ahead, closure) {
+                detours.push(fleet::detour(plan, &progress, &means));
             }
         }
-        self.scratches.give_back(scratch);
         (airspace, detours)
     }
 }

@@ -1,14 +1,16 @@
 //! A version of a plan: the way that its drone flies, when, and with what.
 
-use super::FlownVersion;
-use crate::compose::{Composition, Occupation};
+use super::{Course, FlownVersion};
+use crate::compose::{CarriedOver, Change, Composition, Occupation};
 use crate::edge::stretches::Stretch;
 use crate::flight::Reservation;
-use crate::formats::IntoTerm;
-use crate::network::NodeIx;
+use crate::formats::{IntoTerm, warning_text};
+use crate::network::{NodeIx, Topology};
+use crate::recompose::Recomposition;
 use crate::wire;
 use jiff::Timestamp;
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// One version of a plan.
@@ -37,7 +39,83 @@ pub(in crate::edge) struct Version {
     pub(in crate::edge) warnings: Vec<(Cow<'static, str>, String)>,
 }
 
+/// As what a version is sent, and when.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::edge) struct Sent {
+    pub(in crate::edge) number: u32,
+    pub(in crate::edge) epoch: u64,
+    pub(in crate::edge) at: Timestamp,
+    pub(in crate::edge) acknowledge_by: Option<Timestamp>,
+}
+
 impl Version {
+    /// The version that an answer makes: the course to fly, with what is told of it.
+    pub(in crate::edge) fn of(
+        course: Course,
+        told: &Recomposition,
+        topology: &Topology,
+        sent: Sent,
+    ) -> Self {
+        let warnings = told.warnings.iter().map(|warning| {
+            let (code, message) = warning_text(topology, warning);
+            (code.into(), message)
+        });
+        Self {
+            number: sent.number,
+            epoch: sent.epoch,
+            sent_at: sent.at,
+            outcome: Some(told.outcome),
+            composition: course.composition,
+            flight: course.flight,
+            stretch: course.stretch,
+            first_stretch_m: told.first_stretch_m,
+            departs_at: course.departs_at,
+            recomposition_id: None,
+            acknowledge_by: sent.acknowledge_by,
+            flags: told.flags.iter().map(|&flag| flag.into_term()).collect(),
+            warnings: warnings.collect(),
+        }
+    }
+
+    /// These legs of it on another network, at their times, and whether their contingencies hold there too; `None` where any of
+    /// them is gone.
+    pub(in crate::edge) fn carried_over(
+        &self,
+        airspeed_mps: f64,
+        legs: Range<usize>,
+        change: &Change<'_>,
+    ) -> Option<(Self, bool)> {
+        let stretch_m = self.first_stretch_m;
+        let composition = &self.composition;
+        let CarriedOver {
+            mut composition,
+            contingencies_hold,
+        } = composition.carried_over(change, legs.clone(), stretch_m, airspeed_mps)?;
+        let flight = match self.flight.as_deref() {
+            Some(flown) => {
+                let flown = flown.carried_over(change, legs)?;
+                flown.time(&mut composition);
+                Some(Arc::new(flown))
+            }
+            None => None,
+        };
+        let stretch = self.stretch.as_ref();
+        let version = Self {
+            composition,
+            flight,
+            stretch: stretch
+                .and_then(|it| it.carried_over(change.to, change.from, change.correspondence)),
+            ..self.clone()
+        };
+        Some((version, contingencies_hold))
+    }
+
+    /// Whether its drone surely stands before a leg, so many seconds after the departure: by nominal times nobody knows.
+    pub(in crate::edge) fn stands_before(&self, leg: usize, elapsed_s: f64) -> bool {
+        let leg = self.composition.legs.get(leg);
+        self.flight.is_some() && leg.is_some_and(|leg| elapsed_s <= leg.departure_s)
+    }
+
     /// When it is on each of its segments, in seconds of Unix time.
     pub(in crate::edge) fn occupations(&self) -> Vec<Occupation> {
         let departs_s = self.departs_s();
@@ -90,11 +168,6 @@ impl Version {
             later(self.departs_at, stop.takes_off_s)
         })
     }
-}
-
-/// The flags of an answer, as its version has them.
-pub(in crate::edge) fn version_flags(flags: &[crate::recompose::Flag]) -> Vec<wire::Flag> {
-    flags.iter().map(|&flag| flag.into_term()).collect()
 }
 
 /// An instant some seconds later; the end of time where that is beyond it.

@@ -8,29 +8,30 @@ mod carrying;
 mod causes;
 mod checked;
 mod composing;
-mod flown;
-
+mod expected;
+mod flown_version;
+mod planner;
 mod reported;
 mod told;
 
-pub(in crate::edge) use answering::{FlownAnswer, Scene, Stand, battery_of};
-pub(in crate::edge) use checked::RefusedAnswer;
-pub(in crate::edge) use composing::{FlightOrder, Wanted};
-pub(in crate::edge) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
-pub(in crate::edge) use reported::{ReportedFlight, Reporter, ReportingDrone};
+pub(in crate::edge) use composing::{FlightOrder, FlightTerms};
+pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
+pub(super) use planner::Flown;
+pub(in crate::edge) use reported::Flight;
 
+use super::traffic::Others;
+use super::{Own, Scene};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
 use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
-use crate::edge::planner::Own;
-use crate::edge::planner::traffic::Others;
 use crate::edge::settings::{FlightSettings, Settings};
-use crate::edge::snapshot::Snapshot;
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits};
 use crate::network::{NodeIx, Topology};
+use flown_version::Told;
 use jiff::Timestamp;
+use reported::ReportingDrone;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -47,14 +48,14 @@ const GRAMS: f64 = 1e3;
 
 /// What flies.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::edge) struct DroneKind {
-    pub(in crate::edge) airframe: Arc<Airframe>,
-    pub(in crate::edge) payload_kg: f64,
+pub(super) struct DroneKind {
+    pub(super) airframe: Arc<Airframe>,
+    pub(super) payload_kg: f64,
 }
 
 impl DroneKind {
     /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
-    pub(in crate::edge) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
+    pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
         // What a decimal fraction is off in binary is no gram.
         // Of two zeros the larger may be the negative one, and adding one makes it positive.
         let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0) + 0.0;
@@ -99,8 +100,8 @@ struct Kept {
 
 /// The flight model of an edge.
 #[derive(Debug)]
-pub(in crate::edge) struct Flights {
-    pub(in crate::edge) settings: FlightSettings,
+pub(super) struct Flights {
+    pub(super) settings: FlightSettings,
     /// Second 0.
     zero: Timestamp,
     /// Whether no other edge gives away the same pads.
@@ -111,19 +112,19 @@ pub(in crate::edge) struct Flights {
 
 /// What a drone flies in at a moment: everything that a delivery is computed in.
 #[derive(Debug)]
-pub(in crate::edge) struct Ground {
+pub(super) struct Ground {
     compiled: Arc<Compiled>,
-    pub(in crate::edge) skies: Skies,
-    pub(in crate::edge) setting: FlightSetting,
+    pub(super) skies: Skies,
+    pub(super) setting: FlightSetting,
     /// The plans that the situation's traffic is of, one for each leg.
-    pub(in crate::edge) traffic_of: Vec<Arc<str>>,
+    pub(super) traffic_of: Vec<Arc<str>>,
     settings: FlightSettings,
     is_alone: bool,
 }
 
 impl Flights {
     /// The flight model of an edge that begins at an instant; `None` where it is off.
-    pub(in crate::edge) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
+    pub(super) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
         let mut flight = settings.flight.clone()?;
         flight.rules.headway_s = settings.headway_s;
         Some(Self {
@@ -136,7 +137,7 @@ impl Flights {
     }
 
     /// The airframe of a name, cruising at an airspeed of its own where one is given; `None` where the name is not known.
-    pub(in crate::edge) fn airframe(
+    pub(super) fn airframe(
         &self,
         name: Option<&str>,
         airspeed_mps: Option<f64>,
@@ -155,29 +156,21 @@ impl Flights {
     }
 
     /// An instant in seconds.
-    pub(in crate::edge) fn seconds(&self, instant: Timestamp) -> f64 {
+    pub(super) fn seconds(&self, instant: Timestamp) -> f64 {
         instant.duration_since(self.zero).as_secs_f64()
     }
 
     /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
-    /// the plans of a snapshot but its own.
-    pub(in crate::edge) fn ground(
-        &self,
-        snapshot: &Snapshot,
-        airspace: &Arc<Airspace>,
-        kind: &DroneKind,
-        own: Own<'_>,
-        now: Timestamp,
-    ) -> Ground {
-        let sky = self.sky(airspace, now);
-        let others = Others::of(snapshot, own, self.zero, now);
+    /// the plans of the scene but its own.
+    fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>) -> Ground {
+        let sky = self.sky(scene);
+        let others = Others::of(scene.traffic, own, self.zero, scene.now);
         let skies = sky.skies.among(OtherPlans {
             reservations: others.reservations,
             traffic: others.traffic,
             swap_stations: sky.swap_stations.clone(),
         });
-        let weather = snapshot.weather.as_ref();
-        let compiled = self.compiled(airspace.topology(), kind, weather);
+        let compiled = self.compiled(scene, kind);
         Ground {
             setting: compiled.setting.with_situation(skies.situation().clone()),
             skies,
@@ -189,16 +182,9 @@ impl Flights {
     }
 
     /// A kind of drone in an airspace where no other plan is flown.
-    fn bare(
-        &self,
-        snapshot: &Snapshot,
-        airspace: &Arc<Airspace>,
-        kind: &DroneKind,
-        now: Timestamp,
-    ) -> (Arc<Sky>, FlightSetting) {
-        let sky = self.sky(airspace, now);
-        let weather = snapshot.weather.as_ref();
-        let setting = &self.compiled(airspace.topology(), kind, weather).setting;
+    fn bare(&self, scene: Scene<'_>, kind: &DroneKind) -> (Arc<Sky>, FlightSetting) {
+        let sky = self.sky(scene);
+        let setting = &self.compiled(scene, kind).setting;
         let any = sky
             .setting
             .get_or_init(|| setting.with_situation(sky.skies.situation().clone()));
@@ -207,7 +193,8 @@ impl Flights {
     }
 
     /// The state of an airspace at a moment.
-    fn sky(&self, airspace: &Arc<Airspace>, now: Timestamp) -> Arc<Sky> {
+    fn sky(&self, scene: Scene<'_>) -> Arc<Sky> {
+        let Scene { airspace, now, .. } = scene;
         let found = {
             let kept = self.lock();
             let is_it = |sky: &&Arc<Sky>| {
@@ -243,12 +230,8 @@ impl Flights {
     }
 
     /// A kind of drone in the wind of a weather.
-    fn compiled(
-        &self,
-        topology: &Arc<Topology>,
-        kind: &DroneKind,
-        weather: Option<&Arc<str>>,
-    ) -> Arc<Compiled> {
+    fn compiled(&self, scene: Scene<'_>, kind: &DroneKind) -> Arc<Compiled> {
+        let (topology, weather) = (scene.topology(), scene.weather);
         let is_it = |compiled: &Arc<Compiled>| {
             Arc::ptr_eq(&compiled.topology, topology)
                 && compiled.kind == *kind
@@ -293,7 +276,7 @@ impl Flights {
     }
 
     /// Works with a scratch memory.
-    pub(in crate::edge) fn with_scratch<T>(
+    pub(super) fn with_scratch<T>(
         &self,
         topology: &Topology,
         work: impl FnOnce(&mut DeliveryScratch) -> T,
@@ -321,7 +304,7 @@ impl Flights {
 
 impl Ground {
     /// The same without tables, so that nothing which was worked out before counts.
-    pub(in crate::edge) fn without_tables(self) -> Self {
+    pub(super) fn without_tables(self) -> Self {
         let compiled = &self.compiled;
         Self {
             compiled: Arc::new(Compiled {
@@ -336,7 +319,7 @@ impl Ground {
     }
 
     /// What deliveries are computed in.
-    pub(in crate::edge) fn world(&self) -> DeliveryWorld<'_> {
+    pub(super) fn world(&self) -> DeliveryWorld<'_> {
         DeliveryWorld {
             skies: &self.skies,
             setting: &self.setting,
@@ -348,7 +331,7 @@ impl Ground {
     }
 
     /// What flies.
-    pub(in crate::edge) fn kind(&self) -> &DroneKind {
+    pub(super) fn kind(&self) -> &DroneKind {
         &self.compiled.kind
     }
 }

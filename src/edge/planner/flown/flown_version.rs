@@ -74,11 +74,11 @@ pub(in crate::edge) struct FlownVersion {
 
 /// What a drone is told beside its plan.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::edge) struct Told {
-    pub(in crate::edge) is_diverted: bool,
-    pub(in crate::edge) reserve_used: bool,
-    pub(in crate::edge) hold: Option<Hold>,
-    pub(in crate::edge) is_energy_unchecked: bool,
+pub(super) struct Told {
+    pub(super) is_diverted: bool,
+    pub(super) reserve_used: bool,
+    pub(super) hold: Option<Hold>,
+    pub(super) is_energy_unchecked: bool,
 }
 
 impl From<&FlightRecomposition> for Told {
@@ -94,7 +94,7 @@ impl From<&FlightRecomposition> for Told {
 
 impl FlownVersion {
     /// What is kept of a composition that departs at an instant, and the way that it takes.
-    pub(in crate::edge) fn of(
+    pub(super) fn of(
         ground: &Ground,
         composition: &FlightComposition,
         told: Told,
