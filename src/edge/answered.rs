@@ -110,8 +110,8 @@ pub(super) fn recomposition(
     let published = &record.published;
     let plan = record.plan.as_ref();
     let topology = record.airspace.topology();
-    let told = &record.answer.told;
-    let flight = record.answer.flight.as_ref();
+    let told = record.answer.told();
+    let flight = record.answer.flight();
     let flown = flight.and_then(|flight| {
         let (version, way) = flight.version.as_ref()?;
         Some((version, way, flight.departs_at))
@@ -183,10 +183,10 @@ pub(super) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
         drone_id: record.drone_id.as_deref().map(views::text),
         plan_id: record.plan.as_ref().map(|plan| views::text(&plan.plan)),
         leg: Some([from, to].map(|node| views::node_id(topology, node))),
-        outcome: views::outcome(record.answer.told.outcome),
-        path: views::path(topology, &record.answer.told.path),
+        outcome: views::outcome(record.answer.told().outcome),
+        path: views::path(topology, &record.answer.told().path),
         old_path: views::node_ids(topology, old_path.unwrap_or(&[from, to])),
-        remaining_length_m: record.answer.told.remaining_length_m,
+        remaining_length_m: record.answer.told().remaining_length_m,
         dry_run: record.dry_run,
         revision: views::text(&record.revision),
     }
@@ -304,7 +304,7 @@ impl Kept {
     fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
         match self {
             Self::Now(record) => {
-                let (request, told) = (&record.settled.request, &record.answer.told);
+                let (request, told) = (&record.settled.request, record.answer.told());
                 let question = record.flight_question();
                 // Its flight looks ahead from the instant of the answer.
                 let ahead = || record.airspace.apply(&[], record.answered_at);

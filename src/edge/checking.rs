@@ -4,123 +4,85 @@ use super::Edge;
 use super::events::Happening;
 use super::guard::{Subjects, alarms_of, case_data};
 use super::plan_entry::PlanEntry;
+use super::planner::Answer;
 use super::recomposing::{Case, Recomposed};
 use super::snapshot::Snapshot;
 use crate::checked::{self, Alternatives, FallenBackTo, Known};
 use crate::checker::Fault;
 use crate::compose::Contingency;
-use crate::flight::FailureType;
+use crate::flight::{FailureReport, FailureType};
 use crate::formats::ReadWarning;
 use crate::network::NodeIx;
-use crate::recompose::Fallback;
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;
-
-/// An answer that may be sent, and the world that it was checked against.
-pub(super) struct Passed {
-    pub(super) recomposed: Recomposed,
-    pub(super) snapshot: Arc<Snapshot>,
-    /// The answer that it replaces, if one did not pass.
-    pub(super) case: Option<checked::Case>,
-}
 
 impl Edge {
     /// Answers a report, and checks the answer against the world that is current then.
     ///
     /// An answer that fails only by what has closed meanwhile is computed once more, and is no case.
-    pub(super) fn recompose_checked(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Passed {
+    pub(super) fn recompose_checked(
+        &self,
+        case: &Case<'_>,
+        read: &mut Vec<ReadWarning>,
+    ) -> Recomposed {
         let said_before = read.len();
-        let recomposed = self.recompose(case, read);
+        let answer = self.recompose(case, read);
         let current = self.world.load_full();
         let is_same = Arc::ptr_eq(&current.airspace, &case.snapshot.airspace);
         let may_compare = Arc::ptr_eq(current.topology(), case.snapshot.topology());
         if is_same || !may_compare {
-            return self.passed(case, recomposed, read);
+            return self.passed(case, answer, read);
         }
         let at_sending = Case {
             snapshot: &current,
             ..*case
         };
-        if self.fault_of(&at_sending, &recomposed).is_none() {
-            return Passed {
-                recomposed,
-                snapshot: case.snapshot.clone(),
-                case: None,
-            };
+        if self.fault_of(&at_sending, &answer).is_none() {
+            return self.recomposed(case, answer, None, read);
         }
         read.truncate(said_before);
         let again = self.recompose(&at_sending, read);
         self.passed(&at_sending, again, read)
     }
 
-    fn passed(
-        &self,
-        case: &Case<'_>,
-        recomposed: Recomposed,
-        read: &mut Vec<ReadWarning>,
-    ) -> Passed {
-        let snapshot = case.snapshot.clone();
-        let Some(fault) = self.fault_of(case, &recomposed) else {
-            return Passed {
-                recomposed,
-                snapshot,
-                case: None,
-            };
+    /// This answer, or what goes instead of it.
+    fn passed(&self, case: &Case<'_>, answer: Answer, read: &mut Vec<ReadWarning>) -> Recomposed {
+        let Some(fault) = self.fault_of(case, &answer) else {
+            return self.recomposed(case, answer, None, read);
         };
-        let (recomposed, refused) = self.fall_back(case, recomposed, fault, read);
-        Passed {
-            recomposed,
-            snapshot,
-            case: Some(refused),
-        }
+        let (answer, refused) = self.fall_back(case, answer, fault);
+        self.recomposed(case, answer, Some(refused), read)
     }
 
     /// The rule that an answer breaks, if it breaks any.
-    fn fault_of(&self, case: &Case<'_>, recomposed: &Recomposed) -> Option<Fault> {
-        let (scene, answer) = (case.scene(), &recomposed.answer);
-        let checked = self
-            .planner
-            .check(scene, case.request, &known(case), answer);
-        checked.err()
+    fn fault_of(&self, case: &Case<'_>, answer: &Answer) -> Option<Fault> {
+        let (scene, known) = (case.scene(), known(case));
+        self.planner
+            .check(scene, case.request, &known, answer)
+            .err()
     }
 
     /// What goes instead of an answer that did not pass: the first that does.
-    fn fall_back(
-        &self,
-        case: &Case<'_>,
-        refused: Recomposed,
-        fault: Fault,
-        read: &mut Vec<ReadWarning>,
-    ) -> (Recomposed, checked::Case) {
-        let (scene, refused) = (case.scene(), refused.answer);
-        let plainly = self
-            .planner
-            .recompose_plainly(scene, case.request, &refused);
-        if let Some(baseline) = plainly {
-            let said_before = read.len();
-            let mut found = self.recomposed(case, baseline, read);
-            if self.fault_of(case, &found).is_none() {
-                let told = &mut found.answer.told;
-                told.strategy = case.request.strategy;
-                told.fallback = Some(Fallback::Checker);
-                let case = checked::Case {
-                    fault,
-                    outcome: refused.told.outcome,
-                    nodes: refused.told.path.nodes,
-                    fallback: FallenBackTo::Baseline,
-                };
-                return (found, case);
-            }
-            read.truncate(said_before);
+    fn fall_back(&self, case: &Case<'_>, refused: Answer, fault: Fault) -> (Answer, checked::Case) {
+        let (scene, request) = (case.scene(), case.request);
+        let baseline = self.planner.recompose_plainly(scene, request, &refused);
+        let passes = |answer: &Answer| self.fault_of(case, answer).is_none();
+        if let Some(mut baseline) = baseline.filter(passes) {
+            baseline.stands_in(request.strategy);
+            let case = checked::Case {
+                fault,
+                outcome: refused.told().outcome,
+                nodes: refused.told().path.nodes.clone(),
+                fallback: FallenBackTo::Baseline,
+            };
+            return (baseline, case);
         }
-        let ways = PlanWays::of(case);
+        let plan = case.plan.map(|plan| &**plan);
+        let ways = PlanWays::of(&request.report, plan);
         let (alternatives, refused) = (ways.alternatives(), (refused, fault));
-        let (request, known) = (case.request, known(case));
-        let (answer, told) = self
-            .planner
-            .fall_back(scene, request, &known, alternatives, refused);
-        (self.recomposed(case, answer, read), told)
+        self.planner
+            .fall_back(scene, request, &known(case), alternatives, refused)
     }
 
     /// Tells of an answer that did not pass: counted, an event, an alarm, a line in the log.
@@ -167,11 +129,10 @@ pub(super) struct PlanWays {
 }
 
 impl PlanWays {
-    fn of(case: &Case<'_>) -> Self {
-        let stated = case.request.report.remaining_path.clone();
-        let by_plan = case
-            .plan
-            .and_then(|plan| Self::of_plan(plan, case.request.report.leg));
+    /// Those of who reports: of its plan, else what the report states.
+    pub(super) fn of(report: &FailureReport, plan: Option<&PlanEntry>) -> Self {
+        let stated = report.remaining_path.clone();
+        let by_plan = plan.and_then(|plan| Self::of_plan(plan, report.leg));
         by_plan.unwrap_or(Self {
             reported: stated,
             ..Self::default()

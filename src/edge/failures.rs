@@ -212,8 +212,8 @@ impl Edge {
             drone_id: own.as_deref(),
             now,
         };
-        let passed = self.recompose_checked(&case, &mut read);
-        let (recomposed, snapshot) = (passed.recomposed, passed.snapshot);
+        let recomposed = self.recompose_checked(&case, &mut read);
+        let snapshot = recomposed.snapshot;
         let number = self.records.next_number();
         let mut changed = recomposed.plan;
         let proposed = changed.as_mut().and_then(|it| it.version.as_mut());
@@ -237,7 +237,7 @@ impl Edge {
             read: bounded(read),
             settled,
             answer: recomposed.answer,
-            case: passed.case.map(Box::new),
+            case: recomposed.refused.map(Box::new),
             among,
             drone_id: own,
             published: Published::nothing("dry_run"),
@@ -380,7 +380,7 @@ impl Edge {
 
     /// Alarms an operator where an answer has no way.
     fn alarm_without_way(&self, caller: &Caller, record: &AnswerRecord, plan: Option<&PlanEntry>) {
-        if record.answer.told.outcome != Outcome::NoRoute {
+        if record.answer.told().outcome != Outcome::NoRoute {
             return;
         }
         // A name that the caller may not speak for makes no alarm of its own.

@@ -39,28 +39,20 @@ impl Detour {
         }
     }
 
-    /// Nothing that was planned is touched where the plan was only assumed: it is another way for who flies it.
-    pub(super) fn is_another_way(&mut self) {
-        let told = &mut self.answer.told;
-        if told.outcome == Outcome::Unaffected {
-            told.outcome = Outcome::Rerouted;
-        }
-    }
-
     /// What the drone is told.
     pub(super) fn outcome(&self) -> Outcome {
-        self.answer.told.outcome
+        self.answer.told().outcome
     }
 
     /// The least bad way, where there is no other.
     pub(super) fn unsafe_way(&self, topology: &Topology) -> Option<Value> {
-        let way = self.answer.told.unsafe_way.as_ref()?;
+        let way = self.answer.told().unsafe_way.as_ref()?;
         serde_json::to_value(crate::formats::unsafe_way(topology, way)).ok()
     }
 
     /// The way that it is to take; without nodes where there is none.
     pub(super) fn way(&self) -> &Way {
-        &self.answer.told.path
+        &self.answer.told().path
     }
 }
 
@@ -141,13 +133,13 @@ pub(super) fn detour_for(
     let answered = means.planner.replan(means.scene, plan, request, at);
     let mut detour = Detour::new(plan, answered);
     if turns_back {
-        detour.is_another_way();
+        detour.answer.is_another_way();
     }
     let leads_there = matches!(
         detour.outcome(),
         Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold
     );
-    let length_m = detour.answer.told.remaining_length_m;
+    let length_m = detour.answer.told().remaining_length_m;
     detour.extra_m = length_m
         .filter(|_| leads_there)
         .map(|length_m| length_m - progress.remaining_m);

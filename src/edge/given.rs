@@ -105,14 +105,14 @@ impl Given {
 
     pub(super) fn outcome(&self) -> wire::Outcome {
         match self {
-            Self::Now(record) => views::outcome(record.answer.told.outcome),
+            Self::Now(record) => views::outcome(record.answer.told().outcome),
             Self::Before(earlier) => earlier.answer.answer.outcome,
         }
     }
 
     pub(super) fn strategy_used(&self) -> Strategy {
         match self {
-            Self::Now(record) => record.answer.told.strategy_used,
+            Self::Now(record) => record.answer.told().strategy_used,
             Self::Before(earlier) => earlier.answer.answer.strategy_used.into_term(),
         }
     }

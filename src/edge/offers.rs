@@ -120,12 +120,12 @@ impl Edge {
                 at: now,
                 acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
             };
-            return Some(Version::of(course, &answer.told, topology, sent));
+            return Some(Version::of(course, answer.told(), topology, sent));
         };
         let case = Case {
             fault,
-            outcome: answer.told.outcome,
-            nodes: answer.told.path.nodes,
+            outcome: answer.told().outcome,
+            nodes: answer.told().path.nodes.clone(),
             fallback: FallenBackTo::Reported,
         };
         let subjects = (None, Some(&*plan.id), plan.drone_id.as_deref());

@@ -9,6 +9,7 @@ use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::stretches::Stretch;
 use super::traces;
 use crate::airspace::Airspace;
+use crate::checked;
 use crate::flight::FailureReport;
 use crate::formats::ReadWarning;
 use crate::planted::{self, Bug};
@@ -51,9 +52,13 @@ impl<'a> Case<'a> {
     }
 }
 
-/// An answer, and what comes with it.
+/// An answer that may be sent, and what comes with it.
 pub(super) struct Recomposed {
     pub(super) answer: Answer,
+    /// What it was computed on.
+    pub(super) snapshot: Arc<Snapshot>,
+    /// The answer that it replaces, if one did not pass.
+    pub(super) refused: Option<checked::Case>,
     /// What it changes of a plan.
     pub(super) plan: Option<PlanChange>,
     /// `None` without a path.
@@ -62,15 +67,13 @@ pub(super) struct Recomposed {
 
 impl Edge {
     /// Answers a report.
-    pub(super) fn recompose(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Recomposed {
+    pub(super) fn recompose(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Answer {
         let _span = traces::of_search().entered();
         let before = self.stale_airspace(case);
         let airspace = before.as_ref().unwrap_or(&case.snapshot.airspace);
         let scene = case.snapshot.scene_in(airspace, case.now);
-        let answer = self
-            .planner
-            .recompose(scene, &case.asked(&self.drones), read);
-        self.recomposed(case, answer, read)
+        self.planner
+            .recompose(scene, &case.asked(&self.drones), read)
     }
 
     /// What comes with an answer.
@@ -78,6 +81,7 @@ impl Edge {
         &self,
         case: &Case<'_>,
         answer: Answer,
+        refused: Option<checked::Case>,
         read: &mut Vec<ReadWarning>,
     ) -> Recomposed {
         let changed = case.plan.filter(|_| case.may_change);
@@ -91,6 +95,8 @@ impl Edge {
         answer.warn(case.report, remaining_time_s, case.now, read);
         Recomposed {
             answer,
+            snapshot: case.snapshot.clone(),
+            refused,
             plan,
             remaining_time_s,
         }
@@ -109,9 +115,9 @@ impl Edge {
             at: case.now,
             acknowledge_by: case.now.checked_add(acknowledge_within).ok(),
         };
-        let stretch = stretch_of(scene.airspace, &case.request.report, &answer.told);
+        let stretch = stretch_of(scene.airspace, &case.request.report, answer.told());
         let course = Course { stretch, ..course };
-        Some(Version::of(course, &answer.told, scene.topology(), sent))
+        Some(Version::of(course, answer.told(), scene.topology(), sent))
     }
 
     /// The world as it was before anything closed: with a planted defect, answers are computed on it.

@@ -79,7 +79,7 @@ impl AnswerRecord {
 
     /// What an answer in flight was computed from beside its report and the closures in force.
     pub(super) fn flight_question(&self) -> Option<Value> {
-        let flight = self.answer.flight.as_ref()?;
+        let flight = self.answer.flight()?;
         let among = self.among.as_ref()?;
         let scene = among.scene_in(&self.airspace, self.answered_at);
         Some(flight.question(scene, &self.settled.request))
@@ -87,7 +87,7 @@ impl AnswerRecord {
 
     /// About how many bytes it takes, its world not included.
     pub(super) fn bytes(&self) -> usize {
-        let told = &self.answer.told;
+        let told = self.answer.told();
         let path = told.path.nodes.len() + told.path.segments.len();
         let stages = told.stages.iter().map(|stage| stage.nodes.len());
         let stages: usize = stages.sum();

@@ -200,7 +200,7 @@ impl State {
             at: now,
             acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
         };
-        let made = Version::of(course, &answer.told, airspace.topology(), sent);
+        let made = Version::of(course, answer.told(), airspace.topology(), sent);
         Some(Version {
             // What its drone has reported goes on to count.
             recomposition_id: plan

@@ -234,7 +234,7 @@ impl State {
         let answered = self.planner.replan_displaced(scene, plan, displaced)?;
         let mut detour = Detour::new(plan, answered);
         // Of a way that only the report's reader assumed.
-        detour.is_another_way();
+        detour.answer.is_another_way();
         Some(detour)
     }
 

@@ -31,7 +31,7 @@ pub(super) fn still_holds(
     if !planner.still_valid(scene, &record.answer, record.answered_at) {
         return false;
     }
-    let way = &record.answer.told.path;
+    let way = &record.answer.told().path;
     if way.nodes.is_empty() {
         return record.airspace.revision() == airspace.revision();
     }

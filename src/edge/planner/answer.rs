@@ -6,7 +6,7 @@ use crate::compose::{Composition, flight_time_s};
 use crate::edge::stretches::Stretch;
 use crate::formats::ReadWarning;
 use crate::network::Topology;
-use crate::recompose::Recomposition;
+use crate::recompose::{Fallback, Outcome, Recomposition, Strategy};
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -22,19 +22,40 @@ pub(in crate::edge) struct Course {
     pub(in crate::edge) stretch: Option<Stretch>,
 }
 
-/// What a drone is told.
+/// What a drone is told. Planners alone make one: outcome, path and flight belong together.
 #[derive(Clone, Debug)]
 pub(in crate::edge) struct Answer {
-    /// What it is to do, and how that came about.
-    pub(in crate::edge) told: Recomposition,
-    /// How it is flown; `None` where its times are nominal.
-    pub(in crate::edge) flight: Option<Flight>,
+    pub(super) told: Recomposition,
+    pub(super) flight: Option<Flight>,
 }
 
 impl Answer {
     /// An answer with nominal times.
     pub(super) fn by_distance(told: Recomposition) -> Self {
         Self { told, flight: None }
+    }
+
+    /// What the drone is to do, and how that came about.
+    pub(in crate::edge) fn told(&self) -> &Recomposition {
+        &self.told
+    }
+
+    /// How it is flown; `None` where its times are nominal.
+    pub(in crate::edge) fn flight(&self) -> Option<&Flight> {
+        self.flight.as_ref()
+    }
+
+    /// Nothing that was planned is touched where the plan was only assumed: it is another way for who flies it.
+    pub(in crate::edge) fn is_another_way(&mut self) {
+        if self.told.outcome == Outcome::Unaffected {
+            self.told.outcome = Outcome::Rerouted;
+        }
+    }
+
+    /// It goes instead of the answer of a strategy that did not pass.
+    pub(in crate::edge) fn stands_in(&mut self, strategy: Strategy) {
+        self.told.strategy = strategy;
+        self.told.fallback = Some(Fallback::Checker);
     }
 
     /// How long the path takes from an instant on, in seconds; at an airspeed, where its times are nominal. `None` without a
