@@ -3,10 +3,11 @@
 use super::Edge;
 use super::drones::{Drones, Flown, Rest, Sighting};
 use super::orders::Order;
+use super::orders::Seen;
 use super::plan_entry::PlanEntry;
 use super::progress::{self, spot_on};
 use super::snapshot::Snapshot;
-use super::state_ends::{LANDED_WITHIN_M, Seen};
+use super::state_ends::LANDED_WITHIN_M;
 use crate::network::{NodeIx, Topology};
 use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};

@@ -5,8 +5,8 @@
 //! `publication`.
 
 use super::Edge;
-use super::alarms::AlarmDraft;
-use super::answered::{Answered, Standing};
+use super::answered::Answered;
+use super::entries::AlarmDraft;
 use super::given::Given;
 use super::orders::Order;
 use super::plan_entry::PlanEntry;
@@ -15,6 +15,7 @@ use super::recomposing::Case;
 use super::records::{AnswerRecord, Published, record_id};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::Snapshot;
+use super::standing::Standing;
 use super::store::Entry;
 use super::stretches::Stretch;
 use super::traces;
@@ -407,7 +408,7 @@ impl Edge {
         if record.dry_run {
             return;
         }
-        let summary = super::answered::summary(record);
+        let summary = super::record_views::summary(record);
         // A map with text keys and plain values always has a JSON form.
         let data = serde_json::to_value(&summary).unwrap_or_default();
         let mut happening = super::events::Happening::new(wire::EventKind::Recomposed, data);

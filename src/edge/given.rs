@@ -1,12 +1,14 @@
 //! An answer that was given: in this start, with all it was computed from, or in an earlier one.
 
-use super::answered::{Standing, hex, recomposition};
 use super::planner::{Planner, way_is_open};
+use super::record_views::recomposition;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
+use super::standing::Standing;
 use super::store::ReportReply;
 use super::validity::first_stretch_is_clear;
-use super::views;
+use super::words;
+use super::words::hex;
 use crate::flight::Location;
 use crate::formats::IntoTerm;
 use crate::geo::Point;
@@ -105,7 +107,7 @@ impl Given {
 
     pub(super) fn outcome(&self) -> wire::Outcome {
         match self {
-            Self::Now(record) => views::outcome(record.answer.told().outcome),
+            Self::Now(record) => words::outcome(record.answer.told().outcome),
             Self::Before(earlier) => earlier.answer.answer.outcome,
         }
     }

@@ -23,20 +23,24 @@ mod given;
 mod guard;
 mod metrics;
 mod network;
+mod network_documents;
 mod new_network;
 mod off_plan;
 mod offers;
+mod opened;
 mod opening;
 mod orders;
 mod places;
 mod plan_entry;
 mod plan_reports;
+mod plan_ways;
 mod planner;
 mod plans;
 mod progress;
 mod publication;
 mod published;
 mod recomposing;
+mod record_views;
 mod records;
 mod replanning;
 mod replies;
@@ -44,6 +48,7 @@ mod reporter;
 mod scratches;
 mod settings;
 mod snapshot;
+mod standing;
 mod state;
 mod state_affected;
 mod state_airspace;
@@ -75,6 +80,7 @@ mod upstream;
 mod validity;
 mod views;
 mod weather;
+mod words;
 mod writer;
 mod zones;
 
@@ -106,7 +112,6 @@ pub use zones::ZoneWrite;
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::wire;
-use answered::Standing;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use drones::Drones;
@@ -117,6 +122,7 @@ use orders::{Order, Outcome};
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
+use standing::Standing;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -232,7 +238,7 @@ impl Edge {
             registry_age_s: standing.registry_age_s,
             freshness: standing.freshness,
             clock: standing.clock,
-            network: views::network_name(snapshot.topology()).into_owned(),
+            network: words::network_name(snapshot.topology()).into_owned(),
         }
     }
 

@@ -3,7 +3,7 @@
 //! Working out what zones close on another network takes long; the writer must not. So it is done beside the
 //! writer, on a snapshot, and the writer does again only what has changed since.
 
-use super::network::NetworkDocuments;
+use super::network_documents::NetworkDocuments;
 use super::snapshot::Snapshot;
 use crate::airspace::{Closure, ZoneFault};
 use crate::network::{Correspondence, Topology};

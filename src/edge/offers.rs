@@ -4,48 +4,27 @@
 
 use super::Edge;
 use super::fleet::{self, Detour, DetourMeans};
+use super::opened::Listener;
 use super::orders::Order;
 use super::plan_entry::PlanEntry;
-use super::planner::{Concern, Sent, Version};
+use super::planner::{Concern, Occasion, Sent, Version};
 use super::progress;
 use super::snapshot::Snapshot;
 use crate::checked::{Case, FallenBackTo, Known};
 use jiff::Timestamp;
 use std::io;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Weak};
 
 /// At most this many plans are looked at after each change; the others fly on as they are.
 const PLANS_MAX: usize = 200;
-
-/// Where it is told that something has opened.
-#[derive(Clone, Debug)]
-pub(super) struct Opened(SyncSender<()>);
-
-/// The other end.
-#[derive(Debug)]
-pub(super) struct Listener(Receiver<()>);
-
-/// One word is enough, however much has opened.
-pub(super) fn channel() -> (Opened, Listener) {
-    let (opened, listener) = sync_channel(1);
-    (Opened(opened), Listener(listener))
-}
-
-impl Opened {
-    pub(super) fn tell(&self) {
-        // Where one waits already, it will find this too.
-        let _ = self.0.try_send(());
-    }
-}
 
 impl Listener {
     /// Starts the thread that makes offers. It ends with the edge.
     pub(super) fn start(self, edge: Weak<Edge>) -> io::Result<()> {
         let builder = std::thread::Builder::new().name("skyway-offers".to_owned());
         builder.spawn(move || {
-            while self.0.recv().is_ok() {
+            while self.hear() {
                 let Some(edge) = edge.upgrade() else {
                     return;
                 };
@@ -113,7 +92,7 @@ impl Edge {
         let Err(fault) = checked else {
             let course = self
                 .planner
-                .course_after_change(scene, plan, &request, &answer)?;
+                .course(scene, plan, (Occasion::Change, &request), &answer)?;
             let sent = Sent {
                 number: plan.next_version.fetch_add(1, Ordering::Relaxed),
                 epoch: self.epoch,

@@ -3,9 +3,9 @@
 use super::Edge;
 use super::drones::Drones;
 use super::events::{Events, Happening};
-use super::network::NetworkDocuments;
+use super::network_documents::NetworkDocuments;
 use super::off_plan::OffPlan;
-use super::offers;
+use super::opened;
 use super::planner::{Concern, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
@@ -212,7 +212,7 @@ impl Opening {
             maker.start(move || world.load().airspace().clone())?;
         }
         let looks_for_offers = planner.minds(Concern::Improvement, None) && !self.is_in_place;
-        let (opened, listener) = looks_for_offers.then(offers::channel).unzip();
+        let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
         let desk = Desk {
             opened,
             state,

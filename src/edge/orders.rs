@@ -1,22 +1,19 @@
 //! What the writer is asked to do, and what it answers.
 
-use super::alarms::{AlarmDraft, AlarmEntry};
+use super::entries::{AlarmDraft, AlarmEntry, ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
-use super::state_ends::Seen;
-use super::state_versions::DeclineReason;
-use super::sync::Followed;
+use super::sync::followed::Followed;
 use super::upstream::Upstream;
 use crate::access::Caller;
 use crate::airspace::Closure;
 use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
-use crate::refusal::Refusal;
+use crate::refusal::{Code, Refusal};
 use crate::wire::{Author, EndedAs};
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -311,3 +308,34 @@ pub(super) struct Outcome {
 
 /// What comes back for each order.
 pub(super) type Reply = Result<Outcome, Refusal>;
+
+/// The writer answers every order in kind; anything else is a defect.
+pub(super) fn unexpected() -> Refusal {
+    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
+}
+
+/// What telemetry shows of a plan's drone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// It is in the air.
+    Departed,
+    /// It is off every way that it was told.
+    OffItsWays,
+    /// It is on one of them again.
+    OnItsWay,
+    /// It rests at the end of this version.
+    Landed(u32),
+    /// It has left the pad that it has landed on with this plan, which has ended.
+    LeftItsPad,
+}
+
+/// Why a drone does not take a version over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DeclineReason {
+    /// It has not what it takes to fly so far: it is to land.
+    Unfit,
+    /// Something is in the way that the version begins with.
+    Obstructed,
+    /// The version begins where the drone is not any more.
+    Passed,
+}

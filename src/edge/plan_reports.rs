@@ -5,6 +5,7 @@
 
 use super::Edge;
 use super::drones::Sighting;
+use super::orders::DeclineReason;
 use super::orders::Order;
 use super::places::Untaken;
 use super::plan_entry::PlanEntry;
@@ -13,7 +14,6 @@ use super::plans::own_plan;
 use super::replies::Idempotency;
 use super::snapshot::Snapshot;
 use super::state_ends::{LANDED_WITHIN_M, landed_as};
-use super::state_versions::DeclineReason;
 use super::telemetry::place_of;
 use crate::access::Caller;
 use crate::refusal::Refusal;

@@ -1,6 +1,7 @@
 //! Composition plans: composed, listed, taken over, cancelled.
 
 use super::Edge;
+use super::orders::unexpected;
 use super::orders::{Done, Order};
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::{Course, Stated, Terms, Version, Wanted};
@@ -8,7 +9,6 @@ use super::replies::Idempotency;
 use super::reporter::may_speak_for;
 use super::snapshot::Snapshot;
 use super::views;
-use super::zones::unexpected;
 use crate::access::Caller;
 use crate::checked::{Case, FallenBackTo};
 use crate::intake::Faults;

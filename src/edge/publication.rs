@@ -4,13 +4,14 @@
 //! there; everything else it brings is answered, binds its own request, and is proposed to operators.
 
 use super::Edge;
+use super::entries::windows;
+use super::entries::{ClosureEntry, ProposalEntry, Reported};
 use super::failures::Manner;
 use super::orders::{Order, Publication};
 use super::plan_entry::PlanEntry;
 use super::records::{AnswerRecord, Published};
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported, Snapshot};
-use super::state_airspace::windows;
+use super::snapshot::Snapshot;
 use super::views;
 use crate::access::{Caller, Role};
 use crate::airspace::{Cause, Closure, Hits};

@@ -3,7 +3,7 @@
 use super::Edge;
 use super::drones::Drones;
 use super::plan_entry::PlanEntry;
-use super::planner::{Answer, Asked, Course, DEFAULT_AIRSPEED_MPS, Scene, Sent, Version};
+use super::planner::{Answer, Asked, Course, DEFAULT_AIRSPEED_MPS, Occasion, Scene, Sent, Version};
 use super::records::PlanChange;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::stretches::Stretch;
@@ -107,7 +107,7 @@ impl Edge {
         let scene = case.scene();
         let course = self
             .planner
-            .course_after_report(scene, plan, case.request, answer)?;
+            .course(scene, plan, (Occasion::Report, case.request), answer)?;
         let acknowledge_within = self.settings.acknowledge_within;
         let sent = Sent {
             number: plan.next_version.fetch_add(1, Ordering::Relaxed),

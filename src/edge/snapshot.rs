@@ -3,11 +3,9 @@
 //! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
 //! share, so that publishing one costs what changed.
 
-use super::alarms::AlarmEntry;
-pub(super) use super::entries::{
-    ClosureEntry, Contested, HoldEntry, ProposalEntry, Reported, ZoneEntry,
-};
-use super::network::NetworkDocuments;
+use super::entries::AlarmEntry;
+pub(super) use super::entries::{ClosureEntry, HoldEntry, ProposalEntry, Reported, ZoneEntry};
+use super::network_documents::NetworkDocuments;
 use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{OccupationKey, Own, PadKey, Scene, Traffic};
 use super::settings::Settings;
@@ -107,6 +105,11 @@ impl Snapshot {
             outbox: OrdMap::new(),
             weather: None,
         }
+    }
+
+    /// How many alarms of each kind were raised since the start.
+    pub(super) fn alarm_counts(&self) -> impl Iterator<Item = (wire::AlarmKind, u64)> {
+        wire::AlarmKind::ALL.into_iter().zip(self.alarms_raised)
     }
 
     /// The airspace of this state.

@@ -2,7 +2,7 @@
 
 use super::fleet::{self, Detour, DetourMeans};
 use super::plan_entry::{PlanEntry, PlanFlags};
-use super::planner::{Sent, Version};
+use super::planner::{Occasion, Sent, Version};
 use super::progress::{self, Ahead, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
@@ -191,9 +191,9 @@ impl State {
     ) -> Option<Version> {
         let (plan, answer) = (&detour.plan, &detour.answer);
         let scene = self.next.scene_in(airspace, now);
-        let course = self
-            .planner
-            .course_after_change(scene, plan, &detour.request, answer)?;
+        let course =
+            self.planner
+                .course(scene, plan, (Occasion::Change, &detour.request), answer)?;
         let sent = Sent {
             number: plan.next_version.fetch_add(1, Ordering::Relaxed),
             epoch: self.next.epoch,

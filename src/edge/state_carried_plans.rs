@@ -10,6 +10,7 @@ use super::progress;
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::views;
+use super::words;
 use crate::airspace::Airspace;
 use crate::compose::{Change, Composition};
 use crate::flight::Location;
@@ -287,7 +288,7 @@ impl State {
 
 /// The request of a drone at a place that is to go to a node.
 fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Option<Request> {
-    let goal = views::node_id(airspace.topology(), destination);
+    let goal = words::node_id(airspace.topology(), destination);
     let report = wire::FailureReport {
         failure: Some(wire::FailureType::ServiceLevel),
         location: Some(wire::Place::Pair(place)),

@@ -1,9 +1,9 @@
 //! What the drones of plans are to be told is shown to the checker before it becomes a version.
 
-use super::checking::PlanWays;
 use super::events::Happening;
 use super::fleet::Detour;
 use super::guard::{alarms_of, case_data};
+use super::plan_ways::PlanWays;
 use super::state::State;
 use crate::airspace::Airspace;
 use crate::checked::{self, Known};

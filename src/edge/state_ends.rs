@@ -1,7 +1,7 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::orders::Done;
+use super::orders::{Done, Seen};
 use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use super::planner::{Version, later};
 use super::state::State;
@@ -36,21 +36,6 @@ enum Holds {
     Pads,
     /// All that it took in flight.
     All,
-}
-
-/// What telemetry shows of a plan's drone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Seen {
-    /// It is in the air.
-    Departed,
-    /// It is off every way that it was told.
-    OffItsWays,
-    /// It is on one of them again.
-    OnItsWay,
-    /// It rests at the end of this version.
-    Landed(u32),
-    /// It has left the pad that it has landed on with this plan, which has ended.
-    LeftItsPad,
 }
 
 impl State {

@@ -10,6 +10,7 @@ use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
 use super::timers::Due;
 use super::views;
+use super::words;
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
@@ -268,7 +269,7 @@ impl State {
             self.tell_without_way(plan, None);
             return;
         }
-        let outcome = views::outcome_name(newest.outcome);
+        let outcome = words::outcome_name(newest.outcome);
         self.tell_outcome(kind, plan, outcome, &plan.affected_by);
     }
 

@@ -4,10 +4,10 @@
 //! in place of the newer version. Otherwise theirs takes the id, ours stays in force beside it under an id of the
 //! hold's, and an operator decides: to release writes ours in place of theirs, to reject drops ours.
 
+use super::entries::{ClosureEntry, Contested, HoldEntry};
 use super::events::Happening;
 use super::orders::{Decision, Done};
 use super::published::{Published, Thing, read_thing, says_the_same};
-use super::snapshot::{ClosureEntry, Contested, HoldEntry};
 use super::state::State;
 use super::state_outbox::Forward;
 use super::state_sync::namesake;

@@ -4,9 +4,9 @@
 //! thing at most two wait: the first may be on its way already, and whatever comes after it takes the place of
 //! the second.
 
+use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
 use super::published::{closure_body, zone_body};
-use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
 use super::state_sync::is_after;
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};

@@ -22,6 +22,10 @@ use std::sync::Arc;
 
 /// How much is done in a slice of the queue, in looks at a plan.
 const SLICE: usize = 1_024;
+/// What a recomposition costs, in looks.
+const RECOMPOSED_COST: usize = 16;
+/// And one that avoids other plans.
+const COST_AMONG_TRAFFIC: usize = 64;
 
 impl Snapshot {
     /// The plans that take any of what a closure closes, by their ids.
@@ -267,7 +271,13 @@ impl State {
             Affected::Told(detour) => {
                 let outcome = detour.outcome().name();
                 detours.push(*detour);
-                (outcome, self.planner.replanning_cost(&plan.reported))
+                let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
+                let cost = if minds_traffic {
+                    COST_AMONG_TRAFFIC
+                } else {
+                    RECOMPOSED_COST
+                };
+                (outcome, cost)
             }
         };
         self.settle(&task.causes, outcome);

@@ -1,9 +1,9 @@
 //! What the state has to do with the store: it begins with what is in it, and refuses what must not be lost
 //! while it fails.
 
+use super::entries::{ClosureEntry, ProposalEntry};
 use super::orders::Order;
 use super::plan_entry::PlanEntry;
-use super::snapshot::{ClosureEntry, ProposalEntry};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::store::Restored;

@@ -4,12 +4,12 @@
 //! operator. Where both sides have changed one thing, the stricter of both stays in force: see `state_holds`.
 
 use super::background::give_way;
+use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
 use super::orders::Done;
 use super::published::{Published, Thing, says_the_same};
-use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
-use super::sync::{Extent, Followed, Superseded, Tombstone};
+use super::sync::followed::{Extent, Followed, Superseded, Tombstone};
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use super::views;
 use crate::airspace::{Change, Closure};

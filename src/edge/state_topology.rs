@@ -4,10 +4,11 @@
 //! what is left of what they name, plans are flown on where their ways are as they were. Requests under way keep the
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
+use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use super::events::Happening;
 use super::new_network::{NewNetwork, Relay, not_laid};
 use super::orders::{Done, Order, Publication};
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported, ZoneEntry, revision_text};
+use super::snapshot::revision_text;
 use super::state::State;
 use crate::airspace::Closure;
 use crate::compose;
@@ -81,7 +82,7 @@ impl State {
             "name": topology.name(),
             "nodes": topology.node_count(),
             "segments": topology.segment_count(),
-            "sha256": super::answered::hex(topology.fingerprint()),
+            "sha256": super::words::hex(topology.fingerprint()),
         });
         self.events
             .push(Happening::new(EventKind::NetworkChanged, data));

@@ -4,7 +4,7 @@
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
 use super::fleet::{self, Detour};
-use super::orders::Done;
+use super::orders::{DeclineReason, Done};
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::Version;
 use super::progress;
@@ -22,17 +22,6 @@ use std::sync::Arc;
 
 /// So many declined versions are answered by another one; then an operator is called.
 const DECLINES_ANSWERED: u32 = 2;
-
-/// Why a drone does not take a version over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum DeclineReason {
-    /// It has not what it takes to fly so far: it is to land.
-    Unfit,
-    /// Something is in the way that the version begins with.
-    Obstructed,
-    /// The version begins where the drone is not any more.
-    Passed,
-}
 
 impl State {
     /// A drone flies a version: whichever of those that were sent.

@@ -7,7 +7,7 @@
 use super::background::{begin_turn, give_way};
 use super::events::Events;
 use super::fleet::Detour;
-use super::offers::Opened;
+use super::opened::Opened;
 use super::orders::{Order, Reply};
 use super::snapshot::Snapshot;
 use super::state::State;

@@ -5,11 +5,12 @@
 
 use super::Edge;
 use super::effects;
+use super::entries::ZoneEntry;
 use super::fleet::{self, Detour, DetourMeans};
-use super::orders::{Done, Order, Outcome};
+use super::orders::{Done, Order, Outcome, unexpected};
 use super::progress;
 use super::replies::Idempotency;
-use super::snapshot::{Snapshot, ZoneEntry};
+use super::snapshot::Snapshot;
 use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
@@ -360,9 +361,4 @@ impl Edge {
         }
         (airspace, detours)
     }
-}
-
-/// The writer answers every order in kind; anything else is a defect.
-pub(super) fn unexpected() -> Refusal {
-    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
 }

@@ -1,7 +1,7 @@
 //! The planner without battery and clock: the shortest open way, at nominal times.
 
 use super::{
-    Answer, Asked, Concern, Course, Displaced, Planner, Scene, Stated, Terms, Version, Wanted,
+    Answer, Asked, Course, Displaced, Occasion, Planner, Scene, Stated, Terms, Version, Wanted,
 };
 use crate::airspace::{Airspace, Change, Closure};
 use crate::checked::{self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer};
@@ -9,7 +9,7 @@ use crate::checker::Fault;
 use crate::compose::{compose, equip};
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
-use crate::edge::progress::{self, Ahead, Progress};
+use crate::edge::progress::{self, Ahead};
 use crate::edge::scratches::Scratches;
 use crate::edge::stretches::Stretch;
 use crate::edge::tables::Tables;
@@ -29,8 +29,6 @@ use std::sync::Arc;
 pub(in crate::edge) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
 /// Up to this many nodes the exact answer without a table takes well under a millisecond.
 const SMALL_NODES: usize = 20_000;
-/// What a recomposition costs, in looks at a plan.
-const RECOMPOSED_COST: usize = 16;
 
 /// The planner without battery and clock.
 #[derive(Clone, Debug)]
@@ -60,27 +58,6 @@ impl ByDistance {
         let found = search(&mut scratch);
         self.scratches.give_back(scratch);
         found
-    }
-
-    /// What is flown over the way of an answer, with contingencies to a destination.
-    fn course(
-        &self,
-        scene: Scene<'_>,
-        world: &World<'_>,
-        (plan, destination): (&PlanEntry, NodeIx),
-        told: &Recomposition,
-    ) -> Course {
-        let (way, stretch_m) = (told.path.clone(), told.first_stretch_m);
-        let speed_mps = plan.airspeed_mps;
-        let composition = self.searching(scene.topology(), |scratch| {
-            equip(world, way, stretch_m, destination, speed_mps, scratch)
-        });
-        Course {
-            composition,
-            flight: None,
-            departs_at: scene.now,
-            stretch: Stretch::of(scene.airspace, told.reentry),
-        }
     }
 }
 
@@ -171,11 +148,6 @@ impl Planner for ByDistance {
         Answer::by_distance(told)
     }
 
-    fn recompose_plainly(&self, _: Scene<'_>, _: &Request, _: &Answer) -> Option<Answer> {
-        // What goes instead of an answer begins with that.
-        None
-    }
-
     fn replan(
         &self,
         scene: Scene<'_>,
@@ -200,45 +172,25 @@ impl Planner for ByDistance {
         Some(self.replan(scene, plan, displaced.request?, at))
     }
 
-    fn course_after_report(
+    fn course(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        request: &Request,
+        (occasion, request): (Occasion, &Request),
         answer: &Answer,
     ) -> Option<Course> {
         let told = &answer.told;
-        let destination = match told.outcome {
-            // A drone that holds on the ground keeps its plan until the zone over it has ended.
-            Outcome::NoRoute | Outcome::Unaffected | Outcome::Hold => return None,
-            Outcome::Diverted => *told.path.nodes.last()?,
-            Outcome::Rerouted => request.report.destination,
-        };
-        let airspace = as_reported(scene.airspace, request, scene.now);
-        let world = World {
-            airspace: &airspace,
-            trees: None,
-        };
-        Some(self.course(scene, &world, (plan, destination), told))
-    }
-
-    fn course_after_change(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        request: &Request,
-        answer: &Answer,
-    ) -> Option<Course> {
-        let told = &answer.told;
+        let has_reported = occasion == Occasion::Report;
         let destination = match told.outcome {
             // A drone that holds on the ground keeps its plan until the zone over it has ended.
             Outcome::NoRoute | Outcome::Hold => return None,
+            Outcome::Unaffected if has_reported => return None,
             Outcome::Diverted => *told.path.nodes.last()?,
-            Outcome::Rerouted | Outcome::Unaffected => plan.destination,
+            Outcome::Rerouted | Outcome::Unaffected => request.report.destination,
         };
         // What its drone has reported stays closed in its contingencies too.
-        let closes_leg = request.report.failure.closes_leg();
-        let imagined = closes_leg.then(|| as_reported(scene.airspace, request, scene.now));
+        let closes = has_reported || request.report.failure.closes_leg();
+        let imagined = closes.then(|| as_reported(scene.airspace, request, scene.now));
         let world = match &imagined {
             Some(airspace) => World {
                 airspace,
@@ -246,7 +198,17 @@ impl Planner for ByDistance {
             },
             None => self.world(scene),
         };
-        Some(self.course(scene, &world, (plan, destination), told))
+        let (way, stretch_m) = (told.path.clone(), told.first_stretch_m);
+        let speed_mps = plan.airspeed_mps;
+        let composition = self.searching(scene.topology(), |scratch| {
+            equip(&world, way, stretch_m, destination, speed_mps, scratch)
+        });
+        Some(Course {
+            composition,
+            flight: None,
+            departs_at: scene.now,
+            stretch: Stretch::of(scene.airspace, told.reentry),
+        })
     }
 
     fn with_contingencies(&self, scene: Scene<'_>, plan: &PlanEntry, version: Version) -> Version {
@@ -375,22 +337,6 @@ impl Planner for ByDistance {
         let is_in_force = scene.airspace.is_in_force(&closure.id);
         let first = || progress::first_hit(version, ahead, closure, scene.topology());
         is_in_force.then(first).flatten()
-    }
-
-    fn minds(&self, _: Concern, _: Option<&Version>) -> bool {
-        false
-    }
-
-    fn replanning_cost(&self, _version: &Version) -> usize {
-        RECOMPOSED_COST
-    }
-
-    fn improves(&self, _: &PlanEntry, _: &Progress, _: &Answer) -> bool {
-        false
-    }
-
-    fn is_off(&self, _: &Topology, _: &Version, _: &Progress, _: &Sighting) -> bool {
-        false
     }
 }
 

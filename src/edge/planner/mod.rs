@@ -13,7 +13,7 @@ mod version;
 pub(super) use answer::{Answer, Course};
 pub(super) use by_distance::{DEFAULT_AIRSPEED_MPS, way_is_open};
 pub(super) use flown::{DetourEnd, FlightOrder, FlownVersion, LegEnds};
-pub(super) use scene::{Asked, Concern, Displaced, Scene, Stated, Terms, Wanted};
+pub(super) use scene::{Asked, Concern, Displaced, Occasion, Scene, Stated, Terms, Wanted};
 pub(super) use traffic::{OccupationKey, Own, PadKey, Traffic, stays};
 pub(super) use version::{Sent, Version, later};
 
@@ -84,12 +84,9 @@ pub(super) trait Planner: Debug + Send + Sync {
     -> Answer;
 
     /// The same without anything that was worked out before, where that may be another answer.
-    fn recompose_plainly(
-        &self,
-        scene: Scene<'_>,
-        request: &Request,
-        refused: &Answer,
-    ) -> Option<Answer>;
+    fn recompose_plainly(&self, _: Scene<'_>, _: &Request, _refused: &Answer) -> Option<Answer> {
+        None
+    }
 
     /// Answers the drone of a plan that is on a leg when the world has changed; gives with it what was asked, which for one
     /// that stands on a pad is asked from there.
@@ -109,22 +106,13 @@ pub(super) trait Planner: Debug + Send + Sync {
         displaced: Displaced<'_>,
     ) -> Option<(Request, Answer)>;
 
-    /// What the drone of a plan flies after the answer to a report of its own, each leg with its contingencies; `None` where it
+    /// What the drone of a plan flies after an answer, each leg with its contingencies; `None` where there is nothing, or it
     /// goes on as it was.
-    fn course_after_report(
+    fn course(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        request: &Request,
-        answer: &Answer,
-    ) -> Option<Course>;
-
-    /// The same after a change; `None` where there is nothing to fly.
-    fn course_after_change(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        request: &Request,
+        asked: (Occasion, &Request),
         answer: &Answer,
     ) -> Option<Course>;
 
@@ -195,20 +183,17 @@ pub(super) trait Planner: Debug + Send + Sync {
     ) -> Option<usize>;
 
     /// Whether something makes a difference to a version; to any, where none is named.
-    fn minds(&self, concern: Concern, version: Option<&Version>) -> bool;
-
-    /// What it costs to answer the drone that flies a version, in looks at a plan.
-    fn replanning_cost(&self, version: &Version) -> usize;
+    fn minds(&self, _: Concern, _: Option<&Version>) -> bool {
+        false
+    }
 
     /// Whether an answer is better than what the drone of a plan flies, by more than it costs to tell.
-    fn improves(&self, plan: &PlanEntry, progress: &Progress, answer: &Answer) -> bool;
+    fn improves(&self, _: &PlanEntry, _: &Progress, _: &Answer) -> bool {
+        false
+    }
 
     /// Whether a drone was seen earlier, later or emptier than its version has it where it is, by more than is tolerated.
-    fn is_off(
-        &self,
-        topology: &Topology,
-        version: &Version,
-        progress: &Progress,
-        sighting: &Sighting,
-    ) -> bool;
+    fn is_off(&self, _: &Topology, _: &Version, _: &Progress, _: &Sighting) -> bool {
+        false
+    }
 }

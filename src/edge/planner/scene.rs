@@ -102,3 +102,12 @@ pub(in crate::edge) enum Concern {
     /// That there may be a better way.
     Improvement,
 }
+
+/// Why a drone is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::edge) enum Occasion {
+    /// It has reported a failure.
+    Report,
+    /// Something has changed.
+    Change,
+}

@@ -2,7 +2,7 @@
 
 use super::Ground;
 use crate::delivery::{NoDelivery, severance};
-use crate::edge::views::{instant, node_id, text};
+use crate::edge::words::{instant, node_id, text};
 use crate::flight::TimedClosure;
 use crate::formats::flight_cause_text;
 use crate::itinerary::{FlightCause, FlightOpening};

@@ -10,8 +10,8 @@ use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::planner::by_distance::{ByDistance, as_asked, standing_at};
 use crate::edge::planner::{
-    Answer, Asked, Concern, Course, Displaced, FlownVersion, Planner, Scene, Stated, Terms,
-    Version, Wanted, later,
+    Answer, Asked, Concern, Course, Displaced, FlownVersion, Occasion, Planner, Scene, Stated,
+    Terms, Version, Wanted, later,
 };
 use crate::edge::progress::{self, Ahead, Progress};
 use crate::edge::settings::Settings;
@@ -35,8 +35,6 @@ const LEAST_GAIN_M: f64 = 10.0;
 const LEAST_GAIN_S: f64 = 60.0;
 /// Nor what saves less energy, in watt hours.
 const LEAST_GAIN_WH: f64 = 0.5;
-/// What a recomposition costs, in looks at a plan.
-const RECOMPOSED_COST: usize = 64;
 
 /// The planner with battery and clock. Of whom it knows too little, and what was planned without it, it leaves to the other.
 #[derive(Debug)]
@@ -230,40 +228,26 @@ impl Planner for Flown {
         Some((request, answer))
     }
 
-    fn course_after_report(
+    fn course(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        request: &Request,
-        answer: &Answer,
-    ) -> Option<Course> {
-        match &answer.flight {
-            // Also where it flies on as it was: its legs, its stops and their pads are at other times now.
-            Some(flight) => flight.course(),
-            None => self
-                .by_distance
-                .course_after_report(scene, plan, request, answer),
-        }
-    }
-
-    fn course_after_change(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        request: &Request,
+        (occasion, request): (Occasion, &Request),
         answer: &Answer,
     ) -> Option<Course> {
         let Some(flight) = &answer.flight else {
-            return self
-                .by_distance
-                .course_after_change(scene, plan, request, answer);
+            let asked = (occasion, request);
+            return self.by_distance.course(scene, plan, asked, answer);
         };
-        let course = flight.course()?;
-        let first = *course.composition.way.nodes.first()?;
+        // Also where it flies on as it was: its legs, its stops and their pads are at other times now.
+        let (version, way) = flight.version.as_ref()?;
+        let first = *way.way.nodes.first()?;
         let stretch_m = answer.told.first_stretch_m;
         Some(Course {
+            composition: way.clone(),
+            flight: Some(version.clone()),
+            departs_at: flight.departs_at,
             stretch: Stretch::between(scene.airspace, &request.report, first, stretch_m),
-            ..course
         })
     }
 
@@ -421,13 +405,6 @@ impl Planner for Flown {
 
     fn minds(&self, _concern: Concern, version: Option<&Version>) -> bool {
         version.is_none_or(|version| version.flight.is_some())
-    }
-
-    fn replanning_cost(&self, version: &Version) -> usize {
-        match version.flight {
-            Some(_) => RECOMPOSED_COST,
-            None => self.by_distance.replanning_cost(version),
-        }
     }
 
     fn improves(&self, plan: &PlanEntry, progress: &Progress, answer: &Answer) -> bool {

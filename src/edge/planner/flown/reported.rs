@@ -9,7 +9,7 @@ use crate::delivery::{
 };
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
-use crate::edge::planner::{Answer, Asked, Course, Own, Scene};
+use crate::edge::planner::{Answer, Asked, Own, Scene};
 use crate::edge::progress::progress;
 use crate::flight::{Aloft, Location};
 use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
@@ -92,17 +92,6 @@ pub(in crate::edge) struct Flight {
 }
 
 impl Flight {
-    /// What is flown; `None` where there is nothing.
-    pub(super) fn course(&self) -> Option<Course> {
-        let (version, way) = self.version.as_ref()?;
-        Some(Course {
-            composition: way.clone(),
-            flight: Some(version.clone()),
-            departs_at: self.departs_at,
-            stretch: None,
-        })
-    }
-
     /// All that it was computed from beside its report and the closures in force, as a document; of the scene that it was
     /// computed in.
     pub(in crate::edge) fn question(&self, scene: Scene<'_>, request: &Request) -> Value {

@@ -2,7 +2,7 @@
 
 use super::{DetourEnd, FlownVersion};
 use crate::edge::planner::later;
-use crate::edge::views::{instant, node_id, text};
+use crate::edge::words::{instant, node_id, text};
 use crate::flight::StopKind;
 use crate::itinerary::{Objective, Value};
 use crate::network::Topology;
