@@ -1,4 +1,4 @@
-//! Compiles the proto files: messages, servers and clients, and the descriptors that reflection tells. Tells the
+//! Compiles the proto files: messages and servers, and the descriptors that reflection tells. Tells the
 //! package which compiler and profile it is built with.
 
 #[cfg(feature = "edge")]
@@ -64,7 +64,8 @@ mod proto {
         let descriptors = protox::compile(FILES, [FOLDER])?;
         write_descriptors(&descriptors.encode_to_vec())?;
         tonic_prost_build::configure()
-            // The client is generic over what carries it, so that it needs no transport of its own.
+            // Clients generate their own.
+            .build_client(false)
             .build_transport(false)
             // The time of google.protobuf is generated beside ours: one crate less.
             .compile_well_known_types(true)

@@ -35,7 +35,7 @@ enum Source {
     Simulated(Simulation),
     Runtime(RuntimeTime),
     ByHand(watch::Receiver<Timestamp>),
-    ByTwoHands(Arc<Judged<watch::Receiver<Times>>>),
+    Manual(Arc<Judged<watch::Receiver<Times>>>),
 }
 
 /// The wall clock's time, and that of a clock that only goes forward.
@@ -164,19 +164,19 @@ impl Clock {
     }
 
     /// A clock that shows `start` until its hand is moved.
-    pub fn by_hand(start: Timestamp) -> (Self, Hand) {
+    pub fn by_hand(start: Timestamp) -> (Self, ManualClock) {
         let (hand, clock) = watch::channel(start);
-        (Self(Source::ByHand(clock)), Hand(hand))
+        (Self(Source::ByHand(clock)), ManualClock(hand))
     }
 
     /// A clock as the machine's, of which both the wall clock and the time that only goes forward are moved by hand.
-    pub fn by_two_hands(start: Timestamp) -> (Self, TwoHands) {
+    pub fn by_two_hands(start: Timestamp) -> (Self, ManualClocks) {
         let (hands, clocks) = watch::channel(Times {
             wall: start,
             monotonic: Duration::ZERO,
         });
-        let clock = Self(Source::ByTwoHands(Arc::new(Judged::new(clocks))));
-        (clock, TwoHands(hands))
+        let clock = Self(Source::Manual(Arc::new(Judged::new(clocks))));
+        (clock, ManualClocks(hands))
     }
 
     /// The time now.
@@ -188,7 +188,7 @@ impl Clock {
     pub fn reading(&self) -> Reading {
         match &self.0 {
             Source::Real(machine) => machine.reading(),
-            Source::ByTwoHands(clocks) => clocks.reading(),
+            Source::Manual(clocks) => clocks.reading(),
             Source::Simulated(simulation) => {
                 Reading::of(simulation.after(monotonic_since(simulation.began)))
             }
@@ -201,7 +201,7 @@ impl Clock {
     pub fn confirm(&self) -> Option<SignedDuration> {
         match &self.0 {
             Source::Real(machine) => machine.confirm(),
-            Source::ByTwoHands(clocks) => clocks.confirm(),
+            Source::Manual(clocks) => clocks.confirm(),
             Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => None,
         }
     }
@@ -209,7 +209,7 @@ impl Clock {
     /// What answers say of this clock. One moved by hand is no more real than a simulator's.
     pub fn kind(&self) -> ClockKind {
         match &self.0 {
-            Source::Real(_) | Source::ByTwoHands(_) => ClockKind::Real,
+            Source::Real(_) | Source::Manual(_) => ClockKind::Real,
             Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => ClockKind::Simulated,
         }
     }
@@ -219,7 +219,7 @@ impl Clock {
         match &self.0 {
             Source::Real(_) => ClockSource::Real,
             Source::Simulated(_) | Source::Runtime(_) => ClockSource::Simulated,
-            Source::ByHand(_) | Source::ByTwoHands(_) => ClockSource::Manual,
+            Source::ByHand(_) | Source::Manual(_) => ClockSource::Manual,
         }
     }
 
@@ -228,7 +228,7 @@ impl Clock {
         match &self.0 {
             Source::Real(_) | Source::Runtime(_) => 1.0,
             Source::Simulated(simulation) => simulation.rate,
-            Source::ByHand(_) | Source::ByTwoHands(_) => 0.0,
+            Source::ByHand(_) | Source::Manual(_) => 0.0,
         }
     }
 
@@ -236,7 +236,7 @@ impl Clock {
     /// the hand's.
     pub fn stopwatch(&self) -> Stopwatch {
         match &self.0 {
-            Source::Real(_) | Source::Simulated(_) | Source::ByTwoHands(_) => {
+            Source::Real(_) | Source::Simulated(_) | Source::Manual(_) => {
                 Stopwatch(Began::Machine(monotonic_now()))
             }
             Source::Runtime(_) => Stopwatch(Began::Runtime(tokio::time::Instant::now())),
@@ -262,7 +262,7 @@ impl Clock {
             Source::Real(_) => Some(left.min(LONGEST_WAIT)),
             Source::Simulated(simulation) => Some(scaled(left, simulation.rate)),
             Source::Runtime(_) => Some(left),
-            Source::ByHand(_) | Source::ByTwoHands(_) => None,
+            Source::ByHand(_) | Source::Manual(_) => None,
         }
     }
 
@@ -277,7 +277,7 @@ impl Clock {
             }
             return;
         }
-        if let Source::ByTwoHands(clocks) = &self.0 {
+        if let Source::Manual(clocks) = &self.0 {
             let mut moved = clocks.clocks.clone();
             while self.now() < instant {
                 if moved.changed().await.is_err() {
@@ -304,9 +304,9 @@ fn scaled(left: Duration, rate: f64) -> Duration {
 
 /// What moves a clock by hand.
 #[derive(Debug)]
-pub struct Hand(watch::Sender<Timestamp>);
+pub struct ManualClock(watch::Sender<Timestamp>);
 
-impl Hand {
+impl ManualClock {
     /// Sets the clock, forward or back.
     pub fn set(&self, now: Timestamp) {
         self.0.send_replace(now);
@@ -322,9 +322,9 @@ impl Hand {
 
 /// What moves both clocks by hand.
 #[derive(Debug)]
-pub struct TwoHands(watch::Sender<Times>);
+pub struct ManualClocks(watch::Sender<Times>);
 
-impl TwoHands {
+impl ManualClocks {
     /// Lets time pass on both.
     pub fn advance(&self, by: Duration) {
         self.0.send_modify(|times| {

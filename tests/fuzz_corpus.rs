@@ -2,6 +2,8 @@
 
 #![expect(clippy::disallowed_methods, reason = "tests read the corpus")]
 
+#[path = "../fuzz/bodies/feed.rs"]
+mod feed;
 #[path = "../fuzz/bodies/json_report.rs"]
 mod json_report;
 #[path = "../fuzz/bodies/network.rs"]
@@ -45,6 +47,11 @@ fn failure_reports() {
 #[test]
 fn zones() {
     replay("zone", zone::run);
+}
+
+#[test]
+fn feeds_of_zones() {
+    replay("feed", feed::run);
 }
 
 #[test]

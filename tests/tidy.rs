@@ -8,6 +8,8 @@
     reason = "the rules read the repository's own files"
 )]
 
+#[path = "tidy/circles.rs"]
+mod circles;
 #[path = "tidy/layers.rs"]
 mod layers;
 #[path = "tidy/markdown.rs"]
@@ -19,6 +21,7 @@ mod rust;
 #[path = "tidy/wire_only.rs"]
 mod wire_only;
 
+use circles::large_circles;
 use layers::{impurities, wrong_arrows, wrong_dependencies};
 use markdown::{anchors, links};
 use repository::{File, repository};
@@ -74,6 +77,11 @@ fn arrows_go_down() {
     let files = repository();
     accept(files.iter().flat_map(wrong_arrows));
     accept(files.iter().flat_map(wrong_dependencies));
+}
+
+#[test]
+fn files_do_not_go_round_in_circles() {
+    accept(large_circles(&repository()).into_iter());
 }
 
 #[test]

@@ -43,7 +43,7 @@ impl Passages<'_> {
         tree.expect("every destination has its tree")
     }
 
-    fn taken_in(&self, index: usize, searcher: &mut Searcher) -> DestinationTree {
+    fn repaired(&self, index: usize, searcher: &mut Searcher) -> DestinationTree {
         let zone = self.workload.passages[index].zone;
         let blocked = self.workload.airspaces[zone].closed().blocked_segments();
         searcher.tree_taking_in(&self.intact(index), &self.closed(index), blocked)
@@ -70,8 +70,8 @@ impl Passages<'_> {
                 peer.dijkstra_m(&self.closed(index), passage.source, passage.destination);
             let before_m = self.length_m(index, &self.intact(index), searcher);
             assert_same("around a zone", before_m, oracle_m);
-            let taken_in = self.taken_in(index, searcher);
-            let after_m = self.length_m(index, &taken_in, searcher);
+            let repaired = self.repaired(index, searcher);
+            let after_m = self.length_m(index, &repaired, searcher);
             assert_same("after taking it in", after_m, oracle_m);
         }
         println!(
@@ -100,17 +100,17 @@ pub(crate) fn measure(workload: &Workload) {
     first.print("exact, first request");
     let some = passages.count().min(TREES_TAKEN_IN * workload.zones.len());
     let trees: Vec<DestinationTree> = (0..some)
-        .map(|index| passages.taken_in(index, &mut searcher))
+        .map(|index| passages.repaired(index, &mut searcher))
         .collect();
     let after = Percentiles::of(some, |index| {
         passages.length_m(index, &trees[index], &mut searcher)
     });
     after.print("exact, the zone taken in");
-    let taking = Percentiles::of(some, |index| passages.taken_in(index, &mut searcher));
+    let taking = Percentiles::of(some, |index| passages.repaired(index, &mut searcher));
     taking.print("taking it in, per destination");
     let mut recomputed = 0;
     for index in 0..some {
-        passages.taken_in(index, &mut searcher);
+        passages.repaired(index, &mut searcher);
         recomputed += searcher.settled();
     }
     let nodes = workload.topology.node_count();

@@ -9,7 +9,7 @@ use skyway::flight::{FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
 use skyway::recompose::{Request, Scratch, World};
-use skyway::routing::{Standing, Start, TreeCache, Way};
+use skyway::routing::{ClosureEpoch, Path, Start, TreeCache};
 use std::sync::Arc;
 
 const SEED: u64 = 1;
@@ -115,13 +115,13 @@ impl Workload {
     }
 
     /// The shortest way from a node to a destination with nothing closed.
-    fn way(&self, source: NodeIx, destination: NodeIx, scratch: &mut Scratch) -> Option<Way> {
+    fn way(&self, source: NodeIx, destination: NodeIx, scratch: &mut Scratch) -> Option<Path> {
         let standing = self.open_world().standing();
         let tree = self.trees.get(destination, standing)?;
         let nothing = RequestClosures::new(&self.topology);
         let closed = Closed::new(&self.topology, self.open.closed(), &nothing);
         let arrival = scratch.searcher().exact(&closed, &[at(source)], &tree)?;
-        let mut way = Way::default();
+        let mut way = Path::default();
         scratch
             .searcher()
             .append_way(arrival, Some(&tree), &mut way);
@@ -213,7 +213,7 @@ pub(crate) fn at(node: NodeIx) -> Start {
 }
 
 /// Which standing closures an airspace has.
-pub(crate) fn standing(airspace: &Airspace) -> Standing {
+pub(crate) fn standing(airspace: &Airspace) -> ClosureEpoch {
     World {
         airspace,
         trees: None,
@@ -232,6 +232,7 @@ pub(crate) fn zone(id: &str, ring: Vec<[f64; 2]>, topology: &Topology) -> Zone {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 0.0,
+        terms: Default::default(),
     };
     Zone::new(draft, topology.frame()).expect("the ring is a simple polygon")
 }

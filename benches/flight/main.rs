@@ -11,6 +11,7 @@
 )]
 #![expect(clippy::print_stdout, reason = "the table is what a bench is for")]
 
+mod checked;
 #[path = "../engine/percentiles.rs"]
 #[expect(dead_code, reason = "rows have more columns here than there")]
 mod percentiles;
@@ -48,6 +49,7 @@ fn main() {
             let workload = Workload::new(nodes, requests, objectives);
             workload.describe();
             queries::measure(&workload, objectives);
+            checked::measure(&workload, Objective::Distance);
         }
     }
     let picture = picture::energy();

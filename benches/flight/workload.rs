@@ -13,6 +13,7 @@ use skyway::itinerary::{
     Potentials, find,
 };
 use skyway::network::{Components, Generated, Joining, NodeIx, SegmentIx, Topology};
+use std::sync::Arc;
 
 const SEED: u64 = 1;
 const MAP_SIZE_M: f64 = 40_000.0;
@@ -39,7 +40,7 @@ pub(crate) struct Query {
 
 /// Network, world and requests.
 pub(crate) struct Workload {
-    pub(crate) topology: Topology,
+    pub(crate) topology: Arc<Topology>,
     pub(crate) airframe: Airframe,
     pub(crate) wind: WindField,
     pub(crate) rules: FlightRules,
@@ -231,7 +232,7 @@ impl Workload {
     }
 }
 
-fn network(nodes: usize, random: &mut Random) -> Topology {
+fn network(nodes: usize, random: &mut Random) -> Arc<Topology> {
     let generated = Generated {
         nodes,
         max_neighbours: 10,
@@ -244,7 +245,8 @@ fn network(nodes: usize, random: &mut Random) -> Topology {
     for node in &mut draft.nodes {
         node.pads = if random.share() < STATION_SHARE { 2 } else { 0 };
     }
-    Topology::build(draft, [0; 32]).expect("a generated network is valid")
+    let topology = Topology::build(draft, [0; 32]).expect("a generated network is valid");
+    Arc::new(topology)
 }
 
 fn situation(topology: &Topology, nodes: usize, random: &mut Random) -> Situation {
@@ -269,6 +271,7 @@ fn situation(topology: &Topology, nodes: usize, random: &mut Random) -> Situatio
             band: AltitudeBand::UNLIMITED,
             windows: Vec::new(),
             margin_m: 0.0,
+            terms: Default::default(),
         };
         let zone = Zone::new(draft, topology.frame()).expect("a square");
         let hits = Hits::of(topology, &zone);

@@ -8,7 +8,7 @@ use skyway::airspace::{Airspace, Closed, RequestClosures, Zone, ZoneDraft, ZoneG
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{Components, NodeIx, SegmentIx, Topology, outer_box};
 use skyway::recompose::World;
-use skyway::routing::{DestinationTree, Searcher, Start, TreeCache, Way};
+use skyway::routing::{DestinationTree, Path, Searcher, Start, TreeCache};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -193,7 +193,7 @@ impl Draw {
     }
 
     /// The shortest way from a random source to one of the destinations, with nothing closed.
-    fn plan(&mut self, queries: &Queries, turn: usize) -> Option<Way> {
+    fn plan(&mut self, queries: &Queries, turn: usize) -> Option<Path> {
         let destination = self.destinations[turn % self.destinations.len()];
         let place = self.below(self.connected.len());
         let source = self.connected[place];
@@ -201,7 +201,7 @@ impl Draw {
         let closed = Closed::new(&queries.topology, queries.open.closed(), &self.closures);
         let tree = queries.table(destination)?;
         let arrival = self.searcher.exact(&closed, &[at(source)], &tree)?;
-        let mut way = Way::default();
+        let mut way = Path::default();
         self.searcher.append_way(arrival, Some(&tree), &mut way);
         Some(way)
     }
@@ -215,7 +215,7 @@ impl Draw {
             .shortest(&closed, &[at(from)], to, astar, None);
         let oracle_m = queries.peer.dijkstra_m(&closed, from, to);
         assert_same("a query", arrival.map(|arrival| arrival.length_m), oracle_m);
-        let mut way = Way::default();
+        let mut way = Path::default();
         self.searcher.append_way(arrival?, None, &mut way);
         Some(Shortest {
             length_m: oracle_m?,
@@ -319,6 +319,7 @@ fn zone_about(topology: &Topology, centre: Point, turn: f64) -> (Zone, Vec<Point
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 0.0,
+        terms: Default::default(),
     };
     let zone = Zone::new(draft, frame).expect("the ring is a simple polygon");
     (zone, ring)

@@ -210,9 +210,9 @@ impl Figures {
             }
             return;
         }
-        let taking = Percentiles::of(some, |index| passages.taken_in(index, &mut searcher));
+        let taking = Percentiles::of(some, |index| passages.repaired(index, &mut searcher));
         let trees: Vec<DestinationTree> = (0..some)
-            .map(|index| passages.taken_in(index, &mut searcher))
+            .map(|index| passages.repaired(index, &mut searcher))
             .collect();
         let after = Percentiles::of(some, |index| {
             passages.length_m(index, Some(&trees[index]), &mut searcher)
@@ -256,7 +256,7 @@ impl<'a> Passages<'a> {
         self.workload.trees.get(destination, world)
     }
 
-    fn taken_in(&self, index: usize, searcher: &mut Searcher) -> DestinationTree {
+    fn repaired(&self, index: usize, searcher: &mut Searcher) -> DestinationTree {
         let intact = self.intact(index).expect("every destination has its table");
         let airspace = &self.workload.airspaces[self.workload.passages[index].zone];
         let blocked = airspace.closed().blocked_segments();
@@ -320,9 +320,9 @@ fn check(workload: &Workload) {
     for (index, passage) in workload.passages.iter().take(CHECKED).enumerate() {
         let closed = passages.closed(index);
         let oracle_m = peer.dijkstra_m(&closed, passage.source, passage.destination);
-        let taken_in = passages.taken_in(index, &mut searcher);
+        let repaired = passages.repaired(index, &mut searcher);
         let intact = passages.intact(index);
-        for tree in [Some(&taken_in), intact.as_deref(), None] {
+        for tree in [Some(&repaired), intact.as_deref(), None] {
             let ours_m = passages.length_m(index, tree, &mut searcher);
             assert_same("around a zone", ours_m, oracle_m);
         }

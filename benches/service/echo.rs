@@ -120,24 +120,8 @@ impl recomposition_server::Recomposition for Echo {
         &self,
         _: Request<proto::ReportFailuresRequest>,
     ) -> std::result::Result<Response<proto::ReportFailuresResponse>, Status> {
-        Err(not_echoed())
+        Err(Status::unimplemented(
+            "the echo answers single failure reports",
+        ))
     }
-
-    async fn list_recompositions(
-        &self,
-        _: Request<proto::ListRecompositionsRequest>,
-    ) -> std::result::Result<Response<proto::ListRecompositionsResponse>, Status> {
-        Err(not_echoed())
-    }
-
-    async fn get_recomposition(
-        &self,
-        _: Request<proto::GetRecompositionRequest>,
-    ) -> std::result::Result<Response<proto::Record>, Status> {
-        Err(not_echoed())
-    }
-}
-
-fn not_echoed() -> Status {
-    Status::unimplemented("the echo answers single failure reports")
 }

@@ -8,7 +8,7 @@ use skyway::airspace::{Airspace, Closed, RequestClosures};
 use skyway::formats::{load_network, node_id};
 use skyway::network::bundled::{SYDNEY_CBD, SYDNEY_CBD_NAME};
 use skyway::network::{Components, NodeIx, Topology};
-use skyway::routing::{Searcher, Start, Way};
+use skyway::routing::{Path, Searcher, Start};
 use skyway::wire::{DroneFacts, FailureReport, FailureType, Id, Place, Service};
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ impl Workload {
     }
 }
 
-fn shortest_way(topology: &Arc<Topology>, source: NodeIx, destination: NodeIx) -> Option<Way> {
+fn shortest_way(topology: &Arc<Topology>, source: NodeIx, destination: NodeIx) -> Option<Path> {
     let now = jiff::Timestamp::UNIX_EPOCH;
     let horizon = jiff::SignedDuration::from_mins(60);
     let airspace = Airspace::open(topology.clone(), 1, now, horizon);
@@ -82,7 +82,7 @@ fn shortest_way(topology: &Arc<Topology>, source: NodeIx, destination: NodeIx) -
         offset_m: 0.0,
     };
     let arrival = searcher.exact(&closed, &[start], &tree)?;
-    let mut way = Way::default();
+    let mut way = Path::default();
     searcher.append_way(arrival, Some(&tree), &mut way);
     Some(way)
 }

@@ -3,7 +3,7 @@
 use crate::networks::{airspaces, now};
 use serde_json::json;
 use skyway::airspace::Airspace;
-use skyway::formats::{Known, parse_report, settle_report, settled_report};
+use skyway::formats::{Known, parse_report, resolve_report, settled_report};
 use skyway::recompose::{Outcome, Scratch, World, recompose};
 use skyway::wire::FailureReport;
 
@@ -30,13 +30,13 @@ fn answer(report: &FailureReport, airspace: &Airspace) {
         now: Some(now()),
         ..Known::nothing()
     };
-    let Ok(first) = settle_report(report, &known, airspace, &mut Vec::new()) else {
+    let Ok(first) = resolve_report(report, &known, airspace, &mut Vec::new()) else {
         return;
     };
     let written = json!(settled_report(&first, topology)).to_string();
     let read = parse_report(written.as_bytes()).expect("what is written is an object");
     assert_eq!(read.warnings, [], "{written}");
-    let again = settle_report(&read.report, &Known::nothing(), airspace, &mut Vec::new())
+    let again = resolve_report(&read.report, &Known::nothing(), airspace, &mut Vec::new())
         .expect("what is written is located");
     assert_eq!(again.request, first.request, "{written}");
 

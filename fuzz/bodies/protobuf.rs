@@ -3,7 +3,7 @@
 use crate::networks::airspaces;
 use prost::Message;
 use skyway::api::grpc::{FromProto, IntoProto, proto};
-use skyway::formats::{Known, settle_report};
+use skyway::formats::{Known, resolve_report};
 use skyway::wire;
 
 /// Decodes the bytes as every request there is.
@@ -27,14 +27,11 @@ pub(crate) fn run(bytes: &[u8]) {
     }
     decoded::<proto::CreatePlanRequest>(bytes);
     decoded::<proto::ListPlansRequest>(bytes);
-    decoded::<proto::CreateZoneRequest>(bytes);
-    decoded::<proto::PutZoneRequest>(bytes);
-    decoded::<proto::CreateClosureRequest>(bytes);
-    decoded::<proto::ChangeClosureRequest>(bytes);
-    decoded::<proto::DecideProposalRequest>(bytes);
+    decoded::<proto::DeclinePlanRequest>(bytes);
+    decoded::<proto::CompletePlanRequest>(bytes);
     decoded::<proto::GetNetworkRequest>(bytes);
     decoded::<proto::NearestRequest>(bytes);
-    decoded::<proto::GetRecompositionRequest>(bytes);
+    decoded::<proto::WatchEventsRequest>(bytes);
 }
 
 /// What decodes is a message: encoded, it decodes again.
@@ -52,7 +49,7 @@ fn failure_report(message: &proto::FailureReport) {
         let report =
             wire::FailureReport::from_proto(message.clone()).expect("every report can be read");
         // Refused or not, it must only end.
-        let _outcome = settle_report(&report, &Known::nothing(), airspace, &mut Vec::new());
+        let _outcome = resolve_report(&report, &Known::nothing(), airspace, &mut Vec::new());
         let _message: proto::FailureReport = report.into_proto();
     }
 }

@@ -40,7 +40,7 @@ mod watch;
 
 use clap::{Args, Parser, Subcommand};
 use report::Report;
-use run::{Manner, Target, eprintln_line};
+use run::{RunOptions, Target, eprintln_line};
 use scenario::Scenario;
 use std::error::Error;
 use std::io::Write;
@@ -225,7 +225,7 @@ fn run_scenarios(arguments: &RunArguments) -> Result<ExitCode> {
         (None, Some(address)) => Target::Address(address),
         (None, None) => return Err(Unsuitable("name --server or --address".into()).into()),
     };
-    let manner = Manner {
+    let manner = RunOptions {
         is_pinned: cores::take_second(),
         is_quick: arguments.quick,
         target,
@@ -255,7 +255,7 @@ fn interrupted() -> Result<ExitCode> {
 async fn run_all(
     arguments: &RunArguments,
     scenarios: &[Scenario],
-    manner: &Manner,
+    manner: &RunOptions,
 ) -> Result<ExitCode> {
     let mut report = Report {
         begun_at: jiff::Timestamp::now().to_string(),

@@ -155,7 +155,7 @@ impl Mix {
         let centre = [west + x * (east - west), south + y * (north - south)];
         Asked {
             name: "post_zone",
-            wanted: requests::zone(self.dialect, &zone, centre),
+            wanted: requests::zone(&zone, centre),
             reading: Reading::Posted { zone },
         }
     }
@@ -198,7 +198,7 @@ impl Mix {
         let oldest = standing.pop_front()?;
         Some(Asked {
             name,
-            wanted: requests::removal(self.dialect, &oldest),
+            wanted: requests::removal(&oldest),
             reading: Reading::Removed(oldest),
         })
     }
@@ -259,7 +259,7 @@ impl Source for Mix {
                 Seen::default()
             }
             Reading::Posted { zone } => {
-                if let Some(etag) = requests::zone_etag(self.dialect, told) {
+                if let Some(etag) = told.etag.clone() {
                     let id = zone.clone();
                     self.stands(Standing::Zone { id, etag });
                 }

@@ -1,4 +1,4 @@
-//! Requests in both dialects, and what their answers say.
+//! Requests in both dialects, and what their answers say. What operators do is REST in both.
 
 use crate::load::Standing;
 use crate::measures::Seen;
@@ -17,17 +17,9 @@ use skyway::wire::{
 
 const REPORT_FAILURE: &str = "/skyway.v1.Recomposition/ReportFailure";
 const REPORT_FAILURES: &str = "/skyway.v1.Recomposition/ReportFailures";
-const LIST_RECOMPOSITIONS: &str = "/skyway.v1.Recomposition/ListRecompositions";
 const CREATE_PLAN: &str = "/skyway.v1.Plans/CreatePlan";
-const CANCEL_PLAN: &str = "/skyway.v1.Plans/CancelPlan";
 const GET_PLAN: &str = "/skyway.v1.Plans/GetPlan";
-const CREATE_ZONE: &str = "/skyway.v1.Airspace/CreateZone";
-const DELETE_ZONE: &str = "/skyway.v1.Airspace/DeleteZone";
-const LIST_ZONES: &str = "/skyway.v1.Airspace/ListZones";
-const LIST_CLOSURES: &str = "/skyway.v1.Airspace/ListClosures";
-const DELETE_CLOSURE: &str = "/skyway.v1.Airspace/DeleteClosure";
 const REPORT_TELEMETRY: &str = "/skyway.v1.Drones/ReportTelemetry";
-const GET_NODE: &str = "/skyway.v1.Network/GetNode";
 const NEAREST: &str = "/skyway.v1.Network/Nearest";
 
 /// How large the zones are that are posted, and how far beside a segment they still close it.
@@ -150,65 +142,17 @@ pub(crate) fn zone_feature(id: &str, centre: [f64; 2], from: Option<&str>) -> se
     })
 }
 
-pub(crate) fn zone(dialect: Dialect, id: &str, [x, y]: [f64; 2]) -> Wanted {
-    match dialect {
-        Dialect::Rest => post("/v1/zones", &zone_feature(id, [x, y], None)),
-        Dialect::Grpc => {
-            let circle = proto::Circle {
-                centre: Some(proto::Coordinates { x, y }),
-                radius_m: ZONE_RADIUS_M,
-            };
-            let zone = proto::Zone {
-                id: id.to_owned(),
-                reason: Some(ZONE_REASON.to_owned()),
-                margin_m: Some(ZONE_MARGIN_M),
-                geometry: Some(proto::zone::Geometry::Circle(circle)),
-                ..proto::Zone::default()
-            };
-            let message = proto::CreateZoneRequest {
-                zone: Some(zone),
-                ..proto::CreateZoneRequest::default()
-            };
-            call(CREATE_ZONE, &message)
-        }
-    }
+pub(crate) fn zone(id: &str, centre: [f64; 2]) -> Wanted {
+    post("/v1/zones", &zone_feature(id, centre, None))
 }
 
 /// Cancels a plan, lifts a zone or a closure.
-pub(crate) fn removal(dialect: Dialect, standing: &Standing) -> Wanted {
-    match (dialect, standing) {
+pub(crate) fn removal(standing: &Standing) -> Wanted {
+    match standing {
         // Where its drone is: without a place what it takes in flight would stay taken.
-        (Dialect::Rest, Standing::Plan(id)) => {
-            delete(format!("/v1/plans/{id}?leg=0&fraction=0"), None)
-        }
-        (Dialect::Rest, Standing::Zone { id, etag }) => {
-            delete(format!("/v1/zones/{id}"), Some(etag.clone()))
-        }
-        (Dialect::Rest, Standing::Closure(id)) => delete(format!("/v1/closures/{id}"), None),
-        (Dialect::Grpc, Standing::Plan(id)) => call(
-            CANCEL_PLAN,
-            &proto::CancelPlanRequest {
-                id: id.clone(),
-                leg: Some(0),
-                fraction: Some(0.0),
-                ..Default::default()
-            },
-        ),
-        (Dialect::Grpc, Standing::Zone { id, etag }) => {
-            let message = proto::DeleteZoneRequest {
-                id: id.clone(),
-                etag: Some(etag.clone()),
-                ..proto::DeleteZoneRequest::default()
-            };
-            call(DELETE_ZONE, &message)
-        }
-        (Dialect::Grpc, Standing::Closure(id)) => {
-            let message = proto::DeleteClosureRequest {
-                id: id.clone(),
-                ..proto::DeleteClosureRequest::default()
-            };
-            call(DELETE_CLOSURE, &message)
-        }
+        Standing::Plan(id) => delete(format!("/v1/plans/{id}?leg=0&fraction=0"), None),
+        Standing::Zone { id, etag } => delete(format!("/v1/zones/{id}"), Some(etag.clone())),
+        Standing::Closure(id) => delete(format!("/v1/closures/{id}"), None),
     }
 }
 
@@ -235,42 +179,25 @@ pub(crate) fn telemetry(dialect: Dialect, entries: Vec<TelemetryEntry>) -> Wante
 }
 
 pub(crate) fn question(dialect: Dialect, question: &Question<'_>) -> Wanted {
-    if dialect == Dialect::Rest {
-        return get(match question {
-            Question::Node(id) => format!("/v1/nodes/{id}"),
-            Question::Nearest([lon, lat]) => {
-                format!("/v1/nearest?lon={lon}&lat={lat}&k={NEAREST_NODES}")
-            }
-            Question::Plan(id) => format!("/v1/plans/{id}"),
-            Question::Zones => "/v1/zones".to_owned(),
-            Question::Closures => "/v1/closures".to_owned(),
-            Question::History => format!("/v1/recompositions?page_size={HISTORY_PAGE}"),
-        });
-    }
-    match question {
-        Question::Node(id) => {
-            let id = id.text().to_owned();
-            call(GET_NODE, &proto::GetNodeRequest { id })
+    match (dialect, question) {
+        (_, Question::Node(id)) => get(format!("/v1/nodes/{id}")),
+        (_, Question::Zones) => get("/v1/zones"),
+        (_, Question::Closures) => get("/v1/closures"),
+        (_, Question::History) => get(format!("/v1/recompositions?page_size={HISTORY_PAGE}")),
+        (Dialect::Rest, Question::Nearest([lon, lat])) => {
+            get(format!("/v1/nearest?lon={lon}&lat={lat}&k={NEAREST_NODES}"))
         }
-        Question::Nearest([x, y]) => {
+        (Dialect::Grpc, Question::Nearest([x, y])) => {
             let message = proto::NearestRequest {
                 location: Some(proto::Coordinates { x: *x, y: *y }),
                 k: Some(NEAREST_NODES),
             };
             call(NEAREST, &message)
         }
-        Question::Plan(id) => {
+        (Dialect::Rest, Question::Plan(id)) => get(format!("/v1/plans/{id}")),
+        (Dialect::Grpc, Question::Plan(id)) => {
             let id = (*id).to_owned();
             call(GET_PLAN, &proto::GetPlanRequest { id })
-        }
-        Question::Zones => call(LIST_ZONES, &proto::ListZonesRequest::default()),
-        Question::Closures => call(LIST_CLOSURES, &proto::ListClosuresRequest::default()),
-        Question::History => {
-            let message = proto::ListRecompositionsRequest {
-                page_size: Some(HISTORY_PAGE),
-                ..proto::ListRecompositionsRequest::default()
-            };
-            call(LIST_RECOMPOSITIONS, &message)
         }
     }
 }
@@ -349,12 +276,4 @@ pub(crate) fn batch(dialect: Dialect, told: &Told) -> Option<Seen> {
         rerouted: rerouted as u64,
         ..Seen::default()
     })
-}
-
-/// The version of a zone that was posted.
-pub(crate) fn zone_etag(dialect: Dialect, told: &Told) -> Option<String> {
-    match dialect {
-        Dialect::Rest => told.etag.clone(),
-        Dialect::Grpc => proto::ZoneAck::decode(told.body.clone()).ok()?.etag,
-    }
 }

@@ -35,7 +35,7 @@ pub(crate) enum Target {
 
 /// How everything is run.
 #[derive(Clone, Debug)]
-pub(crate) struct Manner {
+pub(crate) struct RunOptions {
     pub(crate) target: Target,
     /// The load has a core of its own.
     pub(crate) is_pinned: bool,
@@ -53,7 +53,7 @@ struct Loaded {
 /// A repetition: what is loaded, with what.
 struct Repetition<'a> {
     scenario: &'a Scenario,
-    manner: &'a Manner,
+    manner: &'a RunOptions,
     dialect: Dialect,
     number: usize,
     mix: Rc<Mix>,
@@ -69,7 +69,7 @@ struct Repetition<'a> {
 pub(crate) async fn scenario(
     scenario: &Scenario,
     dialect: Dialect,
-    manner: &Manner,
+    manner: &RunOptions,
 ) -> Result<ScenarioReport> {
     let mut runs = Vec::new();
     for number in 0..scenario.repetitions {
@@ -90,7 +90,7 @@ pub(crate) async fn scenario(
 async fn repetition(
     scenario: &Scenario,
     dialect: Dialect,
-    manner: &Manner,
+    manner: &RunOptions,
     number: usize,
 ) -> Result<Vec<RunReport>> {
     let folder = tempfile::tempdir()?;

@@ -48,8 +48,8 @@ pub(super) const EDGE: Outline = Outline {
 
 const DESCRIPTION: &str = "Exact recomposition of drone delivery routes on a skyway network, beside the airspace and the \
 plans that it depends on. Positions are longitude first; times are RFC 3339 in UTC; units are in the names of fields. \
-Every refusal is a problem document (RFC 9457) with a stable `code`; `/docs/problems` lists them. The same operations \
-are offered over gRPC with the same codes.";
+Every refusal is a problem document (RFC 9457) with a stable `code`; `/docs/problems` lists them. What drones \
+and simulators need is offered over gRPC too, with the same codes.";
 
 const TAGS: [(&str, &str); 8] = [
     (

@@ -5,8 +5,8 @@ use super::files;
 use super::names;
 use super::output::Output;
 use super::stop::Stop;
-use crate::airspace::{Airspace, Change, Closure, Zone};
-use crate::formats::{CloseTarget, miss_hint, read_zones};
+use crate::airspace::{Airspace, Change, Closure, DEFAULT_MARGIN_M, Zone};
+use crate::formats::{CloseTarget, FeedTerms, ForeignFormat, miss_hint, read_feed, read_zones};
 use crate::geo::Frame;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use clap::Args;
@@ -23,7 +23,7 @@ const TOPOLOGY_REVISION: u64 = 1;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Airspace")]
 pub(super) struct AirspaceArguments {
-    /// No-fly zones: a GeoJSON FeatureCollection; can be given more than once
+    /// No-fly zones: GeoJSON, ED-269, ED-318 or a plan of QGroundControl; can be given more than once
     #[arg(long, value_name = "FILE")]
     zones: Vec<PathBuf>,
     /// Close a node or a segment before the failure: a node id, a segment id, or A,B; can be given more than once
@@ -54,7 +54,8 @@ impl AirspaceArguments {
         let mut changes = Vec::new();
         for zone in zones_in(&self.zones, topology.frame())? {
             let closure = Closure::of_zone(topology, zone.clone());
-            if closure.hits.segments.is_empty() && closure.hits.nodes.is_empty() {
+            let meets_nothing = closure.hits.segments.is_empty() && closure.hits.nodes.is_empty();
+            if meets_nothing && zone.terms().kind.closes() {
                 let hint = miss_hint(&zone, topology);
                 output.warn(&format!("zone '{}': {hint}", zone.id()));
             }
@@ -90,10 +91,36 @@ pub(super) fn zones_in(paths: &[PathBuf], frame: &Frame) -> Result<Vec<Arc<Zone>
 
 fn zones_in_file(path: &Path, frame: &Frame) -> Result<Vec<Zone>, Stop> {
     let text = files::read_text(path)?;
+    if ForeignFormat::of_text(&text).is_some_and(ForeignFormat::has_zones) {
+        return zones_in_feed(path, &text, frame);
+    }
     read_zones(&text, frame).map_err(|problems| {
         let source = path.display().to_string();
         Stop::all_of(&source, &problems)
     })
+}
+
+/// The zones of a feed, of which none may be refused: nothing was in force before that could stay.
+fn zones_in_feed(path: &Path, text: &str, frame: &Frame) -> Result<Vec<Zone>, Stop> {
+    let source = path.display().to_string();
+    let terms = FeedTerms {
+        feed: &source,
+        prefix: "",
+        margin_m: DEFAULT_MARGIN_M,
+    };
+    let feed = read_feed(text, &terms, frame)
+        .map_err(|problem| Stop::all_of(&source, std::slice::from_ref(&problem)))?;
+    let (mut zones, mut problems) = (Vec::new(), Vec::new());
+    for zone in feed.zones {
+        match zone.outcome {
+            Ok(read) => zones.extend(read),
+            Err(found) => problems.extend(found),
+        }
+    }
+    match problems.is_empty() {
+        true => Ok(zones),
+        false => Err(Stop::all_of(&source, &problems)),
+    }
 }
 
 /// The airspace with more closed by an operator; the same one where that is nothing.

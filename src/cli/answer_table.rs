@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 /// An answer and how long it took.
 #[derive(Debug)]
-pub(super) struct Answered {
+pub(super) struct TimedAnswer {
     pub(super) recomposition: Recomposition,
     /// The construction of search areas included, optima and explanations not.
     pub(super) elapsed_us: f64,
@@ -24,7 +24,7 @@ pub(super) struct Answered {
 }
 
 /// Answers a request, and measures the answer alone: what is asked for beside it is computed afterwards.
-pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> Answered {
+pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> TimedAnswer {
     let bare = Request {
         optimum: false,
         explain: false,
@@ -50,14 +50,14 @@ pub(super) fn answer(world: &World<'_>, request: &Request, scratch: &mut Scratch
         scratch,
     );
     let topology = airspace.topology();
-    Answered {
+    TimedAnswer {
         recomposition: checked.answer,
         elapsed_us: clock::microseconds(elapsed),
         refused: checked.case.map(|case| case.fault.text(topology)),
     }
 }
 
-impl Answered {
+impl TimedAnswer {
     /// The answer under the names of the wire.
     pub(super) fn json(
         &self,
@@ -97,7 +97,7 @@ pub(super) fn answer_fields(
 /// Prints an answer for people.
 pub(super) fn print(
     topology: &Topology,
-    answered: &Answered,
+    answered: &TimedAnswer,
     explain: bool,
     output: &Output,
 ) -> Result<(), Stop> {
@@ -126,7 +126,7 @@ pub(super) fn print(
     Ok(())
 }
 
-fn facts(topology: &Topology, answered: &Answered) -> Vec<(&'static str, String)> {
+fn facts(topology: &Topology, answered: &TimedAnswer) -> Vec<(&'static str, String)> {
     let answer = &answered.recomposition;
     let best_m = answer.remaining_optimum_m;
     let percent = overhead(answer.remaining_length_m, best_m);

@@ -11,11 +11,12 @@ use super::network_source::NetworkArguments;
 use super::output::{Align, Output, metres, titled_table};
 use super::plan;
 use super::stop::{Stop, Verdict};
+use crate::airspace::Airspace;
 use crate::compose::{Composition, Leg, SafeNode, compose};
-use crate::formats::{node_id_json, segment_id_json};
+use crate::formats::{Route, RouteFormat, node_id_json, segment_id_json, write_route};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Scratch, World};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -25,6 +26,7 @@ Examples:
   skyway compose --source 1 --destination 450
   skyway compose --source 1 --destination 450 --airspeed 12 --json
   skyway compose --source 1 --destination 450 --close 353
+  skyway compose --source 1 --destination 450 --format plan > mission.plan
   skyway compose --network corridor --source 1 --destination 280 --payload-kg 0.25 --wind 225/7 --deadline 14h
 
 Without a drone times are nominal: the airspeed, or a segment's limit where that is slower, without wind, \
@@ -61,6 +63,62 @@ pub(super) struct Compose {
     /// Write JSON
     #[arg(help_heading = "Output", long)]
     json: bool,
+    /// Write the route in a format of ground stations and maps
+    #[arg(
+        help_heading = "Output",
+        long,
+        value_enum,
+        value_name = "FORMAT",
+        conflicts_with = "json"
+    )]
+    format: Option<Format>,
+}
+
+/// A format of routes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// A plan of QGroundControl: mission, fence, rally points
+    Plan,
+    /// A list of waypoints, QGC WPL 110
+    Wpl,
+    /// GPX 1.1
+    Gpx,
+    /// KML 2.2
+    Kml,
+    /// GeoJSON
+    Geojson,
+}
+
+impl Format {
+    fn of_route(self) -> RouteFormat {
+        match self {
+            Self::Plan => RouteFormat::QgcPlan,
+            Self::Wpl => RouteFormat::QgcWaypoints,
+            Self::Gpx => RouteFormat::Gpx,
+            Self::Kml => RouteFormat::Kml,
+            Self::Geojson => RouteFormat::GeoJson,
+        }
+    }
+
+    /// Writes a route to standard output.
+    pub(super) fn write(
+        self,
+        route: &Route,
+        airspace: &Airspace,
+        output: &Output,
+    ) -> Result<(), Stop> {
+        let written = write_route(route, airspace, self.of_route()).map_err(Stop::failed)?;
+        for note in &written.notes {
+            output.warn(note);
+        }
+        output.raw(written.text.as_bytes())
+    }
+}
+
+/// What a route is called.
+pub(super) fn route_name(topology: &Topology, source: NodeIx, destination: NodeIx) -> String {
+    let [source, destination] = [source, destination].map(|node| topology.node_id(node));
+    format!("{source} to {destination}")
 }
 
 fn airspeed(text: &str) -> Result<f64, String> {
@@ -90,6 +148,16 @@ impl Compose {
         };
         let mut scratch = Scratch::new(topology);
         let plan = compose(&world, source, destination, self.airspeed, &mut scratch);
+        if let (Some(format), Some(plan)) = (self.format, &plan) {
+            let name = route_name(topology, source, destination);
+            let route = Route::of_composition(name, plan, airspace.as_of(), &[]);
+            format.write(&route, &airspace, output)?;
+            return Ok(Verdict::Done);
+        }
+        if self.format.is_some() {
+            let ends = [source, destination].map(|node| node_text(topology, node));
+            return Err(no_route_to_write(&ends));
+        }
         match (self.json, &plan) {
             (true, _) => output.json(&json(topology, source, destination, self.airspeed, &plan))?,
             (false, Some(plan)) => print(topology, plan, self.airspeed, output)?,
@@ -115,12 +183,20 @@ impl Compose {
         let flight = self.flight.flight(&airspace, output)?;
         let wanted = Wanted {
             json: self.json,
+            format: self.format,
             certificate: self.certificate.as_deref(),
             svg: self.svg.as_deref(),
         };
         flight::compose(&flight, ends, &wanted, output)?;
         Ok(Verdict::Done)
     }
+}
+
+/// Nothing is to be written where no way leads.
+pub(super) fn no_route_to_write([source, destination]: &[String; 2]) -> Stop {
+    Stop::failed(format!(
+        "no route: no open way leads from {source} to {destination}"
+    ))
 }
 
 fn print(

@@ -35,6 +35,8 @@ mod plan;
 #[cfg(feature = "edge")]
 mod registry;
 #[cfg(feature = "edge")]
+mod remote;
+#[cfg(feature = "edge")]
 mod replay;
 mod requests;
 mod reroute;
@@ -42,6 +44,8 @@ mod stop;
 #[cfg(feature = "edge")]
 mod token;
 mod verify;
+#[cfg(feature = "edge")]
+mod zone;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use output::{Color, Output};
@@ -70,7 +74,7 @@ const EXIT_CODES: &str =
 #[command(name = "skyway", version, max_term_width = 100, after_help = EXAMPLES)]
 struct Arguments {
     #[command(flatten)]
-    manner: Manner,
+    manner: OutputOptions,
     #[command(subcommand)]
     command: Command,
 }
@@ -78,7 +82,7 @@ struct Arguments {
 /// How a command speaks.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Global options")]
-struct Manner {
+struct OutputOptions {
     /// When to use colours; auto: on a terminal, unless NO_COLOR is set
     #[arg(long, value_enum, value_name = "WHEN", default_value_t, global = true)]
     color: Color,
@@ -114,6 +118,10 @@ enum Command {
     /// Make, inspect, convert and draw networks
     #[command(subcommand, after_help = network::EXAMPLES)]
     Network(network::Network),
+    /// Import and export zones of ED-269, ED-318, QGroundControl and GeoJSON
+    #[cfg(feature = "edge")]
+    #[command(subcommand, after_help = zone::EXAMPLES)]
+    Zone(zone::Zone),
     /// Check and show the configuration of an edge or a registry
     #[cfg(feature = "edge")]
     #[command(subcommand)]
@@ -187,6 +195,8 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Replay(command) => command.run(output),
         Command::Verify(command) => command.run(output),
         Command::Network(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Zone(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Config(command) => command.run(output),
         #[cfg(feature = "edge")]

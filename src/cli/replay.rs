@@ -5,8 +5,8 @@
 
 use super::answer_table::{causes_text, strategy_text};
 use super::edge::runtime;
-use super::files;
 use super::output::Output;
+use super::remote::{Remote, START_OR_NAME};
 use super::stop::{Stop, Verdict};
 use crate::checked::{self, Alternatives, Known};
 use crate::edge::{SqliteFile, StoreFile, read_decision, read_network};
@@ -15,10 +15,9 @@ use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Scratch, Stage, World, recompose};
 use crate::wire::Record;
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -30,10 +29,6 @@ Exit codes: 0 when the same answer comes out, 1 when another does, 4 when the ed
 
 /// Two lengths are the same when they differ by less than this share.
 const TOLERANCE: f64 = 1e-9;
-/// How long the edge may take for an answer.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// The largest answer that is read, in bytes: a network of a million segments fits.
-const ANSWER_BYTES_MAX: usize = 1 << 30;
 
 /// Arguments of `skyway replay`.
 #[derive(Debug, Args)]
@@ -123,12 +118,15 @@ impl Replay {
 
     /// The record and the network from the edge.
     fn ask(&self) -> Result<(Record<'static>, String), Stop> {
-        let token = self
-            .token_file
-            .as_deref()
-            .map(files::read_text)
-            .transpose()?;
-        let (record, network) = runtime()?.block_on(self.fetch(token.as_deref()))?;
+        let remedy =
+            format!("{START_OR_NAME}, or read the file that one keeps with --store edge.db");
+        let remote = Remote::of(&self.edge, self.token_file.as_deref(), remedy)?;
+        let (record, network) = runtime()?.block_on(async {
+            let record = remote
+                .get(&format!("/v1/recompositions/{}", self.id))
+                .await?;
+            Ok::<_, Stop>((record, remote.get("/v1/network").await?))
+        })?;
         let record: Record<'static> = serde_json::from_slice(&record)
             .map_err(|error| Stop::failed(format!("the edge's record cannot be read: {error}")))?;
         let network = String::from_utf8(network).map_err(Stop::failed)?;
@@ -153,25 +151,6 @@ impl Replay {
         let network = read_network(&mut *file).await.map_err(Stop::failed)?;
         file.close().await;
         Ok((found.into_record(), network.unwrap_or_default()))
-    }
-
-    async fn fetch(&self, token: Option<&str>) -> Result<(Vec<u8>, Vec<u8>), Stop> {
-        let base = self.edge.trim_end_matches('/');
-        let client = reqwest::Client::builder().timeout(PATIENCE);
-        // Without https nothing of the system is read: there may be machines without a single authority.
-        let client = match base.starts_with("https://") {
-            true => client,
-            false => client.tls_certs_only([]),
-        };
-        let client = client.build().map_err(Stop::failed)?;
-        let record = get(
-            &client,
-            &format!("{base}/v1/recompositions/{}", self.id),
-            token,
-        )
-        .await?;
-        let network = get(&client, &format!("{base}/v1/network"), token).await?;
-        Ok((record, network))
     }
 }
 
@@ -224,45 +203,6 @@ fn tell_answers(
         (true, false) => "the same answer, by another path of the same length",
         (false, _) => "not the same answer",
     })
-}
-
-/// What the system said: the library around it repeats the address.
-fn root_of(error: &reqwest::Error) -> String {
-    let mut root: &dyn std::error::Error = error;
-    while let Some(source) = root.source() {
-        root = source;
-    }
-    root.to_string()
-}
-
-async fn get(client: &reqwest::Client, url: &str, token: Option<&str>) -> Result<Vec<u8>, Stop> {
-    let unreachable = |error: reqwest::Error| {
-        Stop::Unreachable(format!(
-            "cannot reach {url}: {}; start an edge with skyway edge, name another one with --edge, or read the file that one keeps with --store edge.db",
-            root_of(&error)
-        ))
-    };
-    let mut request = client.get(url);
-    if let Some(token) = token {
-        request = request.bearer_auth(token.trim());
-    }
-    let mut response = request.send().await.map_err(unreachable)?;
-    let status = response.status();
-    let mut body = Vec::new();
-    while let Some(chunk) = response.chunk().await.map_err(unreachable)? {
-        body.extend_from_slice(&chunk);
-        if body.len() > ANSWER_BYTES_MAX {
-            return Err(Stop::failed(format!(
-                "the answer of {url} is larger than {ANSWER_BYTES_MAX} bytes"
-            )));
-        }
-    }
-    if status.is_success() {
-        return Ok(body);
-    }
-    let problem: Value = serde_json::from_slice(&body).unwrap_or_default();
-    let detail = problem["detail"].as_str().unwrap_or_default();
-    Err(Stop::failed(format!("{url} answers {status}: {detail}")))
 }
 
 /// Computes the answer to the settled report on the recorded world.

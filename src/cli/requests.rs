@@ -33,7 +33,7 @@ pub(super) fn answer_all(
     output: &Output,
 ) -> Result<Verdict, Stop> {
     let mut lines = files::open(file)?;
-    let mut desk = Desk::new(airspace);
+    let mut desk = LineRunner::new(airspace);
     let mut verdict = Verdict::Done;
     for number in 1.. {
         let line = read_line(&mut lines)
@@ -107,7 +107,7 @@ impl Refused {
 }
 
 /// What is kept between lines.
-struct Desk<'a> {
+struct LineRunner<'a> {
     standing: &'a Airspace,
     scratch: Scratch,
     tables: TreeCache,
@@ -123,7 +123,7 @@ enum TargetKey {
     Segment(u32),
 }
 
-impl<'a> Desk<'a> {
+impl<'a> LineRunner<'a> {
     fn new(standing: &'a Airspace) -> Self {
         Self {
             standing,

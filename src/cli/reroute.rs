@@ -139,6 +139,7 @@ impl Reroute {
     ) -> Result<Verdict, Stop> {
         let flight = self.flight.flight(airspace, output)?;
         let wanted = Wanted {
+            format: None,
             json: self.json,
             certificate: self.certificate.as_deref(),
             svg: self.svg.as_deref(),

@@ -144,7 +144,7 @@ settings! {
         objective: Objective = Objective::Distance;
         /// What has to be left in the battery at every node.
         reserve_fraction: f64 = 0.2, numbers(FlightRules::RESERVE);
-        /// What has to be left where a drone in flight can only reach a safe node.
+        /// What has to be left where a drone in flight can only reach an alternate.
         floor_fraction: f64 = 0.08, numbers(FlightRules::RESERVE);
         /// Handling at every recharging stop.
         stop: Duration = MINUTE, seconds(FlightRules::STOP_S);
@@ -158,7 +158,7 @@ settings! {
         time_margin_growth: f64 = 0.05, numbers(FlightRules::TIME_MARGIN_GROWTH);
         /// The climb to the crossing altitude where altitudes are not known, in metres.
         unknown_climb_m: f64 = 30.0, numbers(FlightRules::UNKNOWN_CLIMB_M);
-        /// For how long a pad of a safe node has to be free for a drone that is diverted to it.
+        /// For how long a pad of an alternate has to be free for a drone that is diverted to it.
         refuge_stay: Duration = 30 * MINUTE, Duration::ZERO..=DAY;
         /// The wind where and when the weather states none, in metres per second.
         wind_speed_mps: f64 = 0.0, 0.0..=120.0;

@@ -1,8 +1,8 @@
 //! Alarms: what an operator has to look at, as it is kept, listed and acknowledged.
 
 use super::Edge;
+use super::commands::{Command, Done, unexpected};
 use super::entries::{AlarmDraft, AlarmEntry};
-use super::orders::{Done, Order, unexpected};
 use super::views;
 use super::views::{alarm_id, alarm_view};
 use crate::access::Caller;
@@ -77,11 +77,11 @@ impl Edge {
     ) -> Result<wire::Alarm<'static>, Refusal> {
         let number = views::number_in(id, "alarm", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("alarm", id))?;
-        let order = Order::AcknowledgeAlarm {
+        let command = Command::AcknowledgeAlarm {
             number,
             by: caller.subject.clone(),
         };
-        let (outcome, _) = self.order(order.by(caller)).await?;
+        let (outcome, _) = self.command(command.by(caller)).await?;
         match outcome.done {
             Done::Alarm(entry) => Ok(alarm_view(self.lineage, &entry)),
             _ => Err(unexpected()),
@@ -91,7 +91,7 @@ impl Edge {
     /// Alarms an operator from beside the writer.
     pub(super) fn raise_alarm(&self, draft: AlarmDraft) {
         let kind = draft.kind.name();
-        if let Err(refusal) = self.writer.tell(Order::RaiseAlarm(Box::new(draft))) {
+        if let Err(refusal) = self.writer.tell(Command::RaiseAlarm(Box::new(draft))) {
             tracing::error!(kind, %refusal, "an alarm could not be raised");
         }
     }

@@ -1,10 +1,10 @@
 //! An answer on its way out, and the records behind answers, for those who ask.
 
 use super::Edge;
-use super::given::Given;
 use super::record_views::{recorded_closure, summary, wire_record};
 use super::records::AnswerRecord;
-use super::standing::Standing;
+use super::standing::Staleness;
+use super::stored_answer::StoredAnswer;
 use super::words::hex;
 use crate::access::{Caller, Role};
 use crate::airspace::Airspace;
@@ -20,24 +20,24 @@ use std::sync::Arc;
 
 /// An answer to a failure report.
 #[derive(Clone, Debug)]
-pub struct Answered {
-    given: Given,
+pub struct ReportResponse {
+    given: StoredAnswer,
     replayed: bool,
-    standing: Standing,
+    standing: Staleness,
     compute_us: f64,
 }
 
-impl Answered {
-    pub(super) fn fresh(record: Arc<AnswerRecord>, standing: Standing, compute_us: f64) -> Self {
+impl ReportResponse {
+    pub(super) fn fresh(record: Arc<AnswerRecord>, standing: Staleness, compute_us: f64) -> Self {
         Self {
-            given: Given::Now(record),
+            given: StoredAnswer::Now(record),
             replayed: false,
             standing,
             compute_us,
         }
     }
 
-    pub(super) fn replayed(given: Given, standing: Standing) -> Self {
+    pub(super) fn replayed(given: StoredAnswer, standing: Staleness) -> Self {
         Self {
             given,
             replayed: true,
@@ -46,15 +46,15 @@ impl Answered {
         }
     }
 
-    pub(super) fn given(&self) -> &Given {
+    pub(super) fn given(&self) -> &StoredAnswer {
         &self.given
     }
 
     /// What is kept of it, where it was given in this start.
     pub(super) fn record(&self) -> Option<&Arc<AnswerRecord>> {
         match &self.given {
-            Given::Now(record) => Some(record),
-            Given::Before(_) => None,
+            StoredAnswer::Now(record) => Some(record),
+            StoredAnswer::Before(_) => None,
         }
     }
 
@@ -122,7 +122,7 @@ impl Edge {
         let kept = match kept {
             Some(record) => {
                 let drone = record.drone_id.as_deref();
-                may_see(caller, &record.subject, drone).then(|| Kept::Now(record.clone()))
+                may_see(caller, &record.subject, drone).then(|| StoredRecord::Now(record.clone()))
             }
             None => self.earlier_record(caller, id, standing).await?,
         };
@@ -146,8 +146,8 @@ impl Edge {
         &self,
         caller: &Caller,
         id: &str,
-        standing: Standing,
-    ) -> Result<Option<Kept>, Refusal> {
+        standing: Staleness,
+    ) -> Result<Option<StoredRecord>, Refusal> {
         let found = self.store.decision(id).await.map_err(|fault| {
             Refusal::new(Code::StoreUnavailable, fault.to_string()).retry_after_s(5)
         })?;
@@ -156,7 +156,7 @@ impl Edge {
         Ok(found.map(|found| {
             let mut record = found.into_record();
             standing.put_into(&mut record.answer.stamp);
-            Kept::Before(Arc::new(record))
+            StoredRecord::Before(Arc::new(record))
         }))
     }
 }
@@ -170,12 +170,12 @@ fn may_see(caller: &Caller, subject: &str, drone: Option<&str>) -> bool {
 
 /// A record, of this start or an earlier one.
 #[derive(Clone, Debug)]
-enum Kept {
+enum StoredRecord {
     Now(Arc<AnswerRecord>),
     Before(Arc<wire::Record<'static>>),
 }
 
-impl Kept {
+impl StoredRecord {
     /// The proof of an exact answer; `None` for one that is no optimum to prove, or whose network is gone.
     fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
         match self {
@@ -230,8 +230,8 @@ fn prove(airspace: &Airspace, request: &Request, strategy_used: Strategy) -> Opt
 /// All that is kept of an answer.
 #[derive(Clone, Debug)]
 pub struct FullRecord {
-    kept: Kept,
-    standing: Standing,
+    kept: StoredRecord,
+    standing: Staleness,
     proof: Option<Value>,
 }
 
@@ -239,7 +239,7 @@ impl FullRecord {
     /// The record as it is sent, borrowing what it can.
     pub fn to_wire(&self) -> wire::Record<'_> {
         match &self.kept {
-            Kept::Now(record) => {
+            StoredRecord::Now(record) => {
                 let topology = record.airspace.topology();
                 let closures = record.airspace.in_force();
                 let closures = closures.map(|closure| recorded_closure(topology, closure));
@@ -250,7 +250,7 @@ impl FullRecord {
                     self.proof.clone(),
                 )
             }
-            Kept::Before(record) => wire::Record {
+            StoredRecord::Before(record) => wire::Record {
                 certificate: self.proof.clone(),
                 ..(**record).clone()
             },

@@ -1,7 +1,7 @@
 //! The clock as clients read it, and a wall clock that has stepped, as operators see and confirm it.
 
 use super::Edge;
-use super::orders::Order;
+use super::commands::Command;
 use super::words;
 use crate::access::Caller;
 use crate::refusal::Refusal;
@@ -31,7 +31,7 @@ impl Edge {
             let apart_s = apart.as_secs_f64();
             tracing::warn!(subject = %caller.subject, apart_s, "the stepped clock was confirmed");
         }
-        let (_, snapshot) = self.order(Order::Tick).await?;
+        let (_, snapshot) = self.command(Command::Tick).await?;
         Ok(wire::ClockState {
             now: words::instant(self.clock.now()),
             confirmed_step_s: apart.map(|apart| apart.as_secs_f64()),

@@ -1,12 +1,12 @@
 //! Closures: everything that is closed with its cause, and what operators close by their word.
 
 use super::Edge;
+use super::commands::unexpected;
+use super::commands::{Command, Done};
 use super::effects;
 use super::entries::ClosureEntry;
 use super::entries::windows;
 use super::fleet::Detour;
-use super::orders::unexpected;
-use super::orders::{Done, Order};
 use super::replies::Idempotency;
 use super::snapshot::Snapshot;
 use super::views;
@@ -78,8 +78,8 @@ impl Edge {
         let close = async {
             let on = self.on_network()?;
             let entry = self.read_closure(draft, on.topology())?;
-            let order = Order::PutClosure(entry).made_on(on.topology());
-            let (outcome, snapshot) = self.order(order.by(caller)).await?;
+            let command = Command::PutClosure(entry).made_on(on.topology());
+            let (outcome, snapshot) = self.command(command.by(caller)).await?;
             let Done::Closure(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -114,13 +114,13 @@ impl Edge {
             );
         }
         faults.check(Code::ClosureInvalid, "change")?;
-        let order = Order::ChangeClosure {
+        let command = Command::ChangeClosure {
             id: id.to_owned(),
             confirmed: change.confirmed,
             until,
             expected: lenient(if_match),
         };
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         let Done::Closure(entry) = outcome.done else {
             return Err(unexpected());
         };
@@ -139,11 +139,11 @@ impl Edge {
         reason: Option<String>,
     ) -> Result<wire::Closure<'static>, Refusal> {
         let reason = checked_reason(reason)?;
-        let order = Order::LiftClosure {
+        let command = Command::LiftClosure {
             id: id.to_owned(),
             expected: lenient(if_match),
         };
-        let (outcome, snapshot) = self.order(order.because(caller, reason)).await?;
+        let (outcome, snapshot) = self.command(command.because(caller, reason)).await?;
         let Done::ClosureLifted(entry) = outcome.done else {
             return Err(unexpected());
         };

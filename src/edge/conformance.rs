@@ -1,9 +1,9 @@
 //! What telemetry shows of a drone's plan: that it has departed, and that it has landed at its end.
 
 use super::Edge;
+use super::commands::Command;
+use super::commands::Seen;
 use super::drones::{Drones, Flown, Rest, Sighting};
-use super::orders::Order;
-use super::orders::Seen;
 use super::plan_entry::PlanEntry;
 use super::progress::{self, spot_on};
 use super::snapshot::Snapshot;
@@ -41,7 +41,7 @@ impl Edge {
 
     fn tell_writer(&self, plan: &PlanEntry, seen: Seen) {
         let id = plan.id.clone();
-        if let Err(refusal) = self.writer.tell(Order::SeePlan { id, seen }) {
+        if let Err(refusal) = self.writer.tell(Command::SeePlan { id, seen }) {
             // The next position shows it again.
             tracing::warn!(%refusal, plan = %plan.id, "what telemetry shows of a plan could not be noted");
         }

@@ -1,8 +1,8 @@
 //! What waits for an operator: proposals from reports, and removals that are many at once.
 
 use super::Edge;
-use super::orders::unexpected;
-use super::orders::{Decision, Done, Order};
+use super::commands::unexpected;
+use super::commands::{Command, Decision, Done};
 use super::views;
 use crate::access::Caller;
 use crate::intake::{Page, PageRequest, token};
@@ -46,7 +46,7 @@ impl Edge {
         let number = views::number_in(id, "proposal", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("proposal", id))?;
         let (outcome, snapshot) = self
-            .order(Order::DecideProposal { number, decision }.by(caller))
+            .command(Command::DecideProposal { number, decision }.by(caller))
             .await?;
         match outcome.done {
             Done::Proposal(entry) => Ok(views::proposal(&snapshot, &entry)),
@@ -89,7 +89,7 @@ impl Edge {
         let number = views::number_in(id, "hold", self.lineage);
         let number = number.ok_or_else(|| Refusal::not_found("hold", id))?;
         let (outcome, snapshot) = self
-            .order(Order::DecideHold { number, decision }.by(caller))
+            .command(Command::DecideHold { number, decision }.by(caller))
             .await?;
         match outcome.done {
             Done::Hold(entry) => Ok(views::hold(&snapshot, &entry)),

@@ -63,7 +63,10 @@ pub(super) fn effect(
         nodes: node_ids(topology, &nodes[..nodes.len().min(IDS_MAX)]),
         plan_count: detours.len(),
         plans: told.map(|detour| affected_plan(topology, detour)).collect(),
-        hint: zone.map(|zone| Cow::Owned(miss_hint(zone, topology))),
+        hint: zone.map(|zone| match zone.terms().kind.closes() {
+            true => Cow::Owned(miss_hint(zone, topology)),
+            false => Cow::Borrowed("its kind is shown and closes nothing"),
+        }),
         pending: 0,
         next: None,
     }

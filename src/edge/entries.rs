@@ -126,7 +126,7 @@ pub(super) struct Contested {
 
 /// What waits for an operator: removals, or a change that is contested.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct HoldEntry {
+pub(super) struct PendingReview {
     pub(super) number: u64,
     /// Where they come from.
     pub(super) origin: Arc<str>,

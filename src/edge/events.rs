@@ -120,7 +120,7 @@ pub(super) struct Events {
     capacity: usize,
     capacity_bytes: usize,
     streams_max: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<EventBuffer>,
     /// The number of the latest event, to wake listeners.
     latest: watch::Sender<u64>,
     /// The same, to wake who is no listener.
@@ -128,7 +128,7 @@ pub(super) struct Events {
 }
 
 #[derive(Debug)]
-struct Kept {
+struct EventBuffer {
     /// Number of the next event; the first is 1.
     next: u64,
     events: VecDeque<Arc<EventRecord>>,
@@ -146,7 +146,7 @@ impl Events {
             capacity,
             capacity_bytes,
             streams_max,
-            kept: Mutex::new(Kept {
+            kept: Mutex::new(EventBuffer {
                 next: 1,
                 bytes: 0,
                 events: VecDeque::new(),
@@ -217,7 +217,7 @@ impl Events {
         })
     }
 
-    fn resume(&self, id: &str, kept: &Kept) -> Result<u64, Refusal> {
+    fn resume(&self, id: &str, kept: &EventBuffer) -> Result<u64, Refusal> {
         let number = |text: &str| text.parse::<u64>().ok();
         let parsed = id
             .split_once('-')
@@ -263,7 +263,7 @@ impl Events {
     }
 
     // The queue is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, EventBuffer> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -5,23 +5,23 @@
 //! `publication`.
 
 use super::Edge;
-use super::answered::Answered;
+use super::answered::ReportResponse;
+use super::commands::Command;
 use super::entries::AlarmDraft;
-use super::given::Given;
-use super::orders::Order;
 use super::plan_entry::PlanEntry;
 use super::progress;
 use super::recomposing::Case;
 use super::records::{AnswerRecord, Published, record_id};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::Snapshot;
-use super::standing::Standing;
+use super::standing::Staleness;
 use super::store::Entry;
+use super::stored_answer::StoredAnswer;
 use super::stretches::Stretch;
 use super::traces;
 use crate::access::Caller;
 use crate::formats::{
-    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, Unplaced, bounded, settle_report,
+    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, Unplaced, bounded, resolve_report,
 };
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
@@ -38,13 +38,13 @@ const SPEED_HOLDS_S: f64 = 5.0;
 
 /// What an answer may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Manner {
+pub(super) enum ReplyMode {
     /// The first answer to a report: all that it may.
     First,
     /// A fresh answer to a report answered before: the plan of its drone.
     Again,
     /// The id was used for another report: nothing.
-    Silent,
+    Suppressed,
 }
 
 impl Edge {
@@ -56,9 +56,9 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
-    ) -> Result<Answered, Refusal> {
+    ) -> Result<ReportResponse, Refusal> {
         if parsed.report.id.is_none() && self.is_quick(&parsed.report) {
-            return self.answer_in_place(caller, parsed, Manner::First);
+            return self.answer_in_place(caller, parsed, ReplyMode::First);
         }
         // In a box, because a future is as large as its largest path, and is moved before it runs.
         Box::pin(self.answer_with_patience(caller, parsed)).await
@@ -69,10 +69,10 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
-    ) -> Result<Answered, Refusal> {
+    ) -> Result<ReportResponse, Refusal> {
         let id = parsed.report.id.as_ref().map(|id| id.text().to_owned());
         match id.filter(|id| !id.is_empty() && id.len() <= REPORT_ID_BYTES_MAX) {
-            None => self.answer(caller, parsed, Manner::First).await,
+            None => self.answer(caller, parsed, ReplyMode::First).await,
             Some(id) => self.answer_once(caller, parsed, &id).await,
         }
     }
@@ -85,7 +85,7 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         reports: Vec<Result<ParsedReport, ReportProblem>>,
-    ) -> Result<Vec<Result<Answered, Refusal>>, Refusal> {
+    ) -> Result<Vec<Result<ReportResponse, Refusal>>, Refusal> {
         self.check_ready()?;
         self.check_batch("failures", reports.len())?;
         let mut answers = Vec::with_capacity(reports.len());
@@ -107,7 +107,7 @@ impl Edge {
         caller: &Caller,
         mut parsed: ParsedReport,
         id: &str,
-    ) -> Result<Answered, Refusal> {
+    ) -> Result<ReportResponse, Refusal> {
         let subject = reporter(caller, &parsed.report);
         let now = self.clock.now();
         let sending = self.report_replies.join(&subject, id, &parsed.report, now);
@@ -117,11 +117,13 @@ impl Edge {
                 code: "id_reused",
                 message: format!("the id '{id}' was used for another report; this one is answered and publishes nothing"),
             });
-            return self.answer(caller, parsed, Manner::Silent).await;
+            return self.answer(caller, parsed, ReplyMode::Suppressed).await;
         }
         let mut fresh = None;
         let first = async {
-            let answered = self.answer(caller, parsed.clone(), Manner::First).await?;
+            let answered = self
+                .answer(caller, parsed.clone(), ReplyMode::First)
+                .await?;
             let given = answered.given().clone();
             fresh = Some(answered);
             Ok::<_, Refusal>(given)
@@ -136,10 +138,10 @@ impl Edge {
         let snapshot = self.world.load_full();
         let deadline = parsed.report.deadline.as_deref();
         if given.still_holds(deadline, &*self.planner, &snapshot, now) {
-            return Ok(Answered::replayed(given, self.standing(&snapshot)));
+            return Ok(ReportResponse::replayed(given, self.standing(&snapshot)));
         }
         let report = parsed.report.clone();
-        let answered = self.answer(caller, parsed, Manner::Again).await?;
+        let answered = self.answer(caller, parsed, ReplyMode::Again).await?;
         let again = answered.given().clone();
         self.note_reply(&subject, id, &again);
         self.report_replies.renew(&subject, id, &report, again, now);
@@ -147,8 +149,8 @@ impl Edge {
     }
 
     /// Notes for a later start what the report of an id was answered.
-    fn note_reply(&self, subject: &Arc<str>, id: &str, given: &Given) {
-        if let Given::Now(record) = given
+    fn note_reply(&self, subject: &Arc<str>, id: &str, given: &StoredAnswer) {
+        if let StoredAnswer::Now(record) = given
             && !record.dry_run
             && self.store.is_kept()
         {
@@ -171,8 +173,8 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
-        manner: Manner,
-    ) -> Result<Answered, Refusal> {
+        manner: ReplyMode,
+    ) -> Result<ReportResponse, Refusal> {
         if self.is_quick(&parsed.report) {
             return self.answer_in_place(caller, parsed, manner);
         }
@@ -185,8 +187,8 @@ impl Edge {
         &self,
         caller: &Caller,
         parsed: ParsedReport,
-        manner: Manner,
-    ) -> Result<Answered, Refusal> {
+        manner: ReplyMode,
+    ) -> Result<ReportResponse, Refusal> {
         let span = traces::of_answer().entered();
         let stopwatch = self.clock.stopwatch();
         let now = self.clock.now();
@@ -200,7 +202,7 @@ impl Edge {
         let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, is nobody's business who may not speak for it.
             let known = self.known(&snapshot, &report, plan.as_ref(), own.as_deref(), now);
-            settle_report(&report, &known, &snapshot.airspace, &mut read)
+            resolve_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
         let is_quote = plan.as_ref().is_some_and(|plan| plan.is_quote());
@@ -209,7 +211,7 @@ impl Edge {
             report: &report,
             request: &settled.request,
             plan: plan.as_ref(),
-            may_change: !dry_run && manner != Manner::Silent && !is_quote,
+            may_change: !dry_run && manner != ReplyMode::Suppressed && !is_quote,
             drone_id: own.as_deref(),
             now,
         };
@@ -249,7 +251,7 @@ impl Edge {
         traces::tell(&span, &record);
         let standing = self.keep(caller, &record, &snapshot, plan.as_deref());
         let elapsed_us = stopwatch.elapsed_us();
-        Ok(Answered::fresh(record, standing, elapsed_us))
+        Ok(ReportResponse::fresh(record, standing, elapsed_us))
     }
 
     /// Keeps an answer and tells of it; says how current the edge is.
@@ -259,7 +261,7 @@ impl Edge {
         record: &Arc<AnswerRecord>,
         snapshot: &Snapshot,
         plan: Option<&PlanEntry>,
-    ) -> Standing {
+    ) -> Staleness {
         self.records.keep(record);
         if let Some(case) = &record.case {
             let plan = plan.map(|plan| &*plan.id);
@@ -361,12 +363,12 @@ impl Edge {
         let Some((change, version)) = change.and_then(|it| Some((it, it.version.as_ref()?))) else {
             return;
         };
-        let order = Order::ProposeVersion {
+        let command = Command::ProposeVersion {
             plan: change.plan.clone(),
             version: Box::new(version.clone()),
         };
         let topology = record.airspace.topology();
-        if let Err(refusal) = self.writer.tell(order.made_on(topology)) {
+        if let Err(refusal) = self.writer.tell(command.made_on(topology)) {
             tracing::warn!(%refusal, "a recomposed version could not be proposed to its plan");
         }
     }

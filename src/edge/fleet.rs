@@ -10,7 +10,7 @@ use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::Point;
 use crate::network::Topology;
 use crate::recompose::{Outcome, Request};
-use crate::routing::Way;
+use crate::routing::Path;
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ impl Detour {
     }
 
     /// The way that it is to take; without nodes where there is none.
-    pub(super) fn way(&self) -> &Way {
+    pub(super) fn way(&self) -> &Path {
         &self.answer.told().path
     }
 }

@@ -1,7 +1,7 @@
 //! The edge: use cases over one snapshot, and the single writer that makes the next.
 //!
 //! A request takes one [`Snapshot`] and keeps it from beginning to end; nothing it reads changes meanwhile.
-//! What changes the state is an order to the writer, which carries out orders in batches, publishes one
+//! What changes the state is a command to the writer, which carries out commands in batches, publishes one
 //! snapshot for each batch, stores it and then acknowledges. Both dialects call the use cases here; nothing
 //! here knows HTTP or gRPC.
 
@@ -12,6 +12,7 @@ mod background;
 mod checking;
 mod clock_steps;
 mod closures;
+mod commands;
 mod conformance;
 mod decisions;
 mod drones;
@@ -20,7 +21,6 @@ mod entries;
 mod events;
 mod failures;
 mod fleet;
-mod given;
 mod guard;
 mod metrics;
 mod network;
@@ -30,7 +30,6 @@ mod off_plan;
 mod offers;
 mod opened;
 mod opening;
-mod orders;
 mod places;
 mod plan_entry;
 mod plan_reports;
@@ -54,23 +53,25 @@ mod state;
 mod state_affected;
 mod state_airspace;
 mod state_alarms;
-mod state_carried_ends;
-mod state_carried_plans;
 mod state_checked;
 mod state_clock;
 mod state_ends;
 mod state_fleet;
 mod state_guarded;
-mod state_holds;
+mod state_import;
+mod state_migrated_ends;
+mod state_migrated_plans;
 mod state_outbox;
 mod state_pads;
 mod state_replanning;
+mod state_reviews;
 mod state_store;
 mod state_sync;
 mod state_topology;
 mod state_versions;
 mod status;
 mod store;
+mod stored_answer;
 mod stretches;
 pub mod sync;
 mod tables;
@@ -83,18 +84,19 @@ mod views;
 mod weather;
 mod words;
 mod writer;
+mod zone_import;
 mod zones;
 
 pub use crate::access::{Caller, Role};
 pub use crate::intake::PageRequest;
 pub use crate::refusal::{Code, Refusal};
 pub use alarms::AlarmFilter;
-pub use answered::{Answered, FullRecord};
+pub use answered::{FullRecord, ReportResponse};
 pub use background::Background;
+pub use commands::Decision;
 pub use events::{EventRecord, EventStream};
 pub use new_network::NewNetwork;
 pub use opening::{OpenError, Opening};
-pub use orders::Decision;
 pub use plan_reports::PlanWord;
 pub use plans::PlanFilter;
 pub use replies::Idempotency;
@@ -108,6 +110,7 @@ pub use store::{
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;
+pub use zone_import::{FEED_BYTES_MAX, FeedImport};
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
@@ -116,14 +119,14 @@ use crate::wire;
 use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
+use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
 use guard::Guard;
-use orders::{Order, Outcome};
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
-use standing::Standing;
+use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -245,20 +248,20 @@ impl Edge {
 
     /// How current the edge is. One that follows no registry is its own authority, and fresh while its clock can
     /// be believed; one that has never read the registry that it is to follow knows nothing of it.
-    fn standing(&self, snapshot: &Snapshot) -> Standing {
+    fn standing(&self, snapshot: &Snapshot) -> Staleness {
         let settings = &self.settings;
-        let has_stepped = self.clock.reading().apart.is_some();
+        let reading = self.clock.reading();
         let cursor = snapshot.registry.as_deref();
         let cursor = cursor.filter(|_| settings.follows_registry);
         let age = cursor.and_then(|_| self.contact.age());
-        Standing {
+        Staleness {
             registry_revision: cursor.map(|cursor| wire::RegistryRevision {
                 epoch: cursor.epoch,
                 revision: cursor.revision,
             }),
             registry_age_s: age.map(|age| age.as_secs_f64()),
             freshness: match cursor {
-                _ if has_stepped || self.guard.is_degraded(self.clock.now()) => {
+                _ if reading.apart.is_some() || self.guard.is_degraded(reading.now) => {
                     wire::Freshness::Degraded
                 }
                 Some(_) => self
@@ -290,12 +293,12 @@ impl Edge {
     /// # Errors
     /// When the writer cannot take it.
     pub async fn tick(&self) -> Result<(), Refusal> {
-        self.order(Order::Settle).await.map(drop)
+        self.command(Command::Settle).await.map(drop)
     }
 
-    async fn order(&self, order: Order) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
-        let (is_change, told) = (order.changes_by_request(), order.told());
-        let (reply, snapshot) = self.writer.ask(order).await?;
+    async fn command(&self, command: Command) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
+        let (is_change, told) = (command.changes_by_request(), command.told());
+        let (reply, snapshot) = self.writer.ask(command).await?;
         let outcome = reply?;
         if let Some(told) = told {
             told.log();

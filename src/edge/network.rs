@@ -1,8 +1,8 @@
 //! The network as clients see it.
 
 use super::Edge;
+use super::commands::Command;
 use super::new_network::NewNetwork;
-use super::orders::Order;
 use super::snapshot::Snapshot;
 use super::words;
 use crate::network::{NodeIx, Role};
@@ -40,7 +40,7 @@ impl Edge {
         let network = self
             .aside(move || network.prepared_for(&snapshot))
             .await??;
-        self.order(Order::ReplaceNetwork(Box::new(network)))
+        self.command(Command::ReplaceNetwork(Box::new(network)))
             .await
             .map(drop)
     }

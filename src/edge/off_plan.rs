@@ -1,7 +1,7 @@
 //! Telemetry that shows a drone early, late or with less battery than planned: a `service_level` failure by itself.
 
 use super::Edge;
-use super::failures::Manner;
+use super::failures::ReplyMode;
 use super::plan_entry::PlanEntry;
 use super::planner::Concern;
 use super::progress;
@@ -56,7 +56,9 @@ impl Edge {
             report,
             warnings: Vec::new(),
         };
-        let answered = self.answer_in_place(caller, parsed, Manner::First).ok()?;
+        let answered = self
+            .answer_in_place(caller, parsed, ReplyMode::First)
+            .ok()?;
         answered.record().cloned()
     }
 }

@@ -3,9 +3,9 @@
 //! Nobody has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
+use super::commands::Command;
 use super::fleet::{self, Detour, DetourMeans};
 use super::opened::Listener;
-use super::orders::Order;
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Occasion, Sent, Version};
 use super::progress;
@@ -54,12 +54,12 @@ impl Edge {
             let Some(version) = self.better(&snapshot, plan, now) else {
                 continue;
             };
-            let order = Order::OfferVersion {
+            let command = Command::OfferVersion {
                 plan: plan.id.clone(),
                 instead_of: plan.reported.number,
                 version: Box::new(version),
             };
-            if let Err(refusal) = self.writer.tell(order.made_on(snapshot.topology())) {
+            if let Err(refusal) = self.writer.tell(command.made_on(snapshot.topology())) {
                 tracing::warn!(%refusal, "a better version could not be offered to its plan");
                 return;
             }

@@ -18,7 +18,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
-use super::writer::{Desk, Unanswered, Watch, Writer, WriterStep};
+use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
 use arc_swap::ArcSwap;
@@ -211,7 +211,7 @@ impl Opening {
         }
         let looks_for_offers = planner.minds(Concern::Improvement, None) && !self.is_in_place;
         let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
-        let desk = Desk {
+        let desk = WriterLoop {
             opened,
             state,
             store: store.clone(),

@@ -130,11 +130,11 @@ impl PlanEntry {
     pub(super) fn may_go_on(&self) -> bool {
         let current = &self.reported;
         let is_known = current.acknowledge_by.is_none();
-        is_known && !self.falls_short()
+        is_known && !self.ends_early()
     }
 
     /// Whether the reported version ends before the destination though nobody was told to divert.
-    pub(super) fn falls_short(&self) -> bool {
+    pub(super) fn ends_early(&self) -> bool {
         let last = self.reported.composition.way.nodes.last();
         !self.reported.is_diversion() && last != Some(&self.destination)
     }

@@ -4,9 +4,9 @@
 //! idempotency key it is done once, and answered the same as often as it is sent.
 
 use super::Edge;
+use super::commands::Command;
+use super::commands::DeclineReason;
 use super::drones::Sighting;
-use super::orders::DeclineReason;
-use super::orders::Order;
 use super::places::Untaken;
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
@@ -103,11 +103,11 @@ impl Edge {
             fraction: cancellation.fraction,
         };
         let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
-        let order = Order::CancelPlan {
+        let command = Command::CancelPlan {
             id: id.to_owned(),
             is_placed: place.is_some(),
         };
-        self.said_of_plan(caller, order).await
+        self.said_of_plan(caller, command).await
     }
 
     /// A drone takes a version over: whichever of those that were sent it says.
@@ -132,7 +132,7 @@ impl Edge {
         self.note_place(&snapshot, &plan, version, &whereabouts);
         self.said_of_plan(
             caller,
-            Order::AcknowledgePlan {
+            Command::AcknowledgePlan {
                 id: id.to_owned(),
                 version: ack.version,
             },
@@ -160,7 +160,7 @@ impl Edge {
         self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
         self.said_of_plan(
             caller,
-            Order::DeclinePlan {
+            Command::DeclinePlan {
                 id: id.to_owned(),
                 version: decline.version,
                 reason: match decline.reason.as_deref() {
@@ -207,7 +207,7 @@ impl Edge {
         );
         self.said_of_plan(
             caller,
-            Order::CompletePlan {
+            Command::CompletePlan {
                 id: id.to_owned(),
                 landed,
                 place,
@@ -229,7 +229,7 @@ impl Edge {
         own_plan(&self.snapshot(), caller, id)?;
         self.said_of_plan(
             caller,
-            Order::ReleasePlan {
+            Command::ReleasePlan {
                 id: id.to_owned(),
                 ended_as: release.ended_as,
             },
@@ -240,9 +240,9 @@ impl Edge {
     async fn said_of_plan(
         self: &Arc<Self>,
         caller: &Caller,
-        order: Order,
+        command: Command,
     ) -> Result<wire::Plan<'static>, Refusal> {
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         self.told(outcome.done, &snapshot)
     }
 

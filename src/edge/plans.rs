@@ -1,8 +1,8 @@
 //! Composition plans: composed, listed, taken over, cancelled.
 
 use super::Edge;
-use super::orders::unexpected;
-use super::orders::{Done, Order};
+use super::commands::unexpected;
+use super::commands::{Command, Done};
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::{Course, Stated, Terms, Version, Wanted};
 use super::replies::Idempotency;
@@ -11,6 +11,7 @@ use super::snapshot::Snapshot;
 use super::views;
 use crate::access::Caller;
 use crate::checked::{Case, FallenBackTo};
+use crate::formats::{Route, RouteFormat, first_stretch, write_route};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
@@ -116,8 +117,9 @@ impl Edge {
                 let delivery = self.read_delivery(&on, caller, &request)?;
                 let (edge, subject) = (self.clone(), caller.subject.clone());
                 let composed = self.aside(move || edge.compose(&on, delivery, subject));
-                let order = Order::AddPlan(Box::new(composed.await??));
-                let (outcome, snapshot) = self.order(order.made_on(&topology).by(caller)).await?;
+                let command = Command::AddPlan(Box::new(composed.await??));
+                let (outcome, snapshot) =
+                    self.command(command.made_on(&topology).by(caller)).await?;
                 match outcome.done {
                     // The network has changed under it, or another plan has come between.
                     Done::Outdated => {}
@@ -173,6 +175,36 @@ impl Edge {
             &self.settings,
             self.stamp_of(&snapshot),
         ))
+    }
+
+    /// The route of a plan's newest version, in a format of ground stations or maps.
+    ///
+    /// # Errors
+    /// When there is none that the caller may see, or the format cannot say it.
+    pub fn plan_route(
+        &self,
+        caller: &Caller,
+        id: &str,
+        format: RouteFormat,
+    ) -> Result<String, Refusal> {
+        let snapshot = self.snapshot();
+        let plan = own_plan(&snapshot, caller, id)?;
+        let version = plan.wanted.as_ref().unwrap_or(&plan.reported);
+        let stops = version.flight.iter().flat_map(|flown| flown.landings());
+        let landings: Vec<usize> = stops.collect();
+        let mut route = Route::of_composition(
+            id.to_owned(),
+            &version.composition,
+            version.departs_at,
+            &landings,
+        );
+        if let Some(stretch) = &version.stretch {
+            route.lead_in = first_stretch(snapshot.topology(), &stretch.reentry).geometry;
+        }
+        let written = write_route(&route, &snapshot.airspace, format);
+        let written =
+            written.map_err(|problem| Refusal::new(Code::PlanInvalid, problem.to_string()))?;
+        Ok(written.text)
     }
 
     pub(super) fn told(

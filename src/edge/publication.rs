@@ -4,10 +4,10 @@
 //! there; everything else it brings is answered, binds its own request, and is proposed to operators.
 
 use super::Edge;
+use super::commands::{Command, Publication};
 use super::entries::windows;
 use super::entries::{ClosureEntry, ProposalEntry, Reported};
-use super::failures::Manner;
-use super::orders::{Order, Publication};
+use super::failures::ReplyMode;
 use super::plan_entry::PlanEntry;
 use super::records::{AnswerRecord, Published};
 use super::reporter::author;
@@ -31,7 +31,7 @@ const PLACED_SINCE: SignedDuration = SignedDuration::from_secs(60);
 
 /// What a report of a type closes.
 #[derive(Clone, Copy, Debug)]
-enum Thing {
+enum ReportClosure {
     Segment(SegmentIx),
     Pads(NodeIx),
 }
@@ -44,12 +44,12 @@ impl Edge {
         caller: &Caller,
         record: &AnswerRecord,
         plan: Option<&Arc<PlanEntry>>,
-        manner: Manner,
+        manner: ReplyMode,
     ) -> Published {
         match manner {
-            Manner::First => {}
-            Manner::Again => return Published::nothing("sent_before"),
-            Manner::Silent => return Published::nothing("id_reused"),
+            ReplyMode::First => {}
+            ReplyMode::Again => return Published::nothing("sent_before"),
+            ReplyMode::Suppressed => return Published::nothing("id_reused"),
         }
         let mut proposal_ids = Vec::new();
         if let Some(brought) = &record.settled.request.zone {
@@ -82,7 +82,11 @@ impl Edge {
         self.order_publication(record, caller, closure, proposal_ids)
     }
 
-    fn closes(&self, snapshot: &Snapshot, request: &Request) -> Option<(Thing, SignedDuration)> {
+    fn closes(
+        &self,
+        snapshot: &Snapshot,
+        request: &Request,
+    ) -> Option<(ReportClosure, SignedDuration)> {
         let report = &request.report;
         let life = self.settings.lives.of(report.failure)?;
         let (from, to) = report.leg;
@@ -92,9 +96,9 @@ impl Edge {
                 let pads = snapshot.topology().pads(failed.node);
                 // What is left of a node's pads cannot be told to others: only all of them close.
                 let are_all = failed.count.is_none_or(|count| count >= pads);
-                are_all.then_some(Thing::Pads(failed.node))?
+                are_all.then_some(ReportClosure::Pads(failed.node))?
             }
-            _ => Thing::Segment(snapshot.topology().segment_between(from, to)?),
+            _ => ReportClosure::Segment(snapshot.topology().segment_between(from, to)?),
         };
         Some((thing, life))
     }
@@ -106,7 +110,7 @@ impl Edge {
         caller: &Caller,
         record: &AnswerRecord,
         plan: Option<&Arc<PlanEntry>>,
-        thing: Thing,
+        thing: ReportClosure,
     ) -> Option<&'static str> {
         if record.settled.doubts {
             return Some("doubtful");
@@ -127,8 +131,8 @@ impl Edge {
             return Some("not_placed_there");
         }
         let (id, segments, pads) = match thing {
-            Thing::Segment(segment) => (segment_closure_id(snapshot, segment), 1, 0),
-            Thing::Pads(node) => (pads_closure_id(snapshot, node), 0, 1),
+            ReportClosure::Segment(segment) => (segment_closure_id(snapshot, segment), 1, 0),
+            ReportClosure::Pads(node) => (pads_closure_id(snapshot, node), 0, 1),
         };
         // What is closed already is renewed, which closes nothing more.
         match snapshot.closures.contains_key(id.as_str()) {
@@ -186,9 +190,9 @@ impl Edge {
             upstream: None,
         };
         let publication = Box::new(Publication { entry, otherwise });
-        let order = Order::Publish(publication).made_on(record.airspace.topology());
-        let order = order.by(caller);
-        match self.writer.tell(order) {
+        let command = Command::Publish(publication).made_on(record.airspace.topology());
+        let command = command.by(caller);
+        match self.writer.tell(command) {
             Ok(()) => Published {
                 state: PublicationState::Published,
                 closure_id: Some(closure_id),
@@ -215,9 +219,9 @@ impl Edge {
     ) -> Option<String> {
         let proposal = self.proposal(record, reason, Arc::new(closure));
         let id = views::proposal_id(self.lineage, proposal.number);
-        let order = Order::Propose(Box::new(proposal));
-        let order = order.made_on(record.airspace.topology()).by(caller);
-        match self.writer.tell(order) {
+        let command = Command::Propose(Box::new(proposal));
+        let command = command.made_on(record.airspace.topology()).by(caller);
+        match self.writer.tell(command) {
             Ok(()) => Some(id),
             Err(refusal) => {
                 tracing::warn!(%refusal, "a report could not be proposed to operators");
@@ -275,15 +279,15 @@ fn pads_closure_id(snapshot: &Snapshot, node: NodeIx) -> String {
 fn closure_of(
     snapshot: &Snapshot,
     record: &AnswerRecord,
-    thing: Thing,
+    thing: ReportClosure,
     life: SignedDuration,
 ) -> Closure {
     let (id, hits, pads) = match thing {
-        Thing::Segment(segment) => {
+        ReportClosure::Segment(segment) => {
             let hits = Hits::new(vec![segment], Vec::new());
             (segment_closure_id(snapshot, segment), hits, Vec::new())
         }
-        Thing::Pads(node) => (pads_closure_id(snapshot, node), Hits::default(), vec![node]),
+        ReportClosure::Pads(node) => (pads_closure_id(snapshot, node), Hits::default(), vec![node]),
     };
     let until = record.answered_at.checked_add(life).ok();
     Closure {

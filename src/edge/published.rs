@@ -22,19 +22,19 @@ pub(super) struct Published {
     pub(super) id: Arc<str>,
     pub(super) upstream: Upstream,
     pub(super) body: Arc<str>,
-    pub(super) thing: Thing,
+    pub(super) thing: Restriction,
 }
 
 /// What is put.
 #[derive(Clone, Debug)]
-pub(super) enum Thing {
+pub(super) enum Restriction {
     /// A zone, as the closure it causes.
     Zone(Arc<Closure>),
     /// A closure that no zone causes.
     Closure(Box<ClosureEntry>),
 }
 
-impl Thing {
+impl Restriction {
     /// What it closes.
     pub(super) fn closure(&self) -> &Arc<Closure> {
         match self {
@@ -94,18 +94,18 @@ pub(super) fn read_thing(
     body: &str,
     topology: &Topology,
     margin_m: f64,
-) -> Result<Thing, BodyFault> {
+) -> Result<Restriction, BodyFault> {
     // Thousands may come at once.
     give_way();
     match kind {
         ObjectKind::Zone => {
             let zone = read_feature(id, body, topology, margin_m)?;
             let closure = Closure::of_zone(topology, Arc::new(zone));
-            Ok(Thing::Zone(Arc::new(closure)))
+            Ok(Restriction::Zone(Arc::new(closure)))
         }
         ObjectKind::Closure => {
             let entry = read_published(id, body, topology)?;
-            Ok(Thing::Closure(Box::new(entry)))
+            Ok(Restriction::Closure(Box::new(entry)))
         }
         ObjectKind::Network | ObjectKind::Weather => {
             Err(BodyFault::of(kind, "it is neither a zone nor a closure"))

@@ -2,7 +2,7 @@
 
 use super::guard::case_view;
 use super::records::AnswerRecord;
-use super::standing::Standing;
+use super::standing::Staleness;
 use super::store::ReportReply;
 use super::views;
 use super::words::{self, hex};
@@ -18,7 +18,7 @@ use std::borrow::Cow;
 pub(super) fn recomposition(
     record: &AnswerRecord,
     replayed: bool,
-    standing: Standing,
+    standing: Staleness,
 ) -> wire::Recomposition<'_> {
     let published = &record.published;
     let plan = record.plan.as_ref();
@@ -119,7 +119,7 @@ fn failure(failure: FailureType) -> wire::FailureType {
 /// A record as it is sent, with these closures of its world.
 pub(super) fn wire_record<'a>(
     record: &'a AnswerRecord,
-    standing: Standing,
+    standing: Staleness,
     closures: Vec<wire::RecordedClosure<'a>>,
     certificate: Option<Value>,
 ) -> wire::Record<'a> {
@@ -150,7 +150,7 @@ pub(super) fn report_reply(
     subject: &str,
     id: String,
     record: &AnswerRecord,
-    standing: Standing,
+    standing: Staleness,
 ) -> ReportReply {
     let answer = recomposition(record, false, standing);
     ReportReply {

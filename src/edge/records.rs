@@ -4,7 +4,7 @@ use super::planner::{Answer, Version};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::checked::Case;
-use crate::formats::{ReadWarning, Settled};
+use crate::formats::{ReadWarning, ResolvedReport};
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -56,7 +56,7 @@ pub(super) struct AnswerRecord {
     /// About how many bytes that takes.
     pub(super) report_bytes: usize,
     pub(super) read: Vec<ReadWarning>,
-    pub(super) settled: Settled,
+    pub(super) settled: ResolvedReport,
     pub(super) answer: Answer,
     /// The answer that did not pass, where this one stands in for it.
     pub(super) case: Option<Box<Case>>,
@@ -125,11 +125,11 @@ pub(super) struct Records {
     epoch: u64,
     capacity: usize,
     capacity_bytes: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<RecordBuffer>,
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct RecordBuffer {
     /// How many were ever given.
     given: u64,
     records: VecDeque<Arc<AnswerRecord>>,
@@ -177,7 +177,7 @@ impl Records {
             .airspace
             .topology_revision()
             .saturating_sub(NETWORKS_KEPT);
-        let is_of_old_network = |kept: &Kept| {
+        let is_of_old_network = |kept: &RecordBuffer| {
             let oldest = kept.records.front();
             oldest.is_some_and(|oldest| oldest.airspace.topology_revision() < oldest_network)
         };
@@ -244,7 +244,7 @@ impl Records {
     }
 
     // The queue and its weight are whole after every call, so a panic elsewhere cannot spoil them.
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, RecordBuffer> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

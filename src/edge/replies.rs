@@ -4,10 +4,10 @@
 //! sending is still being answered joins it. An operator's write with an idempotency key is done once: the
 //! same body gets the same answer, another body is refused.
 
-use super::given::{EarlierAnswer, Given};
 use super::records::weight;
 use super::settings::Settings;
 use super::store::{Entry, Reply, ReportReply, Store, WriteReply};
+use super::stored_answer::{RestoredAnswer, StoredAnswer};
 use crate::airspace::Airspace;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, text_bytes};
@@ -134,7 +134,7 @@ const REPLY_BYTES: usize = 1_000;
 #[derive(Debug)]
 pub(super) struct Sending {
     pub(super) report: wire::FailureReport,
-    pub(super) answer: OnceCell<Given>,
+    pub(super) answer: OnceCell<StoredAnswer>,
 }
 
 type ReportKey = (Arc<str>, String);
@@ -164,10 +164,10 @@ impl ReportReplies {
         now: Timestamp,
     ) {
         let mut bytes = REPLY_BYTES + report_bytes;
-        if let Some(Given::Before(earlier)) = sending.answer.get() {
+        if let Some(StoredAnswer::Before(earlier)) = sending.answer.get() {
             bytes += earlier.bytes();
         }
-        if let Some(Given::Now(record)) = sending.answer.get() {
+        if let Some(StoredAnswer::Now(record)) = sending.answer.get() {
             let world = Arc::downgrade(&record.airspace);
             let before = std::mem::replace(&mut *lock(&self.last_world), world.clone());
             let is_shared = before.ptr_eq(&world);
@@ -209,7 +209,7 @@ impl ReportReplies {
         subject: &Arc<str>,
         id: &str,
         report: &wire::FailureReport,
-        given: Given,
+        given: StoredAnswer,
         now: Timestamp,
     ) {
         let sending = Arc::new(Sending {
@@ -223,8 +223,8 @@ impl ReportReplies {
 
     /// Takes up what was answered in an earlier start. One that cannot be read any more is answered anew.
     pub(super) fn restore(&self, reply: ReportReply, at: Timestamp) {
-        if let Some(earlier) = EarlierAnswer::of(&reply) {
-            let given = Given::Before(Arc::new(earlier));
+        if let Some(earlier) = RestoredAnswer::of(&reply) {
+            let given = StoredAnswer::Before(Arc::new(earlier));
             let subject = Arc::from(reply.subject);
             self.renew(&subject, &reply.id, &reply.report, given, at);
         }

@@ -47,7 +47,7 @@ pub struct FlightSettings {
     pub tariff: Tariff,
     /// What is made least where nobody says.
     pub objective: Objective,
-    /// How long a safe node's pad has to be free, in seconds.
+    /// How long an alternate's pad has to be free, in seconds.
     pub refuge_stay_s: f64,
     /// Ids of the nodes that swap batteries instead of charging them; those that the network does not have count for nothing.
     pub swap_stations: Vec<String>,

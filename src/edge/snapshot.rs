@@ -4,7 +4,7 @@
 //! share, so that publishing one costs what changed.
 
 use super::entries::AlarmEntry;
-pub(super) use super::entries::{ClosureEntry, HoldEntry, ProposalEntry, Reported, ZoneEntry};
+pub(super) use super::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
 use super::network_documents::NetworkDocuments;
 use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{OccupationKey, Own, PadKey, Scene, Traffic};
@@ -36,7 +36,7 @@ pub struct Snapshot {
     pub(super) zones: OrdMap<Arc<str>, Arc<ZoneEntry>>,
     pub(super) closures: OrdMap<Arc<str>, Arc<ClosureEntry>>,
     pub(super) proposals: OrdMap<u64, Arc<ProposalEntry>>,
-    pub(super) holds: OrdMap<u64, Arc<HoldEntry>>,
+    pub(super) holds: OrdMap<u64, Arc<PendingReview>>,
     pub(super) alarms: OrdMap<u64, Arc<AlarmEntry>>,
     /// How many were raised since the start, by kind in the order of `AlarmKind::ALL`.
     pub(super) alarms_raised: [u64; wire::AlarmKind::ALL.len()],

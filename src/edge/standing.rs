@@ -4,14 +4,14 @@ use crate::wire;
 
 /// How current the edge was when it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Standing {
+pub(super) struct Staleness {
     pub(super) registry_revision: Option<wire::RegistryRevision>,
     pub(super) registry_age_s: Option<f64>,
     pub(super) freshness: wire::Freshness,
     pub(super) clock: wire::ClockKind,
 }
 
-impl Standing {
+impl Staleness {
     /// Says in an earlier answer how current the edge is now.
     pub(super) fn put_into(self, stamp: &mut wire::Stamp<'static>) {
         stamp.registry_revision = self.registry_revision;

@@ -1,15 +1,15 @@
-//! The state machine behind the writer: orders in, the next snapshot, events and replies out.
+//! The state machine behind the writer: commands in, the next snapshot, events and replies out.
 //!
-//! It knows no thread and no clock: it is handed instants, and the same orders at the same instants make the
-//! same state. A batch of orders makes one snapshot: what they change of the airspace is applied together,
+//! It knows no thread and no clock: it is handed instants, and the same commands at the same instants make the
+//! same state. A batch of commands makes one snapshot: what they change of the airspace is applied together,
 //! then plans are looked over once.
 
+use super::commands::{Command, Done, Outcome, Reply};
 use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
 use super::guard::Guard;
 use super::new_network::Succession;
-use super::orders::{Done, Order, Outcome, Reply};
 use super::planner::{Concern, OccupationKey, Planner};
 use super::replanning::Look;
 use super::replanning::{Queue, Wave};
@@ -28,10 +28,10 @@ use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// What a batch of orders came to, before any plan was looked at.
+/// What a batch of commands came to, before any plan was looked at.
 #[derive(Debug)]
 pub(super) struct Enforced {
-    /// One for each order, in their order.
+    /// One for each command, in their order.
     pub(super) done: Vec<Result<Done, Refusal>>,
     pub(super) airspace_changed: bool,
     /// Whether something has ended before its time, or has become another thing.
@@ -56,7 +56,7 @@ pub(super) struct State {
     pub(super) now: Timestamp,
     /// Counts writes; versions of things are numbers of writes.
     pub(super) writes: u64,
-    /// What the orders of this batch change of the airspace.
+    /// What the commands of this batch change of the airspace.
     pub(super) changes: Vec<Change>,
     pub(super) events: Vec<Happening>,
     /// Plans that are over, in the order they ended.
@@ -76,7 +76,7 @@ pub(super) struct State {
     pub(super) has_opened: bool,
     /// Whether the weather has changed in this batch.
     pub(super) weather_turned: bool,
-    /// The network before the one in service, and what of it is there still: for orders that were made on it.
+    /// The network before the one in service, and what of it is there still: for commands that were made on it.
     pub(super) succession: Option<Succession>,
     /// The alarms that have not ended, by kind and by what they are about.
     pub(super) open_alarms: BTreeMap<(AlarmKind, Arc<str>), u64>,
@@ -137,11 +137,11 @@ impl State {
         own.into_iter().chain(windows).min()
     }
 
-    /// Carries out orders, then what is due by now. Nothing here depends on how many plans there are.
-    pub(super) fn enforce(&mut self, orders: Vec<Order>, now: Timestamp) -> Enforced {
+    /// Carries out commands, then what is due by now. Nothing here depends on how many plans there are.
+    pub(super) fn enforce(&mut self, commands: Vec<Command>, now: Timestamp) -> Enforced {
         let revision = self.next.airspace.revision();
         self.now = now;
-        let done: Vec<Result<Done, Refusal>> = orders
+        let done: Vec<Result<Done, Refusal>> = commands
             .into_iter()
             .map(|order| self.carry_out(order, now))
             .collect();
@@ -163,7 +163,7 @@ impl State {
         )
     }
 
-    /// What is answered to orders, with what drones are told already.
+    /// What is answered to commands, with what drones are told already.
     pub(super) fn replies(
         &self,
         done: Vec<Result<Done, Refusal>>,
@@ -180,24 +180,25 @@ impl State {
         replies.collect()
     }
 
-    pub(super) fn carry_out(&mut self, order: Order, now: Timestamp) -> Result<Done, Refusal> {
+    pub(super) fn carry_out(&mut self, order: Command, now: Timestamp) -> Result<Done, Refusal> {
         self.check_store(&order)?;
         match order {
-            Order::PutZone { closure, expected } => self.put_zone(closure, &expected),
-            Order::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
-            Order::PutClosure(entry) => self.put_closure(entry),
-            Order::ChangeClosure {
+            Command::PutZone { closure, expected } => self.put_zone(closure, &expected),
+            Command::DeleteZone { id, expected } => self.delete_zone(&id, &expected),
+            Command::ImportZones(update) => self.import_zones(&update),
+            Command::PutClosure(entry) => self.put_closure(entry),
+            Command::ChangeClosure {
                 id,
                 confirmed,
                 until,
                 expected,
             } => self.change_closure(&id, confirmed, until, &expected, now),
-            Order::LiftClosure { id, expected } => self.lift_closure(&id, &expected),
-            Order::Publish(publication) => Ok(self.publish_report(*publication)),
-            Order::Propose(proposal) => Ok(self.propose(*proposal)),
-            Order::DecideProposal { number, decision } => self.decide_proposal(number, decision),
-            Order::Follow(followed) => self.follow(*followed),
-            Order::Forwarded {
+            Command::LiftClosure { id, expected } => self.lift_closure(&id, &expected),
+            Command::Publish(publication) => Ok(self.publish_report(*publication)),
+            Command::Propose(proposal) => Ok(self.propose(*proposal)),
+            Command::DecideProposal { number, decision } => self.decide_proposal(number, decision),
+            Command::Follow(followed) => self.follow(*followed),
+            Command::Forwarded {
                 number,
                 upstream,
                 epoch,
@@ -205,7 +206,7 @@ impl State {
                 self.note_answered(number, upstream, epoch);
                 Ok(Done::Nothing)
             }
-            Order::NotForwarded {
+            Command::NotForwarded {
                 number,
                 code,
                 detail,
@@ -213,43 +214,45 @@ impl State {
                 self.give_up(number, &code, &detail);
                 Ok(Done::Nothing)
             }
-            Order::DecideHold { number, decision } => self.decide_hold(number, decision),
-            Order::PutWeather { text, expected } => self.put_weather(text, &expected),
-            Order::AddPlan(plan) => self.add_plan(*plan),
-            Order::CancelPlan { id, is_placed } => self.cancel_plan(&id, is_placed),
-            Order::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
-            Order::DeclinePlan {
+            Command::DecideHold { number, decision } => self.decide_hold(number, decision),
+            Command::PutWeather { text, expected } => self.put_weather(text, &expected),
+            Command::AddPlan(plan) => self.add_plan(*plan),
+            Command::CancelPlan { id, is_placed } => self.cancel_plan(&id, is_placed),
+            Command::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
+            Command::DeclinePlan {
                 id,
                 version,
                 reason,
             } => self.decline_plan(&id, version, reason),
-            Order::CompletePlan { id, landed, place } => self.complete_plan(&id, landed, place),
-            Order::ReleasePlan { id, ended_as } => self.release_plan(&id, ended_as),
-            Order::SeePlan { id, seen } => Ok(self.see_plan(&id, seen)),
-            Order::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
-            Order::OfferVersion {
+            Command::CompletePlan { id, landed, place } => self.complete_plan(&id, landed, place),
+            Command::ReleasePlan { id, ended_as } => self.release_plan(&id, ended_as),
+            Command::SeePlan { id, seen } => Ok(self.see_plan(&id, seen)),
+            Command::ProposeVersion { plan, version } => Ok(self.propose_version(&plan, *version)),
+            Command::OfferVersion {
                 plan,
                 instead_of,
                 version,
             } => Ok(self.offer_version(&plan, instead_of, *version)),
-            Order::RaiseAlarm(draft) => Ok(Done::Alarm(self.raise_alarm(*draft, now))),
-            Order::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
-            Order::ReplaceNetwork(network) => self.replace_network(&network, now),
-            Order::MadeOn { topology, order } => self.carry_out_made_on(&topology, *order, now),
-            Order::By {
+            Command::RaiseAlarm(draft) => Ok(Done::Alarm(self.raise_alarm(*draft, now))),
+            Command::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
+            Command::ReplaceNetwork(network) => self.replace_network(&network, now),
+            Command::MadeOn { topology, command } => {
+                self.carry_out_made_on(&topology, *command, now)
+            }
+            Command::By {
                 author,
                 reason,
-                order,
-            } => self.carry_out_by((author, reason), *order, now),
-            Order::Tick | Order::Settle => Ok(Done::Nothing),
+                command,
+            } => self.carry_out_by((author, reason), *command, now),
+            Command::Tick | Command::Settle => Ok(Done::Nothing),
         }
     }
 
-    /// Carries out an order that somebody has given: they stand on all that it tells.
+    /// Carries out a command that somebody has given: they stand on all that it tells.
     fn carry_out_by(
         &mut self,
         (author, reason): (Arc<Author>, Option<Arc<str>>),
-        order: Order,
+        order: Command,
         now: Timestamp,
     ) -> Result<Done, Refusal> {
         let told_before = self.events.len();

@@ -52,7 +52,7 @@ impl State {
             obstruction.is_some()
         };
         let wanted = plan.wanted.as_deref();
-        plan.falls_short()
+        plan.ends_early()
             || is_obstructed(&plan.reported, progress::ahead(plan, progress))
             || wanted.is_some_and(|wanted| is_obstructed(wanted, progress::whole(wanted)))
     }
@@ -71,7 +71,7 @@ impl State {
         };
         let ahead = progress::ahead(plan, &progress);
         let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
-        let reported_blocked = plan.falls_short() || obstruction.is_some();
+        let reported_blocked = plan.ends_early() || obstruction.is_some();
         let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
             let whole = progress::whole(wanted);
             self.obstruction(plan, wanted, whole, airspace, now)

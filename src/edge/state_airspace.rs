@@ -1,8 +1,8 @@
 //! Orders about zones, closures, proposals and holds.
 
+use super::commands::{Decision, Done, Publication};
 use super::entries::{ClosureEntry, ProposalEntry, Reported, windows};
 use super::events::Happening;
-use super::orders::{Decision, Done, Publication};
 use super::snapshot::Snapshot;
 use super::state::{State, check_expected};
 use super::timers::Due;

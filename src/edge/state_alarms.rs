@@ -1,8 +1,8 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
+use super::commands::Done;
 use super::entries::{AlarmDraft, AlarmEntry};
 use super::events::Happening;
-use super::orders::Done;
 use super::plan_entry::PlanEntry;
 use super::state::State;
 use super::views::{alarm_id, alarm_view};
@@ -131,7 +131,7 @@ impl State {
                 .windows
                 .iter()
                 .all(|window| window.until().is_some());
-            let is_endless = closure.windows.is_empty() || !ends;
+            let is_endless = !closure.recurs() && (closure.windows.is_empty() || !ends);
             let is_hit = closure.hits.nodes.binary_search(&node).is_ok();
             closure.zone().is_some() && is_endless && is_hit
         };

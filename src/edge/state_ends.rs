@@ -1,7 +1,7 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::orders::{Done, Seen};
+use super::commands::{Done, Seen};
 use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use super::planner::{Version, later};
 use super::state::State;

@@ -1,8 +1,8 @@
 //! Plans and their versions as they come in, and where they are in the indices of a snapshot.
 
+use super::commands::Done;
 use super::events::Happening;
 use super::fleet::{self, Detour};
-use super::orders::Done;
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Version, stays};
 use super::progress;

@@ -1,8 +1,8 @@
 //! What the state has to do with the store: it begins with what is in it, and refuses what must not be lost
 //! while it fails.
 
+use super::commands::Command;
 use super::entries::{ClosureEntry, ProposalEntry};
-use super::orders::Order;
 use super::plan_entry::PlanEntry;
 use super::state::State;
 use super::state_airspace::just_after;
@@ -111,44 +111,45 @@ impl State {
     }
 
     /// While the store fails, what closes more is enforced all the same; what a restart must not undo is refused.
-    pub(super) fn check_store(&self, order: &Order) -> Result<(), Refusal> {
+    pub(super) fn check_store(&self, order: &Command) -> Result<(), Refusal> {
         if !self.store.is_failing() {
             return Ok(());
         }
         let only_closes_more = match order {
-            Order::PutZone { closure, .. } => self.encloses_what_stands(closure),
-            Order::ChangeClosure { id, until, .. } => {
+            Command::PutZone { closure, .. } => self.encloses_what_stands(closure),
+            Command::ImportZones(update) => self.import_only_closes_more(update),
+            Command::ChangeClosure { id, until, .. } => {
                 let entry = self.next.closures.get(id.as_str());
                 entry.is_none_or(|entry| until.is_none_or(|until| ends_by(entry, until)))
             }
-            Order::PutClosure(_)
-            | Order::Publish(_)
-            | Order::Propose(_)
-            | Order::Follow(_)
-            | Order::Forwarded { .. }
-            | Order::NotForwarded { .. }
-            | Order::ReplaceNetwork(_)
+            Command::PutClosure(_)
+            | Command::Publish(_)
+            | Command::Propose(_)
+            | Command::Follow(_)
+            | Command::Forwarded { .. }
+            | Command::NotForwarded { .. }
+            | Command::ReplaceNetwork(_)
             // What is in it is looked at when it is carried out.
-            | Order::MadeOn { .. }
-            | Order::By { .. }
-            | Order::ProposeVersion { .. }
-            | Order::OfferVersion { .. }
-            | Order::RaiseAlarm(_)
-            | Order::SeePlan { .. }
-            | Order::Tick
-            | Order::Settle => true,
-            Order::DeleteZone { .. }
-            | Order::LiftClosure { .. }
-            | Order::DecideProposal { .. }
-            | Order::DecideHold { .. }
-            | Order::PutWeather { .. }
-            | Order::AddPlan(_)
-            | Order::CancelPlan { .. }
-            | Order::AcknowledgePlan { .. }
-            | Order::AcknowledgeAlarm { .. }
-            | Order::DeclinePlan { .. }
-            | Order::CompletePlan { .. }
-            | Order::ReleasePlan { .. } => false,
+            | Command::MadeOn { .. }
+            | Command::By { .. }
+            | Command::ProposeVersion { .. }
+            | Command::OfferVersion { .. }
+            | Command::RaiseAlarm(_)
+            | Command::SeePlan { .. }
+            | Command::Tick
+            | Command::Settle => true,
+            Command::DeleteZone { .. }
+            | Command::LiftClosure { .. }
+            | Command::DecideProposal { .. }
+            | Command::DecideHold { .. }
+            | Command::PutWeather { .. }
+            | Command::AddPlan(_)
+            | Command::CancelPlan { .. }
+            | Command::AcknowledgePlan { .. }
+            | Command::AcknowledgeAlarm { .. }
+            | Command::DeclinePlan { .. }
+            | Command::CompletePlan { .. }
+            | Command::ReleasePlan { .. } => false,
         };
         match only_closes_more {
             true => Ok(()),
@@ -160,7 +161,7 @@ impl State {
     }
 
     /// Whether a closure closes all that the one with its id closes now.
-    fn encloses_what_stands(&self, closure: &Closure) -> bool {
+    pub(super) fn encloses_what_stands(&self, closure: &Closure) -> bool {
         let standing = self.next.airspace.closure(&closure.id);
         let changed = self.changes.iter().rev().find_map(|change| match change {
             Change::Put(put) if put.id == closure.id => Some(put),

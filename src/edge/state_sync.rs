@@ -1,15 +1,13 @@
-//! Orders that take over what the registry has.
-//!
-//! What is stricter than before is in force with the batch that brings it. Many removals at once wait for an
-//! operator. Where both sides have changed one thing, the stricter of both stays in force: see `state_holds`.
+//! Commands that take over what the registry has: what is stricter is in force at once, many removals wait for
+//! an operator; where both sides changed one thing the stricter stays, see `state_reviews`.
 
 use super::background::give_way;
+use super::commands::Done;
 use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
-use super::orders::Done;
-use super::published::{Published, Thing, says_the_same};
+use super::published::{Published, Restriction, says_the_same};
 use super::state::State;
-use super::sync::followed::{Extent, Followed, Superseded, Tombstone};
+use super::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
 use super::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
 use super::views;
 use crate::airspace::{Change, Closure};
@@ -29,7 +27,7 @@ struct Tally {
 
 impl State {
     /// Takes over what the registry has changed, or all that it has.
-    pub(super) fn follow(&mut self, followed: Followed) -> Result<Done, Refusal> {
+    pub(super) fn follow(&mut self, followed: RegistryDelta) -> Result<Done, Refusal> {
         self.check_place(&followed)?;
         if let Some(network) = &followed.network {
             self.replace_network(network, self.now)?;
@@ -81,8 +79,8 @@ impl State {
         Ok(Done::Nothing)
     }
 
-    /// What was worked out for another state than this one is worked out again.
-    fn check_place(&self, followed: &Followed) -> Result<(), Refusal> {
+    /// What was worked out for another state is worked out again.
+    fn check_place(&self, followed: &RegistryDelta) -> Result<(), Refusal> {
         let is_here = self.next.registry == followed.after;
         let is_on_it = followed.network.is_some()
             || Arc::ptr_eq(&followed.topology, self.next.airspace.topology());
@@ -125,7 +123,7 @@ impl State {
         }
         let body = superseded.body.as_ref();
         if let Some(first) = waiting.first()
-            && is_echo(first, superseded.operation, body)
+            && is_own_write(first, superseded.operation, body)
         {
             self.note_forwarded(first.number, Some(superseded.upstream));
         }
@@ -184,7 +182,7 @@ impl State {
             return;
         }
         if let Some(first) = waiting.first()
-            && is_echo(first, ChangeOperation::Put, Some(&put.body))
+            && is_own_write(first, ChangeOperation::Put, Some(&put.body))
         {
             self.note_forwarded(first.number, Some(put.upstream));
             return;
@@ -195,10 +193,10 @@ impl State {
             // The very version that waits to be replaced.
             return;
         }
-        if !was_held && self.stands_only_here(&put, &waiting) {
-            return self.contest(put, &mut tally.put);
+        if !was_held && self.is_local_only(&put, &waiting) {
+            return self.resolve_conflict(put, &mut tally.put);
         }
-        self.displace_namesake(&put, tally);
+        self.resolve_name_conflict(&put, tally);
         if self.is_same(&put) {
             self.set_upstream(put.kind, &put.id, Some(put.upstream));
             return;
@@ -213,7 +211,7 @@ impl State {
     }
 
     /// Whether something was changed here under this id that the registry does not know.
-    fn stands_only_here(&self, put: &Published, waiting: &[Arc<OutboxEntry>]) -> bool {
+    fn is_local_only(&self, put: &Published, waiting: &[Arc<OutboxEntry>]) -> bool {
         let other = namesake(put.kind);
         let stands_here =
             |kind| self.has(kind, &put.id) && self.upstream_of(kind, &put.id).is_none();
@@ -221,7 +219,7 @@ impl State {
     }
 
     /// What has the same id and is of the other kind was lifted there before.
-    fn displace_namesake(&mut self, put: &Published, tally: &mut Tally) {
+    fn resolve_name_conflict(&mut self, put: &Published, tally: &mut Tally) {
         let other = namesake(put.kind);
         if self.has(other, &put.id) {
             self.remove(other, &put.id, tally);
@@ -245,19 +243,21 @@ impl State {
     /// Whether it is here just so.
     fn is_same(&self, put: &Published) -> bool {
         match &put.thing {
-            Thing::Zone(closure) => {
+            Restriction::Zone(closure) => {
                 let standing = self.next.zones.get(&put.id);
                 standing.is_some_and(|entry| Some(&entry.zone) == closure.zone())
             }
-            Thing::Closure(entry) => self.next.closures.get(&put.id).is_some_and(|standing| {
-                let as_there = ClosureEntry {
-                    version: standing.version,
-                    upstream: standing.upstream,
-                    by: standing.by.clone(),
-                    ..(**entry).clone()
-                };
-                **standing == as_there
-            }),
+            Restriction::Closure(entry) => {
+                self.next.closures.get(&put.id).is_some_and(|standing| {
+                    let as_there = ClosureEntry {
+                        version: standing.version,
+                        upstream: standing.upstream,
+                        by: standing.by.clone(),
+                        ..(**entry).clone()
+                    };
+                    **standing == as_there
+                })
+            }
         }
     }
 
@@ -266,8 +266,8 @@ impl State {
         let version = self.write_number();
         let upstream = Some(put.upstream);
         match put.thing {
-            Thing::Zone(closure) => self.place_zone(&closure, version, upstream),
-            Thing::Closure(entry) => {
+            Restriction::Zone(closure) => self.place_zone(&closure, version, upstream),
+            Restriction::Closure(entry) => {
                 self.keep_closure(ClosureEntry {
                     version,
                     upstream,
@@ -336,13 +336,13 @@ impl State {
         standing: usize,
         tally: &mut Tally,
     ) {
-        if self.is_mass_removal(gone.len(), standing) {
+        if Self::is_mass_removal(gone.len(), standing) {
             for (kind, id) in &gone {
                 // The registry has it no more, whatever becomes of it here.
                 self.set_upstream(*kind, id, None);
             }
             let lifts = gone.into_iter().map(|(_, id)| id.to_string()).collect();
-            self.hold_removals(lifts);
+            self.hold_removals("registry", lifts);
             return;
         }
         for (kind, id) in gone {
@@ -468,7 +468,7 @@ impl State {
 }
 
 /// Whether what came is what waits to be told.
-fn is_echo(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&Arc<str>>) -> bool {
+fn is_own_write(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&Arc<str>>) -> bool {
     let is_same = match (&entry.body, body) {
         (Some(ours), Some(theirs)) => says_the_same(ours, theirs),
         (ours, theirs) => ours.as_ref() == theirs,

@@ -4,10 +4,10 @@
 //! what is left of what they name, plans are flown on where their ways are as they were. Requests under way keep the
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
+use super::commands::{Command, Done, Publication};
 use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use super::events::Happening;
 use super::new_network::{NewNetwork, Relay, Succession, not_laid};
-use super::orders::{Done, Order, Publication};
 use super::snapshot::revision_text;
 use super::state::State;
 use crate::airspace::Closure;
@@ -59,7 +59,7 @@ impl State {
         Ok(Done::Nothing)
     }
 
-    /// Applies what the orders before have changed of the airspace, while its indices mean something.
+    /// Applies what the commands before have changed of the airspace, while its indices mean something.
     fn apply_changes(&mut self, now: Timestamp) {
         let changes = std::mem::take(&mut self.changes);
         if !changes.is_empty() {
@@ -118,11 +118,11 @@ impl State {
         self.relaid = other.map(|relaid| relaid.after.clone()).collect();
     }
 
-    /// Carries out an order made on a network, which may not be the one in service any more.
+    /// Carries out a command made on a network, which may not be the one in service any more.
     pub(super) fn carry_out_made_on(
         &mut self,
         topology: &Arc<Topology>,
-        order: Order,
+        order: Command,
         now: Timestamp,
     ) -> Result<Done, Refusal> {
         if Arc::ptr_eq(topology, self.next.topology()) {
@@ -144,20 +144,20 @@ impl State {
         }
     }
 
-    /// An order on the network in service; `None` where nothing is left of it, or it has to be worked out anew.
+    /// A command on the network in service; `None` where nothing is left of it, or it has to be worked out anew.
     fn order_over(
         &mut self,
         made_on: &Arc<Topology>,
-        order: Order,
+        order: Command,
         correspondence: &Correspondence,
-    ) -> Result<Option<Order>, Refusal> {
+    ) -> Result<Option<Command>, Refusal> {
         let over = |closure: &Arc<Closure>| self.closure_over(made_on, closure, correspondence);
         Ok(match order {
-            Order::PutZone { closure, expected } => Some(Order::PutZone {
+            Command::PutZone { closure, expected } => Some(Command::PutZone {
                 closure: over(&closure)?,
                 expected,
             }),
-            Order::PutClosure(entry) => {
+            Command::PutClosure(entry) => {
                 let closure = over(&entry.closure)?;
                 if closes_nothing(&closure) {
                     let detail = format!(
@@ -166,9 +166,9 @@ impl State {
                     );
                     return Err(Refusal::new(Code::ClosureInvalid, detail));
                 }
-                Some(Order::PutClosure(ClosureEntry { closure, ..entry }))
+                Some(Command::PutClosure(ClosureEntry { closure, ..entry }))
             }
-            Order::Publish(publication) => {
+            Command::Publish(publication) => {
                 let Publication { entry, otherwise } = *publication;
                 let closure = over(&entry.closure)?;
                 let is_left = !closes_nothing(&closure);
@@ -178,23 +178,23 @@ impl State {
                         ..otherwise
                     };
                     let entry = ClosureEntry { closure, ..entry };
-                    Order::Publish(Box::new(Publication { entry, otherwise }))
+                    Command::Publish(Box::new(Publication { entry, otherwise }))
                 })
             }
-            Order::Propose(proposal) => {
+            Command::Propose(proposal) => {
                 let closure = over(&proposal.closure)?;
                 let is_left = closure.zone().is_some() || !closes_nothing(&closure);
                 let proposal = ProposalEntry {
                     closure,
                     ..*proposal
                 };
-                is_left.then(|| Order::Propose(Box::new(proposal)))
+                is_left.then(|| Command::Propose(Box::new(proposal)))
             }
-            Order::ProposeVersion { plan, version } => {
+            Command::ProposeVersion { plan, version } => {
                 self.version_over(&plan, *version, made_on, correspondence)
             }
             // A plan is composed anew: another way may be shorter now.
-            Order::AddPlan(_) | Order::OfferVersion { .. } => None,
+            Command::AddPlan(_) | Command::OfferVersion { .. } => None,
             other => Some(other),
         })
     }

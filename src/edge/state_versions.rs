@@ -3,8 +3,8 @@
 //! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
+use super::commands::{DeclineReason, Done};
 use super::fleet::{self, Detour};
-use super::orders::{DeclineReason, Done};
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::Version;
 use super::progress;

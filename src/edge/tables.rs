@@ -14,12 +14,12 @@ use crate::routing::{Searcher, TreeCache};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-/// At most this many wishes wait; more are dropped, and come again with the next request.
+/// At most this many jobs wait; more are dropped, and come again with the next request.
 const QUEUE: usize = 256;
 
 /// Something for the maker of tables to do.
 #[derive(Debug)]
-enum Wish {
+enum TreeJob {
     /// A destination on the network of a topology revision has no table.
     Table(NodeIx, u64),
     /// The airspace has changed.
@@ -30,14 +30,14 @@ enum Wish {
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     trees: Arc<TreeCache>,
-    wishes: SyncSender<Wish>,
+    jobs: SyncSender<TreeJob>,
 }
 
 /// Who makes them. Dropped before it is started, it makes none: every search is answered by A*.
 #[derive(Debug)]
 pub(super) struct TableMaker {
     trees: Arc<TreeCache>,
-    inbox: Receiver<Wish>,
+    inbox: Receiver<TreeJob>,
 }
 
 impl TableMaker {
@@ -59,10 +59,10 @@ impl Tables {
     /// Tables of so many bytes at most.
     pub(super) fn new(capacity_bytes: usize) -> (Self, TableMaker) {
         let trees = Arc::new(TreeCache::new(capacity_bytes));
-        let (wishes, inbox) = sync_channel(QUEUE);
+        let (jobs, inbox) = sync_channel(QUEUE);
         let tables = Self {
             trees: trees.clone(),
-            wishes,
+            jobs,
         };
         (tables, TableMaker { trees, inbox })
     }
@@ -78,26 +78,26 @@ impl Tables {
         let trees = world.trees;
         if !trees.is_some_and(|trees| trees.holds(destination, topology_revision)) {
             // A full queue means that tables are being made as fast as can be.
-            let wish = Wish::Table(destination, topology_revision);
-            let _ = self.wishes.try_send(wish);
+            let job = TreeJob::Table(destination, topology_revision);
+            let _ = self.jobs.try_send(job);
         }
     }
 
     /// Asks for the standing closures to be worked in anew.
     pub(super) fn renew(&self) {
         // With a full queue the next table is made on the newest snapshot anyhow.
-        let _ = self.wishes.try_send(Wish::Renewal);
+        let _ = self.jobs.try_send(TreeJob::Renewal);
     }
 }
 
 /// What tables are made with: for one network, and made anew for the next.
-struct Workbench {
+struct TreeBuilder {
     topology: Arc<Topology>,
     topology_revision: u64,
     searcher: Searcher,
 }
 
-impl Workbench {
+impl TreeBuilder {
     fn on(airspace: &Airspace) -> Self {
         Self {
             topology: airspace.topology().clone(),
@@ -117,28 +117,28 @@ impl Workbench {
     }
 }
 
-fn work(inbox: &Receiver<Wish>, in_service: &dyn Fn() -> Arc<Airspace>, trees: &TreeCache) {
-    let mut workbench: Option<Workbench> = None;
+fn work(inbox: &Receiver<TreeJob>, in_service: &dyn Fn() -> Arc<Airspace>, trees: &TreeCache) {
+    let mut workbench: Option<TreeBuilder> = None;
     while let Ok(first) = inbox.recv() {
         begin_turn();
-        let mut wishes = Vec::new();
+        let mut jobs = Vec::new();
         let mut is_renewal = false;
-        for wish in std::iter::once(first).chain(inbox.try_iter().take(QUEUE)) {
-            match wish {
-                Wish::Table(destination, on) => wishes.push((destination, on)),
-                Wish::Renewal => is_renewal = true,
+        for job in std::iter::once(first).chain(inbox.try_iter().take(QUEUE)) {
+            match job {
+                TreeJob::Table(destination, on) => jobs.push((destination, on)),
+                TreeJob::Renewal => is_renewal = true,
             }
         }
         let airspace = &in_service();
         let current = airspace.topology_revision();
         // Whoever asked on a network that is gone asks again on the next.
-        let wishes = wishes.into_iter().filter(|&(_, on)| on == current);
-        let mut wanted: Vec<NodeIx> = wishes.map(|(destination, _)| destination).collect();
-        let is_outdated = |bench: &Workbench| !Arc::ptr_eq(&bench.topology, airspace.topology());
+        let jobs = jobs.into_iter().filter(|&(_, on)| on == current);
+        let mut wanted: Vec<NodeIx> = jobs.map(|(destination, _)| destination).collect();
+        let is_outdated = |bench: &TreeBuilder| !Arc::ptr_eq(&bench.topology, airspace.topology());
         if let Some(outdated) = workbench.take_if(|bench| is_outdated(bench)) {
             wanted.extend(outdated.destinations_on(airspace.topology(), trees));
         }
-        let bench = workbench.get_or_insert_with(|| Workbench::on(airspace));
+        let bench = workbench.get_or_insert_with(|| TreeBuilder::on(airspace));
         wanted.sort_unstable();
         wanted.dedup();
         wanted.retain(|&destination| !trees.holds(destination, current));

@@ -5,7 +5,7 @@ use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::flight::Location;
-use crate::routing::Way;
+use crate::routing::Path;
 use jiff::Timestamp;
 
 /// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
@@ -43,7 +43,7 @@ pub(super) fn still_holds(
 /// nobody knows which zones there were, all count as come since.
 pub(super) fn first_stretch_is_clear(
     location: Location,
-    way: &Way,
+    way: &Path,
     before: Option<&Airspace>,
     snapshot: &Snapshot,
 ) -> bool {

@@ -1,6 +1,6 @@
 //! The state of the edge in the words of the wire.
 
-use super::entries::{AlarmEntry, ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
+use super::entries::{AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
 use super::fleet::{self, Detour};
 use super::plan_entry::PlanEntry;
 use super::planner::{DetourEnd, FlownVersion, Version, later};
@@ -145,7 +145,7 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
     }
 }
 
-pub(super) fn hold(snapshot: &Snapshot, entry: &HoldEntry) -> wire::Hold<'static> {
+pub(super) fn hold(snapshot: &Snapshot, entry: &PendingReview) -> wire::Hold<'static> {
     let told = entry.lifts.len().min(IDS_MAX);
     let contested = entry.contested.as_deref();
     let lifted = entry.lifts[..told].iter().map(|id| text(id));

@@ -1,7 +1,7 @@
 //! The weather: wind over the network, as one document.
 
 use super::Edge;
-use super::orders::{Done, Order, unexpected};
+use super::commands::{Command, Done, unexpected};
 use super::snapshot::Snapshot;
 use super::words::weather_etag;
 use crate::access::Caller;
@@ -35,11 +35,11 @@ impl Edge {
         read_weather(&weather, on.topology().frame())?;
         // Texts and finite numbers always have a JSON form.
         let text = serde_json::to_string(&weather).unwrap_or_default();
-        let order = Order::PutWeather {
+        let command = Command::PutWeather {
             text: Arc::from(text),
             expected: Expected::of(if_match),
         };
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         match outcome.done {
             Done::Nothing => Ok(self.weather_of(&snapshot)),
             _ => Err(unexpected()),

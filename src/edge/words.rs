@@ -3,7 +3,7 @@
 use crate::geo::AltitudeReference;
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use sha2::{Digest, Sha256};
@@ -41,7 +41,7 @@ pub(super) fn instant(instant: Timestamp) -> Cow<'static, str> {
     Cow::Owned(instant.to_string())
 }
 
-pub(super) fn path(topology: &Topology, way: &Way) -> wire::Path<'static> {
+pub(super) fn path(topology: &Topology, way: &Path) -> wire::Path<'static> {
     wire::Path {
         nodes: node_ids(topology, &way.nodes),
         segments: segment_ids(topology, &way.segments),

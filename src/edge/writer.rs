@@ -1,14 +1,14 @@
-//! The single writer: it carries out orders in batches and publishes what comes of them.
+//! The single writer: it carries out commands in batches and publishes what comes of them.
 //!
 //! Requests never wait for it unless they have to know what became of their order. As a thread it sleeps until
-//! the next order or the next instant at which something happens by itself; in place it works whenever an order
+//! the next command or the next instant at which something happens by itself; in place it works whenever a command
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
 use super::background::{begin_turn, give_way};
+use super::commands::{Command, Reply};
 use super::events::Events;
 use super::fleet::Detour;
 use super::opened::Opened;
-use super::orders::{Order, Reply};
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::store::{Store, Waiting};
@@ -23,33 +23,33 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::oneshot;
 
-/// At most this many orders wait.
+/// At most this many commands wait.
 const QUEUE: usize = 4_096;
-/// At most this many orders make one snapshot.
+/// At most this many commands make one snapshot.
 const BATCH: usize = 256;
 /// The writer looks at the clock at least this often, as a clock may be set.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
-/// An order, and who waits for what becomes of it.
+/// A command, and who waits for what becomes of it.
 #[derive(Debug)]
-pub(super) struct Letter {
-    order: Order,
+pub(super) struct QueuedCommand {
+    command: Command,
     reply: Option<Asker>,
 }
 
-/// Where orders are handed in.
+/// Where commands are handed in.
 #[derive(Clone, Debug)]
 pub(super) enum Writer {
     /// A thread takes them.
-    Thread(SyncSender<Letter>),
+    Thread(SyncSender<QueuedCommand>),
     /// They are carried out at once.
-    InPlace(Arc<Mutex<Desk>>),
+    InPlace(Arc<Mutex<WriterLoop>>),
 }
 
 /// Where the writer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WriterStep {
-    /// What a batch of orders has changed is in force; no plan has been looked at.
+    /// What a batch of commands has changed is in force; no plan has been looked at.
     Enforced,
     /// A plan has been looked at.
     LookedAtPlan,
@@ -77,12 +77,12 @@ impl std::fmt::Debug for Watch {
     }
 }
 
-/// Who waits for the answer to an order.
+/// Who waits for the answer to a command.
 type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
 
 /// What the writer publishes to.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct WriterLoop {
     pub(super) state: State,
     pub(super) store: Store,
     pub(super) clock: Clock,
@@ -99,43 +99,46 @@ pub(super) struct Desk {
 #[derive(Debug, Default)]
 pub(super) struct Unanswered {
     /// Orders that came in while plans were replanned.
-    letters: Vec<Letter>,
+    letters: Vec<QueuedCommand>,
     /// Who waits until all plans are.
     for_all_plans: Vec<(Asker, Reply)>,
 }
 
 impl Writer {
     /// Starts the thread. It ends when the last handle to it is dropped.
-    pub(super) fn start(desk: Desk) -> std::io::Result<Self> {
-        let (orders, inbox) = sync_channel(QUEUE);
+    pub(super) fn start(desk: WriterLoop) -> std::io::Result<Self> {
+        let (commands, inbox) = sync_channel(QUEUE);
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
         builder.spawn(move || desk.work(&inbox))?;
-        Ok(Self::Thread(orders))
+        Ok(Self::Thread(commands))
     }
 
-    /// A writer without a thread: what is due happens with the next order.
-    pub(super) fn in_place(desk: Desk) -> Self {
+    /// A writer without a thread: what is due happens with the next command.
+    pub(super) fn in_place(desk: WriterLoop) -> Self {
         Self::InPlace(Arc::new(Mutex::new(desk)))
     }
 
-    /// Hands in an order and waits for what becomes of it.
-    pub(super) async fn ask(&self, order: Order) -> Result<(Reply, Arc<Snapshot>), Refusal> {
+    /// Hands in a command and waits for what becomes of it.
+    pub(super) async fn ask(&self, command: Command) -> Result<(Reply, Arc<Snapshot>), Refusal> {
         let (reply, answer) = oneshot::channel();
-        self.send(Letter {
-            order,
+        self.send(QueuedCommand {
+            command,
             reply: Some(reply),
         })?;
         answer.await.map_err(|_| stopped())
     }
 
-    /// Hands in an order that nobody waits for.
-    pub(super) fn tell(&self, order: Order) -> Result<(), Refusal> {
-        self.send(Letter { order, reply: None })
+    /// Hands in a command that nobody waits for.
+    pub(super) fn tell(&self, command: Command) -> Result<(), Refusal> {
+        self.send(QueuedCommand {
+            command,
+            reply: None,
+        })
     }
 
-    fn send(&self, letter: Letter) -> Result<(), Refusal> {
-        let orders = match self {
-            Self::Thread(orders) => orders,
+    fn send(&self, letter: QueuedCommand) -> Result<(), Refusal> {
+        let commands = match self {
+            Self::Thread(commands) => commands,
             Self::InPlace(desk) => {
                 // A batch is applied whole or panics before it is published.
                 let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
@@ -143,7 +146,7 @@ impl Writer {
                 return Ok(());
             }
         };
-        orders.try_send(letter).map_err(|error| match error {
+        commands.try_send(letter).map_err(|error| match error {
             TrySendError::Full(_) => {
                 let detail = format!("{QUEUE} changes are waiting already");
                 Refusal::new(Code::Overloaded, detail).retry_after_s(1)
@@ -160,8 +163,8 @@ fn stopped() -> Refusal {
     )
 }
 
-impl Desk {
-    fn work(mut self, inbox: &Receiver<Letter>) {
+impl WriterLoop {
+    fn work(mut self, inbox: &Receiver<QueuedCommand>) {
         loop {
             let mut letters = std::mem::take(&mut self.waiting.letters);
             if letters.is_empty() {
@@ -193,8 +196,12 @@ impl Desk {
     }
 
     /// Carries out letters in batches: one, unless some of them replace the network, which begin batches of their own.
-    fn carry_out(&mut self, mut letters: Vec<Letter>, inbox: Option<&Receiver<Letter>>) {
-        let replaces = |letter: &Letter| letter.order.replaces_network();
+    fn carry_out(
+        &mut self,
+        mut letters: Vec<QueuedCommand>,
+        inbox: Option<&Receiver<QueuedCommand>>,
+    ) {
+        let replaces = |letter: &QueuedCommand| letter.command.replaces_network();
         while let Some(place) = letters.iter().skip(1).position(replaces) {
             let rest = letters.split_off(place + 1);
             self.carry_out_batch(std::mem::replace(&mut letters, rest), inbox);
@@ -204,23 +211,27 @@ impl Desk {
 
     /// Carries out letters, enforces what they change, and only then looks at plans: so many that the answers tell
     /// something of them, and no more while other letters wait.
-    fn carry_out_batch(&mut self, letters: Vec<Letter>, inbox: Option<&Receiver<Letter>>) {
+    fn carry_out_batch(
+        &mut self,
+        letters: Vec<QueuedCommand>,
+        inbox: Option<&Receiver<QueuedCommand>>,
+    ) {
         begin_turn();
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
-        let mut orders = Vec::with_capacity(letters.len());
+        let mut commands = Vec::with_capacity(letters.len());
         let mut askers = Vec::with_capacity(letters.len());
         for letter in letters {
-            let waits_for_plans = matches!(letter.order, Order::Settle);
+            let waits_for_plans = matches!(letter.command, Command::Settle);
             askers.push((
                 letter.reply,
-                letter.order.changes_by_request(),
+                letter.command.changes_by_request(),
                 waits_for_plans,
             ));
-            orders.push(letter.order);
+            commands.push(letter.command);
         }
-        let enforced = self.state.enforce(orders, now);
+        let enforced = self.state.enforce(commands, now);
         // Enforced before stored, and acknowledged after both: nothing waits for a disk, or for plans, to be safe.
         let mut snapshot = match planted::is(Bug::PlansFirst) {
             true => None,
@@ -238,7 +249,7 @@ impl Desk {
         let snapshot = snapshot.unwrap_or_else(|| self.publish(now));
         let replies = self.state.replies(enforced.done, detours);
         self.answer(replies, askers, snapshot);
-        // On the thread of whoever hands in orders, nobody else would go on with it.
+        // On the thread of whoever hands in commands, nobody else would go on with it.
         while inbox.is_none() && self.state.has_waiting() {
             let mut later = None;
             self.replan(now, None, &mut later);
@@ -252,7 +263,7 @@ impl Desk {
     fn replan(
         &mut self,
         now: Timestamp,
-        inbox: Option<&Receiver<Letter>>,
+        inbox: Option<&Receiver<QueuedCommand>>,
         snapshot: &mut Option<Arc<Snapshot>>,
     ) -> Vec<Detour> {
         if !self.state.has_waiting() {

@@ -4,10 +4,10 @@
 //! tells which plans it meets.
 
 use super::Edge;
+use super::commands::{Command, Done, Outcome, unexpected};
 use super::effects;
 use super::entries::ZoneEntry;
 use super::fleet::{self, Detour, DetourMeans};
-use super::orders::{Done, Order, Outcome, unexpected};
 use super::progress;
 use super::replies::Idempotency;
 use super::snapshot::Snapshot;
@@ -15,7 +15,7 @@ use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
 use crate::airspace::{Change, Closure, Hits, Zone};
-use crate::formats::{ZoneId, zone_to_feature};
+use crate::formats::{ZoneId, write_ed318, zone_to_feature};
 use crate::intake::{Expected, PageRequest, read_zone, slice, token};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
@@ -134,11 +134,11 @@ impl Edge {
             check_expected(&expected, Some(entry.version), self.lineage, "zone", &id)?;
             (entry, before.clone(), false)
         } else {
-            let order = Order::DeleteZone {
+            let command = Command::DeleteZone {
                 id: id.clone(),
                 expected,
             };
-            let (outcome, after) = self.order(order.because(caller, reason)).await?;
+            let (outcome, after) = self.command(command.because(caller, reason)).await?;
             let Done::ZoneDeleted(entry) = outcome.done else {
                 return Err(unexpected());
             };
@@ -217,6 +217,13 @@ impl Edge {
         })
     }
 
+    /// All zones as the text of an ED-318 collection, and the world of that answer.
+    pub fn zones_as_ed318(&self, _caller: &Caller) -> (String, wire::Stamp<'static>) {
+        let snapshot = self.snapshot();
+        let text = write_ed318(snapshot.zones.values().map(|entry| &*entry.zone));
+        (text, self.stamp_of(&snapshot))
+    }
+
     /// Reads a zone and works out what it closes; `id` fixes its id, else `made` is the id of one that states none.
     async fn read_zone(
         self: &Arc<Self>,
@@ -254,12 +261,12 @@ impl Edge {
             let ack = self.preview(read, current).await?;
             return Ok((ack, current.is_none()));
         }
-        let order = Order::PutZone {
+        let command = Command::PutZone {
             closure: closure.clone(),
             expected,
         };
-        let order = order.made_on(read.on.topology());
-        let (outcome, snapshot) = self.order(order.by(caller)).await?;
+        let command = command.made_on(read.on.topology());
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
         let Outcome {
             done: Done::Zone { entry, created },
             durable,
@@ -318,31 +325,37 @@ impl Edge {
             let zone: Option<Arc<Zone>> = closure.zone().cloned();
             let zone = zone.ok_or_else(unexpected)?;
             let now = edge.clock.now();
-            let (airspace, detours) = edge.imagine(&snapshot, &closure, now);
+            let put = [Change::Put(closure.clone())];
+            let closures = std::slice::from_ref(&closure);
+            let (airspace, detours) = edge.imagine(&snapshot, &put, closures, now);
             let met: Vec<&Detour> = detours.iter().collect();
+            // With the windows that its schedules have now.
+            let closure = airspace.closure(&closure.id).unwrap_or(&closure);
             Ok(wire::ZoneAck {
                 zone: zone_to_feature(&zone),
                 etag: version.map(|version| Cow::Owned(snapshot.etag(version))),
                 enforced: false,
                 durable: false,
-                effect: effects::effect(&airspace, &closure, &met),
+                effect: effects::effect(&airspace, closure, &met),
                 stamp: edge.stamp_of(&snapshot),
             })
         })
         .await?
     }
 
-    /// The airspace with one closure more, and what the drones of the plans that it meets would be told.
-    fn imagine(
+    /// The airspace after some changes, and what the drones of the plans would be told that any of these closures meets.
+    pub(super) fn imagine(
         &self,
         snapshot: &Snapshot,
-        closure: &Arc<Closure>,
+        changes: &[Change],
+        closures: &[Arc<Closure>],
         now: jiff::Timestamp,
     ) -> (Arc<crate::airspace::Airspace>, Vec<Detour>) {
-        let airspace = snapshot
-            .airspace
-            .apply(&[Change::Put(closure.clone())], now);
-        let airspace = Arc::new(airspace);
+        let airspace = Arc::new(snapshot.airspace.apply(changes, now));
+        let closures: Vec<Arc<Closure>> = closures
+            .iter()
+            .filter_map(|closure| airspace.closure(&closure.id).cloned())
+            .collect();
         let means = DetourMeans {
             scene: snapshot.scene_in(&airspace, now),
             planner: &*self.planner,
@@ -355,7 +368,9 @@ impl Edge {
                 continue;
             };
             let ahead = progress::ahead(plan, &progress);
-            if self.planner.is_met(means.scene, plan, ahead, closure) {
+            let is_met =
+                |closure: &Arc<Closure>| self.planner.is_met(means.scene, plan, ahead, closure);
+            if closures.iter().any(is_met) {
                 detours.push(fleet::detour(plan, &progress, &means));
             }
         }

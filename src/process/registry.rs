@@ -159,7 +159,7 @@ fn gate(config: &RegistryConfig, listener: Listener, authentication: Authenticat
         // Its requests wait for the database, which their places bound.
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: limits.body.bytes(),
-        network_bytes_max: limits.network.bytes(),
+        file_bytes_max: limits.network.bytes(),
         deadline: limits.request_deadline,
         follow_wait: config.changes.wait_max,
     }

@@ -20,7 +20,9 @@ use crate::config::{
     read_bearer,
 };
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
-use crate::edge::{ClosureLives, Edge, FlightSettings, OpenError, Opening, Settings, SqliteFile};
+use crate::edge::{
+    ClosureLives, Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile,
+};
 use crate::flight::{FlightRules, Tariff, Wind};
 use crate::network::Topology;
 use bytes::Bytes;
@@ -268,7 +270,7 @@ fn gate(
         },
         queue_wait: Arc::clone(queue_wait),
         body_bytes_max: limits.body.bytes(),
-        network_bytes_max: limits.body.bytes(),
+        file_bytes_max: limits.body.bytes().max(FEED_BYTES_MAX),
         deadline: limits.request_deadline,
         follow_wait: Duration::ZERO,
     }

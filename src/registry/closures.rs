@@ -3,7 +3,7 @@
 use super::Registry;
 use super::objects::{Put, made_id};
 use super::topologies::aside;
-use super::writes::{Decision, Intent, Manner, Reply};
+use super::writes::{Decision, Intent, Reply, WriteOptions};
 use crate::intake::{ClosureIds, Faults, read_closure};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{ClosureDraft, ObjectKind, PublishedCause, PublishedClosure};
@@ -22,7 +22,7 @@ impl Registry {
         network: &str,
         id: Option<&str>,
         closure: PublishedClosure,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         let intent = Intent::PutClosure {
             closure: Box::new(closure),
@@ -38,7 +38,7 @@ impl Registry {
         closure: &PublishedClosure,
         id: Option<&str>,
         made: &str,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let (state, composed) = self.composed(network).await?;
         let mut kept = closure.clone();

@@ -3,7 +3,7 @@
 use super::Registry;
 use super::store::{Expectation, NewChange, ObjectsQuery, Version};
 use super::topologies::{Composed, Made, aside};
-use super::writes::{Decision, Intent, Manner, Reply};
+use super::writes::{Decision, Intent, Reply, WriteOptions};
 use crate::formats::{
     LoadError, ZoneId, fingerprint, patch_network, read_network, write_network, zone_from_feature,
 };
@@ -60,7 +60,7 @@ impl Registry {
         self: &Arc<Self>,
         id: &str,
         text: &str,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         check_network_id(id)?;
         let intent = Intent::PutNetwork { text: text.into() };
@@ -75,7 +75,7 @@ impl Registry {
         self: &Arc<Self>,
         id: &str,
         patch: NetworkPatch,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         self.write(id, Intent::PatchNetwork { patch }, manner).await
     }
@@ -84,7 +84,7 @@ impl Registry {
         self: &Arc<Self>,
         id: &str,
         text: &Arc<str>,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let state = self.store.network(id).await?;
         let version = state.as_ref().map(|state| state.topology);
@@ -110,7 +110,7 @@ impl Registry {
         self: &Arc<Self>,
         id: &str,
         patch: &NetworkPatch,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let (state, composed) = self.composed(id).await?;
         let etag = state.topology.etag();

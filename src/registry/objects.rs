@@ -4,7 +4,7 @@ use super::Registry;
 use super::ended::is_over;
 use super::store::{Expectation, NetworkState, NewChange, ObjectsQuery, Version};
 use super::topologies::{aside, version_of};
-use super::writes::{Decision, Intent, Manner, Reply};
+use super::writes::{Decision, Intent, Reply, WriteOptions};
 use crate::formats::{ZoneId, zone_to_feature};
 use crate::intake::{Expected, Faults, PageRequest, read_weather, read_zone, token};
 use crate::refusal::{Code, Refusal};
@@ -34,7 +34,7 @@ impl Registry {
         network: &str,
         id: Option<&str>,
         feature: Value,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         let intent = Intent::PutZone {
             feature,
@@ -52,7 +52,7 @@ impl Registry {
         self: &Arc<Self>,
         network: &str,
         weather: Weather,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         self.write(network, Intent::PutWeather { weather }, manner)
             .await
@@ -67,7 +67,7 @@ impl Registry {
         network: &str,
         kind: ObjectKind,
         id: &str,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         let id = id.to_owned();
         self.write(network, Intent::Delete { kind, id }, manner)
@@ -136,7 +136,7 @@ impl Registry {
         feature: &Value,
         id: Option<&str>,
         made: &str,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let (state, composed) = self.composed(network).await?;
         let margin_m = self.settings.margin_m;
@@ -165,7 +165,7 @@ impl Registry {
         self: &Arc<Self>,
         network: &str,
         weather: &Weather,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let (state, composed) = self.composed(network).await?;
         let owned = weather.clone();
@@ -191,7 +191,7 @@ impl Registry {
         &self,
         state: &NetworkState,
         put: Put<'_>,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let Put { kind, id, .. } = put;
         let found = self.store.object(&state.id, kind, id).await?;
@@ -238,7 +238,7 @@ impl Registry {
         network: &str,
         kind: ObjectKind,
         id: &str,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         let Some(version) = self.version(network, kind, id).await? else {
             self.state(network).await?;

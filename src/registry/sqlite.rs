@@ -41,7 +41,7 @@ type Connection = SqliteConnection;
 type Row = SqliteRow;
 
 /// How long a write waits for another process that has the file.
-const PATIENCE: Duration = Duration::from_secs(5);
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
 /// How many may write at once.
 const WRITERS: u32 = 1;
 /// How many may read at once.
@@ -110,7 +110,7 @@ impl SqlStore {
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
             .synchronous(SqliteSynchronous::Full)
-            .busy_timeout(PATIENCE);
+            .busy_timeout(BUSY_TIMEOUT);
         let unusable = |error: sqlx::Error| StoreError::Unusable {
             name: file.display().to_string(),
             message: error.to_string(),
@@ -145,7 +145,7 @@ impl SqlStore {
         let options = SqliteConnectOptions::new()
             .filename(file)
             .create_if_missing(false)
-            .busy_timeout(PATIENCE)
+            .busy_timeout(BUSY_TIMEOUT)
             .pragma("query_only", "ON");
         let connected = SqliteConnection::connect_with(&options).await;
         let mut connection = connected.map_err(|error| unusable(error.to_string()))?;

@@ -21,7 +21,7 @@ const KEY_BYTES_MAX: usize = 256;
 
 /// How something is to be written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Manner {
+pub struct WriteOptions {
     /// Who writes.
     pub subject: String,
     /// The idempotency key; without one every request is done.
@@ -36,7 +36,7 @@ pub struct Manner {
     pub on_behalf_of: Option<String>,
 }
 
-impl Manner {
+impl WriteOptions {
     /// Who stands in the log: the subject, and before it for whom an edge has written.
     fn author(&self) -> String {
         match &self.on_behalf_of {
@@ -122,7 +122,7 @@ impl Registry {
         self: &Arc<Self>,
         network: &str,
         intent: Intent,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         let Some(key) = manner.key.as_deref().filter(|_| !manner.validate_only) else {
             return self.decide_and_commit(network, &intent, manner).await;
@@ -156,7 +156,7 @@ impl Registry {
         self: &Arc<Self>,
         network: &str,
         intent: &Intent,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         for _ in 0..DECISIONS {
             let mut decision = self.decide(network, intent, manner).await?;
@@ -187,7 +187,7 @@ impl Registry {
         self: &Arc<Self>,
         network: &str,
         intent: &Intent,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Decision, Refusal> {
         match intent {
             Intent::PutNetwork { text } => self.decide_network(network, text, manner).await,
@@ -205,7 +205,7 @@ impl Registry {
         }
     }
 
-    fn append_of(&self, network: &str, decision: Decision, manner: &Manner) -> Append {
+    fn append_of(&self, network: &str, decision: Decision, manner: &WriteOptions) -> Append {
         let now = self.clock.now();
         let Decision {
             creates,
@@ -360,7 +360,7 @@ fn make_reply(
 }
 
 /// The same request gets the same answer, another one a refusal.
-fn repeated(fingerprint: &str, reply: KeptReply, manner: &Manner) -> Result<Reply, Refusal> {
+fn repeated(fingerprint: &str, reply: KeptReply, manner: &WriteOptions) -> Result<Reply, Refusal> {
     if fingerprint == manner.fingerprint {
         return Ok(reply.into());
     }

@@ -1,6 +1,6 @@
 //! The event stream: what happens is told in order, from where a listener left off, or not at all.
 
-use crate::harness::{Api, PATIENCE, circle};
+use crate::harness::{Api, WAIT_AT_MOST, circle};
 use reqwest::Response;
 use serde_json::json;
 use skyway::edge::Settings;
@@ -9,7 +9,7 @@ use skyway::edge::Settings;
 pub(crate) async fn frames(response: &mut Response, count: usize) -> Vec<String> {
     let mut text = String::new();
     while text.matches("\n\n").count() < count {
-        let chunk = tokio::time::timeout(PATIENCE, response.chunk()).await;
+        let chunk = tokio::time::timeout(WAIT_AT_MOST, response.chunk()).await;
         let chunk = chunk.expect("in time").expect("no error").expect("no end");
         text.push_str(std::str::from_utf8(&chunk).expect("text"));
     }
@@ -100,7 +100,7 @@ async fn a_drain_ends_readiness_and_streams() {
     let mut stream = api.open("GET /v1/events", &[], "").await;
     frames(&mut stream, 1).await;
     api.drain.begin();
-    let end = tokio::time::timeout(PATIENCE, stream.chunk())
+    let end = tokio::time::timeout(WAIT_AT_MOST, stream.chunk())
         .await
         .expect("in time");
     assert!(matches!(end, Ok(None)), "{end:?}");

@@ -12,7 +12,7 @@ use skyway::api::rest;
 use skyway::api::server::{
     Authentication, Drain, GateConfig, QueueWait, ServerConfig, Services, Slots, serve,
 };
-use skyway::clock::{Clock, Hand};
+use skyway::clock::{Clock, ManualClock};
 use skyway::edge::{Edge, Settings};
 use skyway::formats::load_network;
 use skyway::network::Topology;
@@ -24,7 +24,7 @@ use std::time::Duration;
 use tokio::net::TcpListener;
 
 /// Longer than anything takes, so that a test that hangs fails.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const WAIT_AT_MOST: Duration = Duration::from_secs(60);
 
 /// Headers that a transcript shows.
 const SHOWN: [&str; 10] = [
@@ -109,7 +109,7 @@ impl Api {
         text: Bytes,
         settings: Settings,
         start: Timestamp,
-    ) -> (Self, Hand) {
+    ) -> (Self, ManualClock) {
         let (clock, hand) = Clock::by_hand(start);
         let edge = Edge::start(topology, text, 7, settings, clock).expect("threads");
         let drain = Drain::new();
@@ -168,7 +168,11 @@ impl Api {
         for (name, value) in headers {
             request = request.header(*name, *value);
         }
-        let sent = request.body(body.to_owned()).timeout(PATIENCE).send().await;
+        let sent = request
+            .body(body.to_owned())
+            .timeout(WAIT_AT_MOST)
+            .send()
+            .await;
         sent.unwrap_or_else(|error| panic!("{line}: {error}"))
     }
 
@@ -212,8 +216,8 @@ async fn listen(listener: Listener, services: impl Into<Services>, drain: &Drain
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1024 * 1024,
-        network_bytes_max: 1024 * 1024,
-        deadline: PATIENCE,
+        file_bytes_max: 1024 * 1024,
+        deadline: WAIT_AT_MOST,
         follow_wait: Duration::ZERO,
     };
     let serving = serve(

@@ -12,6 +12,7 @@ mod harness;
 mod idempotency;
 mod ids;
 mod messages;
+mod one_contract;
 mod plan_keys;
 mod plan_stories;
 mod plan_words;

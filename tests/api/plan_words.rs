@@ -1,4 +1,4 @@
-//! What is said of a plan, in either dialect: taken over, declined, completed, released, cancelled.
+//! What is said of a plan: taken over, declined, completed in either dialect; released and cancelled over REST.
 
 use crate::town::{Dialect, Refused, Town, refused};
 use prost::Message;
@@ -67,32 +67,14 @@ impl Town {
     }
 
     pub(crate) async fn release(&self, id: &str, ended_as: &str) -> Said {
-        let body = json!({"ended_as": ended_as});
-        let release: wire::Release = read(&body);
-        let message = proto::ReleasePlanRequest {
-            id: id.to_owned(),
-            ended_as: IntoProto::<i32>::into_proto(release.ended_as),
-            idempotency_key: None,
-        };
+        let body = json!({"ended_as": ended_as}).to_string();
         let line = format!("POST /v1/plans/{id}/release");
-        self.say((&line, body, None), "ReleasePlan", &message).await
+        self.say_over_rest(&line, &body, None).await
     }
 
-    /// Cancels a plan; `place` is its query in REST.
+    /// Cancels a plan; `place` is its query.
     pub(crate) async fn cancel(&self, id: &str, place: Value) -> Said {
-        let (place, idempotency_key) = keyed(place);
-        let number = |name: &str| place[name].as_f64();
-        let planar = number("x").zip(number("y"));
-        let planar = planar.map(|(x, y)| wire::Place::Planar { x, y });
-        let message = proto::CancelPlanRequest {
-            id: id.to_owned(),
-            location: planar.map(IntoProto::into_proto),
-            leg: place["leg"]
-                .as_u64()
-                .and_then(|leg| u32::try_from(leg).ok()),
-            fraction: number("fraction"),
-            idempotency_key: idempotency_key.clone(),
-        };
+        let (place, key) = keyed(place);
         let query: Vec<String> = place
             .as_object()
             .expect("an object")
@@ -100,12 +82,18 @@ impl Town {
             .map(|(name, value)| format!("{name}={value}"))
             .collect();
         let line = format!("DELETE /v1/plans/{id}?{}", query.join("&"));
-        self.say(
-            (&line, Value::Null, idempotency_key),
-            "CancelPlan",
-            &message,
-        )
-        .await
+        self.say_over_rest(&line, "", key.as_deref()).await
+    }
+
+    async fn say_over_rest(&self, line: &str, body: &str, key: Option<&str>) -> Said {
+        let key = key.map(|key| ("idempotency-key", key));
+        let headers: Vec<(&str, &str)> = key.into_iter().collect();
+        let told = self.api.ask(line, &headers, body).await;
+        self.api.settled().await;
+        match told.status {
+            200 => Ok(serde_json::from_str(&told.body).expect("a plan")),
+            _ => Err(refused(&told.json())),
+        }
     }
 
     async fn say(
@@ -114,30 +102,15 @@ impl Town {
         method: &str,
         message: &impl Message,
     ) -> Said {
-        let said = match self.dialect {
-            Dialect::Rest => {
-                let key = key.as_deref().map(|key| ("idempotency-key", key));
-                let headers: Vec<(&str, &str)> = key.into_iter().collect();
-                let body = if body.is_null() {
-                    String::new()
-                } else {
-                    body.to_string()
-                };
-                let told = self.api.ask(line, &headers, &body).await;
-                match told.status {
-                    200 => Ok(serde_json::from_str(&told.body).expect("a plan")),
-                    _ => Err(refused(&told.json())),
-                }
-            }
-            Dialect::Grpc => {
-                let plan = self
-                    .call::<proto::Plan>(&format!("Plans/{method}"), message)
-                    .await;
-                plan.map(|plan| wire::Plan::from_proto(plan).expect("a plan"))
-            }
-        };
+        if self.dialect == Dialect::Rest {
+            return self
+                .say_over_rest(line, &body.to_string(), key.as_deref())
+                .await;
+        }
+        let method = format!("Plans/{method}");
+        let plan = self.call::<proto::Plan>(&method, message).await;
         self.api.settled().await;
-        said
+        plan.map(|plan| wire::Plan::from_proto(plan).expect("a plan"))
     }
 
     /// The open alarms of a kind, by the plans that they are about.

@@ -1,11 +1,11 @@
 //! A small town with the flight model on, asked in either dialect.
 
-use crate::harness::{Api, PATIENCE};
+use crate::harness::{Api, WAIT_AT_MOST};
 use jiff::Timestamp;
 use prost::Message;
 use serde_json::{Value, json};
 use skyway::api::grpc::{FromProto, IntoProto, proto};
-use skyway::clock::Hand;
+use skyway::clock::ManualClock;
 use skyway::edge::{FlightSettings, Settings};
 use skyway::flight::Airframe;
 use skyway::formats::{
@@ -70,7 +70,7 @@ fn draft() -> NetworkDraft {
 /// A town, and how it is asked.
 pub(crate) struct Town {
     pub(crate) api: Api,
-    pub(crate) hand: Hand,
+    pub(crate) hand: ManualClock,
     pub(crate) dialect: Dialect,
 }
 
@@ -241,37 +241,21 @@ impl Town {
         positions.pop().expect("a position")
     }
 
-    /// Puts the weather.
+    /// Puts the weather, as operators do.
     pub(crate) async fn put_weather(
         &self,
         weather: Value,
         etag: Option<&str>,
     ) -> Result<wire::WeatherAnswer<'static>, Refused> {
-        match self.dialect {
-            Dialect::Rest => {
-                let if_match = etag.map(|etag| ("if-match", etag));
-                let headers: Vec<(&str, &str)> = if_match.into_iter().collect();
-                let told = self
-                    .api
-                    .ask("PUT /v1/weather", &headers, &weather.to_string())
-                    .await;
-                match told.status {
-                    200 => Ok(serde_json::from_str(&told.body).expect("weather")),
-                    _ => Err(refused(&told.json())),
-                }
-            }
-            Dialect::Grpc => {
-                let weather: wire::Weather = serde_json::from_value(weather).expect("weather");
-                let message = proto::PutWeatherRequest {
-                    clear: weather.wind.is_empty(),
-                    wind: weather.wind.into_proto(),
-                    etag: etag.map(str::to_owned),
-                };
-                let answer = self
-                    .call::<proto::WeatherAnswer>("Airspace/PutWeather", &message)
-                    .await?;
-                Ok(wire::WeatherAnswer::from_proto(answer).expect("weather"))
-            }
+        let if_match = etag.map(|etag| ("if-match", etag));
+        let headers: Vec<(&str, &str)> = if_match.into_iter().collect();
+        let told = self
+            .api
+            .ask("PUT /v1/weather", &headers, &weather.to_string())
+            .await;
+        match told.status {
+            200 => Ok(serde_json::from_str(&told.body).expect("weather")),
+            _ => Err(refused(&told.json())),
         }
     }
 
@@ -294,7 +278,7 @@ impl Town {
             .expect("a client");
         let request = client.post(url).header("content-type", "application/grpc");
         let sent = request.header("te", "trailers").body(frame);
-        let answer = sent.timeout(PATIENCE).send().await.expect("an answer");
+        let answer = sent.timeout(WAIT_AT_MOST).send().await.expect("an answer");
         if let Some(status) = tonic::Status::from_header_map(answer.headers())
             && status.code() != tonic::Code::Ok
         {

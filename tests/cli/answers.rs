@@ -1,6 +1,6 @@
 //! Answers to failures: every strategy, zones and closures, certificates, plans, pictures.
 
-use crate::binary::{Desk, skyway};
+use crate::binary::{Workspace, skyway};
 use serde_json::{Value, json};
 
 /// A leg of a plan through the middle of Sydney, where what is best locally is not best.
@@ -140,7 +140,7 @@ fn a_zone_counts_while_its_window_is_open() {
         },
     });
     let zones = json!({"type": "FeatureCollection", "features": [zone]});
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.write("zones.geojson", zones.to_string());
     let outcome = |at: &str, horizon: &str| {
         let answer = reroute(&["--zones", &file, "--at", at, "--horizon", horizon]);
@@ -159,7 +159,7 @@ fn a_zone_counts_while_its_window_is_open() {
 
 #[test]
 fn an_exact_answer_can_be_proved_and_a_wrong_one_cannot() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let proof = desk.path("proof.json");
     let run = skyway(&with_failure(&["reroute", "--certificate", &proof], &[])).exits(0);
     assert!(run.stderr.contains("wrote the certificate to"), "{run:?}");
@@ -179,7 +179,7 @@ fn an_exact_answer_can_be_proved_and_a_wrong_one_cannot() {
 
 #[test]
 fn that_there_is_no_way_can_be_proved_too() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let proof = desk.path("proof.json");
     let arguments = [
         "reroute",
@@ -200,7 +200,7 @@ fn that_there_is_no_way_can_be_proved_too() {
 
 #[test]
 fn what_is_no_optimum_has_no_certificate() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let proof = desk.path("proof.json");
     for [option, value] in [["--strategy", "radius"], ["--type", "operational"]] {
         let arguments = ["reroute", "--certificate", &proof, option, value];
@@ -238,7 +238,7 @@ fn a_plan_has_contingencies_for_every_leg() {
 /// Two nodes in a street 100 m long, and a house beside it.
 #[test]
 fn pictures_have_buildings_under_the_network() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let street = json!({
         "nodes": [{"id": "a", "lon": 151.2, "lat": -33.86}, {"id": "b", "lon": 151.201, "lat": -33.86}],
         "links": [{"source": "a", "target": "b"}]
@@ -302,7 +302,7 @@ fn pictures_have_buildings_under_the_network() {
 
 #[test]
 fn pictures_carry_the_attribution() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let answer = desk.path("answer.svg");
     let runs = [
         vec!["network", "draw", "--output", &answer],

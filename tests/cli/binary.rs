@@ -112,7 +112,7 @@ pub(crate) struct Server {
 #[cfg(all(unix, feature = "edge"))]
 impl Server {
     /// Starts it on free ports and waits until it serves. Its log is the file `log`.
-    pub(crate) fn start(desk: &Desk, arguments: &[&str]) -> Self {
+    pub(crate) fn start(desk: &Workspace, arguments: &[&str]) -> Self {
         let log = std::fs::File::create(desk.path("log")).expect("a file");
         let ports_file = desk.path("ports.json");
         let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
@@ -194,11 +194,11 @@ impl Drop for Server {
 }
 
 /// A directory that goes away with the test.
-pub(crate) struct Desk(TempDir);
+pub(crate) struct Workspace(TempDir);
 
 /// Starts an edge over a store by one of its names; gives what it says as it ends, or nothing where it serves.
 #[cfg(all(unix, feature = "edge"))]
-pub(crate) fn starts_over(desk: &Desk, store: &str) -> Option<(i32, String)> {
+pub(crate) fn starts_over(desk: &Workspace, store: &str) -> Option<(i32, String)> {
     let ports = desk.path("other-ports.json");
     let log = std::fs::File::create(desk.path("other-log")).expect("a file");
     let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
@@ -220,7 +220,7 @@ pub(crate) fn starts_over(desk: &Desk, store: &str) -> Option<(i32, String)> {
     }
 }
 
-impl Desk {
+impl Workspace {
     pub(crate) fn new() -> Self {
         Self(TempDir::new().expect("a directory"))
     }

@@ -1,6 +1,6 @@
 //! `skyway config` and `skyway token`: what a supervisor sees of a configuration, and where secrets go.
 
-use crate::binary::{Desk, Server, read, read_bytes, repository, skyway, skyway_in};
+use crate::binary::{Server, Workspace, read, read_bytes, repository, skyway, skyway_in};
 use serde_json::Value;
 
 const TOKEN_LETTERS: usize = "sky_".len() + 64;
@@ -9,7 +9,7 @@ const TOKEN_LETTERS: usize = "sky_".len() + 64;
 fn the_sample_is_the_one_in_the_repository_and_is_valid() {
     let sample = skyway(&["config", "sample"]).exits(0).stdout;
     assert_eq!(sample, read(&repository("deploy/edge.toml")));
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.write("edge.toml", &sample);
     let run = skyway(&["config", "check", "--quiet", "--config", &file]).exits(0);
     assert_eq!((&*run.stdout, &*run.stderr), ("ok\n", ""));
@@ -17,7 +17,7 @@ fn the_sample_is_the_one_in_the_repository_and_is_valid() {
 
 #[test]
 fn every_fault_is_told_and_the_exit_code_is_that_of_configurations() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.write("edge.toml", "lisen = 1\nlisten = \"0.0.0.0:1\"\n");
     let environment = [("SKYWAY_EDGE_LOG_FORMAT", "xml")];
     let check = [
@@ -91,7 +91,7 @@ fn a_flag_that_names_its_setting_does_not_name_it_twice() {
 
 #[test]
 fn who_said_what_is_told_line_by_line_and_as_json() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.write("edge.toml", "[limits]\nbatch = 7\n");
     let environment = [("SKYWAY_EDGE_LISTEN", "127.0.0.1:0")];
     let show = [
@@ -138,7 +138,7 @@ fn a_token_is_told_once_and_the_file_has_its_digest() {
 #[cfg(unix)]
 #[test]
 fn tokens_are_for_their_owner_only() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let new = skyway(&["token", "--role", "drone", "--subject", "*"]).exits(0);
     let tokens = desk.write("tokens.toml", &new.stderr);
     let check = |json: bool| {
@@ -178,7 +178,7 @@ fn tokens_are_for_their_owner_only() {
 
 #[test]
 fn who_checks_the_file_of_the_other_daemon_is_told_so() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let of_registry = desk.write("registry.toml", "[changes]\nkeep = 500\n");
     let run = skyway(&["config", "check", "--config", &of_registry]).exits(78);
     let last = run.stderr.lines().last();
@@ -202,7 +202,7 @@ fn who_checks_the_file_of_the_other_daemon_is_told_so() {
     reason = "a test looks whether a file was made"
 )]
 fn the_store_of_a_registry_is_checked_without_being_made() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let check = |store: &str| skyway(&["config", "check", "--registry", "--store", store]);
     let store = desk.path("registry.db");
     check(&store).exits(0);
@@ -241,14 +241,14 @@ fn the_store_of_a_registry_is_checked_without_being_made() {
 
 #[test]
 fn a_store_that_cannot_be_opened_is_a_fault_and_one_that_is_checked_is_left_as_it_is() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let (edge, registry) = (desk.path("edge.db"), desk.path("registry.db"));
     let check = |registry: bool, store: &str| {
         let whose: &[&str] = if registry { &["--registry"] } else { &[] };
         skyway(&[&["config", "check", "--quiet", "--store", store], whose].concat())
     };
     for (role, store) in [("edge", &edge), ("registry", &registry)] {
-        let daemon = Server::start(&Desk::new(), &[role, "--store", store]);
+        let daemon = Server::start(&Workspace::new(), &[role, "--store", store]);
         check(role == "registry", store).exits(0);
         assert_eq!(daemon.end(), 0);
         check(role == "registry", store).exits(0);

@@ -1,11 +1,11 @@
 //! What daemons ask of the system that they run on.
 
-use crate::binary::{Desk, Server, skyway, starts_over};
+use crate::binary::{Server, Workspace, skyway, starts_over};
 
 #[test]
 fn no_request_waits_for_a_huge_page() {
     for role in ["edge", "registry"] {
-        let desk = Desk::new();
+        let desk = Workspace::new();
         let daemon = Server::start(&desk, &[role, "--store", &desk.path("store.db")]);
         // Systems before Linux 5.0 do not tell.
         let huge_pages = daemon.status("THP_enabled");
@@ -20,7 +20,7 @@ fn no_request_waits_for_a_huge_page() {
 #[test]
 #[cfg(unix)]
 fn a_store_has_one_edge_whatever_it_is_called() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let (store, link, chain) = (
         desk.path("e1.db"),
         desk.path("link.db"),
@@ -46,7 +46,7 @@ fn a_store_has_one_edge_whatever_it_is_called() {
 #[test]
 fn an_empty_store_is_not_taken_for_a_new_one() {
     for role in ["edge", "registry"] {
-        let desk = Desk::new();
+        let desk = Workspace::new();
         let store = desk.write("store.db", "");
         let ports = ["--listen=127.0.0.1:0", "--admin-listen=127.0.0.1:0"];
         let arguments = [&[role, "--quiet", "--store", &store][..], &ports].concat();
@@ -60,7 +60,7 @@ fn an_empty_store_is_not_taken_for_a_new_one() {
 
 #[test]
 fn what_is_not_there_is_told_with_what_to_do() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let store = desk.path("edge.db");
     let nowhere = [
         "edge",
@@ -88,7 +88,7 @@ fn what_is_not_there_is_told_with_what_to_do() {
 #[cfg(unix)]
 #[test]
 fn the_log_says_who_changed_what() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let edge = Server::start(&desk, &["edge", "--no-store"]);
     let zone = r#"{"type":"Feature","id":"fair","geometry":{"type":"Point","coordinates":[151.2086,-33.866]},"properties":{"radius_m":120}}"#;
     Server::ask(edge.address, "POST /v1/zones", "", zone);
@@ -130,7 +130,7 @@ fn metrics(daemon: &Server, accept: &str) -> Vec<String> {
 #[test]
 fn metrics_are_told_in_the_format_that_the_scraper_reads() {
     for (role, prefix) in [("edge", "skyway"), ("registry", "skyway_registry")] {
-        let desk = Desk::new();
+        let desk = Workspace::new();
         let daemon = Server::start(&desk, &[role, "--store", &desk.path("store.db")]);
         let of_today = metrics(&daemon, "application/openmetrics-text;version=1.0.0");
         assert!(of_today.contains(&format!("# TYPE {prefix}_requests counter")));
@@ -168,7 +168,7 @@ fn metrics_are_told_in_the_format_that_the_scraper_reads() {
 
 #[test]
 fn what_is_counted_is_told_before_it_happens() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let away = ["--no-store", "--registry-url", "http://127.0.0.1:1"];
     let edge = Server::start(&desk, &[&["edge"], &away[..]].concat());
     let told = metrics(&edge, "text/plain");

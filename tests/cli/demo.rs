@@ -1,6 +1,6 @@
 //! `skyway demo`: how it starts, what it invites to, and how it ends.
 
-use crate::binary::{Desk, skyway};
+use crate::binary::{Workspace, skyway};
 use serde_json::Value;
 
 /// Ports that nobody has, so that demos do not meet.
@@ -12,7 +12,7 @@ fn demo<'a>(further: &[&'a str]) -> Vec<&'a str> {
 
 #[test]
 fn a_demo_says_where_to_look_and_ends_when_its_time_is_over() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let ports_file = desk.path("ports.json");
     let run = skyway(&demo(&["--for", "0", "--ports-file", &ports_file])).exits(0);
     assert_eq!(run.stdout, "");

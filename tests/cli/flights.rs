@@ -1,6 +1,6 @@
 //! Deliveries that are flown: the corridor from pad to pad, wind, zones with times, answers in flight, plans that are checked.
 
-use crate::binary::{Desk, Run, skyway};
+use crate::binary::{Run, Workspace, skyway};
 use serde_json::{Value, json};
 
 const CORRIDOR: [&str; 4] = ["--network", "corridor", "--source", "1"];
@@ -76,7 +76,7 @@ const GATE: [f64; 2] = [-97.963_699_2, 29.866_454_8];
 const SHORT_CUT: [f64; 2] = [-97.984_137_6, 29.847_983_2];
 
 /// A no-fly zone of 150 m about a place, from 12:00 to 12:30.
-fn parade(desk: &Desk, centre: [f64; 2]) -> String {
+fn parade(desk: &Workspace, centre: [f64; 2]) -> String {
     let zone = json!({
         "type": "Feature",
         "id": "parade",
@@ -106,7 +106,7 @@ fn fly_past(at: &str, zones: &str, rest: &[&str]) -> Run {
 
 #[test]
 fn a_zone_of_half_an_hour_is_flown_through_before_it_and_avoided_in_it() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let zones = parade(&desk, SHORT_CUT);
     let plan = |at: &str| fly_past(at, &zones, &["--json"]).json();
     let nodes = |plan: &Value| plan["path"]["nodes"].as_array().expect("nodes").clone();
@@ -127,7 +127,7 @@ fn a_zone_of_half_an_hour_is_flown_through_before_it_and_avoided_in_it() {
 
 #[test]
 fn a_zone_that_leaves_no_way_around_is_waited_out_on_a_pad() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let zones = parade(&desk, GATE);
     let before = fly_past("11:50", &zones, &["--json"]).json();
     assert!(before["stops"].as_array().expect("stops").is_empty());
@@ -155,7 +155,7 @@ fn a_zone_that_leaves_no_way_around_is_waited_out_on_a_pad() {
 
 #[test]
 fn a_written_plan_is_checked_and_a_mutated_one_rejected() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.path("plan.json");
     delivery(&["--certificate", &file, "--quiet"]);
     let verify = |file: &str| skyway(&["verify", file, "--network", "corridor", "--quiet"]);
@@ -275,7 +275,7 @@ fn on_the_leg(flown: f64) -> String {
 
 #[test]
 fn the_figures_of_an_answer_are_those_of_its_path_wherever_the_drone_is() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     for place in 1..=24 {
         let flown = f64::from(place) / 25.0;
         let file = desk.path(&format!("{place}.json"));
@@ -309,7 +309,7 @@ fn the_figures_of_an_answer_are_those_of_its_path_wherever_the_drone_is() {
 
 #[test]
 fn pictures_show_battery_stops_and_wind() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.path("plan.svg");
     delivery(&["--wind", "225/7", "--svg", &file, "--quiet"]);
     let picture = desk.read("plan.svg");

@@ -1,13 +1,13 @@
 //! Plans whose premises are forged, figure by figure: each is refused, or the reader is told what it rests on.
 
-use crate::binary::{Desk, skyway};
+use crate::binary::{Workspace, skyway};
 use serde_json::{Value, json};
 use skyway::formats::{differing_premises, load_network, premises_lines, read_flight_document};
 use skyway::network::{Topology, bundled};
 use skyway::verify::{FlightPremises, verify_flight};
 
 /// A plan past a zone, into wind, with a pad reserved and another plan elsewhere.
-pub(crate) fn plan(desk: &Desk) -> Value {
+pub(crate) fn plan(desk: &Workspace) -> Value {
     let zone = json!({
         "type": "Feature",
         "id": "parade",
@@ -96,7 +96,7 @@ pub(crate) fn numbers(value: &Value, pointer: &str, found: &mut Vec<String>) {
 
 #[test]
 fn every_forged_premise_is_refused_or_told() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let honest = plan(&desk);
     let network = load_network(bundled::CORRIDOR).expect("the corridor");
     let topology = network.topology;
@@ -155,7 +155,7 @@ fn every_forged_premise_is_refused_or_told() {
 
 #[test]
 fn forgeries_that_would_prove_anything_are_named_by_their_place() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let honest = plan(&desk);
     let window_s = honest["closures"][0]["until_s"].as_f64().expect("an end");
     for (pointer, forgery, said) in [
@@ -222,7 +222,7 @@ fn forgeries_that_would_prove_anything_are_named_by_their_place() {
 
 #[test]
 fn what_differs_from_the_bundled_airframe_and_the_default_rules_is_told() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let mut plan = plan(&desk);
     plan["rules"]["time_margin_s"] = json!(0.0);
     plan["airframe"]["max_wind_mps"] = json!(25.0);

@@ -1,7 +1,7 @@
 //! Plans that are forged in themselves: every number and every member of a plan is bent, alone and together, and what still
 //! passes has to be a plan that a plain reading finds as good, on premises that the reader is told.
 
-use crate::binary::{Desk, skyway};
+use crate::binary::{Workspace, skyway};
 use crate::forged::{numbers, plan, told};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -10,7 +10,7 @@ use skyway::formats::load_network;
 use skyway::network::{Topology, bundled};
 
 /// A plan that stops to charge on its way, four pads and a deadline far off.
-fn with_stays(desk: &Desk) -> Value {
+fn with_stays(desk: &Workspace) -> Value {
     let file = desk.path("far.json");
     let arguments = [
         "compose",
@@ -127,7 +127,7 @@ fn members(value: &Value, pointer: &str, found: &mut Vec<(String, String)>) {
 
 #[test]
 fn every_bent_number_of_a_plan_is_refused() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let topology = corridor();
     for honest in [plan(&desk), with_stays(&desk)] {
         assert_eq!(objections(&honest, &topology), [""; 0]);
@@ -182,7 +182,7 @@ fn every_bent_number_of_a_plan_is_refused() {
 
 #[test]
 fn a_plan_with_a_member_less_or_more_or_elsewhere_is_refused() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let topology = corridor();
     for honest in [plan(&desk), with_stays(&desk)] {
         let said = told(&honest, &topology).expect("a plan that can be flown");
@@ -233,7 +233,7 @@ fn a_plan_with_a_member_less_or_more_or_elsewhere_is_refused() {
 
 #[test]
 fn texts_switches_and_lists_of_the_premises_are_refused_or_told() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let topology = corridor();
     let honest = plan(&desk);
     let said = told(&honest, &topology).expect("a plan that can be flown");
@@ -268,7 +268,7 @@ fn texts_switches_and_lists_of_the_premises_are_refused_or_told() {
 
 #[test]
 fn bent_in_several_places_at_once_only_plans_as_good_pass() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let topology = corridor();
     let mut passed = 0;
     for honest in [plan(&desk), with_stays(&desk)] {

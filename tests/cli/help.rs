@@ -1,6 +1,6 @@
 //! What the command line says of itself: help, version, completions, manual pages, colours.
 
-use crate::binary::{Desk, skyway, skyway_in, skyway_unread};
+use crate::binary::{Workspace, skyway, skyway_in, skyway_unread};
 
 const COMMANDS: &[&[&str]] = &[
     &[],
@@ -105,7 +105,7 @@ fn every_shell_gets_completions() {
 fn every_command_has_a_manual_page() {
     let main_page = skyway(&["man"]).exits(0).stdout;
     assert!(main_page.contains(".TH skyway 1"), "{main_page}");
-    let desk = Desk::new();
+    let desk = Workspace::new();
     skyway(&["man", "--dir", &desk.path("man1")]).exits(0);
     let pages = desk.list("man1");
     assert_eq!(pages.len(), COMMANDS.len(), "{pages:?}");

@@ -1,6 +1,6 @@
 //! What comes in wrong: unknown ids, ids that hold commas, files that cannot be read or make no sense.
 
-use crate::binary::{Desk, skyway};
+use crate::binary::{Workspace, skyway};
 use serde_json::{Value, json};
 
 #[test]
@@ -46,7 +46,7 @@ fn square(ids: [&str; 4]) -> String {
 
 #[test]
 fn ids_may_hold_commas() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let network = desk.write("square.json", square(["a,b", "c", "north,east", "d"]));
     let reroute = |arguments: &[&str]| {
         let common = ["reroute", "--json", "--quiet", "--network", &network];
@@ -71,7 +71,7 @@ fn ids_may_hold_commas() {
 
 #[test]
 fn what_can_be_read_in_two_ways_is_refused() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let network = desk.write("square.json", square(["a", "b,c", "a,b", "c"]));
     let common = ["reroute", "-q", "--network", &network, "--service"];
     let both_joined = skyway(&[&common[..], &["a,b,c"]].concat()).exits(2);
@@ -89,7 +89,7 @@ fn what_can_be_read_in_two_ways_is_refused() {
 
 #[test]
 fn a_network_that_makes_no_sense_is_refused_with_every_error() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let refused = |name: &str, contents: &str| {
         let file = desk.write(name, contents);
         let run = skyway(&["network", "info", "--network", &file]).exits(1);
@@ -117,7 +117,7 @@ fn a_network_that_makes_no_sense_is_refused_with_every_error() {
 
 #[test]
 fn files_that_cannot_be_read_are_named() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let error = |arguments: &[&str]| skyway(arguments).exits(1).stderr;
     let missing = desk.path("missing.geojson");
     let message = format!("error: cannot read {missing}: No such file or directory (os error 2)\n");
@@ -144,7 +144,7 @@ fn files_that_cannot_be_read_are_named() {
 
 #[test]
 fn zones_that_make_no_sense_are_refused_with_every_error() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let circle = |id: &str, radius_m: f64| {
         json!({
             "type": "Feature",

@@ -2,7 +2,7 @@
 
 #![expect(clippy::disallowed_types, reason = "a port at which nobody listens")]
 
-use crate::binary::{Desk, Server, skyway};
+use crate::binary::{Server, Workspace, skyway};
 use std::net::TcpListener;
 
 /// The id that an answer begins with.
@@ -13,7 +13,7 @@ fn id_in(answer: &str) -> String {
 
 #[test]
 fn an_answer_is_explained_from_its_id_alone() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let store = desk.path("edge.db");
     let edge = Server::start(
         &desk,
@@ -70,7 +70,7 @@ fn an_answer_is_explained_from_its_id_alone() {
 
 #[test]
 fn an_edge_says_once_why_it_cannot_follow() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     // Nobody listens on the port of a listener that is gone.
     let gone = TcpListener::bind("127.0.0.1:0").expect("a port");
     let url = format!("http://{}", gone.local_addr().expect("an address"));
@@ -97,8 +97,8 @@ fn an_edge_says_once_why_it_cannot_follow() {
 
 #[test]
 fn an_edge_says_when_it_follows_again() {
-    let desk = Desk::new();
-    let registry_desk = Desk::new();
+    let desk = Workspace::new();
+    let registry_desk = Workspace::new();
     let store = registry_desk.path("registry.db");
     let registry = Server::start(&registry_desk, &["registry", "--store", &store]);
     let url = format!("http://{}", registry.address);

@@ -1,6 +1,6 @@
 //! Networks made, read, converted and refused.
 
-use crate::binary::{Desk, read, repository, skyway, skyway_with_input};
+use crate::binary::{Workspace, read, repository, skyway, skyway_with_input};
 use serde_json::{Value, json};
 
 fn info(network: &str) -> Value {
@@ -49,7 +49,7 @@ fn a_generated_network_is_that_of_its_seed() {
 
 #[test]
 fn sydney_is_built_from_its_buildings_to_the_byte() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let bundled = read(&repository("data/sydney-cbd.geojson"));
     let attribution = info("sydney")["attribution"]
         .as_str()
@@ -89,7 +89,7 @@ fn a_network_survives_conversion() {
         "not the same bytes"
     );
 
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let node_link = desk.path("sydney.json");
     skyway(&[
         "network",
@@ -178,7 +178,7 @@ fn node_links_say_altitudes_above_ground_alone() {
 
 #[test]
 fn a_network_in_csv_finds_its_edges() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let nodes = desk.write(
         "town_nodes.csv",
         "id,x,y,pads\n1,0,0,1\n2,100,0,0\n3,0,100,2\n",

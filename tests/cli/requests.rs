@@ -1,6 +1,6 @@
 //! Many requests from NDJSON: order, ids, problems in their place, and answers that are those of one request.
 
-use crate::binary::{Desk, skyway, skyway_with_input};
+use crate::binary::{Workspace, skyway, skyway_with_input};
 use serde_json::{Value, json};
 
 fn request(id: Value) -> Value {
@@ -27,7 +27,7 @@ fn answers_come_in_order_with_their_ids() {
         json!("third"),
         json!({"any": "thing"}),
     ];
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let file = desk.write("requests.ndjson", lines(&ids.clone().map(request)));
     let run = skyway(&["reroute", "--requests", &file, "--quiet"]).exits(0);
     assert_eq!(run.stderr, "");

@@ -6,7 +6,7 @@
     reason = "a collector of one's own, and an edge as a child process"
 )]
 
-use crate::binary::{Desk, Server};
+use crate::binary::{Server, Workspace};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::thread::JoinHandle;
@@ -99,7 +99,7 @@ fn metrics(edge: &Server, accept: &str) -> String {
 #[test]
 fn a_collector_gets_the_drones_request_down_to_the_search() {
     let collector = Collector::open();
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let setting = format!("traces.endpoint={}", collector.endpoint);
     let edge = Server::start(&desk, &["edge", "--no-store", "--set", &setting]);
     let answer = report(edge.address);
@@ -133,7 +133,7 @@ fn a_collector_gets_the_drones_request_down_to_the_search() {
 
 #[test]
 fn nobody_waits_for_a_collector_that_is_away() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     // Nobody listens on the port of a listener that is gone.
     let gone = TcpListener::bind("127.0.0.1:0").expect("a port");
     let setting = format!(
@@ -150,7 +150,7 @@ fn nobody_waits_for_a_collector_that_is_away() {
 
 #[test]
 fn an_endpoint_that_is_no_address_keeps_the_edge_from_starting() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let ports = desk.path("ports.json");
     let run = crate::binary::skyway(&[
         "edge",
@@ -173,7 +173,7 @@ const EXEMPLAR: &str = "# {trace_id=\"4bf92f3577b34da6a3ce929d0e0e4736\"} ";
 
 #[test]
 fn a_bucket_names_the_trace_of_a_request_that_is_sent() {
-    let desk = Desk::new();
+    let desk = Workspace::new();
     let collector = Collector::open();
     let setting = format!("traces.endpoint={}", collector.endpoint);
     let edge = Server::start(&desk, &["edge", "--no-store", "--set", &setting]);
@@ -214,7 +214,7 @@ fn what_is_not_sent_is_not_named() {
         "traces.share=0",
     ];
     for arguments in [&["edge", "--no-store"][..], &none_by_chance] {
-        let desk = Desk::new();
+        let desk = Workspace::new();
         let edge = Server::start(&desk, arguments);
         // Without a trace of the drone's own chance decides.
         let body = r#"{"service":{"from":379,"to":406},"destination":450,"dry_run":true}"#;

@@ -1,4 +1,4 @@
-"""A day at the edge, told over gRPC by what reflection tells, and held against REST at every step.
+"""A day at the edge: a drone speaks gRPC, by what reflection tells, an operator REST; both are held against each other.
 
 A plan is composed, a leg of it fails, a zone is drawn over its way, seen in a preview, posted and lifted again.
 """
@@ -144,14 +144,21 @@ def zone_over_the_way(checks: Checks, rest: Rest, client: Grpc, watch: Watch, no
     if not checks.expect(shared, f"the recomposed way meets the plan again: {nodes}, {before}"):
         return
     node = shared[-1]
-    place = client.call("skyway.v1.Network", "GetNode", {"id": node}).body["location"]
-    zone = {"id": ZONE_ID, "name": "Story", "circle": {"centre": place, "radius_m": ZONE_RADIUS_M}}
-    preview = client.call("skyway.v1.Airspace", "PreviewZone", {"zone": zone})
+    place = rest.call("GET", f"/v1/nodes/{node}").body["location"]
+    near = client.call("skyway.v1.Network", "Nearest", {"location": {"x": place[0], "y": place[1]}})
+    checks.equal(near.body["nodes"][0]["id"], node, "gRPC finds the node where REST says it is")
+    zone = {
+        "type": "Feature",
+        "id": ZONE_ID,
+        "geometry": {"type": "Point", "coordinates": place},
+        "properties": {"name": "Story", "radius_m": ZONE_RADIUS_M},
+    }
+    preview = rest.call("POST", "/v1/zones:preview", zone)
     if not checks.equal(preview.code, None, f"the zone has a preview: {preview.told()}"):
         return
     checks.expect(node in preview.body["effect"]["nodes"], "the preview names the node")
     checks.equal(rest.call("GET", f"/v1/zones/{ZONE_ID}").code, "not_found", "a preview leaves nothing behind")
-    ack = client.call("skyway.v1.Airspace", "CreateZone", {"zone": zone})
+    ack = rest.call("POST", "/v1/zones", zone)
     if not checks.equal(ack.code, None, f"the zone is written: {ack.told()}"):
         return
     for closed in ("segments", "nodes"):
@@ -165,7 +172,7 @@ def zone_over_the_way(checks: Checks, rest: Rest, client: Grpc, watch: Watch, no
     if during:
         checks.expect(node not in during[1], f"the way leads round the zone: {during[1]}")
         checks.expect(during[2] > before[2], f"and is longer: {during[2]} m instead of {before[2]} m")
-    lifted = client.call("skyway.v1.Airspace", "DeleteZone", {"id": ZONE_ID, "etag": ack.body["etag"]})
+    lifted = rest.call("DELETE", f"/v1/zones/{ZONE_ID}", headers={"if-match": ack.body["etag"]})
     checks.equal(lifted.code, None, f"the zone is lifted: {lifted.told()}")
     checks.expect(watch.wait_for("ZONE_DELETED") is not None, f"which is an event: {watch.seen}")
 
@@ -196,7 +203,9 @@ def real_failure(checks: Checks, rest: Rest, client: Grpc, watch: Watch, nodes: 
     path = [str(node) for node in record["answer"]["path"]["nodes"]]
     checks.equal(path, answer.body["answer"]["path"]["nodes"], "REST keeps the same answer")
     closure = publication.get("closure_id", "")
-    lifted = client.call("skyway.v1.Airspace", "DeleteClosure", {"id": closure})
+    lifted = rest.call("DELETE", f"/v1/closures/{closure}")
     checks.equal(lifted.code, None, f"the closure is lifted: {lifted.told()}")
-    cancelled = client.call("skyway.v1.Plans", "CancelPlan", {"id": PLAN_ID})
-    checks.equal(cancelled.body.get("ended_as"), "ENDED_AS_CANCELLED", "the plan is cancelled")
+    cancelled = rest.call("DELETE", f"/v1/plans/{PLAN_ID}")
+    checks.equal(cancelled.body.get("ended_as"), "cancelled", "the plan is cancelled")
+    told = client.call("skyway.v1.Plans", "GetPlan", {"id": PLAN_ID}).body
+    checks.equal(told.get("ended_as"), "ENDED_AS_CANCELLED", "which gRPC tells")

@@ -1,4 +1,4 @@
-"""The scenarios of the parity test: good, lenient and bad ones, each as both dialects say it.
+"""The scenarios of the parity test: good, lenient and bad ones, as both dialects say them, or REST where it alone does.
 
 None of them leaves anything behind, so that the second dialect finds what the first one found.
 """
@@ -7,7 +7,7 @@ import dataclasses
 from collections.abc import Callable
 
 RECOMPOSITION, PLANS = "skyway.v1.Recomposition", "skyway.v1.Plans"
-AIRSPACE, NETWORK, DRONES = "skyway.v1.Airspace", "skyway.v1.Network", "skyway.v1.Drones"
+NETWORK, DRONES = "skyway.v1.Network", "skyway.v1.Drones"
 CENTRE = [151.2108551, -33.862204]
 SQUARE = [[151.2100, -33.8630], [151.2115, -33.8630], [151.2115, -33.8615], [151.2100, -33.8615], [151.2100, -33.8630]]
 ZONE, CLOSURE, PLAN = "parity-zone", "parity-closure", "parity-plan"
@@ -94,11 +94,11 @@ def page_facts(name: str) -> Callable[[dict], list]:
 
 @dataclasses.dataclass
 class Scenario:
-    """One request, as both dialects say it."""
+    """One request, as both dialects say it; what gRPC does not have, REST says alone."""
 
     name: str
     rest: tuple
-    grpc: tuple
+    grpc: tuple | None = None
     # The code of the refusal; none: there is an answer, and its facts are compared.
     code: str | None = None
     facts: Callable[[dict], object] = report_facts
@@ -113,28 +113,35 @@ def reported(name: str, report: dict, grpc: dict | None = None, code=None, warni
     return Scenario(name, ("POST", "/v1/failures", dry), call, code, report_facts, warnings)
 
 
-def previewed(name: str, geometry: dict, properties: dict, zone: dict, code=None) -> Scenario:
+def over_rest(name: str, request: tuple, code=None, facts=None) -> Scenario:
+    """What operators do, which gRPC does not have."""
+    return Scenario(name, request, None, code, facts or report_facts)
+
+
+def previewed(name: str, feature: dict, code=None) -> Scenario:
     """The preview of a zone."""
-    feature = {"type": "Feature", "geometry": geometry, "properties": properties}
-    call = (AIRSPACE, "PreviewZone", {"zone": zone})
-    return Scenario(name, ("POST", "/v1/zones:preview", feature), call, code, zone_facts)
+    return over_rest(name, ("POST", "/v1/zones:preview", feature), code, zone_facts)
 
 
-def circle(centre: list, radius_m: float) -> tuple:
-    """A circle: geometry and properties of a feature, and the message."""
+def circle(centre: list, radius_m: float) -> tuple[dict, dict]:
+    """A circle, as a feature and as a message."""
+    geometry = {"type": "Point", "coordinates": centre}
     message = {"circle": {"centre": {"x": centre[0], "y": centre[1]}, "radius_m": radius_m}}
-    return {"type": "Point", "coordinates": centre}, {"radius_m": radius_m}, message
+    return {"type": "Feature", "geometry": geometry, "properties": {"radius_m": radius_m}}, message
 
 
-def polygon(ring: list) -> tuple:
+def polygon(ring: list) -> tuple[dict, dict]:
     """A polygon, likewise."""
+    geometry = {"type": "Polygon", "coordinates": [ring]}
     positions = [{"x": x, "y": y} for x, y in ring]
-    return {"type": "Polygon", "coordinates": [ring]}, {}, {"polygon": {"rings": [{"positions": positions}]}}
+    message = {"polygon": {"rings": [{"positions": positions}]}}
+    return {"type": "Feature", "geometry": geometry, "properties": {}}, message
 
 
-CIRCLE_GEOMETRY, CIRCLE_PROPERTIES, CIRCLE = circle(CENTRE, 60.0)
-FEATURE = {"type": "Feature", "geometry": CIRCLE_GEOMETRY, "properties": CIRCLE_PROPERTIES}
+FEATURE, CIRCLE = circle(CENTRE, 60.0)
+SQUARE_FEATURE, AREA = polygon(SQUARE)
 REVERSED = [{"from": LONG_AGO, "until": LONGER_AGO}]
+REVERSED_FEATURE = {**FEATURE, "properties": {**FEATURE["properties"], "windows": REVERSED}}
 DELIVERY = {"source": "379", "destination": "62"}
 
 # What is there before the first scenario.
@@ -186,27 +193,18 @@ REPORTS = [
     ),
     reported(
         "a zone that cannot be",
-        {
-            "service": LEG,
-            "destination": "450",
-            "zone": {
-                "type": "Feature",
-                "geometry": {"type": "Point", "coordinates": CENTRE},
-                "properties": {"radius_m": -5.0},
-            },
-        },
-        {"zone": circle(CENTRE, -5.0)[2]},
+        {"service": LEG, "destination": "450", "zone": circle(CENTRE, -5.0)[0]},
+        {"zone": circle(CENTRE, -5.0)[1]},
         warnings=["zone_ignored"],
     ),
     reported(
-        "a zone that can",
-        {
-            "service": LEG,
-            "destination": "450",
-            "zone": {**FEATURE, "geometry": {"type": "Point", "coordinates": CENTRE}},
-        },
-        {"zone": CIRCLE},
+        "a zone whose window ends before it begins",
+        {"service": LEG, "destination": "450", "zone": REVERSED_FEATURE},
+        {"zone": {**CIRCLE, "windows": REVERSED}},
+        warnings=["zone_ignored"],
     ),
+    reported("a zone that can", {"service": LEG, "destination": "450", "zone": FEATURE}, {"zone": CIRCLE}),
+    reported("an area", {"service": LEG, "destination": "450", "zone": SQUARE_FEATURE}, {"zone": AREA}),
     reported("nothing at all", {}, code="report_not_located"),
     reported("nodes that are not there", {"service": {"from": "x", "to": "y"}}, code="report_not_located"),
     Scenario(
@@ -215,145 +213,58 @@ REPORTS = [
         (RECOMPOSITION, "ReportFailures", {"failures": [{"service": LEG, "dry_run": True}, {"dry_run": True}]}),
         facts=batch_facts,
     ),
-    Scenario(
-        "an answer that was never given",
-        ("GET", "/v1/recompositions/no-such"),
-        (RECOMPOSITION, "GetRecomposition", {"id": "no-such"}),
-        "not_found",
-    ),
 ]
 
 ZONES = [
-    previewed("a circle", *circle(CENTRE, 60.0)),
-    previewed("a polygon", *polygon(SQUARE)),
-    previewed("longitude and latitude swapped", *circle(CENTRE[::-1], 60.0), "zone_invalid"),
-    previewed("a ring that is open", *polygon(SQUARE[:-1]), "zone_invalid"),
+    previewed("a circle", FEATURE),
+    previewed("a polygon", SQUARE_FEATURE),
+    previewed("longitude and latitude swapped", circle(CENTRE[::-1], 60.0)[0], "zone_invalid"),
+    previewed("a ring that is open", polygon(SQUARE[:-1])[0], "zone_invalid"),
     previewed(
-        "a ring that crosses itself", *polygon([SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3], SQUARE[0]]), "zone_invalid"
-    ),
-    previewed("a radius below nothing", *circle(CENTRE, -60.0), "zone_invalid"),
-    previewed(
-        "a window that ends before it begins",
-        CIRCLE_GEOMETRY,
-        {**CIRCLE_PROPERTIES, "windows": REVERSED},
-        {**CIRCLE, "windows": REVERSED},
+        "a ring that crosses itself",
+        polygon([SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3], SQUARE[0]])[0],
         "zone_invalid",
     ),
-    Scenario(
-        "a zone that is only checked",
-        ("POST", "/v1/zones?validate_only=true", FEATURE),
-        (AIRSPACE, "CreateZone", {"zone": CIRCLE, "validate_only": True}),
-        facts=zone_facts,
+    previewed("a radius below nothing", circle(CENTRE, -60.0)[0], "zone_invalid"),
+    previewed("a window that ends before it begins", REVERSED_FEATURE, "zone_invalid"),
+    over_rest("a zone that is only checked", ("POST", "/v1/zones?validate_only=true", FEATURE), facts=zone_facts),
+    over_rest("a zone that is there", ("POST", "/v1/zones", {**FEATURE, "id": ZONE}), "already_exists"),
+    over_rest("a change without a version", ("PUT", f"/v1/zones/{ZONE}", FEATURE), "precondition_required"),
+    over_rest(
+        "a change of an old version", ("PUT", f"/v1/zones/{ZONE}", FEATURE, {"if-match": STALE}), "precondition_failed"
     ),
-    Scenario(
-        "a zone that is there",
-        ("POST", "/v1/zones", {**FEATURE, "id": ZONE}),
-        (AIRSPACE, "CreateZone", {"zone": {**CIRCLE, "id": ZONE}}),
-        "already_exists",
+    over_rest("a change under another id", ("PUT", "/v1/zones/another", {**FEATURE, "id": ZONE}), "zone_invalid"),
+    over_rest("a zone that was never there", ("GET", "/v1/zones/no-such"), "not_found"),
+    over_rest("lifting a zone that is not there", ("DELETE", "/v1/zones/no-such"), "not_found"),
+    over_rest(
+        "lifting an old version", ("DELETE", f"/v1/zones/{ZONE}", None, {"if-match": STALE}), "precondition_failed"
     ),
-    Scenario(
-        "a change without a version",
-        ("PUT", f"/v1/zones/{ZONE}", FEATURE),
-        (AIRSPACE, "PutZone", {"id": ZONE, "zone": CIRCLE}),
-        "precondition_required",
-    ),
-    Scenario(
-        "a change of an old version",
-        ("PUT", f"/v1/zones/{ZONE}", FEATURE, {"if-match": STALE}),
-        (AIRSPACE, "PutZone", {"id": ZONE, "zone": CIRCLE, "etag": STALE}),
-        "precondition_failed",
-    ),
-    Scenario(
-        "a change under another id",
-        ("PUT", "/v1/zones/another", {**FEATURE, "id": ZONE}),
-        (AIRSPACE, "PutZone", {"id": "another", "zone": {**CIRCLE, "id": ZONE}}),
-        "zone_invalid",
-    ),
-    Scenario(
-        "a zone that was never there",
-        ("GET", "/v1/zones/no-such"),
-        (AIRSPACE, "GetZone", {"id": "no-such"}),
-        "not_found",
-    ),
-    Scenario(
-        "lifting a zone that is not there",
-        ("DELETE", "/v1/zones/no-such"),
-        (AIRSPACE, "DeleteZone", {"id": "no-such"}),
-        "not_found",
-    ),
-    Scenario(
-        "lifting an old version",
-        ("DELETE", f"/v1/zones/{ZONE}", None, {"if-match": STALE}),
-        (AIRSPACE, "DeleteZone", {"id": ZONE, "etag": STALE}),
-        "precondition_failed",
-    ),
-    Scenario(
-        "a page that no page named",
-        ("GET", "/v1/zones?page_token=never-given"),
-        (AIRSPACE, "ListZones", {"page_token": "never-given"}),
-        "parameter_invalid",
-    ),
+    over_rest("a page that no page named", ("GET", "/v1/zones?page_token=never-given"), "parameter_invalid"),
 ]
 
 CLOSURES = [
-    Scenario(
-        "a closure", ("GET", f"/v1/closures/{CLOSURE}"), (AIRSPACE, "GetClosure", {"id": CLOSURE}), facts=closure_facts
-    ),
-    Scenario("the closures", ("GET", "/v1/closures"), (AIRSPACE, "ListClosures", {}), facts=page_facts("closures")),
-    Scenario(
-        "a segment that is not there",
-        ("POST", "/v1/closures", {"segments": ["1-1"]}),
-        (AIRSPACE, "CreateClosure", {"segments": ["1-1"]}),
-        "closure_invalid",
-    ),
-    Scenario(
-        "a closure of nothing",
-        ("POST", "/v1/closures", {"reason": "none"}),
-        (AIRSPACE, "CreateClosure", {"reason": "none"}),
-        "closure_invalid",
-    ),
-    Scenario(
+    over_rest("a closure", ("GET", f"/v1/closures/{CLOSURE}"), facts=closure_facts),
+    over_rest("the closures", ("GET", "/v1/closures"), facts=page_facts("closures")),
+    over_rest("a segment that is not there", ("POST", "/v1/closures", {"segments": ["1-1"]}), "closure_invalid"),
+    over_rest("a closure of nothing", ("POST", "/v1/closures", {"reason": "none"}), "closure_invalid"),
+    over_rest(
         "a closure that ends before it begins",
         ("POST", "/v1/closures", {"nodes": ["406"], "from": LONG_AGO, "until": LONGER_AGO}),
-        (AIRSPACE, "CreateClosure", {"nodes": ["406"], "from": LONG_AGO, "until": LONGER_AGO}),
         "closure_invalid",
     ),
-    Scenario(
-        "a closure that is there",
-        ("POST", "/v1/closures", {"id": CLOSURE, "nodes": ["406"]}),
-        (AIRSPACE, "CreateClosure", {"id": CLOSURE, "nodes": ["406"]}),
-        "already_exists",
-    ),
-    Scenario(
+    over_rest("a closure that is there", ("POST", "/v1/closures", {"id": CLOSURE, "nodes": ["406"]}), "already_exists"),
+    over_rest(
         "a change of an old closure",
         ("PATCH", f"/v1/closures/{CLOSURE}", {"confirmed": True}, {"if-match": STALE}),
-        (AIRSPACE, "ChangeClosure", {"id": CLOSURE, "confirmed": True, "etag": STALE}),
         "precondition_failed",
     ),
-    Scenario(
-        "lifting what a zone closes",
-        ("DELETE", f"/v1/closures/{ZONE}"),
-        (AIRSPACE, "DeleteClosure", {"id": ZONE}),
-        "closure_of_zone",
-    ),
-    Scenario(
-        "lifting what is open",
-        ("DELETE", "/v1/closures/no-such"),
-        (AIRSPACE, "DeleteClosure", {"id": "no-such"}),
-        "not_found",
-    ),
-    Scenario(
-        "a proposal that nobody made",
-        ("POST", "/v1/proposals/no-such/accept"),
-        (AIRSPACE, "DecideProposal", {"id": "no-such", "decision": "DECISION_ACCEPT"}),
-        "not_found",
-    ),
-    Scenario(
-        "a hold that nobody made",
-        ("POST", "/v1/holds/no-such/reject"),
-        (AIRSPACE, "DecideHold", {"id": "no-such", "decision": "DECISION_REJECT"}),
-        "not_found",
-    ),
+    over_rest("lifting what a zone closes", ("DELETE", f"/v1/closures/{ZONE}"), "closure_of_zone"),
+    over_rest("lifting what is open", ("DELETE", "/v1/closures/no-such"), "not_found"),
+    over_rest("a proposal that nobody made", ("POST", "/v1/proposals/no-such/accept"), "not_found"),
+    over_rest("a hold that nobody made", ("POST", "/v1/holds/no-such/reject"), "not_found"),
+    over_rest("an answer that was never given", ("GET", "/v1/recompositions/no-such"), "not_found"),
+    over_rest("a node", ("GET", "/v1/nodes/406"), facts=node_facts),
+    over_rest("a node that is not there", ("GET", "/v1/nodes/no-such"), "not_found"),
 ]
 
 REST_OF_IT = [
@@ -394,10 +305,6 @@ REST_OF_IT = [
         (PLANS, "AcknowledgePlan", {"id": PLAN, "version": 7}),
         "plan_state_conflict",
     ),
-    Scenario("a node", ("GET", "/v1/nodes/406"), (NETWORK, "GetNode", {"id": "406"}), facts=node_facts),
-    Scenario(
-        "a node that is not there", ("GET", "/v1/nodes/no-such"), (NETWORK, "GetNode", {"id": "no-such"}), "not_found"
-    ),
     Scenario(
         "the nearest nodes",
         ("GET", f"/v1/nearest?lon={CENTRE[0]}&lat={CENTRE[1]}&k=5"),
@@ -428,7 +335,7 @@ REST_OF_IT = [
         ),
         facts=telemetry_facts,
     ),
-    Scenario("the drones", ("GET", "/v1/drones"), (DRONES, "ListDrones", {}), facts=page_facts("drones")),
+    over_rest("the drones", ("GET", "/v1/drones"), facts=page_facts("drones")),
 ]
 
 SCENARIOS = [*REPORTS, *ZONES, *CLOSURES, *REST_OF_IT]

@@ -35,7 +35,7 @@ fn the_corridor_is_flown_from_pad_to_pad_with_contingencies_that_can_be_flown() 
     }
 }
 
-/// Flies every detour and every way to a safe node again.
+/// Flies every detour and every way to an alternate again.
 #[track_caller]
 fn check_contingencies(town: &Town, composition: &FlightComposition) {
     let skies = town.skies();

@@ -141,7 +141,7 @@ fn a_drone_is_diverted_to_the_pad_that_it_reaches_with_most_battery() {
         let fire = Severance::Closure("fire".to_owned());
         assert_eq!(severances(&town, &answer), [fire]);
     }
-    // A pad that is another's is no refuge.
+    // A pad that is another's is no alternate.
     let town = closed(&["a", "b"]).taken("b");
     let answer = town.answer(&flown(0.8, 0.9));
     assert_eq!(nodes(&town, &answer), ["a"]);

@@ -4,8 +4,8 @@ use jiff::{SignedDuration, Timestamp};
 use skyway::airspace::{Airspace, Change, Closure, Hits, Window, Zone, ZoneDraft, ZoneGeometry};
 use skyway::delivery::{
     BatteryNow, DEFAULT_REFUGE_STAY_S, DeliveryRequest, DeliveryScratch, DeliveryWorld,
-    FlightComposition, FlightFailure, FlightRecomposition, FlightTables, Landing, NoDelivery,
-    OtherPlans, Skies, answer_failure, compose,
+    FlightComposition, FlightEnvironment, FlightFailure, FlightRecomposition, FlightTables,
+    Landing, NoDelivery, OtherPlans, answer_failure, compose,
 };
 use skyway::flight::{
     Airframe, Aloft, Circumstances, FailureReport, FailureType, FlightPlan, FlightRules,
@@ -128,14 +128,14 @@ impl Town {
         self
     }
 
-    pub(crate) fn skies(&self) -> Skies {
+    pub(crate) fn skies(&self) -> FlightEnvironment {
         let horizon = SignedDuration::from_mins(60);
         let open = Airspace::open(self.topology.clone(), 1, noon(), horizon);
         let airspace = open.apply(&self.changes, noon());
-        Skies::of(&airspace, self.others.clone(), &self.rules)
+        FlightEnvironment::of(&airspace, self.others.clone(), &self.rules)
     }
 
-    pub(crate) fn setting(&self, skies: &Skies) -> FlightSetting {
+    pub(crate) fn setting(&self, skies: &FlightEnvironment) -> FlightSetting {
         FlightSetting::new(
             self.topology.clone(),
             self.airframe.clone(),
@@ -227,7 +227,11 @@ impl Town {
     }
 
     /// Flies a plan again in code that shares nothing with what made it.
-    fn check(&self, composition: &FlightComposition, skies: &Skies) -> Result<(), FlightFault> {
+    fn check(
+        &self,
+        composition: &FlightComposition,
+        skies: &FlightEnvironment,
+    ) -> Result<(), FlightFault> {
         self.fly(
             skies,
             &composition.plan,
@@ -244,7 +248,7 @@ impl Town {
 
     pub(crate) fn fly(
         &self,
-        skies: &Skies,
+        skies: &FlightEnvironment,
         plan: &FlightPlan,
         held: &Held<'_>,
     ) -> Result<(), FlightFault> {
@@ -319,7 +323,7 @@ impl Failure<'_> {
 }
 
 pub(crate) fn world<'a>(
-    skies: &'a Skies,
+    skies: &'a FlightEnvironment,
     setting: &'a FlightSetting,
     tables: &'a FlightTables,
 ) -> DeliveryWorld<'a> {
@@ -354,6 +358,7 @@ fn zone(id: &str, windows: Vec<Window>, topology: &Topology) -> Zone {
         band: AltitudeBand::UNLIMITED,
         windows,
         margin_m: 10.0,
+        terms: Default::default(),
     };
     Zone::new(draft, topology.frame()).expect("a zone")
 }

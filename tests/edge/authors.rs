@@ -9,13 +9,13 @@ use std::time::Duration;
 use tokio_stream::StreamExt;
 
 /// Longer than anything takes, so that a test that waits in vain fails.
-const PATIENCE: Duration = Duration::from_secs(20);
+const WAIT_AT_MOST: Duration = Duration::from_secs(20);
 
 /// The next event of a kind; those before it are told where it never comes.
 async fn next(events: &mut EventStream, kind: EventKind) -> Value {
     let mut passed = Vec::new();
     loop {
-        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = tokio::time::timeout(WAIT_AT_MOST, events.next()).await;
         let next = next.unwrap_or_else(|_| panic!("no {kind:?} after {passed:?}"));
         let event = next.expect("more").expect("no gap");
         if event.kind == kind {
@@ -31,7 +31,7 @@ async fn both(events: &mut EventStream, kinds: [EventKind; 2]) -> [Value; 2] {
     let mut passed = Vec::new();
     let mut found = [None, None];
     while found.contains(&None) {
-        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = tokio::time::timeout(WAIT_AT_MOST, events.next()).await;
         let next = next.unwrap_or_else(|_| panic!("not {kinds:?}, but {passed:?}"));
         let event = next.expect("more").expect("no gap");
         passed.push(event.kind);

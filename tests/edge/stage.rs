@@ -3,9 +3,9 @@
 use bytes::Bytes;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::clock::{Clock, Hand, TwoHands};
+use skyway::clock::{Clock, ManualClock, ManualClocks};
 use skyway::edge::{
-    Answered, Caller, Edge, Idempotency, NewNetwork, Opening, Refusal, Settings, StoreFile,
+    Caller, Edge, Idempotency, NewNetwork, Opening, Refusal, ReportResponse, Settings, StoreFile,
     WriterStep, ZoneWrite,
 };
 use skyway::formats::{load_network, parse_report, read_network, write_network};
@@ -20,11 +20,11 @@ pub(crate) const DAWN: &str = "2026-11-21T06:00:00Z";
 pub(crate) const EPOCH: u64 = 7;
 
 /// Longer than any disk takes that works.
-const PATIENCE: Duration = Duration::from_secs(30);
+const WAIT_AT_MOST: Duration = Duration::from_secs(30);
 
 pub(crate) struct Stage {
     pub(crate) edge: Arc<Edge>,
-    pub(crate) hand: Arc<Hand>,
+    pub(crate) hand: Arc<ManualClock>,
     settings: Settings,
     pub(crate) caller: Caller,
 }
@@ -103,7 +103,7 @@ impl Stage {
     /// The same over a file.
     pub(crate) async fn over(file: Box<dyn StoreFile>) -> Self {
         let settings = Settings {
-            commit_within: PATIENCE,
+            commit_within: WAIT_AT_MOST,
             ..Settings::default()
         };
         Self::over_with(file, settings).await
@@ -153,7 +153,7 @@ impl Stage {
 
     /// On a machine's clock, of which both the wall clock and the time that only goes forward are moved by hand; the
     /// hand of the stage moves nothing.
-    pub(crate) fn on_machine_clock() -> (Self, TwoHands) {
+    pub(crate) fn on_machine_clock() -> (Self, ManualClocks) {
         let network = loaded(&ladder());
         let dawn: Timestamp = DAWN.parse().expect("an instant");
         let (clock, hands) = Clock::by_two_hands(dawn);
@@ -193,7 +193,7 @@ impl Stage {
         self.edge.tick().await.expect("the writer works");
     }
 
-    pub(crate) async fn report(&self, body: Value) -> Result<Answered, Refusal> {
+    pub(crate) async fn report(&self, body: Value) -> Result<ReportResponse, Refusal> {
         let parsed = parse_report(body.to_string().as_bytes())?;
         let answered = self.edge.report_failure(&self.caller, parsed).await;
         self.settle().await;
@@ -257,7 +257,7 @@ pub(crate) fn network() -> (Arc<Topology>, Bytes) {
     (network.topology, network.geojson)
 }
 
-fn opening(settings: Settings) -> (Opening, Hand) {
+fn opening(settings: Settings) -> (Opening, ManualClock) {
     let dawn: Timestamp = DAWN.parse().expect("an instant");
     let (clock, hand) = Clock::by_hand(dawn);
     let (topology, geojson) = network();

@@ -35,6 +35,7 @@ fn square_zone(topology: &Topology, id: &str, windows: Vec<Window>) -> Arc<Closu
         band: AltitudeBand::UNLIMITED,
         windows,
         margin_m: 0.0,
+        terms: Default::default(),
     };
     let zone = Zone::new(draft, topology.frame()).expect("a square");
     Arc::new(Closure::of_zone(topology, Arc::new(zone)))
@@ -192,7 +193,7 @@ fn the_cache_hands_out_a_worked_in_tree_only_while_its_closures_stand() {
     let blocked = closing.closed().blocked_segments();
     let worked_in = Arc::new(searcher.tree_taking_in(&intact, &closed, blocked));
     assert_ne!(worked_in, intact, "the way from a is cut");
-    trees.insert_taken_in(worked_in.clone(), standing(&closing));
+    trees.insert_repaired(worked_in.clone(), standing(&closing));
 
     let got = |airspace: &Airspace| trees.get(destination, standing(airspace)).expect("held");
     assert!(Arc::ptr_eq(&got(&closing), &worked_in));

@@ -11,10 +11,10 @@ mod conflicts;
 
 use super::oracle::{OracleNetwork, OracleNode, OracleSegment};
 use skyway::airspace::{Airspace, Change, Closure};
-use skyway::compose::{Composition, SafeNode, compose, equip, flight_time_s};
+use skyway::compose::{Composition, SafeNode, compose, flight_time_s, with_contingencies};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, Topology};
 use skyway::recompose::{Outcome, Scratch, World};
-use skyway::routing::{TreeCache, Way};
+use skyway::routing::{Path, TreeCache};
 use std::sync::Arc;
 
 const AIRSPEED_MPS: f64 = 16.0;
@@ -116,7 +116,12 @@ impl Map {
         compose(&world, source, destination, AIRSPEED_MPS, &mut scratch)
     }
 
-    fn equip(&self, letters: &str, first_stretch_m: f64, destination: &str) -> Composition {
+    fn with_contingencies(
+        &self,
+        letters: &str,
+        first_stretch_m: f64,
+        destination: &str,
+    ) -> Composition {
         let world = World {
             airspace: &self.airspace,
             trees: None,
@@ -124,7 +129,7 @@ impl Map {
         let destination = self.node(destination);
         let mut scratch = Scratch::new(&self.topology);
         let way = self.way(letters);
-        equip(
+        with_contingencies(
             &world,
             way,
             first_stretch_m,
@@ -134,7 +139,7 @@ impl Map {
         )
     }
 
-    fn way(&self, letters: &str) -> Way {
+    fn way(&self, letters: &str) -> Path {
         let nodes: Vec<NodeIx> = letters
             .chars()
             .map(|letter| self.node(&letter.to_string()))
@@ -143,7 +148,7 @@ impl Map {
         let segments = nodes
             .windows(2)
             .map(|ends| between(ends).expect("a line of the map"));
-        Way {
+        Path {
             segments: segments.collect(),
             nodes,
         }
@@ -220,7 +225,7 @@ fn the_way_to_a_safe_node_begins_at_the_start_of_the_leg() {
 #[test]
 fn a_recomposed_way_is_equipped_after_its_first_stretch() {
     let map = Map::with_pads("");
-    let plan = map.equip("ACDBE", 160.0, "E");
+    let plan = map.with_contingencies("ACDBE", 160.0, "E");
     assert_eq!((plan.length_m, plan.flight_time_s), (1_360.0, 85.0));
     assert_eq!(
         (plan.legs[0].departure_s, plan.legs[0].arrival_s),
@@ -244,7 +249,11 @@ fn a_recomposed_way_is_equipped_after_its_first_stretch() {
 #[test]
 fn a_way_that_does_not_end_at_the_destination_is_not_rejoined() {
     let map = Map::with_pads("B");
-    let first = map.equip("AB", 0.0, "E").legs.remove(0).if_closed;
+    let first = map
+        .with_contingencies("AB", 0.0, "E")
+        .legs
+        .remove(0)
+        .if_closed;
     assert_eq!(first.outcome, Outcome::Rerouted);
     assert_eq!(map.letters(&first.nodes), "ACDBE");
     assert_eq!((first.rejoins, first.extra_m), (None, None));
@@ -254,7 +263,11 @@ fn a_way_that_does_not_end_at_the_destination_is_not_rejoined() {
 #[test]
 fn a_way_that_comes_to_a_leg_twice_rejoins_after_the_last_time() {
     let map = Map::with_pads("");
-    let first = map.equip("ABABE", 0.0, "E").legs.remove(0).if_closed;
+    let first = map
+        .with_contingencies("ABABE", 0.0, "E")
+        .legs
+        .remove(0)
+        .if_closed;
     assert_eq!(map.letters(&first.nodes), "ACDB");
     assert_eq!(
         (first.remaining_length_m, first.extra_m),

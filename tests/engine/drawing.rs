@@ -67,6 +67,7 @@ fn circle_zone(name: &str, centre: [f64; 2], radius_m: f64) -> Arc<Zone> {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 10.0,
+        terms: Default::default(),
     };
     Arc::new(Zone::new(draft, &Frame::Planar).expect("a zone"))
 }
@@ -368,7 +369,7 @@ fn every_shape_of_area_is_drawn_and_the_whole_network_is_none() {
         let text = with_stages(&topology, answer.clone(), vec![shape.clone()]);
         assert_eq!(filled_areas(&text).len(), 1, "{shape:?}");
         assert!(text.contains(">8 nodes of the search area<"), "{shape:?}");
-        // Followed by another, it is an outline.
+        // Next to another, it is an outline.
         let text = with_stages(
             &topology,
             answer.clone(),

@@ -27,6 +27,7 @@ mod start_rules;
 mod starts;
 mod strategies;
 mod table_cache;
+mod zone_feeds;
 mod zone_format;
 mod zone_hits;
 mod zone_problems;

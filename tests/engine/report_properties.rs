@@ -8,7 +8,7 @@ use skyway::airspace::Airspace;
 use skyway::flight::FailureType;
 use skyway::formats::{
     IntoTerm, Known, KnownPlan, ParsedReport, lenient_report, load_network, parse_report,
-    settle_report, settled_report,
+    resolve_report, settled_report,
 };
 use skyway::geo::Point;
 use skyway::network::{NodeIx, bundled, sketch};
@@ -254,7 +254,7 @@ fn a_settled_report_by_itself_settles_to_the_same_request_and_is_answered() {
         };
         let mut warnings = Vec::new();
         let body = json!(report);
-        let Ok(first) = settle_report(&report, &known, airspace, &mut warnings) else {
+        let Ok(first) = resolve_report(&report, &known, airspace, &mut warnings) else {
             let is_lost = known.position.is_none()
                 && path.len().min(2) * usize::from(known.plan.is_some()) < 2;
             assert!(is_lost, "seed {seed}: {body}");
@@ -264,7 +264,7 @@ fn a_settled_report_by_itself_settles_to_the_same_request_and_is_answered() {
         let mut parsed = parse_report(written.as_bytes()).expect("an object");
         assert_eq!(parsed.warnings, [], "seed {seed}: {written}");
         let nothing = Known::nothing();
-        let again = settle_report(&parsed.report, &nothing, airspace, &mut parsed.warnings);
+        let again = resolve_report(&parsed.report, &nothing, airspace, &mut parsed.warnings);
         let again = again.unwrap_or_else(|problem| panic!("seed {seed}: {problem} {written}"));
         assert_eq!(
             again.request, first.request,
@@ -312,7 +312,7 @@ fn no_bytes_are_too_strange() {
         }
         // That it comes back is all there is to show.
         if let Ok(mut parsed) = parse_report(&body) {
-            let settled = settle_report(&parsed.report, &known, airspace, &mut parsed.warnings);
+            let settled = resolve_report(&parsed.report, &known, airspace, &mut parsed.warnings);
             drop(settled);
         }
     });

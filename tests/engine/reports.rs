@@ -12,7 +12,9 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::airspace::Airspace;
 use skyway::flight::Location;
-use skyway::formats::{Known, KnownPlan, ReportProblem, Settled, parse_report, settle_report};
+use skyway::formats::{
+    Known, KnownPlan, ReportProblem, ResolvedReport, parse_report, resolve_report,
+};
 use skyway::geo::Point;
 use skyway::network::{NodeIx, Topology, sketch};
 use std::sync::Arc;
@@ -46,7 +48,10 @@ struct Told<'a> {
     now: Option<&'a str>,
 }
 
-fn settle(report: &Value, told: Told<'_>) -> (Result<Settled, ReportProblem>, Vec<&'static str>) {
+fn settle(
+    report: &Value,
+    told: Told<'_>,
+) -> (Result<ResolvedReport, ReportProblem>, Vec<&'static str>) {
     let airspace = airspace();
     let plan = told
         .plan
@@ -62,7 +67,7 @@ fn settle(report: &Value, told: Told<'_>) -> (Result<Settled, ReportProblem>, Ve
         ..Known::nothing()
     };
     let mut parsed = parse_report(report.to_string().as_bytes()).expect("an object");
-    let settled = settle_report(&parsed.report, &known, &airspace, &mut parsed.warnings);
+    let settled = resolve_report(&parsed.report, &known, &airspace, &mut parsed.warnings);
     let codes = parsed.warnings.iter().map(|warning| warning.code);
     (settled, codes.collect())
 }

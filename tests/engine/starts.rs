@@ -86,6 +86,7 @@ A...B.E";
             band: AltitudeBand::UNLIMITED,
             windows: Vec::new(),
             margin_m: 0.0,
+            terms: Default::default(),
         };
         Zone::new(draft, self.topology.frame()).expect("a rectangle")
     }

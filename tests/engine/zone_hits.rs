@@ -18,6 +18,7 @@ fn draft(geometry: ZoneGeometry) -> ZoneDraft {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 10.0,
+        terms: Default::default(),
     }
 }
 

@@ -52,7 +52,7 @@ async fn lied_to(bug: Option<&'static str>, lies: usize) -> Lied {
     party.recorder.goes_on(0).await;
     liar.liar().of_a_hundred = LIES_OF_A_HUNDRED;
     let begun = Instant::now();
-    while liar.count() < lies && begun.elapsed() < crate::daemon::PATIENCE * 4 {
+    while liar.count() < lies && begun.elapsed() < crate::daemon::WAIT_AT_MOST * 4 {
         tokio::time::sleep(WHILE[0]).await;
     }
     liar.liar().of_a_hundred = 0;

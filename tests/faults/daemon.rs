@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Longer than anything takes, so that a test that hangs fails.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const WAIT_AT_MOST: Duration = Duration::from_secs(60);
 
 /// What an edge logs of an answer that the checker did not let pass.
 const REFUSED_ANSWER: &str = "the checker did not let an answer pass";
@@ -161,7 +161,7 @@ impl Plan {
             .no_proxy()
             .build()
             .expect("a client");
-        while begun.elapsed() < PATIENCE {
+        while begun.elapsed() < WAIT_AT_MOST {
             let asked = client.get(format!("http://{listen}/readyz")).send().await;
             if asked.is_ok_and(|answer| answer.status() == 200) {
                 daemon.ready_after = begun.elapsed();
@@ -187,7 +187,7 @@ pub(crate) struct Daemon {
 impl Daemon {
     async fn ports(&mut self) -> Result<(SocketAddr, SocketAddr), String> {
         let begun = Instant::now();
-        while begun.elapsed() < PATIENCE {
+        while begun.elapsed() < WAIT_AT_MOST {
             let text = std::fs::read_to_string(self.plan.ports_file()).unwrap_or_default();
             if let Some(ports) = ports_of(&text) {
                 return Ok(ports);

@@ -46,7 +46,7 @@ async fn post_until(client: &Client, wanted: u16, number: &mut u64) -> Duration 
     let begun = Instant::now();
     let line = format!("POST /v1/networks/{NETWORK}/zones");
     let mut last = 0;
-    while begun.elapsed() < crate::daemon::PATIENCE {
+    while begun.elapsed() < crate::daemon::WAIT_AT_MOST {
         *number += 1;
         let id = format!("probe-{number}");
         let zone = circle(&id, &id, [50.0, 50.0], 10.0);

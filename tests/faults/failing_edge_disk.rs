@@ -41,7 +41,7 @@ pub(crate) fn alone(folder: &Path, store: &Path) -> Plan {
 async fn post_until(client: &Client, wanted: u16, number: &mut u64) -> (String, Duration, Value) {
     let begun = Instant::now();
     let mut last = 0;
-    while begun.elapsed() < crate::daemon::PATIENCE {
+    while begun.elapsed() < crate::daemon::WAIT_AT_MOST {
         *number += 1;
         let id = format!("probe-{number}");
         let zone = circle(&id, &id, [350.0, 350.0], 10.0);

@@ -60,7 +60,7 @@ async fn posted(stage: &Stage, number: usize) -> [Duration; 3] {
     );
     let mut took = Vec::new();
     for waiting in waiting {
-        let had = tokio::time::timeout(crate::daemon::PATIENCE, waiting).await;
+        let had = tokio::time::timeout(crate::daemon::WAIT_AT_MOST, waiting).await;
         let had = had
             .expect("every edge has the zone")
             .expect("it waits well");

@@ -6,7 +6,7 @@
     reason = "tests of faults tell how long things took"
 )]
 
-use crate::daemon::{PATIENCE, Plan};
+use crate::daemon::{Plan, WAIT_AT_MOST};
 use crate::edge::Edge;
 use crate::history::Act;
 use crate::proxy::End;
@@ -54,7 +54,7 @@ async fn until(edge: &Edge, patience: Duration, is_so: impl Fn(&Value) -> bool) 
 async fn led_astray(stage: &Stage, other: &Plan, code: &str) -> Vec<String> {
     let edge = &stage.edges[0];
     let is_at_head = |it: &Value| it["zones"] == 3 && it["registry"]["outbox"] == 0;
-    let before = until(edge, PATIENCE, is_at_head).await;
+    let before = until(edge, WAIT_AT_MOST, is_at_head).await;
     assert!(is_at_head(&before), "{before}");
     edge.line.leads_to(End::Daemon(other.address.clone()));
     let is_refused = |it: &Value| it["registry"]["last_nack"]["code"] == code;

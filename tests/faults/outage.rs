@@ -50,7 +50,7 @@ impl Latencies {
 /// Waits until answers say that they are so current; gives the age that they state.
 async fn until(edge: &Edge, freshness: &str) -> f64 {
     let begun = Instant::now();
-    while begun.elapsed() < crate::daemon::PATIENCE {
+    while begun.elapsed() < crate::daemon::WAIT_AT_MOST {
         let status = edge.status().await.unwrap_or_default();
         if status["freshness"] == freshness {
             return status["registry_age_s"].as_f64().unwrap_or_default();

@@ -127,7 +127,7 @@ impl Client {
                 tokio::time::sleep(Duration::from_millis(5)).await;
             }
         };
-        let asked = tokio::time::timeout(crate::daemon::PATIENCE, asking).await;
+        let asked = tokio::time::timeout(crate::daemon::WAIT_AT_MOST, asking).await;
         asked.unwrap_or_else(|_| panic!("{line} is not answered {wanted}, but {last}"))
     }
 

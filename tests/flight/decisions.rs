@@ -1,4 +1,4 @@
-//! What a drone is told: hold, a safe node, what cuts it off; and the safe node against brute force.
+//! What a drone is told: hold, an alternate, what cuts it off; and the alternate against brute force.
 
 use crate::stories::{along, corridor};
 use crate::world::World;
@@ -14,7 +14,7 @@ use skyway::network::{NodeIx, SegmentIx};
 use skyway::verify::verify_flight;
 use std::sync::Arc;
 
-/// How long the pad of a safe node has to be free, in seconds.
+/// How long the pad of an alternate has to be free, in seconds.
 pub(crate) const STAY_S: f64 = 600.0;
 
 pub(crate) fn setting(world: &World) -> FlightSetting {
@@ -120,11 +120,11 @@ fn whoever_cannot_go_on_is_sent_to_the_pad_with_most_battery_left() {
         .push(closed(&world, "2-3", 0.0, f64::INFINITY));
     flying(&mut world, "2", 0.5);
     let diverted = decision(&world, Objective::Distance, true);
-    let refuge = FlightOutcome::Diverted {
+    let alternate = FlightOutcome::Diverted {
         node: node(&world, "1"),
         reserve_used: false,
     };
-    assert_eq!(diverted.outcome, refuge, "{diverted:?}");
+    assert_eq!(diverted.outcome, alternate, "{diverted:?}");
     assert_eq!(diverted.causes, [FlightCause::Closure(0)]);
     assert_eq!(diverted.opens, None);
     // Its pad is another's: on to the next one.
@@ -136,10 +136,13 @@ fn whoever_cannot_go_on_is_sent_to_the_pad_with_most_battery_left() {
     };
     world.situation.reservations.push(reservation);
     let farther = decision(&world, Objective::Distance, true);
-    let FlightOutcome::Diverted { node: refuge, .. } = farther.outcome else {
+    let FlightOutcome::Diverted {
+        node: alternate, ..
+    } = farther.outcome
+    else {
         panic!("{farther:?}");
     };
-    assert_eq!(refuge, node(&world, "0"));
+    assert_eq!(alternate, node(&world, "0"));
 }
 
 #[test]
@@ -174,11 +177,11 @@ fn below_the_reserve_nobody_goes_on_to_the_destination() {
     let mut world = along(&[500.0, 500.0], &[0, 1, 0]);
     flying(&mut world, "1", 0.19);
     let decision = decision(&world, Objective::Time, true);
-    let refuge = FlightOutcome::Diverted {
+    let alternate = FlightOutcome::Diverted {
         node: node(&world, "1"),
         reserve_used: true,
     };
-    assert_eq!(decision.outcome, refuge);
+    assert_eq!(decision.outcome, alternate);
     assert_eq!(decision.causes, [FlightCause::BelowReserve]);
 }
 

@@ -6,6 +6,7 @@
     reason = "tests read how many cases to draw, and say how many they were"
 )]
 
+mod alternates;
 mod checker;
 mod course;
 mod decisions;
@@ -14,7 +15,6 @@ mod grid;
 mod margins;
 mod model;
 mod optimality;
-mod refuges;
 mod sending;
 mod stories;
 mod world;

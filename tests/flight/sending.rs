@@ -51,7 +51,7 @@ impl World {
             start: plan.start,
             plan,
             began_s: self.began_s,
-            refuge: None,
+            alternate: None,
             reserve: self.reserve,
             is_energy_checked: true,
         };

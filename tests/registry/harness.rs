@@ -11,7 +11,7 @@ use skyway::api::registry;
 use skyway::api::server::{
     Authentication, Drain, GateConfig, QueueWait, ServerConfig, Slots, serve,
 };
-use skyway::clock::{Clock, Hand};
+use skyway::clock::{Clock, ManualClock};
 use skyway::registry::{HighWater, Opening, Registry, Settings, open_store};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
 /// Longer than anything takes, so that a test that hangs fails.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
+pub(crate) const WAIT_AT_MOST: Duration = Duration::from_secs(40);
 
 /// A folder for a store that outlives the registries over it.
 pub(crate) struct Place {
@@ -66,7 +66,7 @@ impl Place {
 pub(crate) struct Served {
     pub(crate) registry: Arc<Registry>,
     pub(crate) drain: Drain,
-    pub(crate) hand: Hand,
+    pub(crate) hand: ManualClock,
     address: SocketAddr,
     admin: SocketAddr,
     client: reqwest::Client,
@@ -124,9 +124,9 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1 << 20,
-        network_bytes_max: 8 << 20,
-        deadline: PATIENCE,
-        follow_wait: PATIENCE,
+        file_bytes_max: 8 << 20,
+        deadline: WAIT_AT_MOST,
+        follow_wait: WAIT_AT_MOST,
     };
     let metrics = Arc::new(RequestMetrics::new(&mut Metrics::default()));
     let config = ServerConfig::default();
@@ -135,7 +135,7 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
 }
 
 impl Served {
-    async fn serve(registry: Arc<Registry>, hand: Hand) -> Self {
+    async fn serve(registry: Arc<Registry>, hand: ManualClock) -> Self {
         let drain = Drain::new();
         let (router, _) = registry::router(registry.clone(), drain.clone());
         let address = listen(Listener::Main, router, &drain).await;
@@ -239,7 +239,11 @@ async fn ask(
     for (name, value) in headers {
         request = request.header(*name, *value);
     }
-    let sent = request.body(body.to_owned()).timeout(PATIENCE).send().await;
+    let sent = request
+        .body(body.to_owned())
+        .timeout(WAIT_AT_MOST)
+        .send()
+        .await;
     let response = sent.unwrap_or_else(|error| panic!("{line}: {error}"));
     Told {
         status: response.status().as_u16(),

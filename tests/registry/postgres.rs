@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Longer than anything takes, so that a test that hangs fails.
-const PATIENCE: Duration = Duration::from_secs(60);
+const WAIT_AT_MOST: Duration = Duration::from_secs(60);
 
 async fn open(url: &str) -> Arc<dyn Store> {
     let opened = PostgresStore::open(url, "0123456789abcdef").await;
@@ -66,7 +66,7 @@ async fn two_registries_share_a_database() {
         .expect("answers")
         .expect("a network");
     assert_eq!((state.head, state.zones), (41, 40));
-    let told = tokio::time::timeout(PATIENCE, async {
+    let told = tokio::time::timeout(WAIT_AT_MOST, async {
         let mut number = 0;
         while !heard.is_finished() {
             number += 1;

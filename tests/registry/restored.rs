@@ -8,7 +8,9 @@ use crate::drafts::NETWORK;
 use crate::harness::{Place, Served};
 use serde_json::Value;
 use skyway::clock::Clock;
-use skyway::registry::{HighWater, Manner, OpenError, Opening, Registry, Settings, open_store};
+use skyway::registry::{
+    HighWater, OpenError, Opening, Registry, Settings, WriteOptions, open_store,
+};
 
 async fn summary(served: &Served) -> Value {
     served.ask("GET /v1/networks", &[], "").await.is(200).json()
@@ -87,7 +89,7 @@ async fn what_a_follower_was_told_is_missed_when_it_is_lost() {
     });
     let beside = beside.await.expect("a registry");
     let feature = crate::harness::circle("seen", 10.0);
-    let manner = Manner::default();
+    let manner = WriteOptions::default();
     let put = beside.put_zone(NETWORK, Some("seen"), feature, &manner);
     put.await.expect("a zone");
     let told = served.get("/changes?after=2&epoch=1").await.is(200).json();

@@ -11,7 +11,7 @@ use crate::world::{Who, World};
 use skyway::api::problem;
 use skyway::edge::sync::ClientError;
 use skyway::edge::{Edge, Idempotency, Refusal, ZoneWrite};
-use skyway::registry::Manner;
+use skyway::registry::WriteOptions;
 use skyway::wire::{self, ObjectKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -214,7 +214,7 @@ impl Clerk {
         };
         let is_keyed = self.chance.below(2) == 0;
         let key = is_keyed.then(|| format!("key-{}-{}", self.names.prefix, self.world.now_ms()));
-        let manner = Manner {
+        let manner = WriteOptions {
             subject: self.names.prefix.clone(),
             key,
             fingerprint: format!("{act:?} {known:?}"),
@@ -238,7 +238,7 @@ impl Clerk {
         self.world.recorder.end(&begun, outcome, None);
     }
 
-    async fn write(&self, act: &Act, manner: &Manner) -> Outcome {
+    async fn write(&self, act: &Act, manner: &WriteOptions) -> Outcome {
         let body = act.tag().map(|tag| {
             let circle = self.world.notes().shapes[tag];
             zone(act.id(), tag, circle).to_string()

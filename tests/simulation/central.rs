@@ -6,7 +6,7 @@ use crate::memory_store::{Contents, MemoryPlace};
 use crate::places::{NETWORK, lattice};
 use crate::rounds::Chance;
 use crate::world::clock_after;
-use skyway::registry::{HighWater, Manner, Opening, Registry, Settings};
+use skyway::registry::{HighWater, Opening, Registry, Settings, WriteOptions};
 use skyway::wire::LoggedChange;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -58,9 +58,9 @@ impl Central {
         };
         central.begin().await;
         let life = central.life().expect("it is up");
-        let manner = Manner {
+        let manner = WriteOptions {
             subject: "operator".to_owned(),
-            ..Manner::default()
+            ..WriteOptions::default()
         };
         let text = lattice();
         let put = life.registry.put_network(NETWORK, &text, &manner);

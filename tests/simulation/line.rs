@@ -11,7 +11,7 @@ use serde_json::Value;
 use skyway::api::problem;
 use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
-use skyway::registry::{Follow, Manner, Registry, Reply, SnapshotRequest};
+use skyway::registry::{Follow, Registry, Reply, SnapshotRequest, WriteOptions};
 use skyway::wire::{
     ChangesPage, EdgeReport, ObjectKind, Problem, PublishedClosure, RegistrySnapshot, Written,
 };
@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// After so long without an answer nobody waits any more.
-const PATIENCE: Duration = Duration::from_secs(10);
+const WAIT_AT_MOST: Duration = Duration::from_secs(10);
 /// Objects in a page of everything.
 const PAGE: u64 = 4;
 
@@ -166,7 +166,7 @@ impl Line {
         self.world.count("lost messages");
         let waits = self.chance(number).below(2) == 0;
         if waits {
-            self.world.pause(self.who, PATIENCE).await;
+            self.world.pause(self.who, WAIT_AT_MOST).await;
         }
         let text = format!("{what}: lost {place}");
         self.world.tell(self.who, text.clone());
@@ -189,7 +189,7 @@ impl Line {
         kind: ObjectKind,
         id: &str,
         body: Option<&str>,
-        manner: &Manner,
+        manner: &WriteOptions,
     ) -> Result<Written, ClientError> {
         let what = format!("write {} {id}", kind.name());
         let reply = self.carry(1, manner.key.is_none(), &what, |registry| async move {
@@ -239,7 +239,7 @@ async fn written(
     kind: ObjectKind,
     id: &str,
     body: Option<&str>,
-    manner: &Manner,
+    manner: &WriteOptions,
 ) -> Result<Reply, Refusal> {
     match (kind, body) {
         (kind, None) => registry.delete(NETWORK, kind, id, manner).await,
@@ -326,7 +326,7 @@ impl RegistryClient for Line {
     }
 
     async fn write(&self, write: &RegistryWrite) -> Result<Written, ClientError> {
-        let manner = Manner {
+        let manner = WriteOptions {
             subject: self.who.name(),
             key: Some(write.idempotency_key.clone()),
             fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),

@@ -5,7 +5,7 @@ use serde_json::Value;
 use skyway::api::problem;
 use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
-use skyway::registry::{Follow, Manner, Registry, SnapshotRequest};
+use skyway::registry::{Follow, Registry, SnapshotRequest, WriteOptions};
 use skyway::wire::{
     ChangesPage, EdgeReport, ObjectKind, Problem, PublishedClosure, RegistrySnapshot, Written,
 };
@@ -178,7 +178,7 @@ impl Line {
                 retry_after_s: None,
             });
         }
-        let manner = Manner {
+        let manner = WriteOptions {
             subject: self.edge_id.to_string(),
             key: Some(write.idempotency_key.clone()),
             fingerprint: format!("{:?} {} {:?}", write.kind, write.id, write.body),

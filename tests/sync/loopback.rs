@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
 
-const PATIENCE: Duration = Duration::from_secs(40);
+const WAIT_AT_MOST: Duration = Duration::from_secs(40);
 
 fn anywhere() -> SocketAddr {
     SocketAddr::from(([127, 0, 0, 1], 0))
@@ -80,7 +80,7 @@ async fn send(client: &reqwest::Client, line: &str, url: &str, body: String) -> 
 }
 
 async fn until(what: &str, is_so: impl AsyncFn() -> bool) {
-    let waited = tokio::time::timeout(PATIENCE, async {
+    let waited = tokio::time::timeout(WAIT_AT_MOST, async {
         while !is_so().await {
             tokio::time::sleep(Duration::from_millis(2)).await;
         }

@@ -3,7 +3,7 @@
 use crate::line::Line;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::clock::{Clock, Hand};
+use skyway::clock::{Clock, ManualClock};
 use skyway::edge::sync::{Following, RegistryClient, SyncSettings};
 use skyway::edge::{
     self, Caller, Decision, Edge, EventStream, Idempotency, MemoryDisk, PageRequest, Settings,
@@ -12,7 +12,7 @@ use skyway::edge::{
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::registry::store::{Compaction, Store};
-use skyway::registry::{self, Manner, Opening, Registry, open_store};
+use skyway::registry::{self, Opening, Registry, WriteOptions, open_store};
 use skyway::wire::{self, EventKind, Freshness, ObjectKind};
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,7 +23,7 @@ pub(crate) const NETWORK: &str = "ladder";
 /// When every story begins.
 pub(crate) const DAWN: &str = "2026-11-21T06:00:00Z";
 /// Longer than anything takes, so that a test that hangs fails.
-const PATIENCE: Duration = Duration::from_secs(40);
+const WAIT_AT_MOST: Duration = Duration::from_secs(40);
 
 pub(crate) fn dawn() -> Timestamp {
     DAWN.parse().expect("an instant")
@@ -157,11 +157,11 @@ async fn open(folder: &TempDir, new_epoch: bool) -> (Arc<Registry>, Arc<dyn Stor
     (registry.await.expect("a registry"), store)
 }
 
-pub(crate) fn manner(if_match: Option<String>) -> Manner {
-    Manner {
+pub(crate) fn manner(if_match: Option<String>) -> WriteOptions {
+    WriteOptions {
         subject: "operator".to_owned(),
         if_match,
-        ..Manner::default()
+        ..WriteOptions::default()
     }
 }
 
@@ -169,7 +169,7 @@ pub(crate) fn manner(if_match: Option<String>) -> Manner {
 pub(crate) struct Outpost {
     pub(crate) edge: Arc<Edge>,
     pub(crate) line: Line,
-    pub(crate) hand: Hand,
+    pub(crate) hand: ManualClock,
     pub(crate) caller: Caller,
     following: Option<Following>,
 }
@@ -237,7 +237,7 @@ impl Outpost {
     }
 
     fn raised(
-        (edge, hand): (Arc<Edge>, Hand),
+        (edge, hand): (Arc<Edge>, ManualClock),
         client: impl RegistryClient,
         line: Line,
         name: &str,
@@ -266,7 +266,7 @@ impl Outpost {
                 tokio::time::sleep(Duration::from_millis(1)).await;
             }
         };
-        let waited = tokio::time::timeout(PATIENCE, waited).await;
+        let waited = tokio::time::timeout(WAIT_AT_MOST, waited).await;
         waited.unwrap_or_else(|_| panic!("it never was so: {what}; {:?}", self.edge.status()));
     }
 
@@ -380,7 +380,7 @@ impl Outpost {
 pub(crate) async fn up_to(events: &mut EventStream, kind: EventKind) -> Vec<(EventKind, Value)> {
     let mut told = Vec::new();
     loop {
-        let next = tokio::time::timeout(PATIENCE, events.next()).await;
+        let next = tokio::time::timeout(WAIT_AT_MOST, events.next()).await;
         let next = next.unwrap_or_else(|_| panic!("never {kind:?}: {told:?}"));
         let event = next.expect("more").expect("no gap");
         told.push((event.kind, event.event.data.clone()));
@@ -401,23 +401,27 @@ pub(crate) fn sync_settings(name: &str) -> SyncSettings {
 }
 
 /// An edge over the ladder, on a clock moved by hand.
-pub(crate) fn raise(settings: Settings) -> (Arc<Edge>, Hand) {
+pub(crate) fn raise(settings: Settings) -> (Arc<Edge>, ManualClock) {
     let (opening, hand) = opening(settings);
     (opening.without_store().expect("threads"), hand)
 }
 
-fn raise_on(topology: Topology, text: String, settings: Settings) -> (Arc<Edge>, Hand) {
+fn raise_on(topology: Topology, text: String, settings: Settings) -> (Arc<Edge>, ManualClock) {
     let (opening, hand) = opening_on(topology, text, settings);
     (opening.without_store().expect("threads"), hand)
 }
 
-fn opening(settings: Settings) -> (edge::Opening, Hand) {
+fn opening(settings: Settings) -> (edge::Opening, ManualClock) {
     let text = write_network(&ladder());
     let loaded = load_network(&text).expect("the ladder is a network");
     opening_on(loaded.topology, text, settings)
 }
 
-fn opening_on(topology: Topology, text: String, settings: Settings) -> (edge::Opening, Hand) {
+fn opening_on(
+    topology: Topology,
+    text: String,
+    settings: Settings,
+) -> (edge::Opening, ManualClock) {
     let settings = Settings {
         closed_fraction_max: 0.2,
         follows_registry: true,

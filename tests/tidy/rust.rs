@@ -4,6 +4,7 @@
 //! It reads what rustfmt and the compiler accept; on anything else it may be wrong, but does not stop.
 
 /// A word or a single sign of the code, and its line.
+#[derive(Clone)]
 pub(crate) struct Token {
     pub(crate) text: String,
     pub(crate) line: usize,

@@ -1,6 +1,6 @@
 //! How long an answer may take.
 
-use crate::harness::{Options, PATIENCE, ask, call, code, grpc_refusal, h2, rest};
+use crate::harness::{Options, WAIT_AT_MOST, ask, call, code, grpc_refusal, h2, rest};
 use http::Method;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -96,7 +96,7 @@ async fn a_client_that_leaves_takes_its_handler_along() {
             tokio::task::yield_now().await;
         }
     };
-    tokio::time::timeout(PATIENCE, both_dropped)
+    tokio::time::timeout(WAIT_AT_MOST, both_dropped)
         .await
         .expect("handlers are dropped");
 }

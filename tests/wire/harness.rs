@@ -22,7 +22,7 @@ use tokio::task::JoinHandle;
 use tokio_util::task::AbortOnDropHandle;
 
 /// Longer than anything takes, so that a test that hangs fails.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const WAIT_AT_MOST: Duration = Duration::from_secs(60);
 
 /// How long a handler takes that computes.
 pub(crate) const COMPUTES: Duration = Duration::from_millis(5);
@@ -73,7 +73,7 @@ impl Default for Options {
             authentication: Authentication::Loopback,
             listener: Listener::Main,
             body_bytes_max: 1024 * 1024,
-            deadline: PATIENCE,
+            deadline: WAIT_AT_MOST,
         }
     }
 }
@@ -118,7 +118,7 @@ impl Options {
             slots: self.slots,
             queue_wait,
             body_bytes_max: self.body_bytes_max,
-            network_bytes_max: self.body_bytes_max,
+            file_bytes_max: self.body_bytes_max,
             deadline: self.deadline,
             follow_wait: Duration::ZERO,
         };
@@ -150,7 +150,7 @@ impl Server {
 
     /// Waits until so many handlers have been entered since the last time.
     pub(crate) async fn entered(&self, count: u32) {
-        let entered = tokio::time::timeout(PATIENCE, self.handlers.entered.acquire_many(count));
+        let entered = tokio::time::timeout(WAIT_AT_MOST, self.handlers.entered.acquire_many(count));
         entered
             .await
             .expect("handlers are entered")
@@ -180,7 +180,7 @@ impl Server {
 
     /// Waits for the end of a drain that has begun.
     pub(crate) async fn ended(self) -> Drained {
-        let ended = tokio::time::timeout(PATIENCE, self.serving).await;
+        let ended = tokio::time::timeout(WAIT_AT_MOST, self.serving).await;
         ended
             .expect("the drain ends")
             .expect("no panic")
@@ -285,7 +285,7 @@ pub(crate) fn call(
         .header("content-type", "application/grpc")
         .header("te", "trailers")
         .header(BEHAVIOUR, behaviour)
-        .timeout(PATIENCE)
+        .timeout(WAIT_AT_MOST)
         .body(vec![0, 0, 0, 0, 0])
 }
 
@@ -299,7 +299,7 @@ pub(crate) fn ask(
     client
         .request(method, url)
         .header(BEHAVIOUR, behaviour)
-        .timeout(PATIENCE)
+        .timeout(WAIT_AT_MOST)
 }
 
 /// The stable code of a problem document.

@@ -55,7 +55,7 @@ async fn a_body_that_grows_too_large_is_refused_when_it_does() {
     }
     let chunks = (0..16).map(|_| Ok::<_, std::io::Error>(vec![0; LIMIT / 8]));
     let body = reqwest::Body::wrap_stream(tokio_stream::iter(chunks));
-    let path = "/skyway.v1.Airspace/CreateZone";
+    let path = "/skyway.v1.Plans/CreatePlan";
     let response = call(&h2(), &server, path, "echo")
         .body(body)
         .send()

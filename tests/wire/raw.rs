@@ -1,6 +1,6 @@
 //! A client that writes bytes, to say what no library would.
 
-use crate::harness::PATIENCE;
+use crate::harness::WAIT_AT_MOST;
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -40,7 +40,7 @@ impl Socket {
         // The server may close before it has read anything.
         let _ = self.stream.write_all(request.as_bytes()).await;
         let mut first = [0; 8];
-        let read = timeout(PATIENCE, self.stream.read_exact(&mut first)).await;
+        let read = timeout(WAIT_AT_MOST, self.stream.read_exact(&mut first)).await;
         match read.expect("an answer or an end") {
             Ok(_) => first == *b"HTTP/1.1",
             Err(_) => false,
@@ -54,7 +54,7 @@ impl Socket {
     /// Everything until the server closes; a reset counts as a close.
     pub(crate) async fn read_to_end(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let read = timeout(PATIENCE, self.stream.read_to_end(&mut bytes)).await;
+        let read = timeout(WAIT_AT_MOST, self.stream.read_to_end(&mut bytes)).await;
         let _ = read.expect("the server closes");
         bytes
     }
@@ -67,7 +67,7 @@ impl Socket {
     pub(crate) async fn read_until(&mut self, text: &str) -> String {
         let mut bytes = Vec::new();
         loop {
-            let read = timeout(PATIENCE, self.stream.read_buf(&mut bytes)).await;
+            let read = timeout(WAIT_AT_MOST, self.stream.read_buf(&mut bytes)).await;
             let count = read.expect("bytes come").expect("reads");
             let so_far = String::from_utf8_lossy(&bytes).into_owned();
             if so_far.contains(text) {

@@ -1,7 +1,7 @@
 //! Where requests wait for a worker, because handlers compute more than one can: whom the server refuses, and whom not.
 
 use crate::harness::{
-    COMPUTES, Options, PATIENCE, Server, ask, call, code, grpc_refusal, h2, rest,
+    COMPUTES, Options, Server, WAIT_AT_MOST, ask, call, code, grpc_refusal, h2, rest,
 };
 use http::Method;
 use skyway::api::metrics::Dialect;
@@ -21,7 +21,7 @@ const SHED_ENOUGH: usize = 100;
 const ASKED_MAX: usize = 4_000;
 
 const READ: (Method, &str) = (Method::GET, "/v1/zones");
-const READ_RPC: &str = "/skyway.v1.Airspace/ListZones";
+const READ_RPC: &str = "/skyway.v1.Plans/ListPlans";
 const REPORT: (Method, &str) = (Method::POST, "/v1/failures");
 
 #[derive(Default)]
@@ -156,7 +156,7 @@ async fn where_requests_wait_reads_are_shed_and_reports_are_not() {
             };
         }
     };
-    timeout(PATIENCE, served)
+    timeout(WAIT_AT_MOST, served)
         .await
         .expect("reads are served again");
 }

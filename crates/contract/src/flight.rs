@@ -81,7 +81,7 @@ pub struct Flight<'a> {
     pub cost_usd: f64,
     /// The battery is never lower than this at a node, from 0 to 1.
     pub reserve_fraction: f64,
-    /// True where the plan draws on the reserve, down to the floor, to reach a safe node.
+    /// True where the plan draws on the reserve, down to the floor, to reach an alternate.
     pub reserve_used: bool,
     /// True where no plan is better.
     pub proved: bool,

@@ -23,6 +23,7 @@ mod status;
 mod weather;
 mod weight;
 mod zone;
+mod zone_import;
 
 pub use alarm::{Alarm, AlarmKind, Alarms};
 pub use author::{Author, ON_BEHALF_OF, TENANT};
@@ -61,3 +62,6 @@ pub use status::{
 pub use weather::{Weather, WeatherAnswer, Wind};
 pub use weight::{text_bytes, value_bytes};
 pub use zone::{AffectedPlan, RecordedClosure, ZoneAck, ZoneEffect, ZoneList};
+pub use zone_import::{
+    ImportAction, ImportCounts, ImportNote, ImportedZone, RefusedZone, ZoneImport,
+};

@@ -124,7 +124,7 @@ pub struct Contingency<'a> {
     pub flight: Option<DetourFlight<'a>>,
 }
 
-/// The nearest safe node: open, with pads, and reachable.
+/// The nearest alternate: open, with pads, and reachable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct SafeNode<'a> {
     /// The node.

@@ -69,7 +69,7 @@ pub enum Outcome {
     Unaffected,
     /// Wait on a pad at the first node until the way opens, then fly the path.
     Hold,
-    /// The destination cannot be reached: fly to the safe node at the end of the path.
+    /// The destination cannot be reached: fly to the alternate at the end of the path.
     Diverted,
     /// Nothing can be reached.
     NoRoute,

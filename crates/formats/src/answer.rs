@@ -8,7 +8,7 @@ use super::wire_terms::IntoTerm;
 use crate::airspace::Airspace;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use std::borrow::Cow;
 
@@ -60,7 +60,7 @@ pub fn answer<'a>(
     }
 }
 
-pub(super) fn path<'a>(topology: &'a Topology, way: &Way) -> wire::Path<'a> {
+pub(super) fn path<'a>(topology: &'a Topology, way: &Path) -> wire::Path<'a> {
     let segments = way.segments.iter();
     wire::Path {
         nodes: ids(topology, &way.nodes),

@@ -8,8 +8,8 @@ use super::flight_document::{
 use super::weather::wind_field;
 use crate::airspace::{Airspace, Change};
 use crate::delivery::{
-    BatteryNow, DeliveryScratch, DeliveryWorld, FlightFailure, FlightRecomposition, FlightTables,
-    Landing, Skies, Stand, answer_failure,
+    BatteryNow, DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightFailure,
+    FlightRecomposition, FlightTables, Landing, Stand, answer_failure,
 };
 use crate::flight::{Airframe, Situation, Tariff, Wind};
 use crate::itinerary::{FlightSetting, Limits, Objective};
@@ -30,7 +30,7 @@ const TABLE_BYTES: usize = 32 << 20;
 #[derive(Clone, Copy, Debug)]
 pub struct FlightQuestion<'a> {
     /// The state of the world.
-    pub skies: &'a Skies,
+    pub skies: &'a FlightEnvironment,
     /// The drone.
     pub setting: &'a FlightSetting,
     /// The weather as it is stated, as text.
@@ -39,14 +39,14 @@ pub struct FlightQuestion<'a> {
     pub failure: &'a FlightFailure<'a>,
     /// Where the drone stands, if it does.
     pub stand: Option<Stand>,
-    /// How long a safe node's pad has to be free, in seconds.
+    /// How long an alternate's pad has to be free, in seconds.
     pub refuge_stay_s: f64,
 }
 
 /// A question that has been read.
 #[derive(Debug)]
 pub struct ReadQuestion {
-    skies: Skies,
+    skies: FlightEnvironment,
     setting: FlightSetting,
     at_s: f64,
     battery: BatteryNow,
@@ -60,7 +60,7 @@ pub struct ReadQuestion {
 
 impl ReadQuestion {
     /// The state of the world.
-    pub fn skies(&self) -> &Skies {
+    pub fn skies(&self) -> &FlightEnvironment {
         &self.skies
     }
 
@@ -230,7 +230,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
 }
 
 /// Closures that count by the look ahead of the airspace alone.
-fn not_begun(skies: &Skies) -> Vec<String> {
+fn not_begun(skies: &FlightEnvironment) -> Vec<String> {
     let counting = skies.airspace().in_force();
     let later = counting.filter(|closure| !skies.now().is_in_force(&closure.id));
     later.map(|closure| closure.id.clone()).collect()
@@ -334,13 +334,18 @@ impl Written {
         ))
     }
 
-    fn skies(&self, airspace: &Airspace, situation: Situation, zero: Timestamp) -> Skies {
+    fn skies(
+        &self,
+        airspace: &Airspace,
+        situation: Situation,
+        zero: Timestamp,
+    ) -> FlightEnvironment {
         let causes = self.closures.iter();
         let causes = causes.map(|closure| Severance::Closure(closure.id.clone()));
         let late = self.not_begun.iter();
         let lifted: Vec<Change> = late.map(|id| Change::Lift(id.clone())).collect();
         let begun = airspace.apply(&lifted, airspace.as_of());
         let rules = self.rules.read();
-        Skies::recorded(zero, airspace, &begun, situation, causes.collect(), &rules)
+        FlightEnvironment::recorded(zero, airspace, &begun, situation, causes.collect(), &rules)
     }
 }

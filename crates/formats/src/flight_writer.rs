@@ -4,8 +4,8 @@ use super::answer::warning_text;
 use super::identifier::{node_id_json, segment_id_json};
 use super::safety::{first_stretch, near, unsafe_way, waypoint};
 use crate::delivery::{
-    DroneDeliveryService, FlightComposition, FlightRecomposition, FlownDetour, Haven,
-    LegContingency, NoDelivery, Proof, Skies, severance,
+    Alternate, DroneDeliveryService, FlightComposition, FlightEnvironment, FlightRecomposition,
+    FlownDetour, LegContingency, NoDelivery, Proof, severance,
 };
 use crate::flight::{FlightPlan, FlownLeg, LegCourse, Stop, StopKind};
 use crate::geo::AltitudeReference;
@@ -18,7 +18,7 @@ use serde_json::{Map, Value, json};
 #[derive(Clone, Copy, Debug)]
 pub struct FlightWriter<'a> {
     /// The state of the world.
-    pub skies: &'a Skies,
+    pub skies: &'a FlightEnvironment,
     /// The drone.
     pub setting: &'a FlightSetting,
 }
@@ -33,7 +33,7 @@ pub fn stop_kind_name(kind: StopKind) -> &'static str {
 }
 
 /// A cause's stable code and its text for people.
-pub fn flight_cause_text(skies: &Skies, cause: &FlightCause) -> (&'static str, String) {
+pub fn flight_cause_text(skies: &FlightEnvironment, cause: &FlightCause) -> (&'static str, String) {
     let topology: &Topology = skies.topology();
     let node = |node: NodeIx| format!("'{}'", topology.node_id(node));
     if let Some(severance) = severance(skies, cause) {
@@ -183,7 +183,7 @@ impl FlightWriter<'_> {
             "energy_wh": figures.energy_wh,
             "delivery_cost_usd": cost_usd,
             "if_closed": self.detour(&contingency.if_closed),
-            "nearest_safe_node": contingency.safe.as_ref().map(|safe| self.haven(safe)),
+            "nearest_safe_node": contingency.safe.as_ref().map(|safe| self.alternate(safe)),
         })
     }
 
@@ -214,14 +214,14 @@ impl FlightWriter<'_> {
         })
     }
 
-    fn haven(&self, haven: &Haven) -> Value {
+    fn alternate(&self, alternate: &Alternate) -> Value {
         json!({
-            "node": self.id(haven.safe.node),
-            "nodes": self.ids(&haven.safe.nodes),
-            "length_m": haven.safe.length_m,
-            "arrives_at": self.time(haven.flight.arrives_s),
-            "battery_at_arrival_fraction": haven.flight.battery_at_arrival,
-            "reserve_used": haven.reserve_used,
+            "node": self.id(alternate.safe.node),
+            "nodes": self.ids(&alternate.safe.nodes),
+            "length_m": alternate.safe.length_m,
+            "arrives_at": self.time(alternate.flight.arrives_s),
+            "battery_at_arrival_fraction": alternate.flight.battery_at_arrival,
+            "reserve_used": alternate.reserve_used,
         })
     }
 

@@ -1,8 +1,11 @@
-//! Formats of the field that are not read here, told by name: what a file is, what it has otherwise, and what to do.
+//! Formats of the field, told by name: what a file is, what it has otherwise, and what to do.
 
 use serde_json::Value;
 
-/// A format that is not read here.
+/// So many zones of a file are looked at to find its format.
+const LOOKED_AT: usize = 20;
+
+/// A format of the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ForeignFormat {
     /// EUROCAE ED-269: UAS geographical zones.
@@ -51,14 +54,14 @@ impl ForeignFormat {
             return Some(Self::Ed269);
         }
         let features = document.get("features").and_then(Value::as_array);
-        let first = features
-            .and_then(|features| features.first())
-            .unwrap_or(document);
-        if is_ed269_zone(first) {
+        let zones = features.map_or(std::slice::from_ref(document), Vec::as_slice);
+        // One that is broken does not hide what the others are.
+        let zones = &zones[..zones.len().min(LOOKED_AT)];
+        if zones.iter().any(is_ed269_zone) {
             return Some(Self::Ed269);
         }
-        let properties = first.get("properties")?;
-        is_ed318(properties).then_some(Self::Ed318)
+        let mut properties = zones.iter().filter_map(|zone| zone.get("properties"));
+        properties.any(is_ed318).then_some(Self::Ed318)
     }
 
     /// Its name.
@@ -77,35 +80,31 @@ impl ForeignFormat {
     /// Why it gives no zones here, and how to make some of it.
     pub fn instead_of_zones(self) -> String {
         let how = match self {
-            Self::Ed269 => {
-                "it is no GeoJSON and has weekly schedules: make a Feature of each zone, with its 'identifier' as id, its \
-                 'horizontalProjection' as geometry (a Circle is a Point with radius_m), its limits in metres as lower_m \
-                 and upper_m with their references, and its applicability, day by day, as windows"
-            }
-            Self::Ed318 => {
-                "its ids, limits and times stand elsewhere: set id to 'identifier', lower_m and upper_m with their \
-                 references to what 'layer' says in metres, windows to 'limitedApplicability' day by day, radius_m to the \
-                 radius of 'extent', and leave the other properties out"
-            }
-            Self::QgcPlan => {
-                "its fence has neither ids nor altitudes nor times, and latitude comes first: make a Feature of each \
-                 polygon and circle with \"inclusion\": false, longitude first and rings closed; a fence to stay in is no \
-                 zone"
+            Self::Ed269 | Self::Ed318 | Self::QgcPlan => {
+                "import it with skyway zone import, or POST /v1/zones:import"
             }
             Self::QgcWaypoints => "a mission has no zones",
             Self::Kml | Self::Gpx | Self::Xml => {
                 "it is no JSON: convert it to GeoJSON, as ogr2ogr does, and give every Feature an id"
             }
         };
-        format!("it is {}, which is not read here; {how}", self.name())
+        let what = match self.has_zones() {
+            true => "which has many zones and is no GeoJSON feature",
+            false => "which is not read here",
+        };
+        format!("it is {}, {what}; {how}", self.name())
+    }
+
+    /// Whether zones are imported from it.
+    pub fn has_zones(self) -> bool {
+        matches!(self, Self::Ed269 | Self::Ed318 | Self::QgcPlan)
     }
 
     /// Why it gives no network here, and what would.
     pub fn instead_of_network(self) -> String {
         let how = match self {
             Self::Ed269 | Self::Ed318 => {
-                "it has zones, and neither nodes nor segments: give a network with --network, and the zones as GeoJSON \
-                 with --zones"
+                "it has zones, and neither nodes nor segments: give a network with --network, and the zones with --zones"
             }
             Self::QgcPlan | Self::QgcWaypoints => {
                 "it has one mission, and neither nodes with pads nor segments: give a network as GeoJSON, node-link JSON \
@@ -130,14 +129,16 @@ fn is_ed269_zone(zone: &Value) -> bool {
 
 /// Every zone of ED-318 has these; national feeds leave one or the other out.
 fn is_ed318(properties: &Value) -> bool {
-    const TELLING: [&str; 6] = [
+    const TELLING: [&str; 5] = [
         "identifier",
         "country",
         "variant",
         "zoneAuthority",
         "limitedApplicability",
-        "UASZone",
     ];
+    if properties.get("UASZone").is_some_and(Value::is_object) {
+        return true;
+    }
     let has = |name: &&&str| properties.get(**name).is_some();
     TELLING.iter().filter(has).count() >= 2
 }

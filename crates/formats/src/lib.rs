@@ -7,6 +7,7 @@ mod certificate;
 mod criticality;
 mod csv_network;
 mod error;
+mod feed;
 mod flight_document;
 mod flight_question;
 mod flight_writer;
@@ -21,14 +22,16 @@ mod recorded_world;
 mod report;
 mod report_circumstances;
 mod report_close;
+mod report_known;
 mod report_leg;
 mod report_names;
 mod report_nearest;
 mod report_parse;
 mod report_place;
 mod report_problem;
-mod report_settle;
-mod report_settled;
+mod report_resolve;
+mod report_resolved;
+mod route;
 mod safety;
 mod suggestion;
 mod twice;
@@ -37,7 +40,9 @@ mod wire_terms;
 mod zones;
 
 use skyway_contract as wire;
-use skyway_engine::{airspace, delivery, flight, geo, itinerary, network, recompose, routing};
+use skyway_engine::{
+    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing,
+};
 
 pub use answer::{answer, warning_text};
 pub use area::area_geometry;
@@ -46,6 +51,10 @@ pub use certificate::write_certificate;
 pub use criticality::{read_demand, write_criticality};
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
+pub use feed::{
+    FeedFormat, FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, MAX_FEED_ZONES, ZoneFeed, read_feed,
+    write_ed318,
+};
 pub use flight_document::{
     DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
     premises_lines, read_flight_document, write_flight_document,
@@ -62,10 +71,12 @@ pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
 pub use recorded_world::{RecordError, recorded_question};
 pub use report::{ReadReport, read_report};
+pub use report_known::{CloseTarget, Known, KnownPlan, Unplaced};
 pub use report_parse::{ParsedReport, lenient_report, parse_report, twice};
 pub use report_problem::{ReadWarning, ReportProblem, bounded};
-pub use report_settle::{CloseTarget, Known, KnownPlan, Settled, Unplaced, settle_report};
-pub use report_settled::settled_report;
+pub use report_resolve::{ResolvedReport, resolve_report};
+pub use report_resolved::settled_report;
+pub use route::{Route, RouteFormat, RouteLeg, RouteProblem, WrittenRoute, write_route};
 pub use safety::{first_stretch, unsafe_way, waypoint};
 pub use suggestion::nearest;
 pub use twice::members_twice;

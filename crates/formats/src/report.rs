@@ -1,9 +1,10 @@
 //! A failure report as a JSON value, read and settled at once: a line of a requests file.
 
 use super::report_close::check_close;
+use super::report_known::{CloseTarget, Known};
 use super::report_parse::lenient_report;
 use super::report_problem::{ReadWarning, ReportProblem};
-use super::report_settle::{CloseTarget, Known, settle_report};
+use super::report_resolve::resolve_report;
 use crate::airspace::Airspace;
 use crate::recompose::Request;
 use serde_json::Value;
@@ -33,7 +34,7 @@ pub fn read_report(body: &Value, airspace: &Airspace) -> Result<ReadReport, Repo
         .and_then(|fields| fields.shift_remove("id"));
     let mut parsed = lenient_report(fields)?;
     let known = Known::nothing();
-    let settled = settle_report(&parsed.report, &known, airspace, &mut parsed.warnings)?;
+    let settled = resolve_report(&parsed.report, &known, airspace, &mut parsed.warnings)?;
     check_close(airspace.topology(), body.get("close"))?;
     Ok(ReadReport {
         id,

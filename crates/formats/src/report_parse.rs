@@ -1,7 +1,7 @@
 //! From the bytes of a failure report to its fields: at once where every field is as it should be, else field by field.
 //!
 //! A drone always gets an outcome: a field that cannot be read is left out with a warning, and never spoils
-//! the others. Nothing is looked up here; that is `report_settle`.
+//! the others. Nothing is looked up here; that is `report_resolve`.
 
 use super::mark::without_mark;
 use super::report_problem::{ReadWarning, ReportProblem, cut, shown};

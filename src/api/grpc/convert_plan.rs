@@ -196,46 +196,6 @@ mirror!(wire::TelemetryAnswer<'_> => ReportTelemetryResponse {
     stamp: message,
 });
 
-mirror!(wire::DroneState<'_> => DroneState {
-    id: plain,
-    location: message,
-    seen_at: time,
-    altitude_m: plain,
-    altitude_reference: plain,
-    airborne: plain,
-    battery_fraction: plain,
-    ground_speed_mps: plain,
-    heading_deg: plain,
-    plan_id: plain,
-    stands_at: plain,
-});
-
-mirror!(wire::Drones<'_> => ListDronesResponse {
-    drones: plain,
-    next_page_token: plain,
-    stamp: message,
-});
-
-mirror!(wire::NodeSegment<'_> => NodeSegment {
-    id: plain,
-    to: plain,
-    length_m: plain,
-    closed: plain,
-});
-
-mirror!(wire::Node<'_> => Node {
-    id: plain,
-    name: plain,
-    location: message,
-    altitude_m: plain,
-    pads: plain,
-    role: plain,
-    closed: plain,
-    pads_closed: plain,
-    segments: plain,
-    stamp: message,
-});
-
 mirror!(wire::NearNode<'_> => NearNode {
     id: plain,
     location: message,

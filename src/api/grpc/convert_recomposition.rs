@@ -1,4 +1,4 @@
-//! Answers to failure reports, and what is kept of them, as messages and back.
+//! Answers to failure reports, as messages and back.
 
 use super::convert::{FromProto, IntoProto, Unreadable};
 use super::mirror::{mirror, mirror_enum};
@@ -184,68 +184,6 @@ mirror!(wire::BatchAnswer<'_> => ReportFailuresResponse {
     answers: plain,
 });
 
-mirror!(wire::RecordSummary<'_> => RecordSummary {
-    id: plain,
-    answered_at: time,
-    failure: plain,
-    drone_id: plain,
-    plan_id: plain,
-    leg: plain,
-    outcome: plain,
-    path: message,
-    old_path: plain,
-    remaining_length_m: plain,
-    dry_run: plain,
-    revision: plain,
-});
-
-mirror!(wire::Recompositions<'_> => ListRecompositionsResponse {
-    recompositions: plain,
-    next_page_token: plain,
-    stamp: message,
-});
-
-mirror!(wire::RecordedClosure<'_> => RecordedClosure {
-    id: plain,
-    cause: plain,
-    zone: maybe_zone,
-    segments: plain,
-    nodes: plain,
-    pads: plain,
-});
-
-mirror!(wire::RecordedWorld<'_> => RecordedWorld {
-    revision: plain,
-    topology_revision: plain,
-    network_sha256: plain,
-    as_of: time,
-    horizon_s: plain,
-    closures: plain,
-    flight: maybe_json,
-});
-
-mirror!(wire::Record<'_> => Record {
-    id: plain,
-    answered_at: time,
-    report: message,
-    settled_report: message,
-    answer: message,
-    world: message,
-    certificate: maybe_json,
-    checker_case: plain,
-});
-
-mirror!(wire::CheckerCase<'_> => CheckerCase {
-    rule: plain,
-    place: plain,
-    message: plain,
-    stated: plain,
-    found: plain,
-    outcome: plain,
-    nodes: plain,
-    fallback: plain,
-});
-
 mirror!(wire::Fault => Fault {
     code: plain,
     pointer: plain,
@@ -345,18 +283,5 @@ impl FromProto<proto::Severance> for wire::Severance<'_> {
                 Err(Unreadable::UnknownNumber { what, number })
             }
         }
-    }
-}
-
-impl IntoProto<proto::LegEnds> for [wire::Id<'_>; 2] {
-    fn into_proto(self) -> proto::LegEnds {
-        let [from, to] = self.map(wire::Id::into_proto);
-        proto::LegEnds { from, to }
-    }
-}
-
-impl FromProto<proto::LegEnds> for [wire::Id<'_>; 2] {
-    fn from_proto(message: proto::LegEnds) -> Result<Self, Unreadable> {
-        Ok([wire::Id::new(message.from), wire::Id::new(message.to)])
     }
 }

@@ -1,25 +1,12 @@
-//! The service `Drones`: telemetry, and what is last known of each drone.
+//! The service `Drones`: telemetry, and the time.
 
+use super::Service;
 use super::convert::IntoProto;
 use super::convert_plan::telemetry_value;
 use super::proto::{self, drones_server};
-use super::requests::{opened, page, told};
-use crate::edge::Edge;
+use super::requests::{opened, told};
 use crate::wire;
-use std::sync::Arc;
 use tonic::{Request, Response, Status};
-
-/// Takes telemetry.
-#[derive(Debug)]
-pub(super) struct Service {
-    edge: Arc<Edge>,
-}
-
-impl Service {
-    pub(super) fn new(edge: Arc<Edge>) -> Self {
-        Self { edge }
-    }
-}
 
 #[tonic::async_trait]
 impl drones_server::Drones for Service {
@@ -33,16 +20,6 @@ impl drones_server::Drones for Service {
         let telemetry = wire::Telemetry { positions };
         let answer = told(self.edge.telemetry(&caller, telemetry).await)?;
         Ok(Response::new(answer.into_proto()))
-    }
-
-    async fn list_drones(
-        &self,
-        request: Request<proto::ListDronesRequest>,
-    ) -> Result<Response<proto::ListDronesResponse>, Status> {
-        let (caller, message) = opened(request)?;
-        let page = page(message.page_size, message.page_token);
-        let listed = told(self.edge.drones(&caller, &page))?;
-        Ok(Response::new(listed.into_proto()))
     }
 
     async fn get_clock(

@@ -5,8 +5,7 @@
 //! - `plain`: a value, an optional value or a list;
 //! - `message`: a message that is always there;
 //! - `time`, `maybe_time`: RFC 3339 text, a `Timestamp` in the message;
-//! - `json`, `maybe_json`: a JSON value, its text in the message;
-//! - `zone`, `maybe_zone`: a GeoJSON feature, a `Zone` in the message.
+//! - `json`: a JSON value, its text in the message.
 //!
 //! A field that one side has and the list has not does not compile.
 
@@ -95,17 +94,6 @@ macro_rules! into_field {
     (json, $value:expr) => {
         $value.to_string()
     };
-    (maybe_json, $value:expr) => {
-        $value.map(|value| value.to_string())
-    };
-    (zone, $value:expr) => {
-        Some($crate::api::grpc::convert_zone::zone_of(&$value))
-    };
-    (maybe_zone, $value:expr) => {
-        $value
-            .as_ref()
-            .map($crate::api::grpc::convert_zone::zone_of)
-    };
 }
 
 macro_rules! from_field {
@@ -130,21 +118,6 @@ macro_rules! from_field {
     };
     (json, $value:expr, $field:ident) => {
         $crate::api::grpc::convert::json_value(&$value, stringify!($field))?
-    };
-    (maybe_json, $value:expr, $field:ident) => {
-        $value
-            .map(|text| $crate::api::grpc::convert::json_value(&text, stringify!($field)))
-            .transpose()?
-    };
-    (zone, $value:expr, $field:ident) => {
-        $crate::api::grpc::convert_zone::feature_of(&$crate::api::grpc::mirror::required!(
-            $value, $field
-        ))
-    };
-    (maybe_zone, $value:expr, $field:ident) => {
-        $value
-            .as_ref()
-            .map($crate::api::grpc::convert_zone::feature_of)
     };
 }
 

@@ -1,4 +1,4 @@
-//! The gRPC dialect: services over the same use cases as REST, health and reflection.
+//! The gRPC dialect: what drones and simulators need, over the same use cases as REST; health and reflection.
 //!
 //! A service takes the caller from what the gate left in the request, turns the message into the shapes of
 //! [`crate::wire`], calls the use case and turns its answer back. It decides nothing itself; refusals are told
@@ -6,7 +6,7 @@
 
 mod airspace;
 mod convert;
-mod convert_airspace;
+mod convert_event;
 mod convert_flight;
 mod convert_plan;
 mod convert_recomposition;
@@ -41,7 +41,7 @@ use std::sync::Arc;
 use tonic::body::Body;
 use tonic::server::NamedService;
 
-/// What `proto/` compiles to: messages, servers, and clients that are generic over what carries them.
+/// What `proto/` compiles to: messages and servers.
 #[allow(
     missing_docs,
     unreachable_pub,
@@ -85,6 +85,12 @@ impl Default for Limits {
     }
 }
 
+/// All services: each turns messages into the shapes of the wire, calls a use case, and turns its answer back.
+#[derive(Debug)]
+struct Service {
+    edge: Arc<Edge>,
+}
+
 /// The handlers of all operations that the dialect has.
 ///
 /// # Errors
@@ -94,23 +100,17 @@ pub fn handlers(
     limits: Limits,
     health: &Health,
 ) -> Result<Vec<(Operation, GrpcHandler)>, tonic_reflection::server::Error> {
-    let largest = limits.message_bytes_max;
+    let service = Arc::new(Service { edge: edge.clone() });
     // Answers are as large as what they tell: bounded by pages, and by the network.
-    let recomposition = RecompositionServer::new(recomposition::Service::new(edge.clone()))
-        .max_decoding_message_size(largest)
-        .max_encoding_message_size(usize::MAX);
-    let plans = PlansServer::new(plans::Service::new(edge.clone()))
-        .max_decoding_message_size(largest)
-        .max_encoding_message_size(usize::MAX);
-    let airspace = AirspaceServer::new(airspace::Service::new(edge.clone()))
-        .max_decoding_message_size(largest)
-        .max_encoding_message_size(usize::MAX);
-    let network = NetworkServer::new(network::Service::new(edge.clone()))
-        .max_decoding_message_size(largest)
-        .max_encoding_message_size(usize::MAX);
-    let drones = DronesServer::new(drones::Service::new(edge.clone()))
-        .max_decoding_message_size(largest)
-        .max_encoding_message_size(usize::MAX);
+    macro_rules! server {
+        ($server:ident) => {
+            handlers_of(
+                $server::from_arc(service.clone())
+                    .max_decoding_message_size(limits.message_bytes_max)
+                    .max_encoding_message_size(usize::MAX),
+            )
+        };
+    }
     // Both versions of reflection: older clients ask for `v1alpha`.
     let reflection = || {
         tonic_reflection::server::Builder::configure()
@@ -118,11 +118,11 @@ pub fn handlers(
             .register_encoded_file_descriptor_set(tonic_health::pb::FILE_DESCRIPTOR_SET)
     };
     let mut handlers = Vec::new();
-    handlers.extend(handlers_of(recomposition));
-    handlers.extend(handlers_of(plans));
-    handlers.extend(handlers_of(airspace));
-    handlers.extend(handlers_of(network));
-    handlers.extend(handlers_of(drones));
+    handlers.extend(server!(RecompositionServer));
+    handlers.extend(server!(PlansServer));
+    handlers.extend(server!(AirspaceServer));
+    handlers.extend(server!(NetworkServer));
+    handlers.extend(server!(DronesServer));
     handlers.extend(handlers_of(health.service()));
     handlers.extend(handlers_of(reflection().build_v1()?));
     handlers.extend(handlers_of(reflection().build_v1alpha()?));

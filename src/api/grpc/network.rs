@@ -1,23 +1,10 @@
 //! The service `Network`: nodes, segments, and what is near a place.
 
+use super::Service;
 use super::convert::IntoProto;
 use super::proto::{self, network_server};
 use super::requests::{invalid, opened, told};
-use crate::edge::Edge;
-use std::sync::Arc;
 use tonic::{Request, Response, Status};
-
-/// Tells of the network.
-#[derive(Debug)]
-pub(super) struct Service {
-    edge: Arc<Edge>,
-}
-
-impl Service {
-    pub(super) fn new(edge: Arc<Edge>) -> Self {
-        Self { edge }
-    }
-}
 
 #[tonic::async_trait]
 impl network_server::Network for Service {
@@ -48,15 +35,6 @@ impl network_server::Network for Service {
             etag,
             stamp,
         }))
-    }
-
-    async fn get_node(
-        &self,
-        request: Request<proto::GetNodeRequest>,
-    ) -> Result<Response<proto::Node>, Status> {
-        let (_, message) = opened(request)?;
-        let node = told(self.edge.node(&message.id))?;
-        Ok(Response::new(node.into_proto()))
     }
 
     async fn nearest(

@@ -1,24 +1,12 @@
 //! The service `Plans`: delivery requests and the plans composed for them.
 
-use super::convert::{FromProto, IntoProto, Unreadable, instant_text};
+use super::Service;
+use super::convert::{FromProto, IntoProto, instant_text};
 use super::proto::{self, plans_server};
-use super::requests::{finite, idempotency, invalid, opened, page, told};
-use crate::edge::{Edge, PlanFilter, PlanWord, Refusal};
+use super::requests::{finite, idempotency, invalid, opened, told};
+use crate::edge::{PageRequest, PlanFilter, PlanWord, Refusal};
 use crate::wire;
-use std::sync::Arc;
 use tonic::{Request, Response, Status};
-
-/// Composes plans, and keeps them.
-#[derive(Debug)]
-pub(super) struct Service {
-    edge: Arc<Edge>,
-}
-
-impl Service {
-    pub(super) fn new(edge: Arc<Edge>) -> Self {
-        Self { edge }
-    }
-}
 
 #[tonic::async_trait]
 impl plans_server::Plans for Service {
@@ -38,7 +26,10 @@ impl plans_server::Plans for Service {
         request: Request<proto::ListPlansRequest>,
     ) -> Result<Response<proto::ListPlansResponse>, Status> {
         let (caller, message) = opened(request)?;
-        let page = page(message.page_size, message.page_token);
+        let page = PageRequest {
+            size: message.page_size,
+            token: message.page_token,
+        };
         let filter = PlanFilter {
             affected_by: message.affected_by,
             drone_id: message.drone_id,
@@ -55,21 +46,6 @@ impl plans_server::Plans for Service {
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
         answer(self.edge.plan(&caller, &message.id))
-    }
-
-    async fn cancel_plan(
-        &self,
-        request: Request<proto::CancelPlanRequest>,
-    ) -> Result<Response<proto::Plan>, Status> {
-        let (caller, message) = opened(request)?;
-        let key = idempotency(message.idempotency_key.clone(), &message);
-        let cancellation = wire::Cancellation {
-            location: told(place(message.location))?,
-            leg: message.leg,
-            fraction: told(share(message.fraction))?,
-        };
-        let word = PlanWord::Cancel(cancellation);
-        answer(self.edge.say_of_plan(&caller, &message.id, word, key).await)
     }
 
     async fn acknowledge_plan(
@@ -113,20 +89,6 @@ impl plans_server::Plans for Service {
             fraction: told(share(message.fraction))?,
         });
         answer(self.edge.say_of_plan(&caller, &id, word, key).await)
-    }
-
-    async fn release_plan(
-        &self,
-        request: Request<proto::ReleasePlanRequest>,
-    ) -> Result<Response<proto::Plan>, Status> {
-        let (caller, message) = opened(request)?;
-        let key = idempotency(message.idempotency_key.clone(), &message);
-        let ended_as = wire::EndedAs::from_proto(message.ended_as);
-        let unreadable = |error: Unreadable| invalid("wrong_type", "/ended_as", error.to_string());
-        let word = PlanWord::Release(wire::Release {
-            ended_as: told(ended_as.map_err(unreadable))?,
-        });
-        answer(self.edge.say_of_plan(&caller, &message.id, word, key).await)
     }
 }
 

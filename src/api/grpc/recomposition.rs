@@ -1,26 +1,14 @@
 //! The service `Recomposition`: failure reports and their answers.
 
+use super::Service;
 use super::convert::IntoProto;
 use super::convert_report::parsed_report;
 use super::proto::{self, recomposition_server};
-use super::requests::{opened, opened_with_id, page, told};
+use super::requests::{opened, opened_with_id, told};
 use crate::api::problem::document;
-use crate::edge::{Answered, Edge, Refusal};
+use crate::edge::{Refusal, ReportResponse};
 use crate::wire::BatchEntry;
-use std::sync::Arc;
 use tonic::{Request, Response, Status};
-
-/// Answers failure reports.
-#[derive(Debug)]
-pub(super) struct Service {
-    edge: Arc<Edge>,
-}
-
-impl Service {
-    pub(super) fn new(edge: Arc<Edge>) -> Self {
-        Self { edge }
-    }
-}
 
 #[tonic::async_trait]
 impl recomposition_server::Recomposition for Service {
@@ -48,31 +36,9 @@ impl recomposition_server::Recomposition for Service {
         let answers = entries.collect();
         Ok(Response::new(proto::ReportFailuresResponse { answers }))
     }
-
-    async fn list_recompositions(
-        &self,
-        request: Request<proto::ListRecompositionsRequest>,
-    ) -> Result<Response<proto::ListRecompositionsResponse>, Status> {
-        let (caller, message) = opened(request)?;
-        let page = page(message.page_size, message.page_token);
-        let listed = told(self.edge.recompositions(&caller, &page))?;
-        Ok(Response::new(listed.into_proto()))
-    }
-
-    async fn get_recomposition(
-        &self,
-        request: Request<proto::GetRecompositionRequest>,
-    ) -> Result<Response<proto::Record>, Status> {
-        let (caller, message) = opened(request)?;
-        let found = self
-            .edge
-            .recomposition(&caller, &message.id, message.certificate);
-        let record = told(found.await)?;
-        Ok(Response::new(record.to_wire().into_proto()))
-    }
 }
 
-fn batch_entry(answer: &Result<Answered, Refusal>, request_id: &str) -> proto::BatchEntry {
+fn batch_entry(answer: &Result<ReportResponse, Refusal>, request_id: &str) -> proto::BatchEntry {
     let entry = match answer {
         Ok(answered) => BatchEntry::Recomposition(Box::new(answered.to_wire())),
         Err(refusal) => BatchEntry::Problem(Box::new(document(refusal, Some(request_id)))),

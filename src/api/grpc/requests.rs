@@ -1,9 +1,9 @@
-//! What every service does with a request: who calls, which page, under which key.
+//! What every service does with a request: who calls, under which key.
 
 use crate::access::Caller;
 use crate::api::problem::grpc_status;
 use crate::api::server::RequestContext;
-use crate::edge::{Code, Idempotency, PageRequest, Refusal};
+use crate::edge::{Code, Idempotency, Refusal};
 use crate::wire::Fault;
 use prost::Message;
 use sha2::{Digest, Sha256};
@@ -36,11 +36,6 @@ fn without_context() -> Status {
 /// The answer of a use case, its refusal as a status.
 pub(super) fn told<T>(answer: Result<T, Refusal>) -> Result<T, Status> {
     answer.map_err(|refusal| grpc_status(&refusal))
-}
-
-/// Which page is asked for.
-pub(super) fn page(size: Option<u32>, token: Option<String>) -> PageRequest {
-    PageRequest { size, token }
 }
 
 /// The key of a request, with the fingerprint of what it is the key of.

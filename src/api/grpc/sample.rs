@@ -237,18 +237,6 @@ impl Sample for wire::BatchEntry<'_> {
     }
 }
 
-impl Sample for wire::ZoneList<'_> {
-    fn sample(sampler: &mut Sampler) -> Self {
-        Self {
-            kind: Cow::Borrowed("FeatureCollection"),
-            features: vec![sampler.zone(), sampler.zone()],
-            etags: Sample::sample(sampler),
-            next_page_token: Sample::sample(sampler),
-            stamp: Sample::sample(sampler),
-        }
-    }
-}
-
 impl Sample for wire::FailureReport {
     fn sample(sampler: &mut Sampler) -> Self {
         let path: Vec<wire::Id<'static>> = Sample::sample(sampler);
@@ -307,17 +295,6 @@ macro_rules! sample_field {
     };
     (json, $sampler:expr) => {
         $sampler.json()
-    };
-    (maybe_json, $sampler:expr) => {
-        <Option<bool> as $crate::api::grpc::sample::Sample>::sample($sampler)
-            .map(|_| $sampler.json())
-    };
-    (zone, $sampler:expr) => {
-        $sampler.zone()
-    };
-    (maybe_zone, $sampler:expr) => {
-        <Option<bool> as $crate::api::grpc::sample::Sample>::sample($sampler)
-            .map(|_| $sampler.zone())
     };
 }
 

@@ -161,9 +161,12 @@ impl Operation {
         self.row().daemon.is_none_or(|only| only == daemon)
     }
 
-    /// Whether its body may be a whole network, which is larger than all else that is sent.
-    pub fn takes_network(self) -> bool {
-        matches!(self, Self::RegistryPutNetwork | Self::RegistryPatchNetwork)
+    /// Whether its body may be a whole network, or all zones of a country, which are larger than all else that is sent.
+    pub fn takes_file(self) -> bool {
+        matches!(
+            self,
+            Self::RegistryPutNetwork | Self::RegistryPatchNetwork | Self::ImportZones
+        )
     }
 
     /// The operation of a daemon behind a method and a path, of either dialect.

@@ -56,11 +56,9 @@ operations! {
         ReportFailures "report_failures" [(Method::POST, "/v1/failures:batch")]
             Some("/skyway.v1.Recomposition/ReportFailures"), Failure, DRONES, MAIN;
         /// What was answered lately.
-        ListRecompositions "list_recompositions" [(Method::GET, "/v1/recompositions")]
-            Some("/skyway.v1.Recomposition/ListRecompositions"), Read, DRONES, MAIN;
+        ListRecompositions "list_recompositions" [(Method::GET, "/v1/recompositions")] None, Read, DRONES, MAIN;
         /// One answer, with the world it was computed on.
-        GetRecomposition "get_recomposition" [(Method::GET, "/v1/recompositions/{id}")]
-            Some("/skyway.v1.Recomposition/GetRecomposition"), Read, DRONES, MAIN;
+        GetRecomposition "get_recomposition" [(Method::GET, "/v1/recompositions/{id}")] None, Read, DRONES, MAIN;
         /// A delivery request, composed into a plan.
         CreatePlan "create_plan" [(Method::POST, "/v1/plans")]
             Some("/skyway.v1.Plans/CreatePlan"), Other, DRONES, MAIN;
@@ -71,8 +69,7 @@ operations! {
         GetPlan "get_plan" [(Method::GET, "/v1/plans/{id}")]
             Some("/skyway.v1.Plans/GetPlan"), Read, DRONES, MAIN;
         /// A plan is given up.
-        CancelPlan "cancel_plan" [(Method::DELETE, "/v1/plans/{id}")]
-            Some("/skyway.v1.Plans/CancelPlan"), Other, DRONES, MAIN;
+        CancelPlan "cancel_plan" [(Method::DELETE, "/v1/plans/{id}")] None, Other, DRONES, MAIN;
         /// A drone takes over a recomposed plan.
         AcknowledgePlan "acknowledge_plan" [(Method::POST, "/v1/plans/{id}/ack")]
             Some("/skyway.v1.Plans/AcknowledgePlan"), Other, DRONES, MAIN;
@@ -83,59 +80,45 @@ operations! {
         CompletePlan "complete_plan" [(Method::POST, "/v1/plans/{id}/complete")]
             Some("/skyway.v1.Plans/CompletePlan"), Other, DRONES, MAIN;
         /// An operator says what became of a plan.
-        ReleasePlan "release_plan" [(Method::POST, "/v1/plans/{id}/release")]
-            Some("/skyway.v1.Plans/ReleasePlan"), Other, OPERATORS, MAIN;
+        ReleasePlan "release_plan" [(Method::POST, "/v1/plans/{id}/release")] None, Other, OPERATORS, MAIN;
         /// A new zone.
-        CreateZone "create_zone" [(Method::POST, "/v1/zones")]
-            Some("/skyway.v1.Airspace/CreateZone"), ZoneWrite, OPERATORS, MAIN;
+        CreateZone "create_zone" [(Method::POST, "/v1/zones")] None, ZoneWrite, OPERATORS, MAIN;
         /// A zone under a chosen id, new or changed.
-        PutZone "put_zone" [(Method::PUT, "/v1/zones/{id}")]
-            Some("/skyway.v1.Airspace/PutZone"), ZoneWrite, OPERATORS, MAIN;
+        PutZone "put_zone" [(Method::PUT, "/v1/zones/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// One zone.
-        GetZone "get_zone" [(Method::GET, "/v1/zones/{id}")]
-            Some("/skyway.v1.Airspace/GetZone"), Read, READERS, MAIN;
+        GetZone "get_zone" [(Method::GET, "/v1/zones/{id}")] None, Read, READERS, MAIN;
         /// A zone is lifted.
-        DeleteZone "delete_zone" [(Method::DELETE, "/v1/zones/{id}")]
-            Some("/skyway.v1.Airspace/DeleteZone"), ZoneWrite, OPERATORS, MAIN;
+        DeleteZone "delete_zone" [(Method::DELETE, "/v1/zones/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// The zones.
-        ListZones "list_zones" [(Method::GET, "/v1/zones")]
-            Some("/skyway.v1.Airspace/ListZones"), Read, READERS, MAIN;
+        ListZones "list_zones" [(Method::GET, "/v1/zones")] None, Read, READERS, MAIN;
         /// What a zone would close; nothing changes.
-        PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")]
-            Some("/skyway.v1.Airspace/PreviewZone"), Read, OPERATORS, MAIN;
+        PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")] None, Read, OPERATORS, MAIN;
+        /// A feed of zones is imported.
+        ImportZones "import_zones" [(Method::POST, "/v1/zones:import")] None, ZoneWrite, OPERATORS, MAIN;
         /// The closures.
-        ListClosures "list_closures" [(Method::GET, "/v1/closures")]
-            Some("/skyway.v1.Airspace/ListClosures"), Read, READERS, MAIN;
+        ListClosures "list_closures" [(Method::GET, "/v1/closures")] None, Read, READERS, MAIN;
         /// One closure.
-        GetClosure "get_closure" [(Method::GET, "/v1/closures/{id}")]
-            Some("/skyway.v1.Airspace/GetClosure"), Read, READERS, MAIN;
+        GetClosure "get_closure" [(Method::GET, "/v1/closures/{id}")] None, Read, READERS, MAIN;
         /// An operator closes segments or nodes.
-        CreateClosure "create_closure" [(Method::POST, "/v1/closures")]
-            Some("/skyway.v1.Airspace/CreateClosure"), ZoneWrite, OPERATORS, MAIN;
+        CreateClosure "create_closure" [(Method::POST, "/v1/closures")] None, ZoneWrite, OPERATORS, MAIN;
         /// A closure is confirmed or extended.
-        ChangeClosure "change_closure" [(Method::PATCH, "/v1/closures/{id}")]
-            Some("/skyway.v1.Airspace/ChangeClosure"), ZoneWrite, OPERATORS, MAIN;
+        ChangeClosure "change_closure" [(Method::PATCH, "/v1/closures/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// A closure is lifted.
-        DeleteClosure "delete_closure" [(Method::DELETE, "/v1/closures/{id}")]
-            Some("/skyway.v1.Airspace/DeleteClosure"), ZoneWrite, OPERATORS, MAIN;
+        DeleteClosure "delete_closure" [(Method::DELETE, "/v1/closures/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// What reports proposed and was not published.
-        ListProposals "list_proposals" [(Method::GET, "/v1/proposals")]
-            Some("/skyway.v1.Airspace/ListProposals"), Read, OPERATORS, MAIN;
+        ListProposals "list_proposals" [(Method::GET, "/v1/proposals")] None, Read, OPERATORS, MAIN;
         /// A proposal is accepted or rejected.
         DecideProposal "decide_proposal" [
                 (Method::POST, "/v1/proposals/{id}/accept"),
                 (Method::POST, "/v1/proposals/{id}/reject"),
-            ]
-            Some("/skyway.v1.Airspace/DecideProposal"), ZoneWrite, OPERATORS, MAIN;
+            ] None, ZoneWrite, OPERATORS, MAIN;
         /// Removals that wait for an operator.
-        ListHolds "list_holds" [(Method::GET, "/v1/holds")]
-            Some("/skyway.v1.Airspace/ListHolds"), Read, OPERATORS, MAIN;
+        ListHolds "list_holds" [(Method::GET, "/v1/holds")] None, Read, OPERATORS, MAIN;
         /// A hold is released or rejected.
         DecideHold "decide_hold" [
                 (Method::POST, "/v1/holds/{id}/release"),
                 (Method::POST, "/v1/holds/{id}/reject"),
-            ]
-            Some("/skyway.v1.Airspace/DecideHold"), ZoneWrite, OPERATORS, MAIN;
+            ] None, ZoneWrite, OPERATORS, MAIN;
         /// What operators have to look at.
         ListAlarms "list_alarms" [(Method::GET, "/v1/alarms")] None, Read, OPERATORS, MAIN;
         /// An operator has seen an alarm.
@@ -144,20 +127,16 @@ operations! {
         GetClock "get_clock" [(Method::GET, "/v1/clock")]
             Some("/skyway.v1.Drones/GetClock"), Read, READERS, MAIN;
         /// A wall clock that has stepped is believed again.
-        ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")]
-            Some("/skyway.v1.Airspace/ConfirmClock"), ZoneWrite, OPERATORS, MAIN;
+        ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")] None, ZoneWrite, OPERATORS, MAIN;
         /// The weather over the network.
-        GetWeather "get_weather" [(Method::GET, "/v1/weather")]
-            Some("/skyway.v1.Airspace/GetWeather"), Read, READERS, MAIN;
+        GetWeather "get_weather" [(Method::GET, "/v1/weather")] None, Read, READERS, MAIN;
         /// The weather over the network, as a whole.
-        PutWeather "put_weather" [(Method::PUT, "/v1/weather")]
-            Some("/skyway.v1.Airspace/PutWeather"), ZoneWrite, OPERATORS, MAIN;
+        PutWeather "put_weather" [(Method::PUT, "/v1/weather")] None, ZoneWrite, OPERATORS, MAIN;
         /// The network.
         GetNetwork "get_network" [(Method::GET, "/v1/network")]
             Some("/skyway.v1.Network/GetNetwork"), Read, READERS, MAIN;
         /// One node and its segments.
-        GetNode "get_node" [(Method::GET, "/v1/nodes/{id}")]
-            Some("/skyway.v1.Network/GetNode"), Read, READERS, MAIN;
+        GetNode "get_node" [(Method::GET, "/v1/nodes/{id}")] None, Read, READERS, MAIN;
         /// The nodes nearest to a place.
         Nearest "nearest" [(Method::GET, "/v1/nearest")]
             Some("/skyway.v1.Network/Nearest"), Read, READERS, MAIN;
@@ -165,8 +144,7 @@ operations! {
         PostTelemetry "post_telemetry" [(Method::POST, "/v1/telemetry")]
             Some("/skyway.v1.Drones/ReportTelemetry"), Other, DRONES, MAIN;
         /// The last known of each drone.
-        ListDrones "list_drones" [(Method::GET, "/v1/drones")]
-            Some("/skyway.v1.Drones/ListDrones"), Read, OPERATORS, MAIN;
+        ListDrones "list_drones" [(Method::GET, "/v1/drones")] None, Read, OPERATORS, MAIN;
         /// Changes as they happen.
         WatchEvents "watch_events" [(Method::GET, "/v1/events")]
             Some("/skyway.v1.Airspace/WatchEvents"), Stream, FOLLOWERS, MAIN;

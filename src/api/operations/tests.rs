@@ -137,3 +137,13 @@ fn anyone_may_do_everything_and_drones_write_no_airspace() {
         }
     }
 }
+
+#[test]
+fn grpc_has_nothing_that_operators_alone_do() {
+    for row in TABLE.iter().filter(|row| row.grpc.is_some()) {
+        let is_for_others = [Role::Drone, Role::Edge]
+            .into_iter()
+            .any(|role| row.operation.allows(role));
+        assert!(is_for_others, "{} is for operators: REST has it", row.name);
+    }
+}

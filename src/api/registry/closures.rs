@@ -1,10 +1,10 @@
 //! `/v1/networks/{network}/closures`: what operators and reports close, with entity tags.
 
-use super::asked::{Named, OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, PageParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedClosure, PublishedObjects, Written};
@@ -58,7 +58,7 @@ pub(super) async fn list_closures(
 )]
 pub(super) async fn get_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -96,10 +96,7 @@ pub(super) async fn get_closure(
             ),
         ),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_closure(
@@ -107,7 +104,7 @@ pub(super) async fn create_closure(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let closure = reading::body::<PublishedClosure>(&body, "closure")?;
@@ -149,20 +146,16 @@ pub(super) async fn create_closure(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let closure = reading::body::<PublishedClosure>(&body, "closure")?;
@@ -186,16 +179,13 @@ pub(super) async fn put_closure(
     ),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn delete_closure(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
 ) -> Answer {

@@ -1,9 +1,9 @@
 //! `/v1/edges`, and what an edge tells of itself.
 
-use super::asked::{Named, check_edge};
+use super::extract::{PathId, check_edge};
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::asked::{By, NoParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::registry::Registry;
 use crate::wire::{EdgeReport, EdgeStatuses};
 use axum::extract::State;
@@ -23,10 +23,10 @@ use std::sync::Arc;
 )]
 pub(super) async fn report_edge(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
-    By(caller): By,
+    PathId { network, id }: PathId,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     check_edge(&caller, &id)?;
     let report: EdgeReport = reading::body(&body, "report")?;

@@ -1,9 +1,9 @@
 //! `/v1/networks/{network}/changes` and `/snapshot`: what edges follow.
 
-use super::asked::{OnNetwork, check_edge, invalid};
+use super::extract::{OnNetwork, check_edge, invalid};
 use crate::access::Role;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::asked::{By, Query};
+use crate::api::rest::extract::{Authenticated, Query};
 use crate::api::rest::refusals;
 use crate::api::server::Drain;
 use crate::refusal::Refusal;
@@ -75,7 +75,7 @@ pub(super) async fn follow(
     State(registry): State<Arc<Registry>>,
     State(drain): State<Drain>,
     OnNetwork(network): OnNetwork,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<FollowParameters>,
 ) -> Answer {
     let own = Some(caller.subject.to_string());

@@ -3,9 +3,9 @@
 //! It stands behind the same gate as an edge, with the same table of operations and of problems; a handler and
 //! its description stand together.
 
-mod asked;
 mod closures;
 mod edges;
+mod extract;
 mod log;
 mod networks;
 mod outline;

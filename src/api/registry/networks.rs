@@ -1,10 +1,10 @@
 //! `/v1/networks`: skyway networks, whole and patched.
 
-use super::asked::{OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Registry;
@@ -105,12 +105,8 @@ pub(super) async fn get_network(
     responses(
         (status = 200, description = "It was there before, or `validate_only`.", body = Written),
         (status = 201, description = "It is new.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_network(
@@ -118,7 +114,7 @@ pub(super) async fn put_network(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     reading::check_once(&body)?;
@@ -142,11 +138,8 @@ pub(super) async fn put_network(
     request_body(content = NetworkPatch, description = "What is to change."),
     responses(
         (status = 200, description = "It is changed, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn patch_network(
@@ -154,7 +147,7 @@ pub(super) async fn patch_network(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     reading::check_once(&body)?;

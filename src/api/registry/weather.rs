@@ -1,10 +1,10 @@
 //! `/v1/networks/{network}/weather`: wind over a network, as one document.
 
-use super::asked::{OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, Weather, Written};
@@ -64,11 +64,8 @@ pub(super) async fn get_weather(
     responses(
         (status = 200, description = "It was stated before, or `validate_only`.", body = Written),
         (status = 201, description = "It is stated for the first time.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_weather(
@@ -76,7 +73,7 @@ pub(super) async fn put_weather(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let weather: Weather = reading::body(&body, "weather")?;

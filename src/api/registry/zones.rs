@@ -1,10 +1,10 @@
 //! `/v1/networks/{network}/zones`: no-fly zones as GeoJSON features, with entity tags.
 
-use super::asked::{Named, OnNetwork, WriteParameters, Writing};
+use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::asked::{NoParameters, PageParameters, Query};
-use crate::api::rest::reading::{self, Sent};
+use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::api::rest::zone_schema::{self, ZoneFeature};
 use crate::registry::Registry;
@@ -55,7 +55,7 @@ pub(super) async fn list_zones(
 )]
 pub(super) async fn get_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -93,10 +93,7 @@ pub(super) async fn get_zone(
             ),
         ),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_zone(
@@ -104,7 +101,7 @@ pub(super) async fn create_zone(
     OnNetwork(network): OnNetwork,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let feature = reading::value(&body)?;
@@ -144,20 +141,16 @@ pub(super) async fn create_zone(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let manner = writing.manner(&asked, &body)?;
     let feature = reading::value(&body)?;
@@ -181,16 +174,13 @@ pub(super) async fn put_zone(
     ),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn delete_zone(
     State(registry): State<Arc<Registry>>,
-    Named { network, id }: Named,
+    PathId { network, id }: PathId,
     Query(asked): Query<WriteParameters>,
     writing: Writing,
 ) -> Answer {

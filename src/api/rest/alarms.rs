@@ -1,7 +1,7 @@
 //! `/v1/alarms`: what an operator has to look at.
 
 use super::answer::{Answer, json};
-use super::asked::{By, Named, NoParameters, Query};
+use super::extract::{Authenticated, NoParameters, PathId, Query};
 use super::refusals;
 use crate::edge::{AlarmFilter, Edge, PageRequest};
 use crate::wire::{Alarm, AlarmKind, Alarms};
@@ -42,7 +42,7 @@ pub(super) struct AlarmsParameters {
 )]
 pub(super) async fn list_alarms(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<AlarmsParameters>,
 ) -> Answer {
     let page = PageRequest {
@@ -70,8 +70,8 @@ pub(super) async fn list_alarms(
 )]
 pub(super) async fn acknowledge_alarm(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     json(&edge.acknowledge_alarm(&caller, &id).await?)

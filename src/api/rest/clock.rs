@@ -2,7 +2,7 @@
 //! stepped.
 
 use super::answer::{Answer, json};
-use super::asked::{By, NoParameters, Query};
+use super::extract::{Authenticated, NoParameters, Query};
 use crate::edge::Edge;
 use crate::wire::{ClockReading, ClockState};
 use axum::extract::State;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 )]
 pub(super) async fn get_clock(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     json(&edge.clock_reading(&caller))
@@ -32,7 +32,7 @@ pub(super) async fn get_clock(
 )]
 pub(super) async fn confirm_clock(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     json(&edge.confirm_clock(&caller).await?)

@@ -1,8 +1,8 @@
 //! `/v1/closures`: what is closed and why, and what operators close by their word.
 
 use super::answer::{Answer, created, json, set, stamped};
-use super::asked::{self, By, Named, NoParameters, PageParameters, Query};
-use super::reading::{self, Sent};
+use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::{Closure, ClosureChange, ClosureDraft, Closures};
@@ -28,7 +28,7 @@ fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Respo
 )]
 pub(super) async fn list_closures(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
 ) -> Answer {
     json(&edge.closures(&caller, &page.into_request())?)
@@ -54,8 +54,8 @@ pub(super) async fn list_closures(
 )]
 pub(super) async fn get_closure(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     let closure = edge.closure(&caller, &id)?;
@@ -87,21 +87,18 @@ pub(super) async fn get_closure(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_closure(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let draft: ClosureDraft = reading::body(&body, "closure")?;
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     let closure = edge.close(&caller, draft, idempotency).await?;
     let response = created(&closure, "/v1/closures", &closure.id)?;
     Ok(complete(response, &closure, &edge))
@@ -129,22 +126,20 @@ pub(super) async fn create_closure(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
+        refusals::Write,
         (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn change_closure(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let change: ClosureChange = reading::body(&body, "change of a closure")?;
-    let if_match = asked::if_match(&headers)?;
+    let if_match = extract::if_match(&headers)?;
     let closure = edge.change_closure(&caller, &id, change, if_match).await?;
     Ok(complete(json(&closure)?, &closure, &edge))
 }
@@ -187,12 +182,12 @@ pub(super) struct LiftParameters {
 )]
 pub(super) async fn delete_closure(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
-    let if_match = asked::if_match(&headers)?;
+    let if_match = extract::if_match(&headers)?;
     let closure = edge
         .lift_closure(&caller, &id, if_match, asked.reason)
         .await?;

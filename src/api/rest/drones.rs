@@ -1,8 +1,8 @@
 //! `POST /v1/telemetry` and `GET /v1/drones`: where drones are, and what they are told in return.
 
 use super::answer::{Answer, json};
-use super::asked::{By, PageParameters, Query};
-use super::reading::{self, SentByDrone};
+use super::extract::{Authenticated, PageParameters, Query};
+use super::reading::{self, DroneJsonBody};
 use crate::edge::Edge;
 use crate::wire::{Drones, Telemetry, TelemetryAnswer};
 use axum::extract::State;
@@ -27,8 +27,8 @@ use std::sync::Arc;
 )]
 pub(super) async fn post_telemetry(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    SentByDrone(body): SentByDrone,
+    Authenticated(caller): Authenticated,
+    DroneJsonBody(body): DroneJsonBody,
 ) -> Answer {
     let batch: Telemetry = reading::body(&body, "batch of positions")?;
     json(&edge.telemetry(&caller, batch).await?)
@@ -44,7 +44,7 @@ pub(super) async fn post_telemetry(
 )]
 pub(super) async fn list_drones(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
 ) -> Answer {
     json(&edge.drones(&caller, &page.into_request())?)

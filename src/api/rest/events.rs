@@ -1,7 +1,7 @@
 //! `GET /v1/events`: what happens, as server-sent events.
 
 use super::answer::Answer;
-use super::asked::{self, Query};
+use super::extract::{self, Query};
 use super::refusals;
 use crate::api::problem;
 use crate::edge::{Edge, EventRecord, Refusal};
@@ -57,7 +57,7 @@ pub(super) async fn watch_events(
     Query(query): Query<EventsParameters>,
     headers: HeaderMap,
 ) -> Answer {
-    let after = asked::header(&headers, LAST_EVENT_ID)?.or(query.after);
+    let after = extract::header(&headers, LAST_EVENT_ID)?.or(query.after);
     // Asked before listening, so that who comes back with it may hear an event twice, but misses none.
     let latest = edge.latest_event_id();
     let events = edge.events(after.as_deref())?;

@@ -3,11 +3,11 @@
 //! A drone always gets an outcome: only a body that is no JSON object, or that locates nothing, is refused.
 
 use super::answer::{Answer, json, set};
-use super::asked::{By, Key};
-use super::reading::{self, SentByDrone};
+use super::extract::{Authenticated, Key};
+use super::reading::{self, DroneJsonBody};
 use super::refusals;
 use crate::api::problem;
-use crate::edge::{Answered, Edge, Refusal};
+use crate::edge::{Edge, Refusal, ReportResponse};
 use crate::formats::{
     ParsedReport, ReadWarning, lenient_report, members_twice, parse_report, twice,
 };
@@ -52,9 +52,9 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 )]
 pub(super) async fn report_failure(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Key(key): Key,
-    SentByDrone(body): SentByDrone,
+    DroneJsonBody(body): DroneJsonBody,
 ) -> Answer {
     let mut parsed = parse_report(&body).map_err(Refusal::from)?;
     if parsed.report.id.is_none() {
@@ -105,8 +105,8 @@ fn take_key(parsed: &mut ParsedReport, key: Option<&HeaderValue>) {
 )]
 pub(super) async fn report_failures(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    SentByDrone(body): SentByDrone,
+    Authenticated(caller): Authenticated,
+    DroneJsonBody(body): DroneJsonBody,
 ) -> Answer {
     let batch: Failures = reading::body(&body, "batch of failure reports")?;
     let mut reports: Vec<_> = batch.failures.into_iter().map(lenient_report).collect();
@@ -129,7 +129,7 @@ pub(super) async fn report_failures(
     })
 }
 
-fn entry(answer: &Result<Answered, Refusal>) -> BatchEntry<'_> {
+fn entry(answer: &Result<ReportResponse, Refusal>) -> BatchEntry<'_> {
     match answer {
         Ok(answered) => BatchEntry::Recomposition(Box::new(answered.to_wire())),
         Err(refusal) => BatchEntry::Problem(Box::new(problem::document(refusal, None))),

@@ -1,7 +1,7 @@
 //! `/v1/holds`: removals that wait for an operator because they are many at once.
 
 use super::answer::{Answer, json, stamped};
-use super::asked::{By, Named, NoParameters, PageParameters, Query};
+use super::extract::{Authenticated, NoParameters, PageParameters, PathId, Query};
 use super::refusals;
 use crate::access::Caller;
 use crate::edge::{Decision, Edge};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 )]
 pub(super) async fn list_holds(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
 ) -> Answer {
     json(&edge.holds(&caller, &page.into_request())?)
@@ -48,8 +48,8 @@ pub(super) async fn list_holds(
 )]
 pub(super) async fn release_hold(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Accept).await
@@ -77,8 +77,8 @@ pub(super) async fn release_hold(
 )]
 pub(super) async fn reject_hold(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Reject).await

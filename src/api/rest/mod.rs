@@ -6,13 +6,13 @@
 pub(in crate::api) mod admin;
 mod alarms;
 pub(in crate::api) mod answer;
-pub(in crate::api) mod asked;
 mod clock;
 mod closures;
 pub(in crate::api) mod docs;
 mod drones;
 mod events;
 mod exposition;
+pub(in crate::api) mod extract;
 mod failures;
 mod holds;
 mod network;
@@ -24,6 +24,7 @@ mod recompositions;
 pub(crate) mod refusals;
 mod unique;
 mod weather;
+mod zone_import;
 pub(in crate::api) mod zone_schema;
 mod zones;
 
@@ -125,6 +126,7 @@ fn airspace() -> OpenApiRouter<Shared> {
             zones::delete_zone
         ))
         .routes(routes!(zones::preview_zone))
+        .routes(routes!(zone_import::import_zones))
         .routes(routes!(closures::create_closure, closures::list_closures))
         .routes(routes!(
             closures::get_closure,

@@ -1,7 +1,7 @@
 //! `GET /v1/network`, `/v1/nodes/{id}` and `/v1/nearest`: the network as clients see it.
 
 use super::answer::{Answer, GEOJSON, JSON, json, not_modified, of_bytes, set, stamped};
-use super::asked::{Named, NoParameters, Query};
+use super::extract::{NoParameters, PathId, Query};
 use crate::edge::Edge;
 use crate::wire::{CompactNetwork, Nearest, Node};
 use axum::extract::State;
@@ -113,7 +113,7 @@ pub(super) async fn get_network(
 )]
 pub(super) async fn get_node(
     State(edge): State<Arc<Edge>>,
-    Named(id): Named,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     json(&edge.node(&id)?)

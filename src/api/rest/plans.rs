@@ -1,16 +1,17 @@
 //! `/v1/plans`: delivery requests, composed into plans that drones fly and take over.
 
-use super::answer::{Answer, created, json};
-use super::asked::{self, By, Named, NoParameters, Query};
-use super::reading::{self, Sent};
+use super::answer::{Answer, created, json, of_bytes};
+use super::extract::{self, Authenticated, NoParameters, PathId, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
+use crate::formats::RouteFormat;
 use crate::wire::{
     Ack, Cancellation, Completion, Decline, DeliveryRequest, Id, Place, Plan, PlanState, Plans,
     Release,
 };
 use axum::extract::State;
-use http::HeaderMap;
+use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 use std::sync::Arc;
 use utoipa::IntoParams;
@@ -77,12 +78,12 @@ impl CancelParameters {
             (None, (None, None), (Some(x), Some(y))) => Some(Place::Planar { x, y }),
             _ => {
                 let message = "a place is 'node', or 'lon' and 'lat', or 'x' and 'y'".to_owned();
-                return Err(asked::invalid("parameter_invalid", "?node", message));
+                return Err(extract::invalid("parameter_invalid", "?node", message));
             }
         };
         if let Some(fraction) = self.fraction.filter(|share| !(0.0..=1.0).contains(share)) {
             let message = format!("{fraction} is not between 0 and 1");
-            return Err(asked::invalid("out_of_range", "?fraction", message));
+            return Err(extract::invalid("out_of_range", "?fraction", message));
         }
         Ok(Cancellation {
             location,
@@ -111,21 +112,18 @@ impl CancelParameters {
             body = Plan,
             headers(("Location" = String, description = "The path of the plan.")),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let request: DeliveryRequest = reading::body(&body, "delivery request")?;
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     let plan = edge.compose_plan(&caller, request, idempotency).await?;
     created(&plan, "/v1/plans", &plan.id)
 }
@@ -140,7 +138,7 @@ pub(super) async fn create_plan(
 )]
 pub(super) async fn list_plans(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<PlansParameters>,
 ) -> Answer {
     let page = PageRequest {
@@ -157,20 +155,39 @@ pub(super) async fn list_plans(
 }
 
 /// Tells a plan, with what it is asked to fly instead, if anything.
+///
+/// With `Accept` of a format of ground stations or maps: the route of the newest version, in that format.
 #[utoipa::path(
     get,
     path = "/v1/plans/{id}",
     tag = "plans",
     params(("id" = String, Path, description = "`id` of a plan.")),
-    responses((status = 200, description = "The plan.", body = Plan)),
+    responses(
+        (status = 200, description = "The plan, or its route.", content(
+            (Plan = "application/json"),
+            (Object = "application/geo+json"),
+            (Object = "application/vnd.qgroundcontrol.plan+json"),
+            (String = "text/vnd.qgroundcontrol.waypoints"),
+            (String = "application/gpx+xml"),
+            (String = "application/vnd.google-earth.kml+xml"),
+        )),
+        (status = 422, response = refusals::UnprocessableContent),
+    ),
 )]
 pub(super) async fn get_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
 ) -> Answer {
-    json(&edge.plan(&caller, &id)?)
+    let media_types = RouteFormat::ALL.map(RouteFormat::media_type);
+    let Some(format) = extract::accepted(&headers, &media_types) else {
+        return json(&edge.plan(&caller, &id)?);
+    };
+    let format = RouteFormat::ALL[format];
+    let route = edge.plan_route(&caller, &id, format)?;
+    Ok(of_bytes(StatusCode::OK, format.media_type(), route))
 }
 
 /// Cancels a plan; its segments are free for others. In flight they are only where its place is told, or was seen just now.
@@ -185,21 +202,19 @@ pub(super) async fn get_plan(
     ),
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn cancel_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(stated): Query<CancelParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let cancellation = stated.read()?;
     let told = format!("{cancellation:?}");
-    let idempotency = asked::idempotency(&headers, told.as_bytes())?;
+    let idempotency = extract::idempotency(&headers, told.as_bytes())?;
     let word = PlanWord::Cancel(cancellation);
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
@@ -216,21 +231,19 @@ pub(super) async fn cancel_plan(
     request_body(content = Ack, example = json!({"version": 2})),
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn acknowledge_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Acknowledge(reading::body(&body, "acknowledgement")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -246,21 +259,19 @@ pub(super) async fn acknowledge_plan(
     request_body(content = Decline, example = json!({"version": 2, "reason": "obstacle"})),
     responses(
         (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn decline_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Decline(reading::body(&body, "declined version")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -276,21 +287,19 @@ pub(super) async fn decline_plan(
     request_body(content = Completion, example = json!({"location": {"node": "450"}})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn complete_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Complete(reading::body(&body, "completion")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
@@ -306,20 +315,18 @@ pub(super) async fn complete_plan(
     request_body(content = Release, example = json!({"ended_as": "delivered"})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn release_plan(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let word = PlanWord::Release(reading::body(&body, "release")?);
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }

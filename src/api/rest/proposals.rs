@@ -1,7 +1,7 @@
 //! `/v1/proposals`: what reports brought and what an operator is to decide.
 
 use super::answer::{Answer, json, stamped};
-use super::asked::{By, Named, NoParameters, PageParameters, Query};
+use super::extract::{Authenticated, NoParameters, PageParameters, PathId, Query};
 use super::refusals;
 use crate::access::Caller;
 use crate::edge::{Decision, Edge};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 )]
 pub(super) async fn list_proposals(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
 ) -> Answer {
     json(&edge.proposals(&caller, &page.into_request())?)
@@ -42,16 +42,13 @@ pub(super) async fn list_proposals(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn accept_proposal(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Accept).await
@@ -79,8 +76,8 @@ pub(super) async fn accept_proposal(
 )]
 pub(super) async fn reject_proposal(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Reject).await

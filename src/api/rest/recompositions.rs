@@ -1,7 +1,7 @@
 //! `GET /v1/recompositions`: what was answered, and all that it was computed from.
 
 use super::answer::{Answer, json};
-use super::asked::{By, Named, PageParameters, Query};
+use super::extract::{Authenticated, PageParameters, PathId, Query};
 use crate::edge::Edge;
 use crate::wire::{Recompositions, Record};
 use axum::extract::State;
@@ -29,7 +29,7 @@ pub(super) struct RecordParameters {
 )]
 pub(super) async fn list_recompositions(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
 ) -> Answer {
     json(&edge.recompositions(&caller, &page.into_request())?)
@@ -45,8 +45,8 @@ pub(super) async fn list_recompositions(
 )]
 pub(super) async fn get_recomposition(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<RecordParameters>,
 ) -> Answer {
     let record = edge.recomposition(&caller, &id, asked.certificate).await?;

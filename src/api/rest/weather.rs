@@ -1,8 +1,8 @@
 //! `/v1/weather`: wind over the network, as one document.
 
 use super::answer::{Answer, json, not_modified, set};
-use super::asked::{self, By, NoParameters, Query};
-use super::reading::{self, Sent};
+use super::extract::{self, Authenticated, NoParameters, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::{Weather, WeatherAnswer};
@@ -38,7 +38,7 @@ fn told(weather: &WeatherAnswer<'_>) -> Answer {
 )]
 pub(super) async fn get_weather(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -69,21 +69,18 @@ pub(super) async fn get_weather(
             body = WeatherAnswer,
             headers(("ETag" = String, description = "Its version, for `If-Match`.")),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_weather(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let weather: Weather = reading::body(&body, "weather")?;
-    let if_match = asked::if_match(&headers)?;
+    let if_match = extract::if_match(&headers)?;
     told(&edge.put_weather(&caller, weather, if_match).await?)
 }

@@ -149,6 +149,11 @@ struct ZoneProperties {
     /// Who closed it.
     #[schema(max_length = 10000)]
     authority: Option<String>,
+    /// `prohibited` where none is given.
+    kind: Option<ZoneKind>,
+    source: Option<ZoneSource>,
+    /// What its feed says of it and nothing acts on, in the words of ED-318; at most 64 KiB.
+    record: Option<Value>,
     /// Its lower limit in metres; without one it reaches down without end.
     lower_m: Option<f64>,
     lower_reference: Option<AltitudeReference>,
@@ -188,6 +193,62 @@ struct ZoneWindow {
     /// Its end, RFC 3339.
     #[schema(format = DateTime)]
     until: Option<String>,
+    /// Within it the zone counts at these times alone.
+    #[schema(max_items = 100)]
+    schedule: Option<Vec<ZonePeriod>>,
+}
+
+/// A time of some days of the week, both ends included; what ends no later than it begins ends on the day after.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZonePeriod {
+    /// The days it begins on; every day where none is given.
+    days: Option<Vec<ZoneDay>>,
+    /// A time with its offset, such as `06:30Z` or `22:00+02:00`, or `morning_twilight`, `sunrise`, `sunset`, `evening_twilight`.
+    from: String,
+    /// The same.
+    until: String,
+}
+
+/// A day of the week.
+#[derive(Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum ZoneDay {
+    Mon,
+    Tue,
+    Wed,
+    Thu,
+    Fri,
+    Sat,
+    Sun,
+}
+
+/// What a zone means for drones: the last two close nothing.
+#[derive(Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum ZoneKind {
+    /// Closed.
+    Prohibited,
+    /// Closed but for those who are authorised; nobody says here who is.
+    ReqAuthorization,
+    /// Closed but under conditions; nobody says here who meets them.
+    Conditional,
+    /// U-space airspace.
+    Uspace,
+    /// Information.
+    NoRestriction,
+}
+
+/// Where a zone was imported from.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+struct ZoneSource {
+    /// The name of the feed.
+    #[schema(max_length = 200)]
+    feed: String,
+    /// Its identifier there.
+    #[schema(max_length = 200)]
+    id: String,
 }
 
 /// A page of zones: a GeoJSON feature collection.

@@ -1,8 +1,8 @@
 //! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
 
-use super::answer::{Answer, GEOJSON, created, json, not_modified, set, stamped, told};
-use super::asked::{self, By, Named, NoParameters, PageParameters, Query};
-use super::reading::{self, Sent};
+use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
+use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::reading::{self, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
 use crate::edge::{Edge, ZoneWrite};
@@ -16,6 +16,8 @@ use std::sync::Arc;
 use utoipa::IntoParams;
 
 const COLLECTION: &str = "/v1/zones";
+/// The media type of ED-318; it is not registered.
+const ED318: &str = "application/vnd.eurocae.ed318+json";
 
 /// How a zone is written.
 #[derive(Deserialize, IntoParams)]
@@ -71,21 +73,18 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
             ),
         ),
         (status = 200, description = "With `validate_only`: what the answer would be.", body = ZoneAck),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(asked): Query<WriteParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let feature = reading::value(&body)?;
-    let idempotency = asked::idempotency(&headers, &body)?;
+    let idempotency = extract::idempotency(&headers, &body)?;
     let write = ZoneWrite {
         validate_only: asked.validate_only,
         ..ZoneWrite::default()
@@ -134,26 +133,22 @@ pub(super) async fn create_zone(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<WriteParameters>,
     headers: HeaderMap,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     let feature = reading::value(&body)?;
     let write = ZoneWrite {
         id: Some(id.clone()),
-        if_match: asked::if_match(&headers)?,
+        if_match: extract::if_match(&headers)?,
         validate_only: asked.validate_only,
     };
     let (ack, is_new) = edge.put_zone(&caller, feature, write).await?;
@@ -176,21 +171,20 @@ pub(super) async fn put_zone(
     ),
     responses(
         (status = 200, description = "What was lifted.", body = ZoneAck),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 428, response = refusals::PreconditionRequired),
+        refusals::Version,
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn delete_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(asked): Query<LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let write = ZoneWrite {
         id: Some(id),
-        if_match: asked::if_match(&headers)?,
+        if_match: extract::if_match(&headers)?,
         validate_only: asked.validate_only,
     };
     json(&edge.delete_zone(&caller, write, asked.reason).await?)
@@ -212,9 +206,9 @@ pub(super) async fn delete_zone(
 )]
 pub(super) async fn preview_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
-    Sent(body): Sent,
+    JsonBody(body): JsonBody,
 ) -> Answer {
     json(&edge.preview_zone(&caller, reading::value(&body)?).await?)
 }
@@ -246,8 +240,8 @@ pub(super) async fn preview_zone(
 )]
 pub(super) async fn get_zone(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
-    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    PathId(id): PathId,
     Query(NoParameters {}): Query<NoParameters>,
     headers: HeaderMap,
 ) -> Answer {
@@ -260,24 +254,27 @@ pub(super) async fn get_zone(
     Ok(stamped(response, &edge.stamp()))
 }
 
-/// Lists the zones, by id, as a GeoJSON feature collection.
+/// Lists the zones, by id, as a GeoJSON feature collection; with `Accept` of ED-318 all of them, as that.
 #[utoipa::path(
     get,
     path = "/v1/zones",
     tag = "airspace",
     params(PageParameters),
-    responses((
-        status = 200,
-        description = "A page of zones.",
-        body = ZoneCollection,
-        content_type = "application/geo+json",
-    )),
+    responses((status = 200, description = "A page of zones, or all of them as ED-318.", content(
+        (ZoneCollection = "application/geo+json"),
+        (Object = "application/vnd.eurocae.ed318+json"),
+    ))),
 )]
 pub(super) async fn list_zones(
     State(edge): State<Arc<Edge>>,
-    By(caller): By,
+    Authenticated(caller): Authenticated,
     Query(page): Query<PageParameters>,
+    headers: HeaderMap,
 ) -> Answer {
+    if extract::accepted(&headers, &[ED318]).is_some() {
+        let (text, stamp) = edge.zones_as_ed318(&caller);
+        return Ok(stamped(of_bytes(StatusCode::OK, ED318, text), &stamp));
+    }
     let zones = edge.zones(&caller, &page.into_request())?;
     told(StatusCode::OK, GEOJSON, &zones)
 }

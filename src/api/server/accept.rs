@@ -1,9 +1,9 @@
 //! The accept loop, and the drain of what it accepted.
 
 use super::ServerConfig;
+use super::admission::Admission;
 use super::connection::Connections;
 use super::drain::Drain;
-use super::gate::Gate;
 use super::gate_config::GateConfig;
 use super::places::{Place, Places};
 use super::services::Services;
@@ -42,7 +42,7 @@ pub async fn serve(
     metrics: Arc<RequestMetrics>,
     drain: Drain,
 ) -> io::Result<Drained> {
-    let gate = Gate::new(
+    let gate = Admission::new(
         gate,
         services.into(),
         listener.local_addr()?,

@@ -2,7 +2,7 @@
 
 use super::drain::{Drain, Phase};
 use super::services::Content;
-use super::watch::Visit;
+use super::watch::InFlight;
 use crate::api::metrics::Dialect;
 use crate::api::problem;
 use crate::edge::{Code, Refusal};
@@ -98,7 +98,7 @@ impl http_body::Body for BoundedBody {
 /// The body of an answer. While it lasts, its connection is in use.
 pub(crate) struct AnswerBody {
     inner: Content,
-    visit: Option<Visit>,
+    visit: Option<InFlight>,
     stream: Option<Box<OpenStream>>,
 }
 
@@ -134,7 +134,7 @@ impl AnswerBody {
         }
     }
 
-    pub(crate) fn with_visit(mut self, visit: Visit) -> Self {
+    pub(crate) fn with_visit(mut self, visit: InFlight) -> Self {
         self.visit = Some(visit);
         self
     }

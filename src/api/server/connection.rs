@@ -1,11 +1,11 @@
 //! One connection: both HTTP versions on it, its deadlines, and its part in the drain.
 
 use super::ServerConfig;
+use super::admission::Admission;
 use super::bodies::AnswerBody;
 use super::drain::{Drain, Phase};
-use super::gate::Gate;
 use super::places::Place;
-use super::watch::{Deadlines, Pulse, Verdict, Visit, Watch, WatchedStream};
+use super::watch::{ConnectionActivity, Deadlines, InFlight, Verdict, Watch, WatchedStream};
 use crate::api::metrics::CloseReason;
 use http::{Request, Response};
 use hyper::body::Incoming;
@@ -30,7 +30,7 @@ const ERROR_RESETS_MAX: usize = 256;
 pub(crate) struct Connections {
     builder: auto::Builder<TokioExecutor>,
     deadlines: Deadlines,
-    pub(crate) gate: Arc<Gate>,
+    pub(crate) gate: Arc<Admission>,
     pub(crate) drain: Drain,
 }
 
@@ -42,7 +42,7 @@ enum Wake {
 }
 
 impl Connections {
-    pub(crate) fn new(config: &ServerConfig, gate: Arc<Gate>, drain: Drain) -> Self {
+    pub(crate) fn new(config: &ServerConfig, gate: Arc<Admission>, drain: Drain) -> Self {
         Self {
             builder: builder(config),
             deadlines: Deadlines {
@@ -62,12 +62,12 @@ impl Connections {
         stream: TcpStream,
         place: Arc<Place>,
     ) -> Option<CloseReason> {
-        let pulse = Arc::new(Pulse::default());
+        let pulse = Arc::new(ConnectionActivity::default());
         let io = TokioIo::new(WatchedStream::new(stream, Arc::clone(&pulse)));
         let gate = Arc::clone(&self.gate);
         let visited = Arc::clone(&pulse);
         let service = service_fn(move |request: Request<Incoming>| {
-            let visit = Visit::begin(&visited);
+            let visit = InFlight::begin(&visited);
             let answered = gate.enter(request, &place);
             // In a box: hyper moves the future several times before it runs, and it holds all of a request.
             Box::pin(async move {

@@ -81,8 +81,8 @@ pub struct GateConfig {
     pub queue_wait: Arc<QueueWait>,
     /// How large a body may be, in bytes.
     pub body_bytes_max: usize,
-    /// How large the body of an operation may be that takes a whole network, in bytes.
-    pub network_bytes_max: usize,
+    /// How large the body of an operation may be that takes a whole network or feed, in bytes.
+    pub file_bytes_max: usize,
     /// How long an answer may take to begin; a `grpc-timeout` may shorten it.
     pub deadline: Duration,
     /// How much longer a long poll may take, as it waits for news.

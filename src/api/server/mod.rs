@@ -5,11 +5,11 @@
 //! before they get so far, and `shares` whom to refuse then. `places` counts connections by address and subject.
 
 mod accept;
+mod admission;
 mod bodies;
 mod connection;
 mod date;
 mod drain;
-mod gate;
 mod gate_config;
 mod hosts;
 mod places;

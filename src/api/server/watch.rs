@@ -28,7 +28,7 @@ const HTTP_2: u8 = 2;
 
 /// What a connection's socket and service count.
 #[derive(Debug, Default)]
-pub(crate) struct Pulse {
+pub(crate) struct ConnectionActivity {
     protocol: AtomicU8,
     reads: AtomicU64,
     writes: AtomicU64,
@@ -41,12 +41,12 @@ pub(crate) struct Pulse {
 
 /// A request in flight, until its answer is out or dropped.
 #[derive(Debug)]
-pub(crate) struct Visit {
-    pulse: Arc<Pulse>,
+pub(crate) struct InFlight {
+    pulse: Arc<ConnectionActivity>,
 }
 
-impl Visit {
-    pub(crate) fn begin(pulse: &Arc<Pulse>) -> Self {
+impl InFlight {
+    pub(crate) fn begin(pulse: &Arc<ConnectionActivity>) -> Self {
         pulse.in_flight.fetch_add(1, Relaxed);
         pulse.requests.fetch_add(1, Relaxed);
         Self {
@@ -55,7 +55,7 @@ impl Visit {
     }
 }
 
-impl Drop for Visit {
+impl Drop for InFlight {
     fn drop(&mut self) {
         let reads = self.pulse.reads.load(Relaxed);
         self.pulse.reads_when_quiet.store(reads, Relaxed);
@@ -67,13 +67,13 @@ impl Drop for Visit {
 #[derive(Debug)]
 pub(crate) struct WatchedStream {
     stream: TcpStream,
-    pulse: Arc<Pulse>,
+    pulse: Arc<ConnectionActivity>,
     /// How many bytes agreed with the preface so far.
     agreed: usize,
 }
 
 impl WatchedStream {
-    pub(crate) fn new(stream: TcpStream, pulse: Arc<Pulse>) -> Self {
+    pub(crate) fn new(stream: TcpStream, pulse: Arc<ConnectionActivity>) -> Self {
         Self {
             stream,
             pulse,
@@ -227,7 +227,7 @@ impl Watch {
         self.deadlines.idle = LEAVE_WITHIN;
     }
 
-    pub(crate) fn look(&mut self, pulse: &Pulse, now: Instant) -> Verdict {
+    pub(crate) fn look(&mut self, pulse: &ConnectionActivity, now: Instant) -> Verdict {
         let doing = doing(pulse);
         if doing != self.doing {
             // The first head began when the connection did; of what came later, only the last look is known.
@@ -257,7 +257,7 @@ impl Watch {
     }
 }
 
-fn doing(pulse: &Pulse) -> Doing {
+fn doing(pulse: &ConnectionActivity) -> Doing {
     let requests = pulse.requests.load(Relaxed);
     if pulse.write_waits.load(Relaxed) {
         let writes = pulse.writes.load(Relaxed);
@@ -287,7 +287,7 @@ mod tests {
     };
 
     /// Looks as often as the watch wants; answers what ended it and after how many seconds.
-    fn ends(watch: &mut Watch, pulse: &Pulse, from: Instant) -> (Verdict, f64) {
+    fn ends(watch: &mut Watch, pulse: &ConnectionActivity, from: Instant) -> (Verdict, f64) {
         let mut now = from;
         for _ in 0..1000 {
             match watch.look(pulse, now) {
@@ -301,7 +301,7 @@ mod tests {
         panic!("nothing ended in 1000 looks at {pulse:?}");
     }
 
-    fn open() -> (Watch, Arc<Pulse>, Instant) {
+    fn open() -> (Watch, Arc<ConnectionActivity>, Instant) {
         let opened = Instant::now();
         (Watch::new(DEADLINES, opened), Arc::default(), opened)
     }
@@ -334,7 +334,7 @@ mod tests {
         let (mut watch, pulse, opened) = open();
         pulse.protocol.store(HTTP_1, Relaxed);
         pulse.reads.store(1, Relaxed);
-        drop(Visit::begin(&pulse));
+        drop(InFlight::begin(&pulse));
         let later = opened + Duration::from_secs(20);
         assert_eq!(
             watch.look(&pulse, later),
@@ -367,7 +367,7 @@ mod tests {
     fn a_request_may_take_its_time_even_while_leaving() {
         let (mut watch, pulse, opened) = open();
         pulse.protocol.store(HTTP_1, Relaxed);
-        let visit = Visit::begin(&pulse);
+        let visit = InFlight::begin(&pulse);
         for second in 0..1000 {
             let now = opened + Duration::from_secs(second);
             if second == 500 {
@@ -383,7 +383,7 @@ mod tests {
     #[test]
     fn a_stalled_reader_is_cut_and_a_slow_one_is_not() {
         let (mut watch, pulse, opened) = open();
-        let _visit = Visit::begin(&pulse);
+        let _visit = InFlight::begin(&pulse);
         pulse.write_waits.store(true, Relaxed);
         let mut now = opened;
         for _ in 0..100 {

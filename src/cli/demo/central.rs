@@ -3,7 +3,7 @@
 use super::super::stop::Stop;
 use crate::config::RegistryConfig;
 use crate::process::registry::{RegistryService, RegistryStart};
-use crate::registry::Manner;
+use crate::registry::WriteOptions;
 use std::net::SocketAddr;
 
 /// The id of the demo's network at its registry.
@@ -23,7 +23,7 @@ impl Central {
             running: None,
         };
         let service = central.run().await?;
-        let manner = Manner {
+        let manner = WriteOptions {
             subject: "demo".to_owned(),
             key: None,
             fingerprint: String::new(),

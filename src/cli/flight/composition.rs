@@ -2,10 +2,11 @@
 
 use super::{Flight, table};
 use crate::cli::answer_table::node_text;
+use crate::cli::compose::{Format, no_route_to_write, route_name};
 use crate::cli::output::{Output, facts_table};
 use crate::cli::stop::Stop;
 use crate::delivery::{self, DeliveryRequest, DeliveryScratch, FlightComposition};
-use crate::formats::node_id_json;
+use crate::formats::{Route, node_id_json};
 use crate::network::NodeIx;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -13,6 +14,7 @@ use std::path::Path;
 /// What is written of a composition beside the table.
 pub(in crate::cli) struct Wanted<'a> {
     pub(in crate::cli) json: bool,
+    pub(in crate::cli) format: Option<Format>,
     pub(in crate::cli) certificate: Option<&'a Path>,
     pub(in crate::cli) svg: Option<&'a Path>,
 }
@@ -36,7 +38,15 @@ pub(in crate::cli) fn compose(
     let mut scratch = DeliveryScratch::new(topology);
     let composed = delivery::compose(&flight.world(), &request, &mut scratch);
     let writer = flight.writer();
-    if wanted.json {
+    if let Some(format) = wanted.format {
+        let Ok(composition) = &composed else {
+            let ends = [source, destination].map(|node| node_text(topology, node));
+            return Err(no_route_to_write(&ends));
+        };
+        let name = route_name(topology, source, destination);
+        let route = Route::of_flight(name, &flight.skies, composition);
+        format.write(&route, flight.skies.airspace(), output)?;
+    } else if wanted.json {
         let mut fields = match &composed {
             Ok(composition) => {
                 let mut fields = writer.composition(composition);

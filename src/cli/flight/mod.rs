@@ -15,8 +15,8 @@ use super::picture::Scene;
 use super::stop::Stop;
 use crate::airspace::Airspace;
 use crate::delivery::{
-    DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryWorld, FlightComposition, FlightTables,
-    OtherPlans, ReportedFigures, Skies,
+    DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryWorld, FlightComposition, FlightEnvironment,
+    FlightTables, OtherPlans, ReportedFigures,
 };
 use crate::draw::DrawnFlight;
 use crate::flight::{Airframe, FailureReport, FlightRules, Location, Tariff, Wind, WindField};
@@ -137,7 +137,7 @@ fn deadline(text: &str) -> Result<Deadline, String> {
 
 /// A drone with everything that it flies in.
 pub(super) struct Flight {
-    pub(super) skies: Skies,
+    pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
     tables: FlightTables,
     pub(super) objective: Objective,
@@ -189,7 +189,7 @@ impl FlightArguments {
             swap_stations: swap_stations?,
             ..OtherPlans::default()
         };
-        let skies = Skies::of(airspace, others, &rules);
+        let skies = FlightEnvironment::of(airspace, others, &rules);
         let airframe = self.airframe()?;
         let battery = match self.battery {
             Some(battery) => battery,

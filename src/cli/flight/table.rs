@@ -4,7 +4,7 @@ use super::Flight;
 use crate::cli::answer_table::node_text;
 use crate::cli::output::{Align, Output, metres, titled_table};
 use crate::cli::stop::Stop;
-use crate::delivery::{FlightComposition, FlownDetour, Haven, Proof, Skies};
+use crate::delivery::{Alternate, FlightComposition, FlightEnvironment, FlownDetour, Proof};
 use crate::flight::{Stop as Stay, StopKind, Wind};
 use crate::formats::flight_cause_text;
 use crate::itinerary::{FlightCause, FlightOpening, StopFigures};
@@ -36,7 +36,7 @@ pub(super) fn wind_text(wind: Wind) -> String {
 }
 
 /// The time of day of an instant, in UTC, for the rows of a table that has the day elsewhere.
-pub(super) fn time_of_day(skies: &Skies, seconds: f64) -> String {
+pub(super) fn time_of_day(skies: &FlightEnvironment, seconds: f64) -> String {
     let whole = seconds.round();
     let written = skies.instant(whole).map(|instant| instant.to_string());
     // RFC 3339 has the time between T and the zone.
@@ -45,7 +45,7 @@ pub(super) fn time_of_day(skies: &Skies, seconds: f64) -> String {
 }
 
 /// An instant with its day, in RFC 3339 to the second: in a sentence nothing else says which day is meant.
-pub(super) fn instant_text(skies: &Skies, seconds: f64) -> String {
+pub(super) fn instant_text(skies: &FlightEnvironment, seconds: f64) -> String {
     let instant = skies.instant(seconds.round());
     instant.map_or_else(|| "-".to_owned(), |instant| instant.to_string())
 }
@@ -177,17 +177,17 @@ fn detour_text(flight: &Flight, detour: &FlownDetour) -> String {
     }
 }
 
-fn safe_text(flight: &Flight, haven: &Haven) -> String {
-    let node = node_text(flight.skies.topology(), haven.safe.node);
-    let left = 100.0 * haven.flight.battery_at_arrival;
-    let reserve = if haven.reserve_used {
+fn safe_text(flight: &Flight, alternate: &Alternate) -> String {
+    let node = node_text(flight.skies.topology(), alternate.safe.node);
+    let left = 100.0 * alternate.flight.battery_at_arrival;
+    let reserve = if alternate.reserve_used {
         ", on the reserve"
     } else {
         ""
     };
     format!(
         "{node}, {}, {left:.0} % left{reserve}",
-        metres(haven.safe.length_m)
+        metres(alternate.safe.length_m)
     )
 }
 

@@ -6,7 +6,7 @@ use super::{
 use crate::airspace::{Airspace, Change, Closure};
 use crate::checked::{self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer};
 use crate::checker::Fault;
-use crate::compose::{compose, equip};
+use crate::compose::{compose, with_contingencies};
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::progress::{self, Ahead};
@@ -20,7 +20,7 @@ use crate::network::{NodeIx, Topology};
 use crate::planted;
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, Strategy, World, recompose};
 use crate::refusal::{Code, Refusal};
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -201,7 +201,7 @@ impl Planner for ByDistance {
         let (way, stretch_m) = (told.path.clone(), told.first_stretch_m);
         let speed_mps = plan.airspeed_mps;
         let composition = self.searching(scene.topology(), |scratch| {
-            equip(&world, way, stretch_m, destination, speed_mps, scratch)
+            with_contingencies(&world, way, stretch_m, destination, speed_mps, scratch)
         });
         Some(Course {
             composition,
@@ -219,7 +219,7 @@ impl Planner for ByDistance {
         let world = self.world(scene);
         let (stretch_m, speed_mps) = (version.first_stretch_m, plan.airspeed_mps);
         let composition = self.searching(scene.topology(), |scratch| {
-            equip(&world, way, stretch_m, last, speed_mps, scratch)
+            with_contingencies(&world, way, stretch_m, last, speed_mps, scratch)
         });
         Version {
             composition,
@@ -375,7 +375,7 @@ pub(super) fn as_asked(
 }
 
 /// The request of a drone that stands at a node and is to fly a way.
-pub(super) fn standing_at(node: NodeIx, way: &Way, destination: NodeIx) -> Request {
+pub(super) fn standing_at(node: NodeIx, way: &Path, destination: NodeIx) -> Request {
     Request::exact(FailureReport {
         failure: FailureType::ServiceLevel,
         leg: (node, way.nodes.get(1).copied().unwrap_or(node)),
@@ -387,7 +387,7 @@ pub(super) fn standing_at(node: NodeIx, way: &Way, destination: NodeIx) -> Reque
 }
 
 /// Whether a way can be flown now; a diversion also needs the pads at its end.
-pub(in crate::edge) fn way_is_open(way: &Way, is_diversion: bool, airspace: &Airspace) -> bool {
+pub(in crate::edge) fn way_is_open(way: &Path, is_diversion: bool, airspace: &Airspace) -> bool {
     let closed = airspace.closed();
     let Some(&last) = way.nodes.last() else {
         return false;

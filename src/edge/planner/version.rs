@@ -1,7 +1,7 @@
 //! A version of a plan: the way that its drone flies, when, and with what.
 
 use super::FlownVersion;
-use crate::compose::{CarriedOver, Change, Composition, Occupation};
+use crate::compose::{Change, Composition, Migrated, Occupation};
 use crate::edge::stretches::Stretch;
 use crate::flight::Reservation;
 use crate::network::NodeIx;
@@ -48,7 +48,7 @@ impl Version {
     ) -> Option<(Self, bool)> {
         let stretch_m = self.first_stretch_m;
         let composition = &self.composition;
-        let CarriedOver {
+        let Migrated {
             mut composition,
             contingencies_hold,
         } = composition.carried_over(change, legs.clone(), stretch_m, airspeed_mps)?;

@@ -3,7 +3,7 @@
 use super::codec::{Instant, Names, read, write};
 use super::file::StoreFault;
 use crate::airspace::{Cause, Closure, Hits, Window, Zone};
-use crate::edge::entries::{ClosureEntry, Contested, HoldEntry, ProposalEntry, ZoneEntry};
+use crate::edge::entries::{ClosureEntry, Contested, PendingReview, ProposalEntry, ZoneEntry};
 use crate::edge::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::flight::FailureType;
 use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
@@ -271,7 +271,7 @@ struct StoredContested {
     removes: Option<StoredUpstream>,
 }
 
-pub(super) fn write_hold(entry: &HoldEntry) -> String {
+pub(super) fn write_hold(entry: &PendingReview) -> String {
     write(&StoredHold {
         origin: entry.origin.to_string(),
         held_at: entry.held_at.into(),
@@ -287,9 +287,9 @@ pub(super) fn write_hold(entry: &HoldEntry) -> String {
     })
 }
 
-pub(super) fn read_hold(number: u64, body: &str) -> Result<HoldEntry, StoreFault> {
+pub(super) fn read_hold(number: u64, body: &str) -> Result<PendingReview, StoreFault> {
     let stored: StoredHold = read("hold", &number.to_string(), body)?;
-    Ok(HoldEntry {
+    Ok(PendingReview {
         number,
         origin: Arc::from(stored.origin),
         held_at: stored.held_at.read()?,

@@ -7,7 +7,7 @@ use super::opening::network_text;
 use super::worlds::closures_of;
 use crate::edge::record_views::wire_record;
 use crate::edge::records::AnswerRecord;
-use crate::edge::standing::Standing;
+use crate::edge::standing::Staleness;
 use crate::wire;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub(super) fn key_of(record: &AnswerRecord) -> String {
 }
 
 /// The body of a decision, in a world of this number.
-pub(super) fn write_decision(record: &AnswerRecord, standing: Standing, world: u64) -> String {
+pub(super) fn write_decision(record: &AnswerRecord, standing: Staleness, world: u64) -> String {
     #[derive(Serialize)]
     struct Written<'a> {
         subject: &'a str,

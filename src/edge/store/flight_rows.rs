@@ -211,7 +211,7 @@ pub(super) fn store_flight(
         from_s: None,
         until_s: hold.until_s,
     });
-    let refuge = flown.refuge.map(|stay| StoredStay {
+    let refuge = flown.alternate.map(|stay| StoredStay {
         node: dictionary.place(stay.node),
         pad: stay.pad,
         from_s: Some(stay.from_s),
@@ -354,7 +354,7 @@ pub(super) fn read_flight(
         ends: ends.collect(),
         reserve_used: stored.reserve_used,
         hold: read_hold(places, stored.hold.as_ref())?,
-        refuge: read_refuge(places, stored.refuge.as_ref())?,
+        alternate: read_refuge(places, stored.refuge.as_ref())?,
         is_confirmed: stored.confirmed,
         is_energy_checked: !stored.energy_unchecked,
         composition: FlightComposition {

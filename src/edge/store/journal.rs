@@ -9,7 +9,7 @@ use super::worlds::Worlds;
 use crate::edge::record_views::report_reply;
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
-use crate::edge::standing::Standing;
+use crate::edge::standing::Staleness;
 use jiff::{SignedDuration, Timestamp};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -36,14 +36,14 @@ pub(in crate::edge) enum Entry {
     /// What a failure report was answered.
     Decision {
         record: Arc<AnswerRecord>,
-        standing: Standing,
+        standing: Staleness,
     },
     /// What is to be answered when the report of an id comes again.
     Report {
         subject: Arc<str>,
         id: String,
         record: Arc<AnswerRecord>,
-        standing: Standing,
+        standing: Staleness,
     },
     /// What is to be answered when a write comes again.
     Write { reply: Reply, at: Timestamp },

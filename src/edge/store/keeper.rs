@@ -6,11 +6,11 @@ use super::file::{StoreFault, StoreFile, Transaction};
 use super::health::{Health, StoreStatus};
 use super::journal::{ENTRIES_MAX, Entry, Journal};
 use crate::clock::Clock;
-use crate::edge::orders::{Outcome, Reply};
+use crate::edge::commands::{Outcome, Reply};
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
 use crate::edge::snapshot::Snapshot;
-use crate::edge::standing::Standing;
+use crate::edge::standing::Staleness;
 use crate::planted::{self, Bug};
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -181,7 +181,7 @@ impl Store {
     }
 
     /// Takes what a failure report was answered.
-    pub(in crate::edge) fn note_decision(&self, record: &Arc<AnswerRecord>, standing: Standing) {
+    pub(in crate::edge) fn note_decision(&self, record: &Arc<AnswerRecord>, standing: Staleness) {
         if self.keeper.is_some() {
             let record = record.clone();
             self.note(Entry::Decision { record, standing });

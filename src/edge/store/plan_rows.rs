@@ -11,7 +11,7 @@ use crate::edge::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
 use crate::network::Topology;
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire::{EndedAs, Flag, PlanState};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -323,7 +323,7 @@ fn read_version(
     if nodes.len() != stored.legs.len() + 1 {
         return Err(broken("another number of legs than of segments"));
     }
-    let mut way = Way::default();
+    let mut way = Path::default();
     let mut legs = Vec::with_capacity(stored.legs.len());
     for (ends, leg) in nodes.windows(2).zip(&stored.legs) {
         let (from, to) = (ends[0], ends[1]);

@@ -12,7 +12,7 @@ use super::plan_rows::read_plan;
 use super::reply_rows::{Reply, read_reply};
 use crate::airspace::Closure;
 use crate::edge::entries::AlarmEntry;
-use crate::edge::entries::{ClosureEntry, HoldEntry, ProposalEntry, ZoneEntry};
+use crate::edge::entries::{ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::upstream::{OutboxEntry, RegistryCursor};
 use crate::network::Topology;
@@ -27,7 +27,7 @@ pub(in crate::edge) struct Restored {
     pub(in crate::edge) zones: Vec<(ZoneEntry, Closure)>,
     pub(in crate::edge) closures: Vec<ClosureEntry>,
     pub(in crate::edge) proposals: Vec<ProposalEntry>,
-    pub(in crate::edge) holds: Vec<HoldEntry>,
+    pub(in crate::edge) holds: Vec<PendingReview>,
     pub(in crate::edge) alarms: Vec<AlarmEntry>,
     pub(in crate::edge) plans: Vec<PlanEntry>,
     pub(in crate::edge) outbox: Vec<OutboxEntry>,

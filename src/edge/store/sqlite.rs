@@ -16,7 +16,7 @@ use std::pin::Pin;
 use std::time::Duration;
 
 /// How long a transaction waits for another process that has the file.
-const PATIENCE: Duration = Duration::from_secs(2);
+const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 /// So many rows go in one statement.
 const ROWS_IN_STATEMENT: usize = 64;
 /// The schema that this version knows.
@@ -53,7 +53,7 @@ impl SqliteFile {
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
             .synchronous(SqliteSynchronous::Full)
-            .busy_timeout(PATIENCE);
+            .busy_timeout(BUSY_TIMEOUT);
         let mut connection = connect(path, &options).await?;
         check_engine(path, &mut connection).await?;
         for statement in MAKE {
@@ -90,7 +90,7 @@ impl SqliteFile {
         let options = SqliteConnectOptions::new()
             .filename(path)
             .create_if_missing(false)
-            .busy_timeout(PATIENCE)
+            .busy_timeout(BUSY_TIMEOUT)
             .pragma("query_only", "ON");
         let mut connection = connect(path, &options).await?;
         let checked = check_schema(&mut connection).await;

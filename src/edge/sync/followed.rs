@@ -38,7 +38,7 @@ pub(in crate::edge) struct Superseded {
 
 /// What the writer is to take over.
 #[derive(Clone, Debug)]
-pub(in crate::edge) struct Followed {
+pub(in crate::edge) struct RegistryDelta {
     pub(in crate::edge) extent: Extent,
     /// Where it goes on from: taken over only there.
     pub(in crate::edge) after: Option<Arc<RegistryCursor>>,
@@ -59,7 +59,7 @@ pub(in crate::edge) struct Followed {
 pub(in crate::edge) struct Rejected {
     pub(in crate::edge) nack: Nack,
     /// What may be taken over of it all the same.
-    pub(in crate::edge) anyhow: Option<Box<Followed>>,
+    pub(in crate::edge) restrictions: Option<Box<RegistryDelta>>,
 }
 
 /// What to do with what the registry said.
@@ -68,7 +68,7 @@ pub(in crate::edge) enum Verdict {
     /// Nothing new: all that the registry has is in service.
     Idle,
     /// To be taken over.
-    Follow(Box<Followed>),
+    Follow(Box<RegistryDelta>),
     /// Not to be taken over.
     Nack(Box<Rejected>),
     /// What comes after the cursor cannot be told any more: everything has to be read anew.

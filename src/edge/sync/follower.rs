@@ -7,10 +7,10 @@
 use super::super::published::{BodyFault, Published, check_weather, read_thing};
 use super::super::upstream::{RegistryCursor, Upstream};
 use super::followed::{
-    BACKWARDS, CHECKSUM, Extent, FOREIGN_REGISTRY, Followed, OUT_OF_PLACE, REVISIONS, Rejected,
-    Superseded, Tombstone, Verdict,
+    BACKWARDS, CHECKSUM, Extent, FOREIGN_REGISTRY, OUT_OF_PLACE, REVISIONS, RegistryDelta,
+    Rejected, Superseded, Tombstone, Verdict,
 };
-use super::ground::Ground;
+use super::ground::BaseNetwork;
 use crate::planted::{self, Bug};
 use crate::wire::{ChangeOperation, ChangesPage, LoggedChange, Nack, ObjectKind};
 use std::collections::BTreeMap;
@@ -76,7 +76,7 @@ impl Follower {
         &self,
         page: &ChangesPage,
         after: &Arc<RegistryCursor>,
-        ground: &Ground,
+        ground: &BaseNetwork,
     ) -> Verdict {
         let nack = |code: &str, reason: String| Nack {
             revision: page.revision,
@@ -84,13 +84,13 @@ impl Follower {
             object: None,
             reason: bounded(reason),
         };
-        let refuse = |nack: Nack, anyhow: Option<Box<Followed>>| {
-            Verdict::Nack(Box::new(Rejected { nack, anyhow }))
+        let refuse = |nack: Nack, restrictions: Option<Box<RegistryDelta>>| {
+            Verdict::Nack(Box::new(Rejected { nack, restrictions }))
         };
         if !page.is_intact() && !planted::is(Bug::AcceptBadChecksum) {
             let reason = "the page is not as its digests say".to_owned();
-            let anyhow = self.restrictions(page, after, ground);
-            return refuse(nack(CHECKSUM, reason), anyhow);
+            let restrictions = self.restrictions(page, after, ground);
+            return refuse(nack(CHECKSUM, reason), restrictions);
         }
         if let Some((code, reason)) = self.foreign(&page.registry_id, &page.network, Some(after)) {
             return refuse(nack(code, reason), None);
@@ -117,8 +117,8 @@ impl Follower {
             return refuse(nack(OUT_OF_PLACE, reason), None);
         }
         if let Err(reason) = check_revisions(page) {
-            let anyhow = self.restrictions(page, after, ground);
-            return refuse(nack(REVISIONS, reason), anyhow);
+            let restrictions = self.restrictions(page, after, ground);
+            return refuse(nack(REVISIONS, reason), restrictions);
         }
         if page.changes.is_empty() {
             return Verdict::Idle;
@@ -130,14 +130,14 @@ impl Follower {
         &self,
         page: &ChangesPage,
         after: &Arc<RegistryCursor>,
-        ground: &Ground,
+        ground: &BaseNetwork,
     ) -> Verdict {
         match self.fold(page, after, ground) {
             Ok(followed) => Verdict::Follow(Box::new(followed)),
             Err(fault) => {
-                let anyhow = self.restrictions(page, after, ground);
+                let restrictions = self.restrictions(page, after, ground);
                 let nack = fault.nack();
-                Verdict::Nack(Box::new(Rejected { nack, anyhow }))
+                Verdict::Nack(Box::new(Rejected { nack, restrictions }))
             }
         }
     }
@@ -169,8 +169,8 @@ impl Follower {
         &self,
         page: &ChangesPage,
         after: &Arc<RegistryCursor>,
-        ground: &Ground,
-    ) -> Result<Followed, Fault> {
+        ground: &BaseNetwork,
+    ) -> Result<RegistryDelta, Fault> {
         let network_changes = page
             .changes
             .iter()
@@ -191,7 +191,7 @@ impl Follower {
             |network| network.topology.clone(),
         );
         let (last, superseded) = folded(page);
-        let mut followed = Followed {
+        let mut followed = RegistryDelta {
             extent: Extent::Changes,
             after: Some(after.clone()),
             cursor: cursor_of(page),
@@ -213,7 +213,7 @@ impl Follower {
     }
 
     /// Takes a change into what is to be followed.
-    fn take(&self, change: &LoggedChange, followed: &mut Followed) -> Result<(), BodyFault> {
+    fn take(&self, change: &LoggedChange, followed: &mut RegistryDelta) -> Result<(), BodyFault> {
         let kind = change.kind;
         let upstream = upstream_of(change);
         let body = change.body.as_deref();
@@ -259,12 +259,12 @@ impl Follower {
         &self,
         page: &ChangesPage,
         after: &Arc<RegistryCursor>,
-        ground: &Ground,
-    ) -> Option<Box<Followed>> {
+        ground: &BaseNetwork,
+    ) -> Option<Box<RegistryDelta>> {
         if page.registry_id != *after.registry_id || page.network != *self.network {
             return None;
         }
-        let mut followed = Followed {
+        let mut followed = RegistryDelta {
             extent: Extent::Restrictions,
             after: Some(after.clone()),
             cursor: cursor_of(page),

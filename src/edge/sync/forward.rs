@@ -4,7 +4,7 @@
 //! becomes of both. A removal that finds nothing there, and the log read to its end, is done. What the registry will
 //! never take leaves the outbox, and an operator is told.
 
-use super::super::orders::Order;
+use super::super::commands::Command;
 use super::super::upstream::{OutboxEntry, Upstream};
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use super::task::Sync;
@@ -189,12 +189,12 @@ impl<C: RegistryClient> Sync<C> {
     }
 
     async fn settle(&self, number: u64, upstream: Option<Upstream>, epoch: u64) {
-        let order = Order::Forwarded {
+        let command = Command::Forwarded {
             number,
             upstream,
             epoch,
         };
-        if let Err(refusal) = self.edge.order(order).await {
+        if let Err(refusal) = self.edge.command(command).await {
             // It stays in the outbox, and is answered the same when it is sent again.
             tracing::warn!(%refusal, "what was forwarded could not be noted");
             self.pause(Duration::from_secs(1)).await;
@@ -210,12 +210,12 @@ impl<C: RegistryClient> Sync<C> {
             detail,
             "the registry will not take a change made here"
         );
-        let order = Order::NotForwarded {
+        let command = Command::NotForwarded {
             number: entry.number,
             code,
             detail,
         };
-        if let Err(refusal) = self.edge.order(order).await {
+        if let Err(refusal) = self.edge.command(command).await {
             tracing::warn!(%refusal, "what was refused could not be noted");
             self.pause(Duration::from_secs(1)).await;
         }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// A network with what it was read from.
 #[derive(Clone, Debug)]
-pub(in crate::edge) struct Ground {
+pub(in crate::edge) struct BaseNetwork {
     pub(in crate::edge) topology: Arc<Topology>,
     pub(in crate::edge) geojson: Bytes,
 }
@@ -27,7 +27,7 @@ fn read(text: &str) -> Result<NetworkDraft, BodyFault> {
     })
 }
 
-impl Ground {
+impl BaseNetwork {
     /// The network that changes in their order make of this one; none where it is the same.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use super::super::background::begin_turn;
 use super::super::upstream::RegistryCursor;
 use super::client::RegistryClient;
 use super::followed::Verdict;
-use super::ground::Ground;
+use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::task::Sync;
 use crate::refusal::Refusal;
@@ -44,7 +44,7 @@ impl<C: RegistryClient> Sync<C> {
         listing: &mut Listing,
         page: RegistrySnapshot,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: &Ground,
+        ground: &BaseNetwork,
     ) -> Result<Page, Refusal> {
         let (follower, cursor, ground) = (self.follower.clone(), cursor.cloned(), ground.clone());
         let mut so_far = std::mem::take(listing);
@@ -63,7 +63,7 @@ impl<C: RegistryClient> Sync<C> {
         &self,
         listing: Listing,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: Ground,
+        ground: BaseNetwork,
     ) -> Result<Verdict, Refusal> {
         let (follower, cursor) = (self.follower.clone(), cursor.cloned());
         let judge = move || {

@@ -3,10 +3,10 @@
 use super::super::published::{BodyFault, Published, check_weather, read_thing};
 use super::super::upstream::{RegistryCursor, Upstream};
 use super::followed::{
-    BACKWARDS, CHECKSUM, Extent, Followed, NOT_AUTHORITATIVE, OUT_OF_PLACE, Rejected, Verdict,
+    BACKWARDS, CHECKSUM, Extent, NOT_AUTHORITATIVE, OUT_OF_PLACE, RegistryDelta, Rejected, Verdict,
 };
 use super::follower::{Fault, Follower, bounded, named};
-use super::ground::Ground;
+use super::ground::BaseNetwork;
 use crate::planted::{self, Bug};
 use crate::wire::{ChangeOperation, Nack, ObjectKind, RegistrySnapshot, SnapshotObject};
 use std::collections::BTreeMap;
@@ -41,22 +41,22 @@ impl Follower {
         listing: &mut Listing,
         page: RegistrySnapshot,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: &Ground,
+        ground: &BaseNetwork,
     ) -> Page {
         let revision = page.revision;
-        let refuse = |code: &str, reason: String, anyhow: Option<Box<Followed>>| {
+        let refuse = |code: &str, reason: String, restrictions: Option<Box<RegistryDelta>>| {
             let nack = Nack {
                 revision,
                 code: code.to_owned(),
                 object: None,
                 reason: bounded(reason),
             };
-            Page::Nack(Box::new(Rejected { nack, anyhow }))
+            Page::Nack(Box::new(Rejected { nack, restrictions }))
         };
         if !page.is_intact() && !planted::is(Bug::AcceptBadChecksum) {
             let reason = "the page is not as its digests say".to_owned();
-            let anyhow = self.restrictions_of(&page, cursor, ground);
-            return refuse(CHECKSUM, reason, anyhow);
+            let restrictions = self.restrictions_of(&page, cursor, ground);
+            return refuse(CHECKSUM, reason, restrictions);
         }
         if let Some((code, reason)) = self.foreign(&page.registry_id, &page.network, cursor) {
             return refuse(code, reason, None);
@@ -88,7 +88,7 @@ impl Follower {
         &self,
         listing: &Listing,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: &Ground,
+        ground: &BaseNetwork,
     ) -> Verdict {
         let Some(head) = &listing.head else {
             return Verdict::Resync("the list has no pages".to_owned());
@@ -97,7 +97,7 @@ impl Follower {
         match self.read_objects(listing, head, empty.clone(), ground) {
             Ok(followed) => Verdict::Follow(Box::new(followed)),
             Err(fault) => {
-                let mut strict = Followed {
+                let mut strict = RegistryDelta {
                     extent: Extent::Restrictions,
                     ..empty
                 };
@@ -106,9 +106,9 @@ impl Follower {
                     let _ = self.take_object(object, &mut strict);
                 }
                 strict.weather = None;
-                let anyhow = (!strict.puts.is_empty()).then(|| Box::new(strict));
+                let restrictions = (!strict.puts.is_empty()).then(|| Box::new(strict));
                 let nack = fault.nack();
-                Verdict::Nack(Box::new(Rejected { nack, anyhow }))
+                Verdict::Nack(Box::new(Rejected { nack, restrictions }))
             }
         }
     }
@@ -117,9 +117,9 @@ impl Follower {
         &self,
         head: &RegistrySnapshot,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: &Ground,
-    ) -> Followed {
-        Followed {
+        ground: &BaseNetwork,
+    ) -> RegistryDelta {
+        RegistryDelta {
             extent: Extent::Everything,
             after: cursor.cloned(),
             cursor: RegistryCursor {
@@ -140,9 +140,9 @@ impl Follower {
         &self,
         listing: &Listing,
         head: &RegistrySnapshot,
-        mut followed: Followed,
-        ground: &Ground,
-    ) -> Result<Followed, Fault> {
+        mut followed: RegistryDelta,
+        ground: &BaseNetwork,
+    ) -> Result<RegistryDelta, Fault> {
         let whole = |code, reason: String| Fault {
             revision: head.revision,
             object: None,
@@ -186,7 +186,7 @@ impl Follower {
     fn take_object(
         &self,
         object: &SnapshotObject,
-        followed: &mut Followed,
+        followed: &mut RegistryDelta,
     ) -> Result<(), BodyFault> {
         let kind = object.kind;
         let topology = &followed.topology;
@@ -219,13 +219,13 @@ impl Follower {
         &self,
         page: &RegistrySnapshot,
         cursor: Option<&Arc<RegistryCursor>>,
-        ground: &Ground,
-    ) -> Option<Box<Followed>> {
+        ground: &BaseNetwork,
+    ) -> Option<Box<RegistryDelta>> {
         // Only of the registry that is known, and only what it has done since.
         let cursor = cursor.filter(|cursor| {
             page.registry_id == *cursor.registry_id && page.network == *self.network
         })?;
-        let mut strict = Followed {
+        let mut strict = RegistryDelta {
             extent: Extent::Restrictions,
             ..self.nothing(page, Some(cursor), ground)
         };
@@ -252,7 +252,10 @@ impl Listing {
                 object: None,
                 reason,
             };
-            Page::Nack(Box::new(Rejected { nack, anyhow: None }))
+            Page::Nack(Box::new(Rejected {
+                nack,
+                restrictions: None,
+            }))
         };
         let has_none = page.objects.is_empty();
         for object in std::mem::take(&mut page.objects) {

@@ -1,16 +1,16 @@
 //! The task that follows a registry: it asks, hands what was judged to the writer, and begins anew after a defect.
 
 use super::super::Edge;
+use super::super::commands::Command;
 use super::super::events::Happening;
-use super::super::orders::Order;
 use super::super::upstream::RegistryCursor;
 use super::client::{ClientError, RegistryClient};
 use super::contact::Contact;
 use super::followed::{
-    BACKWARDS, Extent, FOREIGN_REGISTRY, Followed, Rejected, UNREADABLE, Verdict, is_damage,
+    BACKWARDS, Extent, FOREIGN_REGISTRY, RegistryDelta, Rejected, UNREADABLE, Verdict, is_damage,
 };
 use super::follower::{Follower, bounded};
-use super::ground::Ground;
+use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::pace::Pace;
 use crate::planted::{self, Bug};
@@ -74,7 +74,7 @@ enum Mode {
     /// Everything that holds.
     List,
     /// The log from after a list that cannot be taken over, for what is stricter in it, until that list may be good.
-    Wary { epoch: u64, after: u64 },
+    RestrictionsOnly { epoch: u64, after: u64 },
 }
 
 /// All that the loops share.
@@ -170,9 +170,9 @@ impl<C: RegistryClient> Sync<C> {
             .add(vec![happening], edge.clock().now(), &revision);
     }
 
-    pub(super) fn ground(&self) -> Ground {
+    pub(super) fn ground(&self) -> BaseNetwork {
         let snapshot = self.edge.snapshot();
-        Ground {
+        BaseNetwork {
             topology: snapshot.topology().clone(),
             geojson: snapshot.network.geojson.clone(),
         }
@@ -187,7 +187,7 @@ impl<C: RegistryClient> Sync<C> {
             let cursor = self.edge.snapshot().registry.clone();
             let wait = pace.spread(self.settings.poll_wait);
             let step = match (&mode, cursor) {
-                (Mode::Wary { epoch, after }, Some(cursor)) => {
+                (Mode::RestrictionsOnly { epoch, after }, Some(cursor)) => {
                     let (epoch, after) = (*epoch, *after);
                     self.follow_warily(&cursor, epoch, after, wait, &mut mode)
                         .await
@@ -293,7 +293,7 @@ impl<C: RegistryClient> Sync<C> {
                 self.reject(*rejected).await;
                 if is_lasting {
                     let after = revision;
-                    *mode = Mode::Wary { epoch, after };
+                    *mode = Mode::RestrictionsOnly { epoch, after };
                 }
                 Step::Later
             }
@@ -324,7 +324,7 @@ impl<C: RegistryClient> Sync<C> {
             // Nothing has changed for a while; perhaps this edge was given what it needs.
             Ok(Verdict::Idle) => None,
             Ok(Verdict::Follow(followed)) => Some(followed),
-            Ok(Verdict::Nack(rejected)) => rejected.anyhow,
+            Ok(Verdict::Nack(rejected)) => rejected.restrictions,
             Ok(Verdict::Resync(_)) => None,
             Err(refusal) => return self.defect(&refusal),
         };
@@ -336,21 +336,21 @@ impl<C: RegistryClient> Sync<C> {
     }
 
     /// Takes over what is stricter, from where the edge is.
-    async fn take_strict(&self, followed: Followed, cursor: &Arc<RegistryCursor>) {
-        let strict = Followed {
+    async fn take_strict(&self, followed: RegistryDelta, cursor: &Arc<RegistryCursor>) {
+        let strict = RegistryDelta {
             extent: Extent::Restrictions,
             after: Some(cursor.clone()),
             ..followed
         };
-        if let Err(refusal) = self.edge.order(Order::Follow(Box::new(strict))).await {
+        if let Err(refusal) = self.edge.command(Command::Follow(Box::new(strict))).await {
             tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
         }
     }
 
-    async fn take_over(&self, followed: Followed, head: u64) -> Step {
+    async fn take_over(&self, followed: RegistryDelta, head: u64) -> Step {
         let (epoch, revision) = (followed.cursor.epoch, followed.cursor.revision);
         let puts = followed.puts.len();
-        match self.order(followed).await {
+        match self.command(followed).await {
             Ok(_) => {
                 tracing::debug!(epoch, revision, puts, "the registry was followed");
                 self.read_up_to(revision, head);
@@ -371,13 +371,17 @@ impl<C: RegistryClient> Sync<C> {
                     object: None,
                     reason: bounded(refusal.detail),
                 };
-                self.reject(Rejected { nack, anyhow: None }).await;
+                self.reject(Rejected {
+                    nack,
+                    restrictions: None,
+                })
+                .await;
                 Step::Later
             }
         }
     }
 
-    async fn order(&self, mut followed: Followed) -> Result<(), Refusal> {
+    async fn command(&self, mut followed: RegistryDelta) -> Result<(), Refusal> {
         if let Some(network) = followed.network.take() {
             // What takes long of it is not the writer's to do.
             let snapshot = self.edge.snapshot();
@@ -387,18 +391,18 @@ impl<C: RegistryClient> Sync<C> {
         if planted::is(Bug::CursorFirst) && followed.extent == Extent::Changes {
             self.move_cursor_first(&mut followed).await?;
         }
-        let order = Order::Follow(Box::new(followed));
-        self.edge.order(order).await.map(drop)
+        let command = Command::Follow(Box::new(followed));
+        self.edge.command(command).await.map(drop)
     }
 
     /// The bug [`Bug::CursorFirst`].
-    async fn move_cursor_first(&self, followed: &mut Followed) -> Result<(), Refusal> {
-        let bare = Followed {
+    async fn move_cursor_first(&self, followed: &mut RegistryDelta) -> Result<(), Refusal> {
+        let bare = RegistryDelta {
             puts: Vec::new(),
             lifts: Vec::new(),
             ..followed.clone()
         };
-        self.edge.order(Order::Follow(Box::new(bare))).await?;
+        self.edge.command(Command::Follow(Box::new(bare))).await?;
         self.pause(Duration::from_millis(20)).await;
         followed.after = Some(Arc::new(followed.cursor.clone()));
         Ok(())
@@ -418,7 +422,7 @@ impl<C: RegistryClient> Sync<C> {
 
     /// Reports what is not taken over, and takes over what may be of it.
     async fn reject(&self, rejected: Rejected) {
-        let Rejected { nack, anyhow } = rejected;
+        let Rejected { nack, restrictions } = rejected;
         let contact = self.contact();
         // A registry that is behind what was followed would lose again what it is told.
         if [FOREIGN_REGISTRY, BACKWARDS].contains(&&*nack.code) {
@@ -435,10 +439,10 @@ impl<C: RegistryClient> Sync<C> {
             let data = serde_json::to_value(&nack).unwrap_or_default();
             self.tell(EventKind::RegistryRefused, data);
         }
-        let Some(strict) = anyhow else {
+        let Some(strict) = restrictions else {
             return;
         };
-        if let Err(refusal) = self.edge.order(Order::Follow(strict)).await {
+        if let Err(refusal) = self.edge.command(Command::Follow(strict)).await {
             tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
         }
     }

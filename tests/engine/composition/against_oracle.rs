@@ -5,7 +5,7 @@ use super::super::oracle::{self, OracleNetwork, Report, shortest};
 use super::super::strategies::cases;
 use super::{AIRSPEED_MPS, open_airspace, topology_with_pads};
 use skyway::airspace::{Airspace, Change, Closure};
-use skyway::compose::{Composition, Leg, compose, equip};
+use skyway::compose::{Composition, Leg, compose, with_contingencies};
 use skyway::network::{NodeIx, SegmentIx, Topology};
 use skyway::recompose::{Outcome, Scratch, World};
 use skyway::routing::TreeCache;
@@ -261,7 +261,7 @@ fn a_plan_that_closures_have_hit_is_equipped_all_the_same() {
             continue;
         };
         let now = world(&case.airspace);
-        let plan = equip(
+        let plan = with_contingencies(
             &now,
             way.clone(),
             0.0,

@@ -3,7 +3,7 @@
 use super::{NOTHING, NOW, Told, airspace, nodes, settle, story};
 use jiff::Timestamp;
 use serde_json::{Value, json};
-use skyway::formats::{CloseTarget, Known, lenient_report, parse_report, settle_report};
+use skyway::formats::{CloseTarget, Known, lenient_report, parse_report, resolve_report};
 
 #[test]
 fn what_cannot_be_believed_is_told_and_some_of_it_makes_a_report_doubtful() {
@@ -71,7 +71,7 @@ fn warnings_say_what_was_meant() {
     let message = |fields: Value| {
         let mut parsed = lenient_report(fields).expect("an object");
         let known = Known::nothing();
-        settle_report(&parsed.report, &known, &airspace(), &mut parsed.warnings).expect("settled");
+        resolve_report(&parsed.report, &known, &airspace(), &mut parsed.warnings).expect("settled");
         parsed.warnings[0].message.clone()
     };
     let leg = json!({"from": "A", "to": "B"});

@@ -15,7 +15,7 @@ use skyway::airspace::{Airspace, Change, Closure, Hits, Zone, ZoneDraft, ZoneGeo
 use skyway::flight::{Circumstances, FailureReport, FailureType, Location, Reentry, StretchKind};
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{NetworkDraft, NodeDraft, SegmentDraft, Topology};
-use skyway::recompose::{BroughtZone, Request, Scratch, WaysBack, World, ways_back};
+use skyway::recompose::{BroughtZone, ReentryPoints, Request, Scratch, World, reentry_points};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use world::{Ground, Place, PlainWorld, PlainZone, Spot};
@@ -79,12 +79,13 @@ fn zone(topology: &Topology, number: usize, plain: &PlainZone) -> Arc<Zone> {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: plain.margin_m,
+        terms: Default::default(),
     };
     Arc::new(Zone::new(draft, topology.frame()).expect("a zone"))
 }
 
 /// What the engine offers.
-fn offered(plain: &PlainWorld, topology: &Arc<Topology>) -> WaysBack {
+fn offered(plain: &PlainWorld, topology: &Arc<Topology>) -> ReentryPoints {
     let node = |number: usize| topology.node(&number.to_string()).expect("a node");
     let now = jiff::Timestamp::UNIX_EPOCH;
     let horizon = jiff::SignedDuration::from_mins(60);
@@ -150,7 +151,7 @@ fn offered(plain: &PlainWorld, topology: &Arc<Topology>) -> WaysBack {
         airspace: &airspace,
         trees: None,
     };
-    ways_back(&world, &request, &mut Scratch::new(topology))
+    reentry_points(&world, &request, &mut Scratch::new(topology))
 }
 
 fn as_plain(way: &Reentry, topology: &Topology) -> PlainWay {
@@ -180,7 +181,7 @@ fn is_same_way(one: &PlainWay, other: &PlainWay) -> bool {
 }
 
 /// What differs between the two; empty where nothing does.
-fn difference(wanted: &Expected, found: &WaysBack, topology: &Topology) -> Vec<&'static str> {
+fn difference(wanted: &Expected, found: &ReentryPoints, topology: &Topology) -> Vec<&'static str> {
     let ways: Vec<PlainWay> = found
         .ways
         .iter()

@@ -1,6 +1,7 @@
 //! Closures: a cause that makes segments, nodes or pads unusable, and from when until when.
 
 use super::hits::Hits;
+use super::schedule::merged;
 use super::zone::{Window, Zone, ZoneFault};
 use crate::network::{Correspondence, NodeIx, SegmentIx, Topology};
 use jiff::{SignedDuration, Timestamp};
@@ -30,7 +31,8 @@ pub struct Closure {
     pub id: String,
     /// Why.
     pub cause: Cause,
-    /// When; empty for always.
+    /// When; empty for always. An airspace makes those of a zone's schedules for the days around its time; until then
+    /// they are all that may count.
     pub windows: Vec<Window>,
     /// The segments and nodes it closes, worked out beforehand on the topology of the airspace.
     pub hits: Hits,
@@ -107,6 +109,26 @@ impl Closure {
             windows: Vec::new(),
             hits: Hits::new(segments, nodes),
             pads: Vec::new(),
+        }
+    }
+
+    /// Whether a zone with schedules is its cause, so that it ends again and again.
+    pub fn recurs(&self) -> bool {
+        self.zone().is_some_and(|zone| zone.recurs())
+    }
+
+    /// The same closure with the windows of its zone's schedules around these instants.
+    pub(super) fn around(
+        &self,
+        zone: &Zone,
+        instants: impl IntoIterator<Item = Timestamp>,
+    ) -> Self {
+        let windows = instants
+            .into_iter()
+            .flat_map(|instant| zone.windows_around(instant));
+        Self {
+            windows: merged(windows.collect()),
+            ..self.clone()
         }
     }
 

@@ -13,7 +13,13 @@ impl Closure {
     ///
     /// Both are of the same topology.
     pub fn encloses(&self, other: &Self, now: Timestamp) -> bool {
-        let holds_longer = windows_enclose(&self.windows, &other.windows, now);
+        let holds_longer = match self.zone().filter(|zone| zone.recurs()) {
+            None => windows_enclose(&self.windows, &other.windows, now),
+            // What recurs differs from day to day: only the same schedule surely holds as long.
+            Some(zone) => other
+                .zone()
+                .is_some_and(|other| has_same_times(zone, other)),
+        };
         let has_pads = other.pads.iter().all(|node| self.pads.contains(node));
         let is_wider = match (self.zone(), other.zone()) {
             (Some(zone), Some(other)) => zone_encloses(zone, other),
@@ -28,6 +34,11 @@ impl Closure {
         };
         holds_longer && has_pads && is_wider
     }
+}
+
+fn has_same_times(zone: &Zone, other: &Zone) -> bool {
+    zone.plain_windows() == other.plain_windows()
+        && zone.terms().schedules == other.terms().schedules
 }
 
 /// Whether each window that is not over lies in one of the others, as far as it is still ahead.
@@ -57,8 +68,12 @@ fn windows_enclose(windows: &[Window], others: &[Window], now: Timestamp) -> boo
 }
 
 fn zone_encloses(zone: &Zone, other: &Zone) -> bool {
+    if !other.terms().kind.closes() {
+        return true;
+    }
     let spare_m = zone.margin_m() - other.margin_m();
-    spare_m >= 0.0
+    zone.terms().kind.closes()
+        && spare_m >= 0.0
         && band_encloses(zone.band(), other.band())
         && (zone.geometry() == other.geometry()
             || shape_encloses(zone.shape(), other.shape(), spare_m))
@@ -130,6 +145,7 @@ mod tests {
             band: AltitudeBand::UNLIMITED,
             windows: Vec::new(),
             margin_m: 0.0,
+            terms: Default::default(),
         };
         change(&mut draft);
         let zone = Zone::new(draft, &Frame::Planar).expect("a zone");

@@ -29,8 +29,11 @@ impl Hits {
         Self { segments, nodes }
     }
 
-    /// What a zone closes. Pure and without locks, so that it can be computed beside the writer.
+    /// What a zone closes: nothing where its kind closes nothing. Pure and without locks, so that it can be computed beside the writer.
     pub fn of(topology: &Topology, zone: &Zone) -> Self {
+        if !zone.terms().kind.closes() {
+            return Self::default();
+        }
         Self::new(segment_hits(topology, zone), node_hits(topology, zone))
     }
 }

@@ -6,7 +6,10 @@ mod closure;
 mod counts;
 mod encloses;
 mod hits;
+mod schedule;
 mod snapshot;
+mod sun;
+mod terms;
 mod zone;
 mod zone_geometry;
 
@@ -14,7 +17,10 @@ pub use bits::Bits;
 pub use closed::{Closed, ClosedSet, RequestClosures};
 pub use closure::{Cause, Closure};
 pub use hits::Hits;
+pub use schedule::{DailyPeriod, DayTime, Days, MAX_PERIODS, Recurrence};
 pub use snapshot::{Airspace, Change};
+pub use sun::SunEvent;
+pub use terms::{MAX_RECORD_BYTES, ZoneKind, ZoneSource, ZoneTerms};
 pub use zone::{
     DEFAULT_MARGIN_M, MAX_ID_BYTES, MAX_MARGIN_M, MAX_TEXT_BYTES, MAX_WINDOWS, Window,
     WindowReversed, Zone, ZoneDraft, ZoneFault, ZoneText,

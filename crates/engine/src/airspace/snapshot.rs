@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::{Arc, OnceLock};
 
+/// How far the time may go from the instant that the windows of schedules were made around.
+const SCHEDULES_STAND_FOR: SignedDuration = SignedDuration::from_hours(24);
+
 /// The one vocabulary of change: what is not a `Change` cannot alter an airspace.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
@@ -28,6 +31,57 @@ pub enum Change {
 struct Held {
     closure: Arc<Closure>,
     in_force: bool,
+    /// Of what recurs.
+    recurring: Option<Recurring>,
+}
+
+/// A closure whose zone has schedules.
+#[derive(Clone, Debug)]
+struct Recurring {
+    /// As it was put.
+    put: Arc<Closure>,
+    /// The instants that its windows were made around: those of both clocks.
+    around: Option<[Timestamp; 2]>,
+}
+
+impl Held {
+    fn new(closure: Arc<Closure>) -> Self {
+        let recurring = closure.recurs().then(|| Recurring {
+            put: closure.clone(),
+            around: None,
+        });
+        Self {
+            closure,
+            in_force: false,
+            recurring,
+        }
+    }
+
+    /// As it was put.
+    fn put(&self) -> &Arc<Closure> {
+        self.recurring
+            .as_ref()
+            .map_or(&self.closure, |recurring| &recurring.put)
+    }
+
+    /// Makes the windows of schedules anew, once the instants are a day away from those that they were made around.
+    fn follow_schedules(&mut self, instants: [Timestamp; 2]) {
+        let Some(recurring) = &mut self.recurring else {
+            return;
+        };
+        let is_near = |(made, now): (Timestamp, Timestamp)| {
+            made.duration_since(now).abs() < SCHEDULES_STAND_FOR
+        };
+        if let Some(made) = recurring.around
+            && made.into_iter().zip(instants).all(is_near)
+        {
+            return;
+        }
+        if let Some(zone) = recurring.put.zone() {
+            self.closure = Arc::new(recurring.put.around(zone, instants));
+            recurring.around = Some(instants);
+        }
+    }
 }
 
 /// One immutable snapshot of network and closures.
@@ -130,9 +184,8 @@ impl Airspace {
         next.opened_at = next.revision;
         next.apart = self.apart;
         let held = closures.into_iter().map(|closure| {
-            let in_force = false;
             let id = Arc::from(closure.id.as_str());
-            (id, Held { closure, in_force })
+            (id, Held::new(closure))
         });
         next.closures = held.collect();
         next.follow_windows(&mut Effect::default());
@@ -269,15 +322,12 @@ impl Airspace {
         if self
             .closures
             .get(closure.id.as_str())
-            .is_some_and(|held| held.closure == *closure)
+            .is_some_and(|held| held.put() == closure)
         {
             return;
         }
         self.lift(&closure.id, effect);
-        let held = Held {
-            closure: closure.clone(),
-            in_force: false,
-        };
+        let held = Held::new(closure.clone());
         self.closures.insert(Arc::from(closure.id.as_str()), held);
         effect.changed = true;
     }
@@ -300,6 +350,7 @@ impl Airspace {
         };
         let mut turned = Vec::new();
         for held in self.closures.values_mut() {
+            held.follow_schedules([now, other.unwrap_or(now)]);
             let windows = &held.closure.windows;
             let counts = windows.is_empty() || windows.iter().any(counts_now);
             if counts != held.in_force {

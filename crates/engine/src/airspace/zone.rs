@@ -3,6 +3,9 @@
 //! A [`ZoneDraft`] is what a file or a caller says; [`Zone::new`] checks it. A zone is immutable: a
 //! change makes a new one under the same id.
 
+use super::schedule::{DailyPeriod, Days, MAX_PERIODS, Recurrence, merged};
+use super::sun::Extent;
+use super::terms::{MAX_RECORD_BYTES, ZoneTerms};
 use super::zone_geometry::{GeometryError, ZoneGeometry};
 use crate::geo::{Altitude, AltitudeBand, Frame, Point, PreparedShape};
 use jiff::{SignedDuration, Timestamp};
@@ -37,6 +40,12 @@ pub struct WindowReversed {
 }
 
 impl Window {
+    /// A window without ends.
+    pub const ALWAYS: Self = Self {
+        from: None,
+        until: None,
+    };
+
     /// A window from when until when.
     ///
     /// # Errors
@@ -103,10 +112,12 @@ pub struct ZoneDraft {
     pub geometry: ZoneGeometry,
     /// The altitudes it closes.
     pub band: AltitudeBand,
-    /// When it counts; always, when there are none.
+    /// When it counts; always, when there are none and no schedules.
     pub windows: Vec<Window>,
     /// By how much it is widened on all sides, in metres.
     pub margin_m: f64,
+    /// What it means beside that, and when else it counts.
+    pub terms: ZoneTerms,
 }
 
 /// A text of a zone.
@@ -120,6 +131,12 @@ pub enum ZoneText {
     Reason,
     /// Who closed it.
     Authority,
+    /// The name of the feed that it was imported from.
+    Feed,
+    /// Its identifier there.
+    Identifier,
+    /// What its feed says of it beside.
+    Record,
 }
 
 impl ZoneText {
@@ -130,6 +147,9 @@ impl ZoneText {
             Self::Name => "name",
             Self::Reason => "reason",
             Self::Authority => "authority",
+            Self::Feed => "source/feed",
+            Self::Identifier => "source/id",
+            Self::Record => "record",
         }
     }
 }
@@ -172,6 +192,20 @@ pub enum ZoneFault {
         /// How many are allowed.
         limit: usize,
     },
+    /// More daily periods than [`MAX_PERIODS`].
+    #[error("{count} daily periods are more than the {limit} allowed")]
+    TooManyPeriods {
+        /// How many there are.
+        count: usize,
+        /// How many are allowed.
+        limit: usize,
+    },
+    /// A schedule without a daily period, or one of them without a day.
+    #[error("a schedule has no day on which it counts")]
+    ScheduleEmpty,
+    /// A schedule by the sun on a planar network.
+    #[error("a planar network has no sun: give the times by the clock")]
+    NoSun,
     /// A margin that is negative, not a number, or above [`MAX_MARGIN_M`].
     #[error("the margin {margin_m} m is not between 0 and {limit_m} m")]
     Margin {
@@ -187,6 +221,8 @@ pub enum ZoneFault {
 pub struct Zone {
     draft: ZoneDraft,
     shape: PreparedShape,
+    /// Its windows, and those that its schedules lie in.
+    windows: Vec<Window>,
 }
 
 impl Zone {
@@ -207,10 +243,14 @@ impl Zone {
             }
         };
         faults.extend(band_fault(&draft.band));
-        let (count, limit) = (draft.windows.len(), MAX_WINDOWS);
+        let schedules = draft.terms.schedules.iter();
+        let within = schedules.map(|schedule| schedule.within);
+        let windows: Vec<Window> = draft.windows.iter().copied().chain(within).collect();
+        let (count, limit) = (windows.len(), MAX_WINDOWS);
         if count > limit {
             faults.push(ZoneFault::TooManyWindows { count, limit });
         }
+        check_schedules(&draft.terms, frame, &mut faults);
         let (margin_m, limit_m) = (draft.margin_m, MAX_MARGIN_M);
         if !(0.0..=limit_m).contains(&margin_m) {
             faults.push(ZoneFault::Margin { margin_m, limit_m });
@@ -219,6 +259,7 @@ impl Zone {
             Some(shape) if faults.is_empty() => Ok(Self {
                 draft,
                 shape: PreparedShape::new(shape),
+                windows,
             }),
             _ => Err(faults),
         }
@@ -267,9 +308,50 @@ impl Zone {
         &self.draft.band
     }
 
-    /// When it counts; always, when there are none.
+    /// The windows outside of which it never counts; always, when there are none. Within those of its schedules it does
+    /// not count all the time; see [`Zone::windows_around`].
     pub fn windows(&self) -> &[Window] {
+        &self.windows
+    }
+
+    /// The windows as they were written, without its schedules.
+    pub fn plain_windows(&self) -> &[Window] {
         &self.draft.windows
+    }
+
+    /// What it means beside its shape, its altitudes and its windows.
+    pub fn terms(&self) -> &ZoneTerms {
+        &self.draft.terms
+    }
+
+    /// Whether it has schedules.
+    pub fn recurs(&self) -> bool {
+        !self.draft.terms.schedules.is_empty()
+    }
+
+    /// The windows in which it counts, those of its schedules for the days around an instant: from two days before it until
+    /// eight days after it. Beyond these, schedules count as closed throughout.
+    pub fn windows_around(&self, instant: Timestamp) -> Vec<Window> {
+        let mut windows = self.draft.windows.clone();
+        let extent = self.extent();
+        for schedule in &self.draft.terms.schedules {
+            schedule.add_windows(instant, &extent, &mut windows);
+        }
+        match self.recurs() {
+            true => merged(windows),
+            false => windows,
+        }
+    }
+
+    /// The box of longitudes and latitudes that it lies in.
+    fn extent(&self) -> Extent {
+        match &self.draft.geometry {
+            ZoneGeometry::Circle { centre, radius_m } => Extent::about_circle(*centre, *radius_m),
+            ZoneGeometry::Polygon(rings) => Extent::about(rings.iter().flatten().copied()),
+            ZoneGeometry::MultiPolygon(polygons) => {
+                Extent::about(polygons.iter().flatten().flatten().copied())
+            }
+        }
     }
 
     /// By how much it is widened on all sides, in metres.
@@ -279,31 +361,38 @@ impl Zone {
 
     /// True when it closes a node at this place; a node of unknown altitude counts as within its band.
     pub fn closes_point(&self, position: Point, altitude: Option<Altitude>) -> bool {
-        self.draft.band.may_meet(&AltitudeBand::at(altitude))
+        self.draft.terms.kind.closes()
+            && self.draft.band.may_meet(&AltitudeBand::at(altitude))
             && self.shape.covers_point(position, self.draft.margin_m)
     }
 
     /// True when it closes a segment between these places, flown in this band.
     pub fn closes_line(&self, from: Point, to: Point, band: &AltitudeBand) -> bool {
-        self.draft.band.may_meet(band) && self.shape.meets_segment(from, to, self.draft.margin_m)
+        self.draft.terms.kind.closes()
+            && self.draft.band.may_meet(band)
+            && self.shape.meets_segment(from, to, self.draft.margin_m)
     }
 
-    /// The parts of a line that lie in it, whatever the altitude; see [`PreparedShape::coverage`].
+    /// The parts of a line that it closes, whatever the altitude; see [`PreparedShape::coverage`].
     pub fn coverage(&self, from: Point, to: Point) -> Vec<(f64, f64)> {
+        if !self.draft.terms.kind.closes() {
+            return Vec::new();
+        }
         self.shape.coverage(from, to, self.draft.margin_m)
     }
 
     /// True when any of its windows counts (see [`Window::counts`]), or it has none.
     pub fn counts_at(&self, now: Timestamp, horizon: SignedDuration) -> bool {
-        let windows = &self.draft.windows;
+        let windows = self.windows_around(now);
         windows.is_empty() || windows.iter().any(|window| window.counts(now, horizon))
     }
 
     /// The next instant after `now` at which [`Zone::counts_at`] may answer otherwise than just before;
     /// `None` when nothing will change any more.
     pub fn next_change_after(&self, now: Timestamp, horizon: SignedDuration) -> Option<Timestamp> {
-        let windows = self.draft.windows.iter();
+        let windows = self.windows_around(now);
         windows
+            .iter()
             .filter_map(|window| window.next_change_after(now, horizon))
             .min()
     }
@@ -313,6 +402,7 @@ fn check_texts(draft: &ZoneDraft, faults: &mut Vec<ZoneFault>) {
     if draft.id.is_empty() {
         faults.push(ZoneFault::EmptyId);
     }
+    let source = draft.terms.source.as_ref();
     let texts = [
         (ZoneText::Id, Some(&draft.id), MAX_ID_BYTES),
         (ZoneText::Name, draft.name.as_ref(), MAX_TEXT_BYTES),
@@ -322,12 +412,49 @@ fn check_texts(draft: &ZoneDraft, faults: &mut Vec<ZoneFault>) {
             draft.authority.as_ref(),
             MAX_TEXT_BYTES,
         ),
+        (
+            ZoneText::Feed,
+            source.map(|source| &source.feed),
+            MAX_ID_BYTES,
+        ),
+        (
+            ZoneText::Identifier,
+            source.map(|source| &source.id),
+            MAX_ID_BYTES,
+        ),
     ];
-    for (text, value, limit) in texts {
-        let bytes = value.map_or(0, String::len);
+    let record_bytes = draft.terms.record.as_deref().map_or(0, str::len);
+    let texts = texts
+        .into_iter()
+        .map(|(text, value, limit)| (text, value.map_or(0, String::len), limit))
+        .chain([(ZoneText::Record, record_bytes, MAX_RECORD_BYTES)]);
+    for (text, bytes, limit) in texts {
         if bytes > limit {
             faults.push(ZoneFault::TextTooLong { text, bytes, limit });
         }
+    }
+}
+
+fn check_schedules(terms: &ZoneTerms, frame: &Frame, faults: &mut Vec<ZoneFault>) {
+    let periods = || {
+        terms
+            .schedules
+            .iter()
+            .flat_map(|schedule| &schedule.periods)
+    };
+    let (count, limit) = (periods().count(), MAX_PERIODS);
+    if count > limit {
+        faults.push(ZoneFault::TooManyPeriods { count, limit });
+    }
+    let is_without_days = |schedule: &Recurrence| {
+        let mut periods = schedule.periods.iter();
+        periods.all(|period| period.days == Days::NONE)
+    };
+    if terms.schedules.iter().any(is_without_days) {
+        faults.push(ZoneFault::ScheduleEmpty);
+    }
+    if !frame.is_geographic() && periods().any(DailyPeriod::follows_sun) {
+        faults.push(ZoneFault::NoSun);
     }
 }
 

@@ -9,7 +9,7 @@ use crate::recompose::{
     Fallback, Outcome, Recomposition, Request, Scratch, Strategy, UnsafeCode, UnsafeWay, World,
     causes_of_leg, recompose,
 };
-use crate::routing::Way;
+use crate::routing::Path;
 
 /// What was sent in place of an answer that did not pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,7 +177,7 @@ fn stay(
     let may_fly = request.circumstances.aloft == Aloft::Unknown;
     Some(Recomposition {
         outcome: Outcome::Hold,
-        path: Way {
+        path: Path {
             nodes: vec![node],
             segments: Vec::new(),
         },
@@ -275,7 +275,7 @@ impl Ends {
         let reentry = self.reentry(*nodes.first()?);
         let pairs = nodes.windows(2);
         let segments = pairs.map(|pair| topology.segment_between(pair[0], pair[1]));
-        let path = Way {
+        let path = Path {
             nodes: nodes.to_vec(),
             segments: segments.collect::<Option<Vec<_>>>()?,
         };

@@ -46,14 +46,14 @@ impl<'a> FlightWorld<'a> {
 /// What a composition says of times, battery and pads.
 pub fn claim_of_flight(
     composition: &FlightComposition,
-    refuge: Option<Reservation>,
+    alternate: Option<Reservation>,
     is_energy_checked: bool,
 ) -> FlightClaim<'_> {
     FlightClaim {
         start: composition.plan.start,
         plan: &composition.plan,
         began_s: composition.began_s,
-        refuge,
+        alternate,
         reserve: composition.reserve,
         is_energy_checked,
     }

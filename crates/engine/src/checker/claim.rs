@@ -141,7 +141,7 @@ pub struct FlightClaim<'a> {
     /// When the plan began, in seconds.
     pub began_s: f64,
     /// The pad that it lands on, where it diverts and has one.
-    pub refuge: Option<Reservation>,
+    pub alternate: Option<Reservation>,
     /// The least battery that it promises at every node, as a fraction.
     pub reserve: f64,
     /// False where nobody knows whether the battery suffices: its levels count from an assumed one then.

@@ -399,11 +399,11 @@ impl Flyer<'_> {
         let lands_s = self.flight.plan.arrives_s;
         let mut closed = self.world.closed.of_pads(self.node);
         let is_closed = closed.any(|time| time.from_s < lands_s && time.until_s > lands_s + SAME_S);
-        let has_one = match self.flight.refuge {
-            Some(refuge) => {
-                let is_there = refuge.node == self.node && refuge.pad < pads;
-                let (from_s, until_s) = (refuge.from_s + SAME_S, refuge.until_s - SAME_S);
-                is_there && !(self.world.is_taken)(self.node, refuge.pad, from_s, until_s)
+        let has_one = match self.flight.alternate {
+            Some(alternate) => {
+                let is_there = alternate.node == self.node && alternate.pad < pads;
+                let (from_s, until_s) = (alternate.from_s + SAME_S, alternate.until_s - SAME_S);
+                is_there && !(self.world.is_taken)(self.node, alternate.pad, from_s, until_s)
             }
             None => {
                 let from_s = self.flight.plan.arrives_s;

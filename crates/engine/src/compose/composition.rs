@@ -1,20 +1,20 @@
 //! A plan's legs with their times, lengths and contingencies.
 //!
 //! Every leg has two contingencies, so that a drone that loses its edge knows what to do: the detour to take
-//! if that leg closes, and the nearest safe node. Both begin at the leg's start.
+//! if that leg closes, and the nearest alternate. Both begin at the leg's start.
 
 use super::conflict::Occupation;
 use super::open_way::{prepare_missing_table, shortest_way};
 use crate::flight::{FailureReport, FailureType, Location};
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
-use crate::routing::Way;
+use crate::routing::Path;
 
 /// A way with its legs: what is to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Composition {
     /// The way; a single node where the drone is there already.
-    pub way: Way,
+    pub way: Path,
     /// One leg for each segment of the way.
     pub legs: Vec<Leg>,
     /// Metres to fly in all, those before the first node included.
@@ -55,7 +55,7 @@ pub struct Leg {
     pub arrival_s: f64,
     /// What to do if it closes while the drone is at its start.
     pub if_closed: Contingency,
-    /// Where to go from its start when nothing else helps; `None` where no safe node can be reached.
+    /// Where to go from its start when nothing else helps; `None` where no alternate can be reached.
     pub safe: Option<SafeNode>,
 }
 
@@ -77,7 +77,7 @@ pub struct Contingency {
     pub extra_m: Option<f64>,
 }
 
-/// The nearest safe node: open, with pads, and reachable.
+/// The nearest alternate: open, with pads, and reachable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafeNode {
     /// The node.
@@ -102,7 +102,14 @@ pub fn compose(
     scratch.fit(world.airspace.topology());
     prepare_missing_table(world, destination, scratch.searcher());
     let way = shortest_way(world, source, destination, scratch.searcher())?;
-    Some(equip(world, way, 0.0, destination, airspeed_mps, scratch))
+    Some(with_contingencies(
+        world,
+        way,
+        0.0,
+        destination,
+        airspeed_mps,
+        scratch,
+    ))
 }
 
 /// A way that exists, with its legs and their contingencies.
@@ -111,9 +118,9 @@ pub fn compose(
 /// them. Detours lead to `destination`, where the way need not end: a diverted one does not. The airspeed is
 /// in metres per second, finite and above 0. The table of the destination is put into the world's cache if
 /// it is not there.
-pub fn equip(
+pub fn with_contingencies(
     world: &World<'_>,
-    way: Way,
+    way: Path,
     first_stretch_m: f64,
     destination: NodeIx,
     airspeed_mps: f64,
@@ -167,7 +174,7 @@ pub fn equip(
 /// Nominal flying time of a way in seconds, after a first stretch at the airspeed.
 pub fn flight_time_s(
     topology: &Topology,
-    way: &Way,
+    way: &Path,
     first_stretch_m: f64,
     airspeed_mps: f64,
 ) -> f64 {
@@ -184,7 +191,7 @@ pub(super) fn leg_time_s(topology: &Topology, segment: SegmentIx, airspeed_mps: 
 }
 
 /// Cuts the answer for a closed leg to the part that leaves the plan, of which `rest_m` metres were left.
-fn contingency(plan: &Way, leg: usize, rest_m: f64, detour: Recomposition) -> Contingency {
+fn contingency(plan: &Path, leg: usize, rest_m: f64, detour: Recomposition) -> Contingency {
     let mut nodes = detour.path.nodes;
     let ends_with_plan = nodes.last().is_some() && nodes.last() == plan.nodes.last();
     let (mut rejoins, mut extra_m) = (None, None);

@@ -4,7 +4,7 @@ use crate::airspace::{Closed, RequestClosures};
 use crate::flight::FailureReport;
 use crate::network::NodeIx;
 use crate::recompose::World;
-use crate::routing::{Baseline, Searcher, Start, TreeCache, Way};
+use crate::routing::{Baseline, Path, Searcher, Start, TreeCache};
 use std::sync::Arc;
 
 /// The shortest open way between two nodes; `None` when there is none.
@@ -16,7 +16,7 @@ pub fn shortest_way(
     from: NodeIx,
     to: NodeIx,
     searcher: &mut Searcher,
-) -> Option<Way> {
+) -> Option<Path> {
     let airspace = world.airspace;
     let topology = airspace.topology();
     let nothing_more = RequestClosures::new(topology);
@@ -32,7 +32,7 @@ pub fn shortest_way(
         Some(table) => searcher.exact(&closed, &start, table),
         None => searcher.shortest(&closed, &start, to, Baseline::AStar, None),
     }?;
-    let mut way = Way::default();
+    let mut way = Path::default();
     searcher.append_way(arrival, table.as_deref(), &mut way);
     Some(way)
 }
@@ -75,8 +75,8 @@ pub fn prepare_table(world: &World<'_>, destination: NodeIx, searcher: &mut Sear
     let nothing_more = RequestClosures::new(topology);
     let closed = Closed::new(topology, airspace.closed(), &nothing_more);
     let blocked = airspace.closed().blocked_segments();
-    let taken_in = searcher.tree_taking_in(&intact, &closed, blocked);
-    trees.insert_taken_in(Arc::new(taken_in), world.standing());
+    let repaired = searcher.tree_taking_in(&intact, &closed, blocked);
+    trees.insert_repaired(Arc::new(repaired), world.standing());
 }
 
 /// The same, unless the cache has a table of the destination already.

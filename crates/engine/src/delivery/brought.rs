@@ -1,7 +1,7 @@
 //! What a report closes for its own request: a zone that it brings, pads that it says have failed, and the leg.
 
-use super::failure::FlightFailure;
-use super::skies::Skies;
+use super::flight_failure::FlightFailure;
+use super::skies::FlightEnvironment;
 use super::world::DeliveryWorld;
 use crate::airspace::{Cause, Closure};
 use crate::flight::{Reservation, TimedClosure};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The world as a report has it.
 #[derive(Debug, Default)]
 pub(super) struct OwnWorld {
-    changed: Option<(Skies, FlightSetting)>,
+    changed: Option<(FlightEnvironment, FlightSetting)>,
 }
 
 impl OwnWorld {
@@ -61,7 +61,7 @@ fn for_good(segment: SegmentIx) -> TimedClosure {
 }
 
 /// What a report closes for its own request, beside its leg.
-fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
+fn brought_closures(skies: &FlightEnvironment, request: &Request) -> Vec<TimedClosure> {
     let mut closures = Vec::new();
     let failed = request.failed_pads().filter(|pads| {
         let has = skies.topology().pads(pads.node);
@@ -91,7 +91,7 @@ fn brought_closures(skies: &Skies, request: &Request) -> Vec<TimedClosure> {
 }
 
 /// Some of a node's pads that a report says have failed: the last of them count as taken for good.
-fn failed_pads(skies: &Skies, request: &Request) -> Vec<Reservation> {
+fn failed_pads(skies: &FlightEnvironment, request: &Request) -> Vec<Reservation> {
     let Some((node, count)) = request
         .failed_pads()
         .and_then(|pads| Some((pads.node, pads.count?)))
@@ -112,7 +112,10 @@ fn failed_pads(skies: &Skies, request: &Request) -> Vec<Reservation> {
 }
 
 /// All that closes the leg or its ends now, for a drone that may go to neither.
-pub(super) fn causes_of_leg(skies: &Skies, failure: &FlightFailure<'_>) -> Vec<FlightCause> {
+pub(super) fn causes_of_leg(
+    skies: &FlightEnvironment,
+    failure: &FlightFailure<'_>,
+) -> Vec<FlightCause> {
     let (from, to) = failure.request.report.leg;
     let segment = skies.topology().segment_between(from, to);
     let meets = |closure: &TimedClosure| {

@@ -239,7 +239,7 @@ pub fn compose(
     let decision = world.decide(&question, scratch);
     let proof = Proof::of(&decision.answer);
     match decision.answer.plan {
-        Some(plan) => Ok(equip(world, &question, plan, proof, scratch)),
+        Some(plan) => Ok(with_contingencies(world, &question, plan, proof, scratch)),
         None => Err(NoDelivery {
             causes: decision.causes,
             opens: decision.opens,
@@ -250,7 +250,7 @@ pub fn compose(
 }
 
 /// A plan that answers a question, with all that follows from it.
-pub(super) fn equip(
+pub(super) fn with_contingencies(
     world: &DeliveryWorld<'_>,
     question: &Question<'_>,
     plan: FlightPlan,

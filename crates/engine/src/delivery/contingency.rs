@@ -5,7 +5,7 @@ use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::compose::{Contingency, SafeNode};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg};
 use crate::geo::total_m;
-use crate::itinerary::{FlightOutcome, FlightRequest, Limits, find_refuge};
+use crate::itinerary::{FlightOutcome, FlightRequest, Limits, find_alternate};
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::Outcome;
 
@@ -19,8 +19,8 @@ const MOST_CHECKS: usize = 200_000;
 pub struct LegContingency {
     /// The detour, if the leg closes while the drone is at its start.
     pub if_closed: FlownDetour,
-    /// The best safe node from the leg's start; `None` where none can be reached.
-    pub safe: Option<Haven>,
+    /// The best alternate from the leg's start; `None` where none can be reached.
+    pub safe: Option<Alternate>,
 }
 
 /// A contingency with the flight that it takes.
@@ -28,15 +28,15 @@ pub struct LegContingency {
 pub struct FlownDetour {
     /// What the drone would be told, and by which nodes.
     pub contingency: Contingency,
-    /// The flight from the leg's start to the destination, or to a safe node; `None` where there is none.
+    /// The flight from the leg's start to the destination, or to an alternate; `None` where there is none.
     pub flight: Option<FlightPlan>,
-    /// True where it draws on the reserve, to reach a safe node.
+    /// True where it draws on the reserve, to reach an alternate.
     pub reserve_used: bool,
 }
 
-/// A safe node that is reached with most battery, and the flight to it.
+/// An alternate that is reached with most battery, and the flight to it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Haven {
+pub struct Alternate {
     /// The node, the way to it, and how long that is.
     pub safe: SafeNode,
     /// The flight.
@@ -93,7 +93,7 @@ pub(super) fn contingency(
     };
     LegContingency {
         if_closed: if_closed(world, &around, plan, leg, scratch),
-        safe: haven(world, &from_here, scratch),
+        safe: alternate(world, &from_here, scratch),
     }
 }
 
@@ -172,14 +172,14 @@ fn length_m(world: &DeliveryWorld<'_>, legs: &[FlownLeg]) -> f64 {
     total_m(lengths)
 }
 
-/// The best safe node of a drone in flight, with the reserve, else with the floor.
-fn haven(
+/// The best alternate of a drone in flight, with the reserve, else with the floor.
+fn alternate(
     world: &DeliveryWorld<'_>,
     question: &Question<'_>,
     scratch: &mut DeliveryScratch,
-) -> Option<Haven> {
+) -> Option<Alternate> {
     let rules = world.setting.rules();
-    let mut refuge = |reserve: f64| {
+    let mut alternate = |reserve: f64| {
         let request = FlightRequest {
             starts: question.starts,
             destination: question.destination,
@@ -190,7 +190,7 @@ fn haven(
             closed_segments: question.closed_segments,
             limits: world.limits,
         };
-        let found = find_refuge(
+        let found = find_alternate(
             world.setting,
             &request,
             world.refuge_stay_s,
@@ -199,8 +199,8 @@ fn haven(
         Some((found.node, found.answer.plan?, reserve < rules.reserve))
     };
     let (node, flight, reserve_used): (NodeIx, FlightPlan, bool) =
-        refuge(rules.reserve).or_else(|| refuge(rules.floor))?;
-    Some(Haven {
+        alternate(rules.reserve).or_else(|| alternate(rules.floor))?;
+    Some(Alternate {
         safe: SafeNode {
             node,
             nodes: nodes_of(&flight),

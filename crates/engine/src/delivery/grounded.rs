@@ -1,8 +1,8 @@
 //! A drone on the ground inside an active zone: it holds on its pad until the zone ends, and never leaves through it.
 
 use super::brought::OwnWorld;
-use super::composition::{DeliveryRequest, FlightComposition, Proof, equip};
-use super::failure::{FlightFailure, FlightRecomposition};
+use super::composition::{DeliveryRequest, FlightComposition, Proof, with_contingencies};
+use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
@@ -112,5 +112,5 @@ fn staying(
         step: Step::Walk,
         effort: Effort::default(),
     };
-    equip(world, &question, plan, proof, scratch)
+    with_contingencies(world, &question, plan, proof, scratch)
 }

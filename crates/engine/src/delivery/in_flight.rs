@@ -1,10 +1,10 @@
 //! Where a drone in flight re-enters the network: when, and with how much battery.
 
-use super::failure::{BatteryNow, FlightFailure};
+use super::flight_failure::{BatteryNow, FlightFailure};
 use crate::flight::{FlightStart, Location, Reentry};
 use crate::itinerary::{FlightCause, FlightSetting};
 use crate::network::Topology;
-use crate::recompose::WaysBack;
+use crate::recompose::ReentryPoints;
 
 /// The battery of a drone now: as it says, or as its plan has it where it is.
 pub(super) fn battery_now(topology: &Topology, failure: &FlightFailure<'_>) -> f64 {
@@ -67,7 +67,7 @@ impl Beginnings {
     pub(super) fn of(
         setting: &FlightSetting,
         failure: &FlightFailure<'_>,
-        ways: &WaysBack,
+        ways: &ReentryPoints,
     ) -> Self {
         let mut found = Self::default();
         for reentry in &ways.ways {

@@ -1,12 +1,13 @@
 //! Drones that have to land: of which no reported figure shows that they can fly on, or which cannot wait for one.
 
+use super::case::{Case, Found, conclude};
 use super::composition::Proof;
-use super::failure::{Case, FlightRecomposition, Found, conclude};
+use super::flight_failure::FlightRecomposition;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FailureType, FlightPlan, FlightStart, OperationalDetail};
 use crate::itinerary::{
-    FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, Objective, Refuge, Step, Value,
-    find_nearest, find_refuge,
+    Alternate, FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, Objective, Step, Value,
+    find_alternate, find_nearest,
 };
 use crate::network::NodeIx;
 use crate::recompose::{Flag, Outcome};
@@ -119,24 +120,24 @@ pub(super) fn landed(
     };
     let stay_s = world.refuge_stay_s;
     let itinerary = &mut scratch.itinerary;
-    let with_pad = find_refuge(world.setting, &request, stay_s, itinerary);
-    let refuge = match landing {
+    let with_pad = find_alternate(world.setting, &request, stay_s, itinerary);
+    let alternate = match landing {
         Landing::FreePad => with_pad,
         Landing::AnyNode => {
             let nearest = find_nearest(world.setting, &request, itinerary);
-            let is_near = |padded: &Refuge| {
+            let is_near = |padded: &Alternate| {
                 let least = nearest.as_ref().map(|nearest| nearest.answer.value.weight);
                 least.is_none_or(|least| padded.answer.value.weight <= WORTH_A_PAD * least)
             };
             with_pad.filter(is_near).or(nearest)
         }
     };
-    found(world, refuge, question.reserve.max(0.0))
+    found(world, alternate, question.reserve.max(0.0))
 }
 
 /// A landing as an outcome; nothing to reach is one, too.
-fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>, least: f64) -> Found {
-    let Some(Refuge { node, answer }) = refuge else {
+fn found(world: &DeliveryWorld<'_>, alternate: Option<Alternate>, least: f64) -> Found {
+    let Some(Alternate { node, answer }) = alternate else {
         let answer = FlightAnswer {
             plan: None,
             value: Value::NONE,
@@ -183,7 +184,7 @@ fn found(world: &DeliveryWorld<'_>, refuge: Option<Refuge>, least: f64) -> Found
     }
 }
 
-/// Whether a node has pads, and none of them is free for the stay of a safe node.
+/// Whether a node has pads, and none of them is free for the stay of an alternate.
 fn is_pad_taken(world: &DeliveryWorld<'_>, node: NodeIx, plan: &FlightPlan) -> bool {
     let lands_s = plan.arrives_s;
     let stays_until_s = world.setting.pads().stay_until_s(node, lands_s);

@@ -1,13 +1,15 @@
 //! Deliveries that a drone can really fly: composed with times, battery and pads, and answered when they fail.
 //!
-//! [`Skies`] compiles one state of the world, a [`FlightSetting`](crate::itinerary::FlightSetting) what a drone makes of it;
+//! [`FlightEnvironment`] compiles one state of the world, a [`FlightSetting`](crate::itinerary::FlightSetting) what a drone makes of it;
 //! both are immutable and serve any number of requests. [`compose`] makes the plan of a delivery, each leg with what to do when it
-//! closes; [`answer_failure`] answers a drone in flight. Nothing here asks the time: instants are seconds from [`Skies::zero`].
+//! closes; [`answer_failure`] answers a drone in flight. Nothing here asks the time: instants are seconds from [`FlightEnvironment::zero`].
 
 mod brought;
+mod case;
 mod composition;
 mod contingency;
 mod failure;
+mod flight_failure;
 mod grounded;
 mod in_flight;
 mod landing;
@@ -24,12 +26,11 @@ pub use composition::{
     DeliveryRequest, DroneDeliveryService, FlightComposition, NoDelivery, Proof, QualityOfService,
     compose,
 };
-pub use contingency::{FlownDetour, Haven, LegContingency, contingencies_of};
-pub use failure::{
-    BatteryNow, FlightFailure, FlightRecomposition, Hold, answer_failure, severance,
-};
+pub use contingency::{Alternate, FlownDetour, LegContingency, contingencies_of};
+pub use failure::{answer_failure, severance};
+pub use flight_failure::{BatteryNow, FlightFailure, FlightRecomposition, Hold};
 pub use landing::{Landing, ReportedFigures, Trouble};
-pub use skies::{OtherPlans, Skies};
+pub use skies::{FlightEnvironment, OtherPlans};
 pub use standing::{Stand, answer_standing};
 pub use tables::FlightTables;
 pub use world::{DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryScratch, DeliveryWorld};

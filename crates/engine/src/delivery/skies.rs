@@ -22,7 +22,7 @@ pub struct OtherPlans {
 
 /// One immutable state of the world, for any number of requests and drones.
 #[derive(Clone, Debug)]
-pub struct Skies {
+pub struct FlightEnvironment {
     /// Second 0.
     zero: Timestamp,
     airspace: Arc<Airspace>,
@@ -33,7 +33,7 @@ pub struct Skies {
     causes: Arc<Vec<Severance>>,
 }
 
-impl Skies {
+impl FlightEnvironment {
     /// The state of an airspace, beside what other plans take, in seconds from the airspace's time.
     pub fn of(airspace: &Airspace, others: OtherPlans, rules: &FlightRules) -> Self {
         Self::since(airspace.as_of(), airspace, others, rules)

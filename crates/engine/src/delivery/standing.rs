@@ -1,7 +1,8 @@
 //! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
 
+use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
-use super::failure::{FlightFailure, FlightRecomposition, Found, put_into_words};
+use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::landing::landed;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::Reentry;
@@ -47,8 +48,8 @@ impl Stand {
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
-/// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at a safe node, or
-/// goes to a safe node. One that has to land stays where its pad is free.
+/// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at an alternate, or
+/// goes to an alternate. One that has to land stays where its pad is free.
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,

@@ -11,11 +11,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug)]
 pub struct FlightTables {
     capacity_bytes: usize,
-    kept: Mutex<Kept>,
+    kept: Mutex<CachedTables>,
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct CachedTables {
     by_goal: FxHashMap<(NodeIx, &'static str), Arc<Potentials>>,
     bytes: usize,
 }
@@ -46,7 +46,7 @@ impl FlightTables {
         let table = Arc::new(setting.potentials(destination, objective));
         let mut kept = kept();
         if kept.bytes + table.bytes() > self.capacity_bytes {
-            *kept = Kept::default();
+            *kept = CachedTables::default();
         }
         kept.bytes += table.bytes();
         kept.by_goal.insert(goal, table.clone());

@@ -1,6 +1,6 @@
 //! What deliveries are computed in, and what is scribbled on.
 
-use super::skies::Skies;
+use super::skies::FlightEnvironment;
 use super::tables::FlightTables;
 use crate::flight::{FlightStart, Tariff};
 use crate::itinerary::{
@@ -11,21 +11,21 @@ use crate::recompose::Scratch;
 
 /// A plan without a deadline of its own has to land within this many seconds of its start.
 pub const DEFAULT_DEADLINE_S: f64 = 9_000.0;
-/// A safe node's pad has to be free for so many seconds from the landing on.
+/// An alternate's pad has to be free for so many seconds from the landing on.
 pub const DEFAULT_REFUGE_STAY_S: f64 = 1_800.0;
 
 /// What a delivery is computed in. All of it is of one topology.
 #[derive(Clone, Copy, Debug)]
 pub struct DeliveryWorld<'a> {
     /// The state of the world.
-    pub skies: &'a Skies,
+    pub skies: &'a FlightEnvironment,
     /// The drone with its payload in the wind; its situation is that of the skies.
     pub setting: &'a FlightSetting,
     /// The tables of its destinations.
     pub tables: &'a FlightTables,
     /// What a delivery costs.
     pub tariff: Tariff,
-    /// How long a safe node's pad has to be free, in seconds.
+    /// How long an alternate's pad has to be free, in seconds.
     pub refuge_stay_s: f64,
     /// What bounds each search.
     pub limits: Limits<'a>,

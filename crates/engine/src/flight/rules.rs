@@ -7,7 +7,7 @@ use super::figure::{Figure, FigureRange};
 pub struct FlightRules {
     /// No node is reached with less than this fraction of the battery.
     pub reserve: f64,
-    /// A recomposition in flight may go down to this fraction, to reach the nearest safe node.
+    /// A recomposition in flight may go down to this fraction, to reach the nearest alternate.
     pub floor: f64,
     /// Handling at a recharging stop, in seconds.
     pub stop_s: f64,

@@ -1,10 +1,10 @@
-//! What to tell a drone: the best plan, to wait, the best safe node, or what cuts it off.
+//! What to tell a drone: the best plan, to wait, the best alternate, or what cuts it off.
 
+use super::alternate::find_alternate;
+use super::blocking_causes::{FlightCause, causes};
 use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
-use super::refuge::find_refuge;
 use super::request::{FlightAnswer, FlightRequest, Limits, Objective};
-use super::rim::{FlightCause, causes};
 use super::search::find;
 use super::setting::FlightSetting;
 use crate::flight::{FlightPlan, FlightStart, StopKind, Tariff};
@@ -30,12 +30,12 @@ pub struct FlightOrder<'a> {
     pub deadline_s: f64,
     /// Segments closed for this request alone.
     pub closed_segments: &'a [SegmentIx],
-    /// True for a drone in flight: where the destination cannot be reached a safe node is looked for, with the floor if the reserve
+    /// True for a drone in flight: where the destination cannot be reached an alternate is looked for, with the floor if the reserve
     /// does not suffice.
     pub in_flight: bool,
     /// Whether an answer without a plan to the destination says why: two searches more.
     pub explain: bool,
-    /// A safe node's pad has to be free for so many seconds from the landing on.
+    /// An alternate's pad has to be free for so many seconds from the landing on.
     pub refuge_stay_s: f64,
     /// How much each search may spend.
     pub limits: Limits<'a>,
@@ -55,7 +55,7 @@ pub enum FlightOutcome {
         /// Until when, in seconds.
         until_s: f64,
     },
-    /// The destination cannot be reached: the plan leads to a safe node.
+    /// The destination cannot be reached: the plan leads to an alternate.
     Diverted {
         /// Which.
         node: NodeIx,
@@ -128,11 +128,11 @@ pub fn decide(
         ),
         false => (None, Vec::new()),
     };
-    let refuge = order
+    let alternate = order
         .in_flight
         .then(|| diverted(setting, order, &request, scratch));
-    let (outcome, answer) = match refuge.flatten() {
-        Some((outcome, refuge)) => (outcome, refuge),
+    let (outcome, answer) = match alternate.flatten() {
+        Some((outcome, alternate)) => (outcome, alternate),
         None => (FlightOutcome::NoRoute, answer),
     };
     FlightDecision {
@@ -178,26 +178,26 @@ fn opening(
     })
 }
 
-/// The best safe node, with the reserve, or else with the floor.
+/// The best alternate, with the reserve, or else with the floor.
 fn diverted(
     setting: &FlightSetting,
     order: &FlightOrder<'_>,
     request: &FlightRequest<'_>,
     scratch: &mut ItineraryScratch,
 ) -> Option<(FlightOutcome, FlightAnswer)> {
-    let by_reserve = find_refuge(setting, request, order.refuge_stay_s, scratch);
+    let by_reserve = find_alternate(setting, request, order.refuge_stay_s, scratch);
     let reserve_used = by_reserve.is_none();
-    let refuge = by_reserve.or_else(|| {
+    let alternate = by_reserve.or_else(|| {
         let to_the_floor = FlightRequest {
             starts: order.starts,
             reserve: setting.rules().floor,
             ..request.clone()
         };
-        find_refuge(setting, &to_the_floor, order.refuge_stay_s, scratch)
+        find_alternate(setting, &to_the_floor, order.refuge_stay_s, scratch)
     })?;
     let outcome = FlightOutcome::Diverted {
-        node: refuge.node,
+        node: alternate.node,
         reserve_used,
     };
-    Some((outcome, refuge.answer))
+    Some((outcome, alternate.answer))
 }

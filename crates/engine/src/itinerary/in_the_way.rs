@@ -1,7 +1,7 @@
 //! What a plan that was made before meets in another state of the world.
 
+use super::blocking_causes::FlightCause;
 use super::obstacles::{Entry, Forbids, Leaving};
-use super::rim::FlightCause;
 use super::setting::FlightSetting;
 use crate::flight::{FlightPlan, FlownLeg, LegCost, StopKind};
 
@@ -59,7 +59,7 @@ impl FlightSetting {
     /// battery falls below `least`, a fraction, somewhere.
     ///
     /// Pads give back the charge that the plan has of them and no more, as it leaves them when it is timed to.
-    pub fn falls_short(&self, plan: &FlightPlan, from_leg: usize, least: f64) -> bool {
+    pub fn exceeds_battery(&self, plan: &FlightPlan, from_leg: usize, least: f64) -> bool {
         let mut missing = 0.0_f64;
         for (number, leg) in plan.legs.iter().enumerate().skip(from_leg) {
             match plan.stops.iter().find(|stop| stop.before_leg == number) {

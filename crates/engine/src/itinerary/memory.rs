@@ -1,7 +1,7 @@
 //! What a search scribbles on: labels by node, the queue, the ways walked. Reused by the next search.
 
-use super::family::Family;
-use super::openings::Openings;
+use super::charging_label::ChargingLabel;
+use super::release_times::ReleaseTimes;
 use super::request::Value;
 use crate::airspace::Bits;
 use crate::network::{NodeIx, Topology};
@@ -25,7 +25,7 @@ pub(super) enum How {
 /// A family at a node, and where it came from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
-    pub(super) family: Family,
+    pub(super) family: ChargingLabel,
     pub(super) node: NodeIx,
     pub(super) how: How,
     pub(super) parent: u32,
@@ -38,7 +38,13 @@ pub(super) struct Label {
 }
 
 impl Label {
-    pub(super) fn new(family: Family, node: NodeIx, how: How, parent: u32, way: u64) -> Self {
+    pub(super) fn new(
+        family: ChargingLabel,
+        node: NodeIx,
+        how: How,
+        parent: u32,
+        way: u64,
+    ) -> Self {
         Self {
             family,
             node,
@@ -83,8 +89,8 @@ impl Eq for Queued {}
 
 /// A family under way on a walk.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walked {
-    pub(super) family: Family,
+pub(super) struct Descent {
+    pub(super) family: ChargingLabel,
     pub(super) how: How,
     pub(super) parent: u32,
 }
@@ -97,10 +103,10 @@ pub struct ItineraryScratch {
     heads: Vec<u32>,
     marks: Vec<u32>,
     generation: u32,
-    pub(super) walked: Vec<Walked>,
-    pub(super) offers: Vec<(Family, How)>,
+    pub(super) walked: Vec<Descent>,
+    pub(super) offers: Vec<(ChargingLabel, How)>,
     pub(super) intervals: Vec<(f64, f64)>,
-    pub(super) openings: Openings,
+    pub(super) openings: ReleaseTimes,
     pub(super) closed: Bits,
     segments: usize,
     pub(super) route: Vec<u32>,
@@ -124,7 +130,7 @@ impl ItineraryScratch {
             walked: Vec::new(),
             offers: Vec::new(),
             intervals: Vec::new(),
-            openings: Openings::default(),
+            openings: ReleaseTimes::default(),
             closed: Bits::empty(topology.segment_count()),
             segments: topology.segment_count(),
             route: Vec::new(),

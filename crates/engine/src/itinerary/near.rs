@@ -1,11 +1,11 @@
 //! What is near a drone that can reach nothing safely: nodes by the energy that it takes to get there, whatever its battery.
 
+use super::expander::Expander;
 use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
 use super::setting::FlightSetting;
-use super::terms::Terms;
 use super::trace::plan;
 use crate::flight::FlightPlan;
 use crate::network::NodeIx;
@@ -20,7 +20,7 @@ pub struct Nearby {
     pub node: NodeIx,
     /// The flight; its battery may fall below 0.
     pub flight: FlightPlan,
-    /// Whether a pad of it is free for the stay of a safe node.
+    /// Whether a pad of it is free for the stay of an alternate.
     pub has_free_pad: bool,
 }
 
@@ -48,7 +48,7 @@ pub fn find_near(
     };
     scratch.fit(world.topology);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
-    let terms = Terms::new(&world, &request, &potentials);
+    let terms = Expander::new(&world, &request, &potentials);
     close(&mut scratch.closed, request.closed_segments);
     let mut openings = std::mem::take(&mut scratch.openings);
     openings.collect(&world, &request, &potentials, Value::NONE);
@@ -74,7 +74,12 @@ pub fn find_near(
 }
 
 /// What the labels of a search amount to.
-fn nearest(terms: &Terms<'_>, stay_s: f64, most: usize, scratch: &ItineraryScratch) -> Vec<Nearby> {
+fn nearest(
+    terms: &Expander<'_>,
+    stay_s: f64,
+    most: usize,
+    scratch: &ItineraryScratch,
+) -> Vec<Nearby> {
     let world = terms.world;
     let mut labels: Vec<u32> = (0..scratch.labels.len() as u32).collect();
     labels.retain(|&label| {
@@ -101,7 +106,7 @@ fn nearest(terms: &Terms<'_>, stay_s: f64, most: usize, scratch: &ItineraryScrat
             destination: there.node,
             ..terms.request.clone()
         };
-        let terms_there = Terms::new(world, &to_it, terms.potentials);
+        let terms_there = Expander::new(world, &to_it, terms.potentials);
         let value = terms_there.value(&there.family);
         ItineraryScratch::history(&scratch.labels, label, &mut steps);
         let lands_s = value.arrives_s;

@@ -3,10 +3,10 @@
 //! The three steps differ in how families go on, real or relaxed, and in when a label makes another one needless;
 //! `docs/flight-search.md` argues why.
 
-use super::family::Family;
+use super::charging_label::ChargingLabel;
+use super::expander::{Departure, Expander, SearchBuffers};
 use super::memory::{How, ItineraryScratch, Label, NO_LABEL, Queued};
 use super::request::{Effort, Unproved, Value};
-use super::terms::{Departure, Room, Terms};
 use super::walk::{Along, From, append_steps, walk};
 use crate::network::NodeIx;
 
@@ -31,7 +31,7 @@ pub(super) enum Goal {
     Destination,
     /// At the first node that has a pad free for so many seconds from the landing on. There is no stop on the way: it would
     /// be such a node.
-    Refuge { stay_s: f64 },
+    Alternate { stay_s: f64 },
     /// At the first node where landing is not forbidden, whatever its pads. There is no stop on the way.
     AnyNode,
     /// When all that can be reached has been.
@@ -45,14 +45,14 @@ impl Goal {
     fn allows_stops(self) -> bool {
         match self {
             Self::Destination | Self::Nowhere => true,
-            Self::Refuge { .. } | Self::AnyNode | Self::Near => false,
+            Self::Alternate { .. } | Self::AnyNode | Self::Near => false,
         }
     }
 }
 
 /// A search within a request.
 pub(super) struct Run<'a, 's> {
-    pub(super) terms: Terms<'a>,
+    pub(super) terms: Expander<'a>,
     pub(super) mode: Mode,
     pub(super) goal: Goal,
     pub(super) scratch: &'s mut ItineraryScratch,
@@ -173,7 +173,7 @@ impl Run<'_, '_> {
         let arrived = self.terms.value(&taken.family);
         match self.goal {
             Goal::Destination => (taken.node == self.terms.request.destination).then_some(arrived),
-            Goal::Refuge { stay_s } => {
+            Goal::Alternate { stay_s } => {
                 let lands_s = self.lands_safely_s(taken, stay_s)?;
                 Some(Value {
                     arrives_s: lands_s,
@@ -195,7 +195,7 @@ impl Run<'_, '_> {
 
     /// A label that has come by a leg had to be let in.
     fn may_land_at_start(&self, taken: &Label) -> bool {
-        let Terms { world, request, .. } = self.terms;
+        let Expander { world, request, .. } = self.terms;
         let (began_s, at_s) = (request.began_s, taken.family.lo_s);
         let obstacles = world.obstacles;
         !obstacles.forbids_landing(world, began_s, taken.node, at_s)
@@ -203,7 +203,7 @@ impl Run<'_, '_> {
 
     /// The earliest landing of a label on a pad that is free for so many seconds from then on.
     fn lands_safely_s(&self, taken: &Label, stay_s: f64) -> Option<f64> {
-        let Terms { world, .. } = self.terms;
+        let Expander { world, .. } = self.terms;
         let (node, family) = (taken.node, &taken.family);
         let is_start = matches!(taken.how, How::Start(_));
         if is_start && !self.may_land_at_start(taken) {
@@ -301,7 +301,7 @@ impl Run<'_, '_> {
         };
         for leg in self.terms.world.legs.from(node) {
             offers.clear();
-            let mut room = Room {
+            let mut room = SearchBuffers {
                 closed: &self.scratch.closed,
                 intervals: &mut self.scratch.intervals,
                 offers: &mut offers,
@@ -320,7 +320,7 @@ impl Run<'_, '_> {
         let stops_here = may_stop && self.goal.allows_stops();
         if self.terms.world.pads.is_station(node) && stops_here {
             offers.clear();
-            let mut room = Room {
+            let mut room = SearchBuffers {
                 closed: &self.scratch.closed,
                 intervals: &mut self.scratch.intervals,
                 offers: &mut offers,
@@ -334,7 +334,7 @@ impl Run<'_, '_> {
         self.scratch.offers = offers;
     }
 
-    fn offer_all(&mut self, offers: &[(Family, How)], node: NodeIx, parent: u32, way: u64) {
+    fn offer_all(&mut self, offers: &[(ChargingLabel, How)], node: NodeIx, parent: u32, way: u64) {
         for &(family, how) in offers {
             self.offer(Label::new(family, node, how, parent, way));
         }
@@ -350,14 +350,14 @@ impl Run<'_, '_> {
         while other != NO_LABEL {
             let after = self.scratch.after(other);
             let there = self.scratch.labels[other as usize];
-            if self.makes_needless(&there, &label) {
+            if self.dominates(&there, &label) {
                 if self.mode == Mode::Hovering {
                     let is_as_heavy = there.family.weight == label.family.weight;
                     self.may_tie |= is_as_heavy && there.way != label.way;
                 }
                 return;
             }
-            if self.makes_needless(&label, &there) {
+            if self.dominates(&label, &there) {
                 if self.mode == Mode::Hovering {
                     let is_as_heavy = there.family.weight == label.family.weight;
                     self.may_tie |= is_as_heavy && there.way != label.way;
@@ -372,7 +372,7 @@ impl Run<'_, '_> {
     }
 
     /// True where every plan that goes on from `other` has one from `one` that is as good.
-    fn makes_needless(&mut self, one: &Label, other: &Label) -> bool {
+    fn dominates(&mut self, one: &Label, other: &Label) -> bool {
         self.effort.checks += 1;
         let is_start = |label: &Label| matches!(label.how, How::Start(_));
         if is_start(other) && !is_start(one) {

@@ -1,12 +1,12 @@
 //! The search over position, time and battery, in three steps from cheap to certain.
 
+use super::expander::Expander;
 use super::memory::{How, ItineraryScratch, Queued};
 use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
 };
 use super::run::{Goal, Mode, Run, RunEnd};
-use super::terms::Terms;
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
 use crate::network::NodeIx;
@@ -34,7 +34,7 @@ pub fn find(
     scratch.fit(world.topology);
     close(&mut scratch.closed, request.closed_segments);
     let mut search = Search {
-        terms: Terms::new(world, request, potentials),
+        terms: Expander::new(world, request, potentials),
         scratch,
         effort: Effort::default(),
         best: Value::NONE,
@@ -61,7 +61,7 @@ pub fn find_plainly(
     close(&mut scratch.closed, request.closed_segments);
     let blind = potentials.blind();
     let mut search = Search {
-        terms: Terms::new(world, request, &blind),
+        terms: Expander::new(world, request, &blind),
         scratch,
         effort: Effort::default(),
         best: Value::NONE,
@@ -79,7 +79,7 @@ pub fn find_plainly(
 }
 
 struct Search<'a, 's> {
-    terms: Terms<'a>,
+    terms: Expander<'a>,
     scratch: &'s mut ItineraryScratch,
     effort: Effort,
     /// The value of the plan in the scratch's `best`.
@@ -191,7 +191,7 @@ impl Search<'_, '_> {
     /// False where the request's own closed segments part its starts from the destination: no search need find that out. What is
     /// nearest to the destination is looked at first.
     fn is_joined(&mut self) -> bool {
-        let Terms {
+        let Expander {
             world,
             request,
             potentials,
@@ -302,7 +302,7 @@ impl Search<'_, '_> {
     }
 
     fn exact(&mut self, walks: bool) {
-        let Terms {
+        let Expander {
             world,
             request,
             potentials,

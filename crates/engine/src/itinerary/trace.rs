@@ -1,8 +1,8 @@
 //! From the steps of a search to a plan with times: every departure as early as the next thing needs it.
 
+use super::expander::Expander;
 use super::memory::How;
 use super::request::{TIME_TOLERANCE_S, Value};
-use super::terms::Terms;
 use crate::flight::{FlightPlan, FlownLeg, LegCost, Stop, StopKind};
 use crate::network::NodeIx;
 
@@ -14,7 +14,7 @@ struct Timed {
 }
 
 /// The plan of some steps that land as a value says.
-pub(super) fn plan(terms: &Terms<'_>, steps: &[How], value: Value) -> FlightPlan {
+pub(super) fn plan(terms: &Expander<'_>, steps: &[How], value: Value) -> FlightPlan {
     let legs = terms.world.legs;
     let start_number = match steps.first() {
         Some(&How::Start(number)) => usize::from(number),
@@ -66,7 +66,7 @@ pub(super) fn plan(terms: &Terms<'_>, steps: &[How], value: Value) -> FlightPlan
 }
 
 /// The legs with their entry times: backwards from the next stop, or from the landing.
-fn entries(terms: &Terms<'_>, steps: &[How], arrives_s: f64) -> Vec<Timed> {
+fn entries(terms: &Expander<'_>, steps: &[How], arrives_s: f64) -> Vec<Timed> {
     let mut entries = Vec::with_capacity(steps.len());
     let mut leaves_s = arrives_s;
     for &how in steps.iter().rev() {
@@ -88,7 +88,7 @@ fn entries(terms: &Terms<'_>, steps: &[How], arrives_s: f64) -> Vec<Timed> {
     entries
 }
 
-fn fly(terms: &Terms<'_>, from: NodeIx, timed: &Timed, plan: &mut FlightPlan) -> NodeIx {
+fn fly(terms: &Expander<'_>, from: NodeIx, timed: &Timed, plan: &mut FlightPlan) -> NodeIx {
     let leg = terms.world.legs.leg(timed.leg);
     let battery_before = plan.battery_at_arrival;
     plan.battery_at_arrival -= timed.cost.energy;
@@ -108,7 +108,7 @@ fn fly(terms: &Terms<'_>, from: NodeIx, timed: &Timed, plan: &mut FlightPlan) ->
 
 /// A stay on a pad, or where the plan begins a take-off from a node without one.
 fn stay(
-    terms: &Terms<'_>,
+    terms: &Expander<'_>,
     node: NodeIx,
     arrived_s: Option<f64>,
     began_s: f64,

@@ -3,10 +3,10 @@
 //! First without a stop; where the battery or a window forbids that, with every stop that no other on the same
 //! way makes needless.
 
-use super::family::Family;
-use super::memory::{How, ItineraryScratch, NO_LABEL, Walked};
+use super::charging_label::ChargingLabel;
+use super::expander::{Departure, Expander, SearchBuffers};
+use super::memory::{Descent, How, ItineraryScratch, NO_LABEL};
 use super::request::Value;
-use super::terms::{Departure, Room, Terms};
 use crate::network::NodeIx;
 
 /// More families side by side than this are not followed.
@@ -17,7 +17,7 @@ const FEW_ABREAST: usize = 4;
 /// Where a walk begins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct From<'f> {
-    pub(super) family: &'f Family,
+    pub(super) family: &'f ChargingLabel,
     pub(super) node: NodeIx,
     pub(super) how: How,
 }
@@ -33,7 +33,7 @@ pub(super) enum Along<'r> {
 
 impl Along<'_> {
     #[inline]
-    fn leg(self, terms: &Terms<'_>, node: NodeIx, place: usize) -> Option<u32> {
+    fn leg(self, terms: &Expander<'_>, node: NodeIx, place: usize) -> Option<u32> {
         match self {
             Self::Tree => terms.potentials.next(node),
             Self::Legs(legs) => legs.get(place).copied(),
@@ -53,7 +53,7 @@ pub(super) struct WalkEnd {
 
 /// Walks a way; `None` where it cannot be flown. Families that cannot beat `best` are left out.
 pub(super) fn walk(
-    terms: &Terms<'_>,
+    terms: &Expander<'_>,
     from: From<'_>,
     along: Along<'_>,
     best: Value,
@@ -67,7 +67,7 @@ pub(super) fn walk(
         closed,
         ..
     } = scratch;
-    let mut room = Room {
+    let mut room = SearchBuffers {
         closed,
         intervals,
         offers,
@@ -80,11 +80,11 @@ pub(super) fn walk(
 
 /// Flies on as early as possible; `None` where that takes a stop, or anything is in the way.
 fn without_stops(
-    terms: &Terms<'_>,
+    terms: &Expander<'_>,
     from: From<'_>,
     along: Along<'_>,
-    walked: &mut Vec<Walked>,
-    room: &mut Room<'_>,
+    walked: &mut Vec<Descent>,
+    room: &mut SearchBuffers<'_>,
 ) -> Option<WalkEnd> {
     let reserve = terms.request.reserve;
     if let Along::Tree = along {
@@ -94,7 +94,7 @@ fn without_stops(
         }
     }
     walked.clear();
-    walked.push(Walked {
+    walked.push(Descent {
         family: *from.family,
         how: from.how,
         parent: NO_LABEL,
@@ -102,7 +102,7 @@ fn without_stops(
     let (mut node, mut place) = (from.node, 0);
     while let Some(leg) = along.leg(terms, node, place) {
         let parent = walked.len() as u32 - 1;
-        let Walked { family, how, .. } = walked[parent as usize];
+        let Descent { family, how, .. } = walked[parent as usize];
         room.offers.clear();
         let departure = Departure {
             family: &family,
@@ -117,7 +117,7 @@ fn without_stops(
         if is_delayed {
             return None;
         }
-        walked.push(Walked {
+        walked.push(Descent {
             family: flown,
             how,
             parent,
@@ -141,12 +141,12 @@ fn without_stops(
 
 /// With stops: quickly with a few families abreast, whose value then lets the thorough pass leave most of them out.
 fn with_stops(
-    terms: &Terms<'_>,
+    terms: &Expander<'_>,
     from: From<'_>,
     along: Along<'_>,
     best: Value,
-    walked: &mut Vec<Walked>,
-    room: &mut Room<'_>,
+    walked: &mut Vec<Descent>,
+    room: &mut SearchBuffers<'_>,
     checks: &mut usize,
 ) -> Option<WalkEnd> {
     walked.clear();
@@ -174,7 +174,7 @@ fn with_stops(
 
 /// One pass over a way.
 struct Pass<'a, 't, 'c> {
-    terms: &'a Terms<'t>,
+    terms: &'a Expander<'t>,
     from: From<'a>,
     along: Along<'a>,
     /// Families that cannot beat this are left out.
@@ -196,12 +196,16 @@ impl Pass<'_, '_, '_> {
     }
 
     /// The best value on the way and its last step, added to the steps walked.
-    fn fly_on(&mut self, walked: &mut Vec<Walked>, room: &mut Room<'_>) -> Option<(Value, u32)> {
+    fn fly_on(
+        &mut self,
+        walked: &mut Vec<Descent>,
+        room: &mut SearchBuffers<'_>,
+    ) -> Option<(Value, u32)> {
         let Self {
             terms, from, along, ..
         } = *self;
         let (mut node, mut place, mut first) = (from.node, 0, walked.len());
-        walked.push(Walked {
+        walked.push(Descent {
             family: *from.family,
             how: from.how,
             parent: NO_LABEL,
@@ -231,14 +235,14 @@ impl Pass<'_, '_, '_> {
         from: NodeIx,
         leg: u32,
         first: usize,
-        walked: &mut Vec<Walked>,
-        room: &mut Room<'_>,
+        walked: &mut Vec<Descent>,
+        room: &mut SearchBuffers<'_>,
     ) {
         let terms = self.terms;
         let end = walked.len();
         let to = terms.world.legs.leg(leg).to;
         for parent in first..end {
-            let Walked { family, how, .. } = walked[parent];
+            let Descent { family, how, .. } = walked[parent];
             room.offers.clear();
             let departure = Departure {
                 family: &family,
@@ -249,7 +253,7 @@ impl Pass<'_, '_, '_> {
             for &(flown, how) in room.offers.iter() {
                 if terms.key(&flown, to).beats(self.best) {
                     let parent = parent as u32;
-                    let candidate = Walked {
+                    let candidate = Descent {
                         family: flown,
                         how,
                         parent,
@@ -260,7 +264,7 @@ impl Pass<'_, '_, '_> {
         }
         if walked.len() - end > self.most {
             self.is_complete = false;
-            let bound_s = |step: &Walked| terms.key(&step.family, to).arrives_s;
+            let bound_s = |step: &Descent| terms.key(&step.family, to).arrives_s;
             walked[end..].sort_unstable_by(|one, other| bound_s(one).total_cmp(&bound_s(other)));
             walked.truncate(end + self.most);
         }
@@ -271,8 +275,8 @@ impl Pass<'_, '_, '_> {
         &mut self,
         node: NodeIx,
         first: usize,
-        walked: &mut Vec<Walked>,
-        room: &mut Room<'_>,
+        walked: &mut Vec<Descent>,
+        room: &mut SearchBuffers<'_>,
     ) {
         let end = walked.len();
         for parent in first..end {
@@ -282,7 +286,7 @@ impl Pass<'_, '_, '_> {
             for &(stopped, how) in room.offers.iter() {
                 if self.terms.key(&stopped, node).beats(self.best) {
                     let parent = parent as u32;
-                    let candidate = Walked {
+                    let candidate = Descent {
                         family: stopped,
                         how,
                         parent,
@@ -295,9 +299,9 @@ impl Pass<'_, '_, '_> {
 
     /// Adds a family unless one from `first` on can do all that it can, in place of those that it can stand for. All have
     /// flown the same way, and all have just stopped here, or none.
-    fn admit(&mut self, candidate: Walked, first: usize, walked: &mut Vec<Walked>) {
+    fn admit(&mut self, candidate: Descent, first: usize, walked: &mut Vec<Descent>) {
         let tau_s = self.terms.tau_s;
-        let stands_for = |one: &Family, other: &Family| {
+        let stands_for = |one: &ChargingLabel, other: &ChargingLabel| {
             one.weight <= other.weight
                 && one.lo_s <= other.lo_s
                 && one.hi_s >= other.hi_s
@@ -320,7 +324,7 @@ impl Pass<'_, '_, '_> {
 }
 
 /// The best of the families from `first` on, which are at the destination, and its place.
-fn best_from(terms: &Terms<'_>, first: usize, walked: &[Walked]) -> Option<(Value, u32)> {
+fn best_from(terms: &Expander<'_>, first: usize, walked: &[Descent]) -> Option<(Value, u32)> {
     let mut found: Option<(Value, u32)> = None;
     for (last, step) in walked.iter().enumerate().skip(first) {
         let value = terms.value(&step.family);
@@ -332,12 +336,12 @@ fn best_from(terms: &Terms<'_>, first: usize, walked: &[Walked]) -> Option<(Valu
 }
 
 /// True at the first node of a walk from where the drone stands or has just stopped.
-fn leaves_start_on_pad(terms: &Terms<'_>, from: From<'_>, place: usize) -> bool {
+fn leaves_start_on_pad(terms: &Expander<'_>, from: From<'_>, place: usize) -> bool {
     place == 0 && !terms.may_stop(from.how)
 }
 
 /// The steps of a walk up to its last one, without the one it began with, added to `steps`.
-pub(super) fn append_steps(walked: &[Walked], last: u32, steps: &mut Vec<How>) {
+pub(super) fn append_steps(walked: &[Descent], last: u32, steps: &mut Vec<How>) {
     let first_new = steps.len();
     let mut at = last;
     while let Some(step) = walked.get(at as usize) {

@@ -5,7 +5,7 @@ use super::request::Strategy;
 use super::safety::{Flag, Near, UnsafeWay};
 use crate::flight::Reentry;
 use crate::network::NodeIx;
-use crate::routing::Way;
+use crate::routing::Path;
 use serde::{Deserialize, Serialize};
 
 /// What the drone is to do.
@@ -18,7 +18,7 @@ pub enum Outcome {
     Unaffected,
     /// Wait on a pad at the first node until the way opens, then fly the path.
     Hold,
-    /// The destination cannot be reached: fly to the safe node at the end of the path.
+    /// The destination cannot be reached: fly to the alternate at the end of the path.
     Diverted,
     /// Nothing can be reached.
     NoRoute,
@@ -162,7 +162,7 @@ pub struct Recomposition {
     /// What the drone is to do.
     pub outcome: Outcome,
     /// The whole remaining path; empty for [`Outcome::NoRoute`].
-    pub path: Way,
+    pub path: Path,
     /// The new part without the drone's first stretch, in metres: from the leg's start to its end for a
     /// local strategy, the whole new path otherwise; `None` without a path.
     pub recomposed_length_m: Option<f64>,
@@ -217,7 +217,7 @@ impl Recomposition {
     pub fn without_path(strategy: Strategy) -> Self {
         Self {
             outcome: Outcome::NoRoute,
-            path: Way::default(),
+            path: Path::default(),
             recomposed_length_m: None,
             remaining_length_m: None,
             first_stretch_m: 0.0,

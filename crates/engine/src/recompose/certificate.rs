@@ -9,7 +9,7 @@ use super::request::Request;
 use super::starts::{self, Leg};
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx};
-use crate::routing::Way;
+use crate::routing::Path;
 
 /// What proves that nothing open is shorter than the path, or that there is none.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct Certificate {
     /// Per node, metres to the destination on the intact network; infinite where there is no way.
     pub h_m: Vec<f64>,
     /// The path; empty when there is no way.
-    pub path: Way,
+    pub path: Path,
 }
 
 /// Computes the certificate of the exact answer to a request. It is made when asked for, and costs a full search.
@@ -53,7 +53,7 @@ pub fn certify(world: &World<'_>, request: &Request, scratch: &mut Scratch) -> C
     let leg = Leg::of(request, topology);
     starts::find(request, airspace, &closed, &leg, starts, &mut Vec::new());
     let arrival = searcher.exact(&closed, &starts.ways, &tree);
-    let mut path = Way::default();
+    let mut path = Path::default();
     match arrival {
         Some(arrival) => {
             searcher.append_way(arrival, Some(&tree), &mut path);

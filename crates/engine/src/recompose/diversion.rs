@@ -11,7 +11,7 @@ use crate::routing::Arrival;
 const PADS_AT_MOST_FARTHER: f64 = 1.2;
 
 impl Task<'_> {
-    /// The destination cannot be reached: the nearest safe node, or the causes that cut the drone off.
+    /// The destination cannot be reached: the nearest alternate, or the causes that cut the drone off.
     pub(super) fn divert_or_give_up(&mut self) {
         if let Some(arrival) = self.nearest_safe_node() {
             self.take_diversion(arrival);
@@ -33,7 +33,7 @@ impl Task<'_> {
         }
     }
 
-    /// A drone whose battery or payload fails goes to the nearest safe node, whatever lies ahead.
+    /// A drone whose battery or payload fails goes to the nearest alternate, whatever lies ahead.
     pub(super) fn divert_drone_in_need(&mut self) {
         let detail = self.request.circumstances.detail;
         let lands_anywhere = detail.is_some_and(OperationalDetail::lands_anywhere);

@@ -8,7 +8,7 @@ use super::starts::{AT_NODE_WITHIN_M, Leg};
 use crate::airspace::{Airspace, Change, Closed, Closure};
 use crate::flight::{Aloft, FailureType, Location, Reentry, StretchLeg};
 use crate::network::NodeIx;
-use crate::routing::Way;
+use crate::routing::Path;
 use std::sync::Arc;
 
 /// The node at which a drone that stands, or may stand, is inside an active zone.
@@ -73,7 +73,7 @@ impl Task<'_> {
         let may_not_fly_on = self.request.report.failure == FailureType::Operational;
         let way = match is_endless || brings || may_not_fly_on {
             // What is flown then is not known.
-            true => Way {
+            true => Path {
                 nodes: vec![node],
                 segments: Vec::new(),
             },
@@ -89,7 +89,7 @@ impl Task<'_> {
     }
 
     /// The way from a node once some zones have ended; the node alone where there is none.
-    fn way_afterwards(&mut self, over: &[Change], stands: Reentry) -> Way {
+    fn way_afterwards(&mut self, over: &[Change], stands: Reentry) -> Path {
         let node = stands.node;
         let open = self.airspace.apply(over, self.airspace.as_of());
         let mut scratch = Scratch::new(open.topology());
@@ -100,7 +100,7 @@ impl Task<'_> {
         let closed = Closed::new(open.topology(), open.closed(), closures);
         let destination = self.request.report.destination;
         let arrival = to_destination(&closed, &[stands], destination, None, searcher);
-        let mut way = Way::default();
+        let mut way = Path::default();
         match arrival {
             Some(arrival) => {
                 searcher.append_way(arrival, None, &mut way);

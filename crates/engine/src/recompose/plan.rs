@@ -4,7 +4,7 @@ use super::request::Request;
 use super::starts::Leg;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx};
-use crate::routing::{Area, Arrival, Baseline, DestinationTree, Entrance, Searcher, Start, Way};
+use crate::routing::{Area, Arrival, Baseline, DestinationTree, Entrance, Path, Searcher, Start};
 
 /// Writes the nodes of the old plan from the failed leg's start on into `plan`.
 ///
@@ -16,7 +16,7 @@ pub(super) fn old_plan(
     before: &Closed<'_>,
     tree: Option<&DestinationTree>,
     searcher: &mut Searcher,
-    plan: &mut Way,
+    plan: &mut Path,
 ) {
     plan.nodes.clear();
     plan.segments.clear();
@@ -65,9 +65,9 @@ pub(super) fn open_leg(closed: &Closed<'_>, plan: &[NodeIx], at: usize) -> Optio
 }
 
 /// The part of a plan from a place on as a way, if all of it is open.
-pub(super) fn open_rest(closed: &Closed<'_>, plan: &[NodeIx], first: usize) -> Option<Way> {
+pub(super) fn open_rest(closed: &Closed<'_>, plan: &[NodeIx], first: usize) -> Option<Path> {
     let rest = plan.get(first..)?;
-    let mut way = Way {
+    let mut way = Path {
         nodes: vec![*rest.first()?],
         segments: Vec::new(),
     };
@@ -78,7 +78,7 @@ pub(super) fn open_rest(closed: &Closed<'_>, plan: &[NodeIx], first: usize) -> O
 }
 
 /// The first node that a way comes to twice.
-pub(super) fn first_loop(way: &Way, passed: &mut Area) -> Option<NodeIx> {
+pub(super) fn first_loop(way: &Path, passed: &mut Area) -> Option<NodeIx> {
     passed.clear();
     way.nodes.iter().copied().find(|&node| !passed.insert(node))
 }

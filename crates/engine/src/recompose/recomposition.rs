@@ -15,7 +15,7 @@ use crate::flight::{Aloft, FailureType, Reentry, StretchKind};
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
 use crate::routing::{
-    Arrival, Baseline, DestinationTree, Searcher, Standing, Start, TreeCache, Way,
+    Arrival, Baseline, ClosureEpoch, DestinationTree, Path, Searcher, Start, TreeCache,
 };
 
 /// What a recomposition is computed on.
@@ -29,8 +29,8 @@ pub struct World<'a> {
 
 impl World<'_> {
     /// Which standing closures this world has, as far as trees need to know.
-    pub fn standing(&self) -> Standing {
-        Standing {
+    pub fn standing(&self) -> ClosureEpoch {
+        ClosureEpoch {
             topology: self.airspace.topology_revision(),
             sequence: self.airspace.revision(),
             opened_at: self.airspace.opened_at(),
@@ -46,7 +46,7 @@ pub struct Scratch {
     /// Never closes anything: the world before the report.
     nothing: RequestClosures,
     pub(super) starts: Starts,
-    plan: Way,
+    plan: Path,
     local: LocalMemory,
     nodes: usize,
     segments: usize,
@@ -62,7 +62,7 @@ impl Scratch {
             closures: RequestClosures::new(topology),
             nothing: RequestClosures::new(topology),
             starts: Starts::default(),
-            plan: Way::default(),
+            plan: Path::default(),
             local: LocalMemory::new(topology),
             nodes: topology.node_count(),
             segments: topology.segment_count(),
@@ -188,7 +188,7 @@ pub(super) struct Task<'a> {
     pub(super) searcher: &'a mut Searcher,
     pub(super) starts: &'a mut Starts,
     /// The nodes of the old plan, from the start of the leg on; its segments mean nothing.
-    plan: &'a mut Way,
+    plan: &'a mut Path,
     local: &'a mut LocalMemory,
     pub(super) answer: Recomposition,
 }

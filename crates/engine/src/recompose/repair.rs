@@ -12,7 +12,7 @@ use super::request::{LocalStrategy, Parameters};
 use super::two_phased::{self, GrowthMemory};
 use crate::airspace::Closed;
 use crate::network::{DensityGrid, NodeIx, Topology};
-use crate::routing::{Area, Searcher, Way};
+use crate::routing::{Area, Path, Searcher};
 
 /// Room for this many nodes more than the old plan had; most detours need fewer.
 const DETOUR_NODES: usize = 16;
@@ -50,7 +50,7 @@ impl LocalMemory {
 /// The sum of all repairs of one request.
 #[derive(Debug)]
 pub(super) struct Repaired {
-    pub(super) way: Way,
+    pub(super) way: Path,
     /// Length of the new parts, in metres.
     pub(super) new_length_m: f64,
     /// True when the plan is whole again from the drone to the destination.
@@ -110,8 +110,8 @@ pub(super) fn repair(
 }
 
 /// A way of one node with room for a plan.
-fn beginning_at(first: NodeIx, plan_nodes: usize) -> Way {
-    let mut way = Way {
+fn beginning_at(first: NodeIx, plan_nodes: usize) -> Path {
+    let mut way = Path {
         nodes: Vec::with_capacity(plan_nodes + DETOUR_NODES),
         segments: Vec::with_capacity(plan_nodes + DETOUR_NODES),
     };

@@ -112,7 +112,7 @@ pub struct UnsafeWay {
 }
 
 impl UnsafeWay {
-    /// Back into the network, from where no safe node can be reached.
+    /// Back into the network, from where no alternate can be reached.
     pub(crate) fn along(topology: &Topology, way: &Reentry) -> Self {
         let mut line = vec![way.stretch.begin];
         if way.stretch.kind != StretchKind::None {

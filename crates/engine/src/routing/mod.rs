@@ -20,8 +20,8 @@ pub use criticality::{Cost, Criticality, Demand, Fleet, criticality, uniform_dem
 pub use frontier::{Entrance, Start};
 pub use searcher::{Arrival, Searcher};
 pub use tree::DestinationTree;
-pub use tree_cache::{CacheFigures, Standing, TreeCache};
-pub use way::Way;
+pub use tree_cache::{CacheFigures, ClosureEpoch, TreeCache};
+pub use way::Path;
 
 /// A search begins from at most this many nodes.
 pub const MAX_STARTS: usize = 16;

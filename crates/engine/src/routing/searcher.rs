@@ -3,7 +3,7 @@
 use super::area::Area;
 use super::frontier::{Entrance, Frontier};
 use super::tree::DestinationTree;
-use super::way::Way;
+use super::way::Path;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx, Topology};
 
@@ -70,7 +70,7 @@ impl Searcher {
         &self,
         arrival: Arrival,
         tree: Option<&DestinationTree>,
-        way: &mut Way,
+        way: &mut Path,
     ) -> usize {
         debug_assert!(tree.is_some() || !arrival.follows_tree);
         let steps_back = || {
@@ -149,6 +149,6 @@ impl Searcher {
         closed: &Closed<'_>,
         fresh: impl Iterator<Item = SegmentIx>,
     ) -> DestinationTree {
-        tree.taking_in(closed, fresh, &mut self.frontier)
+        tree.with_closures(closed, fresh, &mut self.frontier)
     }
 }

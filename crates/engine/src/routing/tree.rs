@@ -2,10 +2,10 @@
 //!
 //! On the intact network the distance is a lower bound that no closure can break, since closures only
 //! lengthen ways, and it is known before anything fails. A closure that lasts is worked into a copy
-//! ([`DestinationTree::taking_in`]); such a copy is a bound only while that closure stands.
+//! ([`DestinationTree::with_closures`]); such a copy is a bound only while that closure stands.
 
 use super::frontier::{Frontier, Start};
-use super::way::Way;
+use super::way::Path;
 use crate::airspace::Closed;
 use crate::network::{NodeIx, SegmentIx, Topology};
 
@@ -119,7 +119,7 @@ impl DestinationTree {
     ///
     /// A way is a chain of look-ups, each of which waits for memory on a large network. Where nodes know the stations
     /// ahead of them, stretches between these are walked side by side, so that the waiting overlaps.
-    pub(super) fn append_descent(&self, from: NodeIx, way: &mut Way) {
+    pub(super) fn append_descent(&self, from: NodeIx, way: &mut Path) {
         let hops = self.hops(from);
         let first_new = way.nodes.len();
         if self.places.is_empty() {
@@ -186,7 +186,7 @@ impl DestinationTree {
     /// `closed` must close all that this tree already has worked in, and `fresh` must hold every segment
     /// that it blocks and this tree does not know of; more does no harm. A dynamic shortest-path tree
     /// after Ramalingam and Reps (1996), for rising lengths only.
-    pub(super) fn taking_in(
+    pub(super) fn with_closures(
         &self,
         closed: &Closed<'_>,
         fresh: impl Iterator<Item = SegmentIx>,

@@ -1,6 +1,6 @@
 //! The trees of the destinations in use, bounded in bytes and shared by all requests.
 //!
-//! A request asks with the [`Standing`] of its snapshot and gets a tree that is a lower bound there:
+//! A request asks with the [`ClosureEpoch`] of its snapshot and gets a tree that is a lower bound there:
 //! the one with standing closures worked in while none of them has ended, else the intact one.
 
 use super::tree::DestinationTree;
@@ -11,7 +11,7 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// Which standing closures a snapshot has, as far as trees need to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct ClosureEpoch {
     /// The topology revision; trees of another are useless.
     pub topology: u64,
     /// Rises with every change of the standing closures.
@@ -20,7 +20,7 @@ pub struct Standing {
     pub opened_at: u64,
 }
 
-impl Standing {
+impl ClosureEpoch {
     /// True when closures that stood at `sequence` all stand here too.
     fn still_has_all_of(&self, sequence: u64) -> bool {
         (self.opened_at..=self.sequence).contains(&sequence)
@@ -30,13 +30,13 @@ impl Standing {
 #[derive(Debug)]
 struct Entry {
     intact: Arc<DestinationTree>,
-    taken_in: Option<(u64, Arc<DestinationTree>)>,
+    repaired: Option<(u64, Arc<DestinationTree>)>,
     last_used: AtomicU64,
 }
 
 impl Entry {
     fn bytes(&self) -> usize {
-        let copy = self.taken_in.as_ref().map_or(0, |(_, tree)| tree.bytes());
+        let copy = self.repaired.as_ref().map_or(0, |(_, tree)| tree.bytes());
         self.intact.bytes() + copy
     }
 }
@@ -84,7 +84,7 @@ impl TreeCache {
     }
 
     /// A tree to `destination` that is a lower bound in the snapshot asked for, if there is one.
-    pub fn get(&self, destination: NodeIx, standing: Standing) -> Option<Arc<DestinationTree>> {
+    pub fn get(&self, destination: NodeIx, standing: ClosureEpoch) -> Option<Arc<DestinationTree>> {
         let entries = self.read();
         let entry = match entries.topology == standing.topology {
             true => entries.by_destination.get(&destination.0),
@@ -97,7 +97,7 @@ impl TreeCache {
         self.hits.fetch_add(1, Ordering::Relaxed);
         let now = self.clock.fetch_add(1, Ordering::Relaxed);
         entry.last_used.store(now, Ordering::Relaxed);
-        match &entry.taken_in {
+        match &entry.repaired {
             Some((sequence, tree)) if standing.still_has_all_of(*sequence) => Some(tree.clone()),
             _ => Some(entry.intact.clone()),
         }
@@ -133,7 +133,7 @@ impl TreeCache {
         }
         let entry = Entry {
             intact: tree.clone(),
-            taken_in: None,
+            repaired: None,
             last_used: AtomicU64::new(self.clock.fetch_add(1, Ordering::Relaxed)),
         };
         entries.bytes += entry.bytes();
@@ -143,7 +143,7 @@ impl TreeCache {
     }
 
     /// Keeps a tree that has the closures of a snapshot worked in, beside the intact one of its destination.
-    pub fn insert_taken_in(&self, tree: Arc<DestinationTree>, standing: Standing) {
+    pub fn insert_repaired(&self, tree: Arc<DestinationTree>, standing: ClosureEpoch) {
         let mut entries = self.write();
         if entries.topology != standing.topology {
             return;
@@ -152,7 +152,7 @@ impl TreeCache {
             return;
         };
         let before = entry.bytes();
-        entry.taken_in = Some((standing.sequence, tree));
+        entry.repaired = Some((standing.sequence, tree));
         let after = entry.bytes();
         entries.bytes = entries.bytes + after - before;
         self.evict(&mut entries);
@@ -169,7 +169,7 @@ impl TreeCache {
     pub fn drop_taken_in(&self, destination: NodeIx) {
         let mut entries = self.write();
         let entry = entries.by_destination.get_mut(&destination.0);
-        let dropped = entry.and_then(|entry| entry.taken_in.take());
+        let dropped = entry.and_then(|entry| entry.repaired.take());
         entries.bytes -= dropped.map_or(0, |(_, tree)| tree.bytes());
     }
 

@@ -5,14 +5,14 @@ use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// A walk in the network: one segment fewer than nodes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Way {
+pub struct Path {
     /// The nodes, from the first to the last.
     pub nodes: Vec<NodeIx>,
     /// The segments between them.
     pub segments: Vec<SegmentIx>,
 }
 
-impl Way {
+impl Path {
     /// The sum of the segments' lengths, in metres.
     pub fn length_m(&self, topology: &Topology) -> f64 {
         let lengths = self.segments.iter();

@@ -5,7 +5,7 @@ use super::written::{
     WrittenRules, WrittenStart, WrittenStop, WrittenTraffic, WrittenWind,
 };
 use super::{FORMAT, FlightDocumentFault, sha256};
-use crate::delivery::{FlightComposition, Skies};
+use crate::delivery::{FlightComposition, FlightEnvironment};
 use crate::flight::{FlightPlan, FlightStart, Situation, StopKind, WindField};
 use crate::identifier::node_id_json;
 use crate::itinerary::FlightSetting;
@@ -18,7 +18,7 @@ use serde_json::Value;
 /// # Errors
 /// [`FlightDocumentFault::WindArea`] where the wind is stated for an area.
 pub fn write_flight_document(
-    skies: &Skies,
+    skies: &FlightEnvironment,
     setting: &FlightSetting,
     composition: &FlightComposition,
 ) -> Result<String, FlightDocumentFault> {

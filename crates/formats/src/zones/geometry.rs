@@ -150,7 +150,7 @@ fn vertex_pointer(place: VertexPlace, geometry: &ZoneGeometry, feature: &Place<'
     pointer
 }
 
-fn code_and_hint(fault: &GeometryFault) -> (ZoneCode, Option<&'static str>) {
+pub(crate) fn code_and_hint(fault: &GeometryFault) -> (ZoneCode, Option<&'static str>) {
     let swapped_hint = "longitude comes first; were longitude and latitude swapped?";
     match fault {
         GeometryFault::Latitude { swapped, .. } => (

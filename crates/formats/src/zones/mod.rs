@@ -14,6 +14,10 @@
 //! }
 //! ```
 //!
+//! `kind` is `prohibited` where it is not given, or `req_authorization`, `conditional`, `uspace`, `no_restriction`;
+//! the last two close nothing. A window may have a `schedule`, see [`windows`]. `source` and `record` say what a
+//! zone was imported from and what its feed says of it.
+//!
 //! Geometry is a `Polygon`, a `MultiPolygon`, or a `Point` with the property `radius_m`, in the
 //! coordinates of the network: longitude first, or metres where it is planar. A missing limit is
 //! unlimited; no windows means always; `margin_m` is 10 where it is not given; references are `agl`
@@ -26,9 +30,15 @@ mod geometry;
 mod miss;
 mod problem;
 mod read;
+mod terms;
+mod windows;
 mod write;
 
+pub(crate) use geometry::code_and_hint;
 pub use miss::miss_hint;
+pub(crate) use problem::Problems;
 pub use problem::{MAX_ZONE_PROBLEMS, ZoneCode, ZoneProblem};
 pub use read::{ZoneId, read_zones, zone_from_feature};
+pub(crate) use terms::record_of;
+pub(crate) use windows::{DAYS, clock_text, clock_time};
 pub use write::{write_zones, zone_to_feature};

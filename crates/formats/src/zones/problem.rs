@@ -81,11 +81,19 @@ pub enum ZoneCode {
     WindowReversed,
     /// More windows than allowed.
     TooManyWindows,
+    /// More daily periods than allowed.
+    TooManyPeriods,
+    /// A schedule that never counts, or one by the sun where there is none.
+    ScheduleInvalid,
+    /// A fence that keeps drones in, which a zone cannot.
+    FenceKeepsIn,
+    /// The id is that of something that does not come from this feed.
+    IdTaken,
 }
 
 impl ZoneCode {
     /// All codes.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 40] = [
         Self::NotJson,
         Self::FormatForeign,
         Self::NumberOutOfRange,
@@ -122,6 +130,10 @@ impl ZoneCode {
         Self::TimeInvalid,
         Self::WindowReversed,
         Self::TooManyWindows,
+        Self::TooManyPeriods,
+        Self::ScheduleInvalid,
+        Self::FenceKeepsIn,
+        Self::IdTaken,
     ];
 
     /// The code as clients see it.
@@ -163,6 +175,10 @@ impl ZoneCode {
             Self::TimeInvalid => "zone_time_invalid",
             Self::WindowReversed => "zone_window_reversed",
             Self::TooManyWindows => "zone_too_many_windows",
+            Self::TooManyPeriods => "zone_too_many_periods",
+            Self::ScheduleInvalid => "zone_schedule_invalid",
+            Self::FenceKeepsIn => "zone_fence_keeps_in",
+            Self::IdTaken => "zone_id_taken",
         }
     }
 }
@@ -181,7 +197,7 @@ pub struct ZoneProblem {
 }
 
 impl ZoneProblem {
-    pub(super) fn new(code: ZoneCode, pointer: String, message: impl Into<String>) -> Self {
+    pub(crate) fn new(code: ZoneCode, pointer: String, message: impl Into<String>) -> Self {
         Self {
             code: code.code(),
             pointer,
@@ -191,7 +207,7 @@ impl ZoneProblem {
     }
 
     #[must_use]
-    pub(super) fn hint(mut self, hint: impl Into<String>) -> Self {
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
         self.hint = Some(hint.into());
         self
     }
@@ -210,25 +226,25 @@ impl fmt::Display for ZoneProblem {
 
 /// Problems as they are found, no more than [`MAX_ZONE_PROBLEMS`].
 #[derive(Debug, Default)]
-pub(super) struct Problems(Vec<ZoneProblem>);
+pub(crate) struct Problems(Vec<ZoneProblem>);
 
 impl Problems {
-    pub(super) fn push(&mut self, problem: ZoneProblem) {
+    pub(crate) fn push(&mut self, problem: ZoneProblem) {
         if !self.is_full() {
             self.0.push(problem);
         }
     }
 
-    pub(super) fn is_full(&self) -> bool {
+    pub(crate) fn is_full(&self) -> bool {
         self.0.len() >= MAX_ZONE_PROBLEMS
     }
 
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
 
     /// The value, unless there are problems.
-    pub(super) fn or<T>(self, value: Option<T>) -> Result<T, Vec<ZoneProblem>> {
+    pub(crate) fn or<T>(self, value: Option<T>) -> Result<T, Vec<ZoneProblem>> {
         match value {
             Some(value) if self.0.is_empty() => Ok(value),
             _ => Err(self.0),

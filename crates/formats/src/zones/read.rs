@@ -2,9 +2,9 @@
 
 use super::geometry::{geometry_problem, read_geometry};
 use super::problem::{Problems, ZoneCode, ZoneProblem};
-use crate::airspace::{
-    DEFAULT_MARGIN_M, Window, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneText,
-};
+use super::terms::read_terms;
+use super::windows::read_windows;
+use crate::airspace::{DEFAULT_MARGIN_M, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneText};
 use crate::foreign::ForeignFormat;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Frame};
 use crate::mark::without_mark;
@@ -16,10 +16,13 @@ use serde_json::{Map, Value};
 
 const COLLECTION_MEMBERS: [&str; 4] = ["type", "features", "name", "bbox"];
 const FEATURE_MEMBERS: [&str; 5] = ["type", "id", "geometry", "properties", "bbox"];
-const PROPERTIES: [&str; 10] = [
+const PROPERTIES: [&str; 13] = [
     "name",
     "reason",
     "authority",
+    "kind",
+    "source",
+    "record",
     "lower_m",
     "lower_reference",
     "upper_m",
@@ -28,7 +31,6 @@ const PROPERTIES: [&str; 10] = [
     "radius_m",
     "margin_m",
 ];
-const WINDOW_MEMBERS: [&str; 2] = ["from", "until"];
 const REFERENCES: [&str; 3] = ["agl", "amsl", "wgs84"];
 
 /// Where the id of a zone comes from.
@@ -173,6 +175,7 @@ fn read_feature(
         let radius_m = read_radius(&properties, geometry, problems);
         read_geometry(geometry, radius_m, &place.member("geometry"), problems)
     });
+    let windows = read_windows(&properties, problems);
     let draft = ZoneDraft {
         name: properties.text("name", problems),
         reason: properties.text("reason", problems),
@@ -181,10 +184,11 @@ fn read_feature(
             lower: read_limit(&properties, "lower_m", "lower_reference", problems),
             upper: read_limit(&properties, "upper_m", "upper_reference", problems),
         },
-        windows: read_windows(&properties, problems),
+        windows: windows.plain,
         margin_m: properties
             .number("margin_m", problems)
             .unwrap_or(DEFAULT_MARGIN_M),
+        terms: read_terms(&properties, windows.schedules, problems),
         id: id?,
         geometry: geometry?,
     };
@@ -280,46 +284,6 @@ fn read_limit(
     Some(Altitude { value_m, reference })
 }
 
-fn read_windows(properties: &Members<'_>, problems: &mut Problems) -> Vec<Window> {
-    let place = properties.place.member("windows");
-    let windows = match properties.optional("windows") {
-        None => return Vec::new(),
-        Some(Value::Array(windows)) => windows,
-        Some(other) => {
-            problems.push(wrong_type(other, "an array", &place));
-            return Vec::new();
-        }
-    };
-    let mut found = Vec::with_capacity(windows.len());
-    for (index, window) in windows.iter().enumerate() {
-        found.extend(read_window(window, &place.element(index), problems));
-        if problems.is_full() {
-            break;
-        }
-    }
-    found
-}
-
-fn read_window(value: &Value, place: &Place<'_>, problems: &mut Problems) -> Option<Window> {
-    let Value::Object(members) = value else {
-        problems.push(wrong_type(value, "an object", place));
-        return None;
-    };
-    known_only(members, &WINDOW_MEMBERS, place, problems);
-    let members = Members { members, place };
-    let from = members.instant("from", problems);
-    let until = members.instant("until", problems);
-    match Window::new(from?, until?) {
-        Ok(window) => Some(window),
-        Err(reversed) => {
-            let pointer = place.member("until").pointer();
-            let code = ZoneCode::WindowReversed;
-            problems.push(ZoneProblem::new(code, pointer, reversed.to_string()));
-            None
-        }
-    }
-}
-
 /// The problem for a fault that [`Zone::new`] found.
 fn zone_problem(fault: &ZoneFault, geometry: &ZoneGeometry, feature: &Place<'_>) -> ZoneProblem {
     let property = |name: &str| feature.member("properties").member(name).pointer();
@@ -333,6 +297,10 @@ fn zone_problem(fault: &ZoneFault, geometry: &ZoneGeometry, feature: &Place<'_>)
         ZoneFault::AltitudeNotFinite => (ZoneCode::AltitudeInvalid, property("upper_m")),
         ZoneFault::BandReversed { .. } => (ZoneCode::BandReversed, property("lower_m")),
         ZoneFault::TooManyWindows { .. } => (ZoneCode::TooManyWindows, property("windows")),
+        ZoneFault::TooManyPeriods { .. } => (ZoneCode::TooManyPeriods, property("windows")),
+        ZoneFault::ScheduleEmpty | ZoneFault::NoSun => {
+            (ZoneCode::ScheduleInvalid, property("windows"))
+        }
         ZoneFault::Margin { .. } => (ZoneCode::MarginInvalid, property("margin_m")),
     };
     ZoneProblem::new(code, pointer, fault.to_string())
@@ -347,7 +315,7 @@ pub(super) struct Members<'a> {
 
 impl<'a> Members<'a> {
     /// The member, `None` where it is absent or null.
-    fn optional(&self, name: &str) -> Option<&'a Value> {
+    pub(super) fn optional(&self, name: &str) -> Option<&'a Value> {
         self.members.get(name).filter(|value| !value.is_null())
     }
 
@@ -376,7 +344,7 @@ impl<'a> Members<'a> {
         }
     }
 
-    fn text(&self, name: &str, problems: &mut Problems) -> Option<String> {
+    pub(super) fn text(&self, name: &str, problems: &mut Problems) -> Option<String> {
         let value = self.optional(name)?;
         text(value, &self.place.member(name), problems).map(str::to_owned)
     }
@@ -386,7 +354,7 @@ impl<'a> Members<'a> {
     }
 
     /// `Some(None)` where it is absent, `None` where it is no instant.
-    fn instant(&self, name: &str, problems: &mut Problems) -> Option<Option<Timestamp>> {
+    pub(super) fn instant(&self, name: &str, problems: &mut Problems) -> Option<Option<Timestamp>> {
         let Some(value) = self.optional(name) else {
             return Some(None);
         };

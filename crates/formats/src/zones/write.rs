@@ -1,6 +1,8 @@
 //! Zones to GeoJSON: what was read, with the defaults filled in.
 
-use crate::airspace::{Window, Zone, ZoneGeometry};
+use super::terms::put_terms;
+use super::windows::windows_value;
+use crate::airspace::{Zone, ZoneGeometry};
 use crate::geo::{Altitude, AltitudeReference};
 use serde_json::{Map, Value, json};
 
@@ -20,14 +22,14 @@ pub fn zone_to_feature(zone: &Zone) -> Value {
     let band = zone.band();
     put_limit(&mut properties, "lower", band.lower);
     put_limit(&mut properties, "upper", band.upper);
-    if !zone.windows().is_empty() {
-        let windows = zone.windows().iter().map(window_value).collect();
-        properties.insert("windows".to_owned(), Value::Array(windows));
+    if let Some(windows) = windows_value(zone) {
+        properties.insert("windows".to_owned(), windows);
     }
     if let ZoneGeometry::Circle { radius_m, .. } = zone.geometry() {
         properties.insert("radius_m".to_owned(), json!(radius_m));
     }
     properties.insert("margin_m".to_owned(), json!(zone.margin_m()));
+    put_terms(zone.terms(), &mut properties);
     json!({
         "type": "Feature",
         "id": zone.id(),
@@ -69,12 +71,4 @@ fn put_limit(properties: &mut Map<String, Value>, end: &str, limit: Option<Altit
     };
     properties.insert(format!("{end}_m"), json!(value_m));
     properties.insert(format!("{end}_reference"), json!(reference));
-}
-
-fn window_value(window: &Window) -> Value {
-    let ends = [("from", window.from()), ("until", window.until())];
-    let stated = ends
-        .into_iter()
-        .filter_map(|(name, instant)| Some((name.to_owned(), json!(instant?.to_string()))));
-    Value::Object(stated.collect())
 }

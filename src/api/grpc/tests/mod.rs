@@ -3,4 +3,3 @@
 mod conversions;
 mod readiness;
 mod services;
-mod weather;

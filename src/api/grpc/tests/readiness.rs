@@ -1,6 +1,6 @@
 //! An edge without a network refuses what needs one, and says so to those who ask for its health.
 
-use super::services::{Routes, code, passed, report};
+use super::services::{REPORT_FAILURE, Routes, call, code, passed, report};
 use crate::api::grpc::{Health, proto};
 use crate::api::server::Drain;
 use crate::clock::Clock;
@@ -8,6 +8,7 @@ use crate::edge::{Code, Edge, NewNetwork, Settings};
 use crate::formats::{load_network, write_network};
 use crate::network::{Generated, Joining, Topology};
 use std::sync::Arc;
+use tonic::Status;
 use tonic_health::ServingStatus;
 use tonic_health::pb::HealthCheckRequest;
 use tonic_health::pb::health_client::HealthClient;
@@ -47,26 +48,25 @@ async fn an_edge_without_a_network_is_not_serving_until_it_gets_one() {
     };
     assert_eq!(told().await, ServingStatus::NotServing as i32);
 
-    let mut reporter = proto::recomposition_client::RecompositionClient::new(routes.clone());
-    let refused = reporter.report_failure(passed(report())).await;
+    let refused = call(&routes, REPORT_FAILURE, passed(report())).await;
+    let refused: Result<proto::RecompositionAnswer, Status> = refused;
     let refused = refused.expect_err("there is no network");
     assert_eq!(
         (refused.code(), code(&refused)),
         (tonic::Code::Unavailable, Code::NotReady)
     );
-    let mut network_client = proto::network_client::NetworkClient::new(routes);
-    let refused = network_client
-        .get_network(passed(proto::GetNetworkRequest::default()))
-        .await;
+    let network_of = async || -> Result<proto::GetNetworkResponse, Status> {
+        let asked = passed(proto::GetNetworkRequest::default());
+        call(&routes, "Network/GetNetwork", asked).await
+    };
+    let refused = network_of().await;
     assert_eq!(code(&refused.expect_err("there is none")), Code::NotReady);
 
     edge.replace_network(network())
         .await
         .expect("put into service");
     assert_eq!(told().await, ServingStatus::Serving as i32);
-    let served = network_client
-        .get_network(passed(proto::GetNetworkRequest::default()))
-        .await;
+    let served = network_of().await;
     assert!(served.is_ok(), "{served:?}");
     drain.begin();
     assert_eq!(told().await, ServingStatus::NotServing as i32);

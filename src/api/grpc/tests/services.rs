@@ -1,12 +1,7 @@
-//! The services over a small network, called by the clients that the proto files compile to.
+//! The services over a small network, called by the client of the library.
 
 use crate::access::Caller;
-use crate::api::grpc::proto::airspace_client::AirspaceClient;
-use crate::api::grpc::proto::drones_client::DronesClient;
-use crate::api::grpc::proto::network_client::NetworkClient;
-use crate::api::grpc::proto::plans_client::PlansClient;
-use crate::api::grpc::proto::recomposition_client::RecompositionClient;
-use crate::api::grpc::proto::{self, batch_entry::Entry, zone::Geometry};
+use crate::api::grpc::proto::{self, batch_entry::Entry};
 use crate::api::grpc::{Health, Limits, handlers};
 use crate::api::operations::{Daemon, Operation};
 use crate::api::problem::of_grpc_status;
@@ -14,17 +9,22 @@ use crate::api::server::{Answering, GrpcHandler, RequestContext, RequestId};
 use crate::clock::Clock;
 use crate::edge::{Code, Edge, Settings};
 use crate::network::sketch;
+use http::uri::PathAndQuery;
+use prost::Message;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
-use tokio_stream::StreamExt;
 use tonic::body::Body;
-use tonic::{Request, Status};
+use tonic::client::Grpc;
+use tonic::{Request, Status, Streaming};
 use tonic_health::ServingStatus;
 use tonic_health::pb::HealthCheckRequest;
 use tonic_health::pb::health_client::HealthClient;
+use tonic_prost::ProstCodec;
 use tower::Service;
+
+pub(super) const REPORT_FAILURE: &str = "Recomposition/ReportFailure";
 
 /// ```text
 /// 1---2---3
@@ -81,6 +81,28 @@ impl Service<http::Request<Body>> for Routes {
     }
 }
 
+/// Calls a method, as `Plans/GetPlan`.
+pub(super) async fn call<M, A>(
+    routes: &Routes,
+    method: &str,
+    request: Request<M>,
+) -> Result<A, Status>
+where
+    M: Message + 'static,
+    A: Message + Default + 'static,
+{
+    let mut client = Grpc::new(routes.clone());
+    client.ready().await.expect("is always ready");
+    let codec = ProstCodec::default();
+    let answer = client.unary(request, path(method), codec).await;
+    answer.map(tonic::Response::into_inner)
+}
+
+fn path(method: &str) -> PathAndQuery {
+    let path = format!("/skyway.v1.{method}");
+    path.parse().expect("a path")
+}
+
 /// What the gate leaves in every request.
 pub(super) fn passed<M>(message: M) -> Request<M> {
     let mut request = Request::new(message);
@@ -112,42 +134,15 @@ pub(super) fn report() -> proto::FailureReport {
 }
 
 #[tokio::test]
-async fn a_failure_report_is_answered_and_can_be_read_again() {
+async fn a_failure_report_is_answered() {
     let (routes, _) = services().await;
-    let mut client = RecompositionClient::new(routes);
-    let answer = client
-        .report_failure(passed(report()))
-        .await
-        .expect("an answer")
-        .into_inner();
+    let answer = call(&routes, REPORT_FAILURE, passed(report())).await;
+    let answer: proto::RecompositionAnswer = answer.expect("an answer");
     let told = answer.answer.expect("has an answer");
     assert_eq!(told.outcome(), proto::Outcome::Rerouted);
     let path = told.path.expect("has a path");
     assert_eq!(path.nodes, ["1", "4", "5", "2", "3"]);
     assert!(!answer.stamp.expect("has a stamp").revision.is_empty());
-
-    let asked = proto::GetRecompositionRequest {
-        id: answer.id.clone(),
-        certificate: true,
-    };
-    let record = client
-        .get_recomposition(passed(asked))
-        .await
-        .expect("a record")
-        .into_inner();
-    assert_eq!(
-        record.report.expect("has the report").remaining_path,
-        ["1", "2", "3"]
-    );
-    assert!(record.certificate.expect("was asked for").starts_with('{'));
-
-    let asked = proto::ListRecompositionsRequest::default();
-    let listed = client
-        .list_recompositions(passed(asked))
-        .await
-        .expect("a page")
-        .into_inner();
-    assert_eq!(listed.recompositions[0].id, answer.id);
 }
 
 #[tokio::test]
@@ -155,12 +150,8 @@ async fn each_report_of_a_batch_has_its_own_outcome_or_problem() {
     let (routes, _) = services().await;
     let failures = vec![proto::FailureReport::default(), report()];
     let message = proto::ReportFailuresRequest { failures };
-    let mut client = RecompositionClient::new(routes);
-    let answers = client
-        .report_failures(passed(message))
-        .await
-        .expect("answers")
-        .into_inner();
+    let answers = call(&routes, "Recomposition/ReportFailures", passed(message)).await;
+    let answers: proto::ReportFailuresResponse = answers.expect("answers");
     match answers.answers.as_slice() {
         [first, second] => {
             let Some(Entry::Problem(problem)) = &first.entry else {
@@ -179,178 +170,63 @@ async fn each_report_of_a_batch_has_its_own_outcome_or_problem() {
 #[tokio::test]
 async fn a_request_that_has_not_passed_the_gate_is_refused() {
     let (routes, _) = services().await;
-    let refused = RecompositionClient::new(routes)
-        .report_failure(Request::new(report()))
-        .await;
+    let refused = call(&routes, REPORT_FAILURE, Request::new(report())).await;
+    let refused: Result<proto::RecompositionAnswer, Status> = refused;
     assert_eq!(
         code(&refused.expect_err("nobody knows who calls")),
         Code::Internal
     );
 }
 
-/// Around the middle of the segment from 2 to 3.
-fn zone() -> proto::Zone {
-    proto::Zone {
-        id: "crane".to_owned(),
-        geometry: Some(Geometry::Circle(proto::Circle {
-            centre: Some(proto::Coordinates { x: 300.0, y: 100.0 }),
-            radius_m: 20.0,
-        })),
-        margin_m: Some(0.0),
-        ..Default::default()
-    }
-}
-
-fn create() -> proto::CreateZoneRequest {
-    proto::CreateZoneRequest {
-        zone: Some(zone()),
-        ..Default::default()
-    }
-}
-
-#[tokio::test]
-async fn a_zone_is_previewed_and_written_once() {
-    let (routes, _) = services().await;
-    let mut client = AirspaceClient::new(routes);
-    let preview = proto::PreviewZoneRequest { zone: Some(zone()) };
-    let ack = client.preview_zone(passed(preview)).await;
-    let ack = ack.expect("a preview").into_inner();
-    assert_eq!(ack.effect.expect("has an effect").segments, ["2-3"]);
-
-    let ack = client.create_zone(passed(create())).await;
-    let ack = ack.expect("is written").into_inner();
-    assert_eq!(ack.zone.as_ref().map(|zone| &*zone.id), Some("crane"));
-    let again = client.create_zone(passed(create())).await;
-    let again = again.expect_err("is there already");
-    assert_eq!(code(&again), Code::AlreadyExists);
-}
-
-#[tokio::test]
-async fn a_zone_is_changed_and_lifted_by_its_version_and_all_of_it_can_be_watched() {
-    let (routes, _) = services().await;
-    let mut client = AirspaceClient::new(routes);
-    let watch = proto::WatchEventsRequest::default();
-    let watched = client.watch_events(passed(watch)).await;
-    let mut events = watched.expect("a stream").into_inner();
-    let ack = client.create_zone(passed(create())).await;
-    let ack = ack.expect("is written").into_inner();
-
-    let changed = proto::Zone {
-        reason: Some("works".to_owned()),
-        ..zone()
-    };
-    let mut put = proto::PutZoneRequest {
-        id: "crane".to_owned(),
-        zone: Some(changed),
-        ..Default::default()
-    };
-    let refused = client.put_zone(passed(put.clone())).await;
-    let refused = refused.expect_err("without its version");
-    assert_eq!(code(&refused), Code::PreconditionRequired);
-    put.etag = ack.etag;
-    let written = client.put_zone(passed(put)).await.expect("is written");
-    assert!(!written.into_inner().created);
-    let id = "crane".to_owned();
-    let found = client.get_zone(passed(proto::GetZoneRequest { id })).await;
-    let found = found.expect("is there").into_inner();
-    let reason = found.zone.and_then(|zone| zone.reason);
-    assert_eq!(reason.as_deref(), Some("works"));
-
-    let delete = proto::DeleteZoneRequest {
-        id: "crane".to_owned(),
-        etag: Some(found.etag),
-        ..Default::default()
-    };
-    client.delete_zone(passed(delete)).await.expect("is lifted");
-    let mut kinds = Vec::new();
-    while !kinds.contains(&proto::EventKind::ZoneDeleted) {
-        let event = events.next().await.expect("goes on").expect("an event");
-        kinds.push(event.kind());
-    }
-    let puts = kinds
-        .iter()
-        .filter(|kind| **kind == proto::EventKind::ZonePut);
-    assert_eq!(puts.count(), 2, "{kinds:?}");
-}
-
-#[tokio::test]
-async fn a_zone_that_is_not_valid_is_refused_with_the_places_of_its_faults() {
-    let (routes, _) = services().await;
-    let create = proto::CreateZoneRequest {
-        zone: Some(proto::Zone {
-            geometry: None,
-            ..zone()
-        }),
-        ..Default::default()
-    };
-    let status = AirspaceClient::new(routes)
-        .create_zone(passed(create))
-        .await;
-    let status = status.expect_err("has no geometry");
-    assert_eq!(status.code(), tonic::Code::InvalidArgument);
-    let refusal = of_grpc_status(&status).expect("a status of the table");
-    assert_eq!(refusal.code, Code::ZoneInvalid);
-    assert_eq!(refusal.faults[0].pointer, "/geometry");
-}
-
-#[tokio::test]
-async fn a_closure_and_what_nobody_has_are_told_with_the_world() {
-    let (routes, _) = services().await;
-    let mut client = AirspaceClient::new(routes);
-    let create = proto::CreateClosureRequest {
-        id: Some("works".to_owned()),
-        nodes: vec!["5".to_owned()],
-        ..Default::default()
-    };
-    let made = client
-        .create_closure(passed(create))
-        .await
-        .expect("is closed")
-        .into_inner();
-    assert_eq!(made.closure.expect("has a closure").nodes, ["5"]);
-    assert!(made.stamp.is_some());
-    let decide = proto::DecideProposalRequest {
-        id: "7".to_owned(),
-        decision: 0,
-    };
-    let refused = client
-        .decide_proposal(passed(decide))
-        .await
-        .expect_err("no decision");
-    assert_eq!(code(&refused), Code::BodyInvalid);
-    let decide = proto::DecideHoldRequest {
-        id: "7".to_owned(),
-        decision: 1,
-    };
-    let refused = client
-        .decide_hold(passed(decide))
-        .await
-        .expect_err("no hold");
-    assert_eq!(code(&refused), Code::NotFound);
-}
-
-#[tokio::test]
-async fn a_plan_is_composed_and_its_drone_told_of_it() {
-    let (routes, _) = services().await;
-    let mut plans = PlansClient::new(routes.clone());
-    let create = proto::CreatePlanRequest {
+fn delivery() -> proto::CreatePlanRequest {
+    proto::CreatePlanRequest {
         id: Some("p".to_owned()),
         source: "1".to_owned(),
         destination: "3".to_owned(),
         drone_id: Some("d".to_owned()),
         ..Default::default()
+    }
+}
+
+#[tokio::test]
+async fn a_refusal_has_its_code_and_the_places_of_its_faults() {
+    let (routes, _) = services().await;
+    let nowhere = proto::CreatePlanRequest {
+        source: "nowhere".to_owned(),
+        ..delivery()
     };
-    let plan = plans
-        .create_plan(passed(create))
-        .await
-        .expect("is composed")
-        .into_inner();
+    let refused = call(&routes, "Plans/CreatePlan", passed(nowhere)).await;
+    let refused: Result<proto::Plan, Status> = refused;
+    let status = refused.expect_err("starts nowhere");
+    assert_eq!(status.code(), tonic::Code::InvalidArgument);
+    let refusal = of_grpc_status(&status).expect("a status of the table");
+    assert_eq!(refusal.code, Code::PlanInvalid);
+    assert_eq!(refusal.faults[0].pointer, "/source");
+}
+
+#[tokio::test]
+async fn a_plan_is_composed_once_its_drone_told_of_it_and_all_of_it_can_be_watched() {
+    let (routes, _) = services().await;
+    let mut client = Grpc::new(routes.clone());
+    client.ready().await.expect("is always ready");
+    let watch = passed(proto::WatchEventsRequest::default());
+    let codec = ProstCodec::default();
+    let watched = client.server_streaming(watch, path("Airspace/WatchEvents"), codec);
+    let mut events: Streaming<proto::Event> = watched.await.expect("a stream").into_inner();
+    let plan = call(&routes, "Plans/CreatePlan", passed(delivery())).await;
+    let plan: proto::Plan = plan.expect("is composed");
     let way = plan
         .reported
         .expect("has a version")
         .path
         .expect("has a path");
     assert_eq!(way.nodes, ["1", "2", "3"]);
+    let again = call(&routes, "Plans/CreatePlan", passed(delivery())).await;
+    let again: Result<proto::Plan, Status> = again;
+    let again = again.expect_err("is there already");
+    assert_eq!(code(&again), Code::AlreadyExists);
+    let event = events.message().await.expect("no break").expect("no end");
+    assert_eq!(event.kind(), proto::EventKind::PlanComposed);
 
     let location = Some(proto::place::Place::Node("1".to_owned()));
     let entry = proto::TelemetryEntry {
@@ -360,12 +236,8 @@ async fn a_plan_is_composed_and_its_drone_told_of_it() {
     };
     let positions = vec![entry, proto::TelemetryEntry::default()];
     let message = proto::ReportTelemetryRequest { positions };
-    let mut drones = DronesClient::new(routes);
-    let answer = drones
-        .report_telemetry(passed(message))
-        .await
-        .expect("an answer")
-        .into_inner();
+    let answer = call(&routes, "Drones/ReportTelemetry", passed(message)).await;
+    let answer: proto::ReportTelemetryResponse = answer.expect("an answer");
     let accepted: Vec<bool> = answer
         .positions
         .iter()
@@ -378,20 +250,13 @@ async fn a_plan_is_composed_and_its_drone_told_of_it() {
 #[tokio::test]
 async fn the_network_is_sent_only_to_who_has_another_version() {
     let (routes, _) = services().await;
-    let mut client = NetworkClient::new(routes);
     let mut asked = proto::GetNetworkRequest::default();
-    let first = client
-        .get_network(passed(asked.clone()))
-        .await
-        .expect("the network")
-        .into_inner();
+    let first = call(&routes, "Network/GetNetwork", passed(asked.clone())).await;
+    let first: proto::GetNetworkResponse = first.expect("the network");
     assert!(!first.document.is_empty());
     asked.etag = Some(first.etag.clone());
-    let again = client
-        .get_network(passed(asked))
-        .await
-        .expect("nothing new")
-        .into_inner();
+    let again = call(&routes, "Network/GetNetwork", passed(asked)).await;
+    let again: proto::GetNetworkResponse = again.expect("nothing new");
     assert!(again.document.is_empty());
     assert_eq!(again.etag, first.etag);
 
@@ -399,11 +264,8 @@ async fn the_network_is_sent_only_to_who_has_another_version() {
         location: Some(proto::Coordinates { x: 190.0, y: 10.0 }),
         k: None,
     };
-    let nearest = client
-        .nearest(passed(near))
-        .await
-        .expect("nodes")
-        .into_inner();
+    let nearest = call(&routes, "Network/Nearest", passed(near)).await;
+    let nearest: proto::NearestResponse = nearest.expect("nodes");
     assert_eq!(nearest.nodes[0].id, "5");
 }
 
@@ -414,11 +276,10 @@ async fn a_message_beyond_the_limit_is_refused_unread() {
         objective: Some("x".repeat(2 << 20)),
         ..report()
     };
-    let status = RecompositionClient::new(routes)
-        .report_failure(passed(large))
-        .await;
-    let status = status.expect_err("is too large");
+    let refused = call(&routes, REPORT_FAILURE, passed(large)).await;
+    let refused: Result<proto::RecompositionAnswer, Status> = refused;
     // In the words of tonic, which the gate tells in ours.
+    let status = refused.expect_err("is too large");
     assert_eq!(status.code(), tonic::Code::OutOfRange);
 }
 
@@ -456,7 +317,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 37, "{paths:?}");
+    assert_eq!(paths.len(), 13, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");

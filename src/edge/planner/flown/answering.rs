@@ -66,7 +66,7 @@ impl Flights {
     }
 
     /// Whether the wind leaves a version of a plan short from a leg on, by more than telemetry may be off.
-    pub(super) fn falls_short(
+    pub(super) fn exceeds_battery(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
@@ -76,7 +76,9 @@ impl Flights {
         let compiled = self.compiled(scene, &self.kind_of(plan));
         let timed = flown.composition_at(self.seconds(version.departs_at));
         let least = (timed.reserve - self.settings.battery_tolerance).max(0.0);
-        compiled.setting.falls_short(&timed.plan, from_leg, least)
+        compiled
+            .setting
+            .exceeds_battery(&timed.plan, from_leg, least)
     }
 
     /// Answers the drone of a plan that stands somewhere.

@@ -48,7 +48,7 @@ impl FlownVersion {
             airframe: self.airframe.clone(),
             ends: self.ends.get(legs.clone())?.to_vec(),
             hold,
-            refuge: self.refuge.filter(|_| is_whole).and_then(pad_carried),
+            alternate: self.alternate.filter(|_| is_whole).and_then(pad_carried),
             composition: FlightComposition {
                 destination,
                 closed_segments: closed

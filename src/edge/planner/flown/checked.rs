@@ -84,10 +84,10 @@ impl Flights {
         let answer = standing.as_ref().unwrap_or(answer);
         let departs_s = self.seconds(departs_at);
         let timed = version.composition_at(departs_s);
-        let refuge = version.refuge.map(|refuge| Reservation {
-            from_s: refuge.from_s + departs_s,
-            until_s: refuge.until_s + departs_s,
-            ..refuge
+        let alternate = version.alternate.map(|alternate| Reservation {
+            from_s: alternate.from_s + departs_s,
+            until_s: alternate.until_s + departs_s,
+            ..alternate
         });
         let compiled = self.compiled(scene, kind);
         let closed = sky
@@ -106,7 +106,7 @@ impl Flights {
             is_taken: &is_taken,
             refuge_stay_s: self.settings.refuge_stay_s,
         };
-        let claim = claim_of_flight(&timed, refuge, version.is_energy_checked);
+        let claim = claim_of_flight(&timed, alternate, version.is_energy_checked);
         let of_airframe = with_airframe(&compiled.setting, request);
         check_answer(
             airspace,

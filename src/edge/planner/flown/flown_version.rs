@@ -37,12 +37,12 @@ pub(in crate::edge) struct FlownVersion {
     pub(in crate::edge) composition: FlightComposition,
     /// How the contingencies of each leg end.
     pub(in crate::edge) ends: Vec<LegEnds>,
-    /// True where it draws on the reserve, to reach a safe node.
+    /// True where it draws on the reserve, to reach an alternate.
     pub(in crate::edge) reserve_used: bool,
     /// Where it waits first, where it is told so.
     pub(in crate::edge) hold: Option<Hold>,
-    /// The pad of the safe node that it diverts to.
-    pub(in crate::edge) refuge: Option<Reservation>,
+    /// The pad of the alternate that it diverts to.
+    pub(in crate::edge) alternate: Option<Reservation>,
     /// Whether its pads are surely its own: no other edge gives them away.
     pub(in crate::edge) is_confirmed: bool,
     /// False where nobody knows whether the battery suffices: its levels mean nothing then.
@@ -58,8 +58,14 @@ impl FlownVersion {
     /// The pads that it takes: those of its stops, and that of the node that it diverts to.
     pub(in crate::edge) fn reservations(&self) -> Vec<Reservation> {
         let mut reservations = self.composition.reservations();
-        reservations.extend(self.refuge);
+        reservations.extend(self.alternate);
         reservations
+    }
+
+    /// The legs, counted from 0, at whose ends it lands on the way.
+    pub(in crate::edge) fn landings(&self) -> impl Iterator<Item = usize> + '_ {
+        let stops = self.composition.plan.stops.iter();
+        stops.filter_map(|stop| stop.before_leg.checked_sub(1))
     }
 
     /// The nodes that it stops at, in order.

@@ -7,7 +7,7 @@ use crate::compose::{Composition, Leg};
 use crate::delivery::{FlightComposition, FlightRecomposition, Hold, LegContingency};
 use crate::flight::{FlightPlan, Reservation};
 use crate::recompose::Outcome;
-use crate::routing::Way;
+use crate::routing::Path;
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -57,9 +57,9 @@ impl FlownVersion {
                 until_s: hold.until_s - departs_s,
                 ..hold
             }),
-            refuge: told
+            alternate: told
                 .is_diverted
-                .then(|| refuge(ground, composition, departs_s))
+                .then(|| alternate(ground, composition, departs_s))
                 .flatten(),
             is_confirmed: ground.is_alone,
             is_energy_checked: !told.is_energy_unchecked,
@@ -85,7 +85,7 @@ impl LegEnds {
         let safe = leg.safe.as_ref();
         Self {
             if_closed: flight.map(|flight| end(flight, detour.reserve_used)),
-            safe: safe.map(|haven| end(&haven.flight, haven.reserve_used)),
+            safe: safe.map(|alternate| end(&alternate.flight, alternate.reserve_used)),
         }
     }
 }
@@ -104,10 +104,13 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
         departure_s: leg.enters_s - departs_s,
         arrival_s: leg.leaves_s - departs_s,
         if_closed: contingency.if_closed.contingency.clone(),
-        safe: contingency.safe.as_ref().map(|haven| haven.safe.clone()),
+        safe: contingency
+            .safe
+            .as_ref()
+            .map(|alternate| alternate.safe.clone()),
     });
     Composition {
-        way: Way {
+        way: Path {
             nodes: composition.nodes(),
             segments: plan.legs.iter().map(|leg| leg.segment).collect(),
         },
@@ -118,7 +121,11 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
 }
 
 /// The pad on which a drone that diverts may stay.
-fn refuge(ground: &Ground, composition: &FlightComposition, departs_s: f64) -> Option<Reservation> {
+fn alternate(
+    ground: &Ground,
+    composition: &FlightComposition,
+    departs_s: f64,
+) -> Option<Reservation> {
     let from_s = composition.plan.arrives_s;
     let until_s = from_s + ground.settings.refuge_stay_s;
     let node = composition.destination;

@@ -25,7 +25,9 @@ use super::traffic::Others;
 use super::{Own, Scene};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
-use crate::delivery::{DeliveryScratch, DeliveryWorld, FlightTables, OtherPlans, Skies};
+use crate::delivery::{
+    DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
+};
 use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
@@ -60,7 +62,7 @@ struct Compiled {
 #[derive(Debug)]
 struct Sky {
     airspace: Arc<Airspace>,
-    skies: Skies,
+    skies: FlightEnvironment,
     /// Any kind of drone in it: what is in the way is the same for all.
     setting: OnceLock<FlightSetting>,
     /// What is closed when, for the checker.
@@ -71,7 +73,7 @@ struct Sky {
 }
 
 #[derive(Debug, Default)]
-struct Kept {
+struct FlightCaches {
     /// Latest used last.
     compiled: VecDeque<Arc<Compiled>>,
     skies: VecDeque<Arc<Sky>>,
@@ -85,7 +87,7 @@ pub(super) struct Flights {
     zero: Timestamp,
     /// Whether no other edge gives away the same pads.
     is_alone: bool,
-    kept: Mutex<Kept>,
+    kept: Mutex<FlightCaches>,
     scratches: Mutex<Vec<DeliveryScratch>>,
 }
 
@@ -93,7 +95,7 @@ pub(super) struct Flights {
 #[derive(Debug)]
 pub(super) struct Ground {
     compiled: Arc<Compiled>,
-    pub(super) skies: Skies,
+    pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
     /// The plans that the situation's traffic is of, one for each leg.
     pub(super) traffic_of: Vec<Arc<str>>,
@@ -187,7 +189,7 @@ impl Flights {
         }
         let at_now = airspace.apply(&[], now.max(airspace.as_of()));
         let others = OtherPlans::default();
-        let skies = Skies::since(self.zero, &at_now, others, &self.settings.rules);
+        let skies = FlightEnvironment::since(self.zero, &at_now, others, &self.settings.rules);
         let topology = airspace.topology();
         let stations = self.settings.swap_stations.iter();
         let sky = Arc::new(Sky {
@@ -276,7 +278,7 @@ impl Flights {
     }
 
     // Both lists are whole after every call, so a panic elsewhere cannot spoil them.
-    fn lock(&self) -> MutexGuard<'_, Kept> {
+    fn lock(&self) -> MutexGuard<'_, FlightCaches> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -24,7 +24,7 @@ use crate::network::{NodeIx, Topology};
 use crate::planted;
 use crate::recompose::{Outcome, Request, Strategy};
 use crate::refusal::Refusal;
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -64,8 +64,8 @@ impl Flown {
         stand: Stand,
         destination: NodeIx,
     ) -> (Request, Answer) {
-        let request = |way: &Way| standing_at(stand.node, way, destination);
-        let from_there = request(&Way::default());
+        let request = |way: &Path| standing_at(stand.node, way, destination);
+        let from_there = request(&Path::default());
         let answer = self
             .flights
             .answer_standing(scene, plan, stand, &from_there);
@@ -264,7 +264,10 @@ impl Planner for Flown {
         let mut composition = version.composition.clone();
         for (leg, contingency) in composition.legs.iter_mut().zip(&contingencies) {
             leg.if_closed = contingency.if_closed.contingency.clone();
-            leg.safe = contingency.safe.as_ref().map(|haven| haven.safe.clone());
+            leg.safe = contingency
+                .safe
+                .as_ref()
+                .map(|alternate| alternate.safe.clone());
         }
         let ends = contingencies.iter();
         let flown = FlownVersion {
@@ -338,11 +341,11 @@ impl Planner for Flown {
             .flights
             .closures_met(scene, plan, (version, flown), from_leg);
         ids.extend(progress::closures_on(stretch, scene.airspace));
-        let falls_short = || {
+        let exceeds_battery = || {
             self.flights
-                .falls_short(scene, plan, (version, flown), from_leg)
+                .exceeds_battery(scene, plan, (version, flown), from_leg)
         };
-        (!ids.is_empty() || falls_short()).then_some(ids)
+        (!ids.is_empty() || exceeds_battery()).then_some(ids)
     }
 
     fn affected_by(

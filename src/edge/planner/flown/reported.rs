@@ -18,7 +18,7 @@ use crate::itinerary::Objective;
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
 use crate::recompose::{Recomposition, Request, Severance};
-use crate::routing::Way;
+use crate::routing::Path;
 use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
@@ -460,7 +460,7 @@ fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition 
     let airborne = airborne.map(|airborne| Box::new(without_flight(ground, airborne)));
     let topology = ground.skies.topology();
     let plan = told.composition.as_ref();
-    let path = plan.map(|plan| Way {
+    let path = plan.map(|plan| Path {
         nodes: plan.nodes(),
         segments: plan.plan.legs.iter().map(|leg| leg.segment).collect(),
     });

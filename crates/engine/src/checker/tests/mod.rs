@@ -84,6 +84,7 @@ fn circle(topology: &Topology, x: f64, y: f64, radius_m: f64) -> Change {
         band: AltitudeBand::UNLIMITED,
         windows: Vec::new(),
         margin_m: 0.0,
+        terms: Default::default(),
     };
     let zone = Zone::new(draft, &Frame::Planar).expect("a zone");
     Change::Put(Arc::new(Closure::of_zone(topology, Arc::new(zone))))

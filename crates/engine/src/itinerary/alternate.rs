@@ -1,0 +1,163 @@
+//! The best alternate for a drone that cannot reach its destination: most battery on arrival, and a pad that is free.
+
+use super::expander::Expander;
+use super::memory::{How, ItineraryScratch};
+use super::potentials::Potentials;
+use super::request::{
+    Effort, FlightAnswer, FlightRequest, Objective, Step, Unproved, Value, close, reopen,
+};
+use super::run::{Goal, Mode, Run};
+use super::setting::FlightSetting;
+use super::trace::plan;
+use crate::network::NodeIx;
+
+/// A plan to an alternate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternate {
+    /// The node.
+    pub node: NodeIx,
+    /// The plan that leads there, by least energy; its value's weight is the energy drawn.
+    pub answer: FlightAnswer,
+}
+
+/// Finds the alternate that is reached with most battery: one with a pad that is free for `stay_s` from the landing on.
+///
+/// The request's destination and objective do not matter, its deadline does not bind: a drone lands where it can. The energy that
+/// the starts have drawn already has to be counted from one place for all of them. `None` where no alternate can
+/// be reached with the request's reserve, or none was found within its limits.
+pub fn find_alternate(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    stay_s: f64,
+    scratch: &mut ItineraryScratch,
+) -> Option<Alternate> {
+    find_landing(setting, request, Goal::Alternate { stay_s }, scratch)
+}
+
+/// Finds the node that is not closed and is reached with most battery, with or without pads.
+///
+/// The same holds of the request as for [`find_alternate`].
+pub fn find_nearest(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    scratch: &mut ItineraryScratch,
+) -> Option<Alternate> {
+    find_landing(setting, request, Goal::AnyNode, scratch)
+}
+
+fn find_landing(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    goal: Goal,
+    scratch: &mut ItineraryScratch,
+) -> Option<Alternate> {
+    let world = setting.world();
+    let nodes = world.topology.node_count();
+    let first = request.starts.first()?;
+    let request = FlightRequest {
+        objective: Objective::Energy,
+        deadline_s: f64::INFINITY,
+        destination: first.node,
+        ..request.clone()
+    };
+    scratch.fit(world.topology);
+    let potentials = Potentials::nowhere(nodes, Objective::Energy);
+    let terms = Expander::new(&world, &request, &potentials);
+    let mut effort = Effort::default();
+    let standing = standing_safely(&terms, goal);
+    scratch.best.clear();
+    let (value, reason) = match standing {
+        Some((number, value)) => {
+            scratch.best.push(How::Start(number));
+            (value, None)
+        }
+        None => fly_on(&terms, goal, scratch, &mut effort),
+    };
+    if value == Value::NONE {
+        return None;
+    }
+    let node = last_node(&terms, &scratch.best);
+    let there = FlightRequest {
+        destination: node,
+        ..request.clone()
+    };
+    let terms = Expander::new(&world, &there, &potentials);
+    Some(Alternate {
+        node,
+        answer: FlightAnswer {
+            plan: Some(plan(&terms, &scratch.best, value)),
+            value,
+            proved: reason.is_none(),
+            lower_bound: value,
+            reason,
+            step: Step::Exact,
+            effort,
+        },
+    })
+}
+
+/// The search for an alternate; its best steps are in the scratch.
+fn fly_on(
+    terms: &Expander<'_>,
+    goal: Goal,
+    scratch: &mut ItineraryScratch,
+    effort: &mut Effort,
+) -> (Value, Option<Unproved>) {
+    let Expander {
+        world,
+        request,
+        potentials,
+        ..
+    } = *terms;
+    close(&mut scratch.closed, request.closed_segments);
+    let mut openings = std::mem::take(&mut scratch.openings);
+    openings.collect(world, request, potentials, Value::NONE);
+    scratch.openings = openings;
+    let mut run = Run {
+        terms: *terms,
+        mode: Mode::Exact,
+        goal,
+        scratch,
+        effort,
+        best: Value::NONE,
+        improved: false,
+        doubt: Value::NONE,
+        may_tie: false,
+        target: Value::LEAST,
+        most_labels: request.limits.labels,
+        walks: false,
+    };
+    let end = run.search();
+    let best = run.best;
+    reopen(&mut scratch.closed, request.closed_segments);
+    (best, end.stopped_by)
+}
+
+/// A drone that stands on a pad that stays free is safe where it is; where pads do not matter, one that stands.
+fn standing_safely(terms: &Expander<'_>, goal: Goal) -> Option<(u8, Value)> {
+    let starts = terms.request.starts.iter().take(super::MAX_STARTS);
+    let mut safe = starts.enumerate().filter(|(_, start)| {
+        let stays_until_s = terms.world.pads.stay_until_s(start.node, start.at_s);
+        let may_stay = match goal {
+            Goal::Alternate { stay_s } => stays_until_s >= start.at_s + stay_s,
+            Goal::AnyNode | Goal::Destination | Goal::Nowhere | Goal::Near => true,
+        };
+        start.on_ground && may_stay
+    });
+    let (number, start) = safe.next()?;
+    let value = Value {
+        weight: terms.start_weight(start),
+        arrives_s: start.at_s,
+    };
+    Some((number as u8, value))
+}
+
+/// Where some steps end.
+fn last_node(terms: &Expander<'_>, steps: &[How]) -> NodeIx {
+    let ends = steps.iter().rev().find_map(|how| match how {
+        How::Leg { leg, .. } => Some(terms.world.legs.leg(*leg).to),
+        How::Start(number) => Some(terms.request.starts[usize::from(*number)].node),
+        How::Stop { .. } => None,
+    });
+    ends.unwrap_or(terms.request.destination)
+}

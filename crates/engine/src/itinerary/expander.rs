@@ -1,0 +1,499 @@
+//! What one request flies by: how a family goes on over a leg or a stop, and what is left for it at least.
+//!
+//! *Real* families keep to every window. Where hovering is free a drone waits in the air for a leg or a pad to become
+//! free, with the battery it has, and stays on a pad as long as it likes: a *relaxed* family, which is at least as good as
+//! every real one on the same way.
+
+use super::charging_label::ChargingLabel;
+use super::memory::How;
+use super::obstacles::{Entry, Leaving};
+use super::potentials::{Potentials, energy_weight};
+use super::request::{FlightRequest, FlightWorld, Objective, Value};
+use crate::airspace::Bits;
+use crate::flight::{FlightLegs, FlightStart};
+use crate::network::NodeIx;
+
+/// Steps of Newton's method towards the best charge, enough for all digits.
+const NEWTON_STEPS: u32 = 5;
+
+/// A request in its world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expander<'a> {
+    pub(super) world: &'a FlightWorld<'a>,
+    pub(super) request: &'a FlightRequest<'a>,
+    pub(super) potentials: &'a Potentials,
+    pub(super) tau_s: f64,
+    /// Seconds from the crossing altitude to the destination's landing site.
+    landing_s: f64,
+    /// The lowest level at which a drone lands; charging is fastest there.
+    lowest: f64,
+    has_swaps: bool,
+    /// The least that a stop takes beside charging, in seconds: descent, handling, climb.
+    least_stop_s: f64,
+    /// Of what is missing from full at the lowest level, the share that is best charged at each of many stops.
+    best_share: f64,
+}
+
+/// Where a family is, and whether it leaves the node at which the plan begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Departure<'f> {
+    pub(super) family: &'f ChargingLabel,
+    pub(super) from: NodeIx,
+    pub(super) leaving: Leaving,
+}
+
+/// Where new families and forbidden times are put.
+pub(super) struct SearchBuffers<'r> {
+    pub(super) closed: &'r Bits,
+    pub(super) intervals: &'r mut Vec<(f64, f64)>,
+    pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
+}
+
+impl<'a> Expander<'a> {
+    pub(super) fn new(
+        world: &'a FlightWorld<'a>,
+        request: &'a FlightRequest<'a>,
+        potentials: &'a Potentials,
+    ) -> Self {
+        let tau_s = world.charging.tau_s;
+        let starts = request.starts.iter().map(|start| start.battery);
+        let lowest = starts.fold(request.reserve, f64::min);
+        let has_swaps = world.pads.has_swaps();
+        let least_stop_s = match has_swaps {
+            true => world.rules.stop_s.min(world.rules.swap_s),
+            false => world.rules.stop_s,
+        } + 2.0 * world.legs.least_vertical_s();
+        Self {
+            world,
+            request,
+            potentials,
+            tau_s,
+            landing_s: world.legs.vertical_s(request.destination),
+            lowest,
+            has_swaps,
+            least_stop_s,
+            best_share: best_share(least_stop_s / tau_s),
+        }
+    }
+
+    /// True where plans have a weight beside their arrival.
+    #[inline]
+    pub(super) fn is_weighed(&self) -> bool {
+        self.request.objective != Objective::Time
+    }
+
+    /// The latest arrival at a node that can still keep the deadline.
+    #[inline]
+    fn latest_s(&self, node: NodeIx) -> f64 {
+        self.request.deadline_s - self.landing_s - self.potentials.from(node).time_s
+    }
+
+    /// The value of a family that has arrived at the destination.
+    pub(super) fn value(&self, family: &ChargingLabel) -> Value {
+        Value {
+            weight: family.weight,
+            arrives_s: family.lo_s + self.landing_s,
+        }
+    }
+
+    /// A lower bound of every plan that goes on from a family.
+    ///
+    /// What is missing for the flight to the destination has to be charged: by a longer stay at the last stop, or at another one
+    /// from the lowest level on, where charging is fastest.
+    pub(super) fn key(&self, family: &ChargingLabel, node: NodeIx) -> Value {
+        let remaining = self.potentials.from(node);
+        let direct_s = family.lo_s + remaining.time_s + self.landing_s;
+        let needed = self.request.reserve + remaining.energy;
+        let missing = needed - family.battery_lo();
+        let mut arrives_s = direct_s;
+        if missing > 1e-9 {
+            arrives_s += self.least_stops_s(missing, family.hi_s > family.lo_s);
+            let by_longer_stay = family.sufficient_from_s(needed, self.tau_s);
+            if let Some(from_s) = by_longer_stay.filter(|&from_s| from_s <= family.hi_s) {
+                arrives_s = arrives_s.min(from_s + remaining.time_s + self.landing_s);
+            }
+        }
+        Value {
+            weight: family.weight + remaining.weight,
+            arrives_s,
+        }
+    }
+
+    /// What a start weighs by itself.
+    pub(super) fn start_weight(&self, start: &FlightStart) -> f64 {
+        match self.request.objective {
+            // As the legs are, so that ways through either end of a leg are equally long where they are one.
+            Objective::Distance => FlightLegs::rounded_m(start.flown_m),
+            Objective::Energy => energy_weight(start.drawn),
+            Objective::Time => 0.0,
+        }
+    }
+
+    /// The least that charging what is missing takes, at one more stop or at several; at the last one too, where its departure is
+    /// open.
+    ///
+    /// A charge of `x` from a level takes at least as long as from the lowest, `tau ln((1 - lowest) / (1 - lowest - x))`, which is
+    /// convex in `x`: so equal parts take least, and the sum is convex in their number. The best whole number is beside the best one.
+    fn least_stops_s(&self, missing: f64, is_open: bool) -> f64 {
+        if self.has_swaps {
+            return self.least_stop_s;
+        }
+        let room = 1.0 - self.lowest;
+        if self.best_share <= 0.0 {
+            // Stops that take no time: charging at the highest rate all the time.
+            return missing * self.tau_s / room;
+        }
+        let open = f64::from(is_open);
+        let takes_s = |parts: f64| {
+            let each = missing / parts;
+            if each >= room {
+                return f64::INFINITY;
+            }
+            let charging_s = parts * self.tau_s * (room / (room - each)).ln();
+            (parts - open) * self.least_stop_s + charging_s
+        };
+        let best = (missing / (room * self.best_share)).max(1.0 + open);
+        takes_s(best.floor()).min(takes_s(best.ceil()))
+    }
+
+    /// The families that a start of the request begins with: as it is, and with a swapped battery where there is one.
+    pub(super) fn start(&self, start: &FlightStart) -> (ChargingLabel, Option<ChargingLabel>) {
+        let legs = self.world.legs;
+        let weight = self.start_weight(start);
+        if !start.on_ground {
+            return (
+                ChargingLabel::point(weight, start.at_s, start.battery),
+                None,
+            );
+        }
+        let climb = legs.climb_energy(start.node);
+        let weight = weight + self.energy_weight(climb);
+        let climb_s = legs.vertical_s(start.node);
+        let pads = self.world.pads;
+        let stays_until_s = pads.stay_until_s(start.node, start.at_s);
+        let ready_s = start.at_s + climb_s;
+        let until_s = (stays_until_s + climb_s).min(self.latest_s(start.node).max(ready_s));
+        if stays_until_s < start.at_s {
+            return (
+                ChargingLabel::point(weight, ready_s, start.battery - climb),
+                None,
+            );
+        }
+        if !pads.swaps(start.node) {
+            let charging = self.world.charging;
+            let level = start.battery;
+            let family = ChargingLabel::charging(weight, level, ready_s, until_s, climb, charging);
+            return (family, None);
+        }
+        let swapped_s = ready_s + self.world.rules.swap_s;
+        let full = self.world.charging.full - climb;
+        let swapped = (swapped_s <= until_s)
+            .then(|| ChargingLabel::waiting(weight, full, swapped_s, until_s));
+        let as_it_is = ChargingLabel::waiting(weight, start.battery - climb, ready_s, until_s);
+        (as_it_is, swapped)
+    }
+
+    #[inline]
+    fn energy_weight(&self, energy: f64) -> f64 {
+        match self.request.objective {
+            Objective::Energy => energy_weight(energy),
+            Objective::Distance | Objective::Time => 0.0,
+        }
+    }
+
+    #[inline]
+    fn leg_weight(&self, length_m: f64, energy: f64) -> f64 {
+        match self.request.objective {
+            Objective::Distance => length_m,
+            Objective::Energy => energy_weight(energy),
+            Objective::Time => 0.0,
+        }
+    }
+
+    /// The real families after a leg, added to the offers.
+    #[inline]
+    pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut SearchBuffers<'_>) {
+        let legs = self.world.legs;
+        let flight = legs.leg(leg);
+        if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
+            return;
+        }
+        let obstacles = self.world.obstacles;
+        let is_clear = obstacles.is_clear(flight.segment.0, departure.from, flight.to);
+        if is_clear && legs.changes_s().is_empty() {
+            self.fly_piece(*departure.family, leg, 0, room);
+            return;
+        }
+        let changes_s = legs.changes_s();
+        for period in 0..=changes_s.len() {
+            let begins_s = match period {
+                0 => f64::NEG_INFINITY,
+                _ => changes_s[period - 1],
+            };
+            let ends_s = changes_s.get(period).copied().unwrap_or(f64::INFINITY);
+            let Departure { family, from, .. } = departure;
+            // At the instant of a change the new period counts.
+            let holds = begins_s <= family.hi_s && family.lo_s < ends_s;
+            if !holds || !legs.cost(leg, period).is_flyable() {
+                continue;
+            }
+            let last_s = family.hi_s.min(ends_s.next_down());
+            let piece = family.within(begins_s, last_s, self.tau_s);
+            if is_clear {
+                self.fly_piece(piece, leg, period, room);
+                continue;
+            }
+            let entry = Entry {
+                segment: flight.segment.0,
+                from,
+                to: flight.to,
+                time_s: legs.cost(leg, period).time_s,
+                leaving: departure.leaving,
+            };
+            room.intervals.clear();
+            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            self.fly_between(piece, leg, period, room);
+        }
+    }
+
+    /// The pieces of a family that the forbidden intervals leave; touching their ends is allowed.
+    fn fly_between(
+        &self,
+        family: ChargingLabel,
+        leg: u32,
+        period: usize,
+        room: &mut SearchBuffers<'_>,
+    ) {
+        room.intervals
+            .sort_by(|one, other| one.0.total_cmp(&other.0));
+        let mut open_from_s = family.lo_s;
+        for place in 0..room.intervals.len() {
+            let (from_s, until_s) = room.intervals[place];
+            if until_s <= open_from_s {
+                continue;
+            }
+            if from_s >= family.hi_s {
+                break;
+            }
+            if from_s >= open_from_s {
+                let piece = family.within(open_from_s, from_s, self.tau_s);
+                self.fly_piece(piece, leg, period, room);
+            }
+            open_from_s = until_s;
+        }
+        if open_from_s <= family.hi_s {
+            let piece = family.within(open_from_s, family.hi_s, self.tau_s);
+            self.fly_piece(piece, leg, period, room);
+        }
+    }
+
+    #[inline]
+    fn fly_piece(
+        &self,
+        family: ChargingLabel,
+        leg: u32,
+        period: usize,
+        room: &mut SearchBuffers<'_>,
+    ) {
+        let flight = self.world.legs.leg(leg);
+        let cost = self.world.legs.cost(leg, period);
+        let latest_s = self.latest_s(flight.to);
+        let reserve = self.request.reserve;
+        let flown = family.flown(cost.time_s, cost.energy, reserve, latest_s, self.tau_s);
+        if let Some(mut flown) = flown {
+            flown.weight += self.leg_weight(flight.length_m, cost.energy);
+            let period = period as u16;
+            room.offers.push((flown, How::Leg { leg, period }));
+        }
+    }
+
+    /// The real families after a stop, added to the offers: one for the earliest landing, and one for every later
+    /// instant at which a longer stay becomes possible.
+    pub(super) fn stop(&self, family: &ChargingLabel, node: NodeIx, room: &mut SearchBuffers<'_>) {
+        let pads = self.world.pads;
+        let descent_s = self.world.legs.vertical_s(node);
+        let lands_s = family.lo_s + descent_s;
+        let stays_until_s = pads.stay_until_s(node, lands_s);
+        self.stay(family, node, lands_s, stays_until_s, room);
+        for (rises_s, until_s) in pads.rises(node) {
+            if rises_s > lands_s && rises_s <= family.hi_s + descent_s {
+                self.stay(family, node, rises_s, until_s, room);
+            }
+        }
+    }
+
+    fn stay(
+        &self,
+        family: &ChargingLabel,
+        node: NodeIx,
+        lands_s: f64,
+        stays_until_s: f64,
+        room: &mut SearchBuffers<'_>,
+    ) {
+        let rules = self.world.rules;
+        let vertical_s = self.world.legs.vertical_s(node);
+        let arrived_s = lands_s - vertical_s;
+        let climb = self.world.legs.climb_energy(node);
+        let weight = family.weight + self.energy_weight(climb);
+        let until_s = (stays_until_s + vertical_s).min(self.latest_s(node));
+        let swaps = self.world.pads.swaps(node);
+        let handling_s = if swaps { rules.swap_s } else { rules.stop_s };
+        let ready_s = lands_s + handling_s + vertical_s;
+        if ready_s > until_s {
+            return;
+        }
+        let charging = self.world.charging;
+        let departing = match swaps {
+            true => ChargingLabel::waiting(weight, charging.full - climb, ready_s, until_s),
+            false => {
+                let level = family.battery(arrived_s, self.tau_s);
+                ChargingLabel::charging(weight, level, ready_s, until_s, climb, charging)
+            }
+        };
+        room.offers.push((departing, How::Stop { arrived_s }));
+    }
+
+    /// The relaxed family after a leg.
+    pub(super) fn fly_relaxed(
+        &self,
+        departure: Departure<'_>,
+        leg: u32,
+        room: &mut SearchBuffers<'_>,
+    ) {
+        let legs = self.world.legs;
+        let flight = legs.leg(leg);
+        if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
+            return;
+        }
+        let Departure { family, from, .. } = departure;
+        let obstacles = self.world.obstacles;
+        let cost = flight.least;
+        let mut entered_s = family.lo_s;
+        if !obstacles.is_clear(flight.segment.0, from, flight.to) {
+            let entry = Entry {
+                segment: flight.segment.0,
+                from,
+                to: flight.to,
+                time_s: cost.time_s,
+                leaving: departure.leaving,
+            };
+            room.intervals.clear();
+            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            room.intervals
+                .sort_by(|one, other| one.0.total_cmp(&other.0));
+            for &(from_s, until_s) in room.intervals.iter() {
+                if from_s < entered_s && entered_s < until_s {
+                    entered_s = until_s;
+                }
+            }
+        }
+        let latest_s = self.latest_s(flight.to);
+        if entered_s + cost.time_s > latest_s {
+            return;
+        }
+        let entering = match entered_s <= family.hi_s {
+            true => family.within(entered_s, family.hi_s, self.tau_s),
+            false => {
+                let battery = family.battery(family.hi_s, self.tau_s);
+                ChargingLabel::waiting(family.weight, battery, entered_s, entered_s)
+            }
+        };
+        let flown = entering.flown(
+            cost.time_s,
+            cost.energy,
+            self.request.reserve,
+            f64::INFINITY,
+            self.tau_s,
+        );
+        if let Some(mut flown) = flown.filter(|flown| flown.lo_s <= latest_s) {
+            flown.weight += self.leg_weight(flight.length_m, cost.energy);
+            room.offers.push((flown, How::Leg { leg, period: 0 }));
+        }
+    }
+
+    /// The relaxed family after a stop: the earliest landing that leaves time for a stop, and no end of the stay.
+    pub(super) fn stop_relaxed(
+        &self,
+        family: &ChargingLabel,
+        node: NodeIx,
+        room: &mut SearchBuffers<'_>,
+    ) {
+        let pads = self.world.pads;
+        let rules = self.world.rules;
+        let lands_s = family.lo_s + self.world.legs.vertical_s(node);
+        let handling_s = match pads.swaps(node) {
+            true => rules.swap_s,
+            false => rules.stop_s,
+        };
+        let suffices = |lands_s: f64, until_s: f64| until_s >= lands_s + handling_s;
+        let at_once = suffices(lands_s, pads.stay_until_s(node, lands_s)).then_some(lands_s);
+        let lands_s = at_once.or_else(|| {
+            let mut later = pads.rises(node).filter(|&(at_s, _)| at_s > lands_s);
+            later
+                .find(|&(at_s, until_s)| suffices(at_s, until_s))
+                .map(|(at_s, _)| at_s)
+        });
+        if let Some(lands_s) = lands_s {
+            self.stay(family, node, lands_s, f64::INFINITY, room);
+        }
+    }
+
+    /// Seconds of the leg that a step flies; 0 for a stop.
+    pub(super) fn time_s(&self, how: How) -> f64 {
+        match how {
+            How::Leg { leg, period } => self.world.legs.cost(leg, usize::from(period)).time_s,
+            How::Start(_) | How::Stop { .. } => 0.0,
+        }
+    }
+
+    /// How a drone leaves the node that it came to like this.
+    #[inline]
+    pub(super) fn leaving(&self, how: How) -> Leaving {
+        match how {
+            How::Start(start) if self.request.starts[usize::from(start)].on_ground => {
+                Leaving::FromTheGround
+            }
+            How::Start(_) => Leaving::FromTheAir,
+            How::Leg { .. } | How::Stop { .. } => Leaving::OnItsWay,
+        }
+    }
+
+    /// True where a drone may land on a pad of the node it came to like this: not from where it stands already.
+    pub(super) fn may_stop(&self, how: How) -> bool {
+        match how {
+            How::Start(start) => !self.request.starts[usize::from(start)].on_ground,
+            How::Leg { .. } => true,
+            How::Stop { .. } => false,
+        }
+    }
+}
+
+/// The share `x` of the room above the lowest level that makes `(c + tau ln(1 / (1 - x))) / x` least, by `c / tau`: with `u = x / (1 - x)`
+/// where `u - ln(1 + u) = c / tau`. 0 where stops take no time.
+fn best_share(stop_by_tau: f64) -> f64 {
+    let mut u = (2.0 * stop_by_tau).sqrt() + 2.0 * stop_by_tau / 3.0;
+    if u <= 0.0 {
+        return 0.0;
+    }
+    for _ in 0..NEWTON_STEPS {
+        u -= (u - u.ln_1p() - stop_by_tau) * (1.0 + u) / u;
+    }
+    u / (1.0 + u)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::best_share;
+
+    #[test]
+    fn the_best_charge_is_better_than_its_neighbours() {
+        for stop_by_tau in [1e-6, 0.01, 0.1, 1.0, 30.0] {
+            let rate = |share: f64| (stop_by_tau - (1.0 - share).ln()) / share;
+            let best = best_share(stop_by_tau);
+            for other in [0.999 * best, 1.001 * best.min(0.998)] {
+                assert!(rate(best) <= rate(other), "{stop_by_tau}: {best} {other}");
+            }
+        }
+        assert_eq!(best_share(0.0), 0.0);
+    }
+}

@@ -1,0 +1,348 @@
+//! What the writer is asked to do, and what it answers.
+
+use super::entries::{
+    AlarmDraft, AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry,
+};
+use super::fleet::Detour;
+use super::new_network::NewNetwork;
+use super::plan_entry::PlanEntry;
+use super::planner::Version;
+use super::reporter::author;
+use super::state_import::{FeedChanges, FeedUpdate};
+use super::sync::followed::RegistryDelta;
+use super::upstream::Upstream;
+use crate::access::Caller;
+use crate::airspace::Closure;
+use crate::geo::Point;
+use crate::intake::Expected;
+use crate::network::Topology;
+use crate::refusal::{Code, Refusal};
+use crate::wire::{Author, EndedAs};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// What an operator decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// Put it into force; of a hold, let it go.
+    Accept,
+    /// Drop it.
+    Reject,
+}
+
+/// Something that a drone's report closes for everyone, quotas permitting.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Publication {
+    pub(super) entry: ClosureEntry,
+    /// What is made of it where the writer finds that a quota has been used up meanwhile.
+    pub(super) otherwise: ProposalEntry,
+}
+
+/// A command to the writer.
+#[derive(Debug)]
+pub(super) enum Command {
+    /// Puts a zone, as the closure it causes.
+    PutZone {
+        closure: Arc<Closure>,
+        expected: Expected,
+    },
+    DeleteZone {
+        id: String,
+        expected: Expected,
+    },
+    /// Takes over what a feed of zones has now.
+    ImportZones(Box<FeedUpdate>),
+    /// Puts an operator's closure.
+    PutClosure(ClosureEntry),
+    ChangeClosure {
+        id: String,
+        confirmed: Option<bool>,
+        until: Option<Timestamp>,
+        expected: Expected,
+    },
+    LiftClosure {
+        id: String,
+        expected: Expected,
+    },
+    Publish(Box<Publication>),
+    Propose(Box<ProposalEntry>),
+    DecideProposal {
+        number: u64,
+        decision: Decision,
+    },
+    /// What the registry has changed; many removals at once wait for an operator.
+    Follow(Box<RegistryDelta>),
+    /// The registry has taken a change from the outbox: it is this version there, or gone.
+    Forwarded {
+        number: u64,
+        upstream: Option<Upstream>,
+        /// The epoch that was followed when it was told.
+        epoch: u64,
+    },
+    /// The registry will never take a change from the outbox.
+    NotForwarded {
+        number: u64,
+        code: String,
+        detail: String,
+    },
+    DecideHold {
+        number: u64,
+        decision: Decision,
+    },
+    /// States the weather, as a whole.
+    PutWeather {
+        text: Arc<str>,
+        expected: Expected,
+    },
+    AddPlan(Box<PlanEntry>),
+    CancelPlan {
+        id: String,
+        /// Whether it was said where its drone is.
+        is_placed: bool,
+    },
+    AcknowledgePlan {
+        id: String,
+        version: u32,
+    },
+    DeclinePlan {
+        id: String,
+        version: u32,
+        reason: DeclineReason,
+    },
+    /// A drone has landed.
+    CompletePlan {
+        id: String,
+        landed: EndedAs,
+        /// On the plane of the network; at its end where none is told.
+        place: Option<Point>,
+    },
+    /// An operator says what became of a plan.
+    ReleasePlan {
+        id: String,
+        ended_as: EndedAs,
+    },
+    /// What telemetry shows of a plan's drone.
+    SeePlan {
+        id: Arc<str>,
+        seen: Seen,
+    },
+    /// A version that a failure report led to.
+    ProposeVersion {
+        plan: Arc<str>,
+        version: Box<Version>,
+    },
+    /// A version that is better than one which is flown, since something has opened.
+    OfferVersion {
+        plan: Arc<str>,
+        /// The number of the version that it is better than.
+        instead_of: u32,
+        version: Box<Version>,
+    },
+    RaiseAlarm(Box<AlarmDraft>),
+    AcknowledgeAlarm {
+        number: u64,
+        by: Arc<str>,
+    },
+    /// Puts another network in the place of the one in service.
+    ReplaceNetwork(Box<NewNetwork>),
+    /// A command whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
+    /// the network may be another one when the writer comes to it.
+    MadeOn {
+        topology: Arc<Topology>,
+        command: Box<Command>,
+    },
+    /// A command that somebody has given, who stands on what it changes.
+    By {
+        author: Arc<Author>,
+        /// Why, where they have said.
+        reason: Option<Arc<str>>,
+        command: Box<Command>,
+    },
+    /// Nothing but the time has changed.
+    Tick,
+    /// The same; it is answered when the drones of all plans have been told what to fly.
+    Settle,
+}
+
+impl Command {
+    /// This command, given by a caller.
+    pub(super) fn by(self, caller: &Caller) -> Self {
+        self.because(caller, None)
+    }
+
+    /// This command, given by a caller for a reason.
+    pub(super) fn because(self, caller: &Caller, reason: Option<Arc<str>>) -> Self {
+        Self::By {
+            author: author(caller),
+            reason,
+            command: Box::new(self),
+        }
+    }
+
+    /// What a command that somebody has given does to which thing, for the log.
+    pub(super) fn told(&self) -> Option<Told> {
+        let Self::By {
+            author,
+            reason,
+            command,
+        } = self
+        else {
+            return None;
+        };
+        let command = match &**command {
+            Self::MadeOn { command, .. } => command,
+            _ => command,
+        };
+        let (what, id) = match &**command {
+            Self::PutZone { closure, .. } => ("zone_put", closure.id.clone()),
+            Self::DeleteZone { id, .. } => ("zone_deleted", id.clone()),
+            Self::ImportZones(update) => ("zones_imported", update.feed.to_string()),
+            Self::PutClosure(entry) => ("closure_put", entry.closure.id.clone()),
+            Self::ChangeClosure { id, .. } => ("closure_changed", id.clone()),
+            Self::LiftClosure { id, .. } => ("closure_lifted", id.clone()),
+            Self::DecideProposal { number, decision } => match decision {
+                Decision::Accept => ("proposal_accepted", number.to_string()),
+                Decision::Reject => ("proposal_rejected", number.to_string()),
+            },
+            Self::DecideHold { number, decision } => match decision {
+                Decision::Accept => ("hold_released", number.to_string()),
+                Decision::Reject => ("hold_rejected", number.to_string()),
+            },
+            Self::PutWeather { .. } => ("weather_put", String::new()),
+            Self::CancelPlan { id, .. } => ("plan_cancelled", id.clone()),
+            Self::ReleasePlan { id, .. } => ("plan_released", id.clone()),
+            Self::AcknowledgeAlarm { number, .. } => ("alarm_acknowledged", number.to_string()),
+            _ => return None,
+        };
+        Some(Told {
+            author: author.clone(),
+            reason: reason.clone(),
+            what,
+            id,
+        })
+    }
+
+    /// This command, made on a network.
+    pub(super) fn made_on(self, topology: &Arc<Topology>) -> Self {
+        Self::MadeOn {
+            topology: topology.clone(),
+            command: Box::new(self),
+        }
+    }
+
+    /// Whether the network may be another one afterwards. Such a command begins a batch, so that all that a batch
+    /// tells is on one network.
+    pub(super) fn replaces_network(&self) -> bool {
+        match self {
+            Self::ReplaceNetwork(_) => true,
+            Self::Follow(followed) => followed.network.is_some(),
+            Self::By { command, .. } => command.replaces_network(),
+            _ => false,
+        }
+    }
+
+    /// Whether someone has asked for a change, and is to know that it survives a restart.
+    pub(super) fn changes_by_request(&self) -> bool {
+        !matches!(
+            self,
+            Self::Tick
+                | Self::Settle
+                | Self::Follow(_)
+                | Self::Forwarded { .. }
+                | Self::NotForwarded { .. }
+                | Self::ReplaceNetwork(_)
+                | Self::RaiseAlarm(_)
+        )
+    }
+}
+
+/// What somebody has changed.
+#[derive(Debug)]
+pub(super) struct Told {
+    pub(super) author: Arc<Author>,
+    pub(super) reason: Option<Arc<str>>,
+    pub(super) what: &'static str,
+    pub(super) id: String,
+}
+
+impl Told {
+    /// One line in the log.
+    pub(super) fn log(&self) {
+        let Author {
+            tenant,
+            subject,
+            role,
+        } = &*self.author;
+        tracing::info!(
+            tenant,
+            subject,
+            role,
+            change = self.what,
+            id = self.id,
+            reason = self.reason.as_deref(),
+            "changed"
+        );
+    }
+}
+
+/// What the writer did.
+#[derive(Clone, Debug)]
+pub(super) enum Done {
+    Zone {
+        entry: Arc<ZoneEntry>,
+        created: bool,
+    },
+    ZoneDeleted(Arc<ZoneEntry>),
+    ZonesImported(FeedChanges),
+    Closure(Arc<ClosureEntry>),
+    ClosureLifted(Arc<ClosureEntry>),
+    Proposal(Arc<ProposalEntry>),
+    Hold(Arc<PendingReview>),
+    Plan(Arc<PlanEntry>),
+    Alarm(Arc<AlarmEntry>),
+    /// What was ordered was worked out on a network that is not there any more, and has to be worked out anew.
+    Outdated,
+    Nothing,
+}
+
+/// The answer to a command: what was done, whether it is stored, and the plans that the whole batch affected.
+#[derive(Clone, Debug)]
+pub(super) struct Outcome {
+    pub(super) done: Done,
+    pub(super) durable: bool,
+    pub(super) detours: Arc<Vec<Detour>>,
+}
+
+/// What comes back for each command.
+pub(super) type Reply = Result<Outcome, Refusal>;
+
+/// The writer answers every command in kind; anything else is a defect.
+pub(super) fn unexpected() -> Refusal {
+    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
+}
+
+/// What telemetry shows of a plan's drone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// It is in the air.
+    Departed,
+    /// It is off every way that it was told.
+    OffItsWays,
+    /// It is on one of them again.
+    OnItsWay,
+    /// It rests at the end of this version.
+    Landed(u32),
+    /// It has left the pad that it has landed on with this plan, which has ended.
+    LeftItsPad,
+}
+
+/// Why a drone does not take a version over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DeclineReason {
+    /// It has not what it takes to fly so far: it is to land.
+    Unfit,
+    /// Something is in the way that the version begins with.
+    Obstructed,
+    /// The version begins where the drone is not any more.
+    Passed,
+}

@@ -1,0 +1,185 @@
+//! What a feed of zones changes: its zones are put as one batch, and those that it has no more are lifted.
+//!
+//! A zone that is in the feed but refused keeps its last version. Many removals at once wait for an operator, as those
+//! that a registry tells do.
+
+use super::commands::Done;
+use super::entries::PendingReview;
+use super::snapshot::{Snapshot, ZoneEntry};
+use super::state::State;
+use crate::airspace::Closure;
+use crate::refusal::{Code, Refusal};
+use crate::wire::{ImportAction, ObjectKind};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// How the origin of a hold says that a feed has some zones no more.
+const FEED_ORIGIN: &str = "feed:";
+
+/// What a feed has now.
+#[derive(Debug)]
+pub(super) struct FeedUpdate {
+    /// Its name.
+    pub(super) feed: Arc<str>,
+    /// Its zones, as the closures they cause.
+    pub(super) puts: Vec<Arc<Closure>>,
+    /// The identifiers of its zones that are refused.
+    pub(super) refused: BTreeSet<String>,
+    /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
+    pub(super) has_nameless: bool,
+}
+
+/// What becomes of each zone.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FeedChanges {
+    /// The zones that the feed brings, with their place in it.
+    pub(super) brought: Vec<(usize, ImportAction)>,
+    /// The zones that came from it before and are not brought now.
+    pub(super) absent: Vec<(Arc<str>, ImportAction)>,
+    /// The places of zones whose ids are those of something else.
+    pub(super) taken: Vec<usize>,
+}
+
+/// The feed that a hold is about; `None` where it is none of a feed.
+pub(super) fn feed_of(origin: &str) -> Option<&str> {
+    origin.strip_prefix(FEED_ORIGIN)
+}
+
+impl FeedChanges {
+    /// Works out what an update does to what stands.
+    pub(super) fn of(snapshot: &Snapshot, update: &FeedUpdate) -> Self {
+        let mut changes = Self::default();
+        let mut ids: BTreeSet<&str> = BTreeSet::new();
+        for (place, closure) in update.puts.iter().enumerate() {
+            let id = closure.id.as_str();
+            ids.insert(id);
+            let standing = snapshot.zones.get(id);
+            let is_taken = snapshot.closures.contains_key(id)
+                || standing.is_some_and(|entry| feed_name(entry) != Some(&*update.feed));
+            if is_taken {
+                changes.taken.push(place);
+                continue;
+            }
+            let action = match standing {
+                None => ImportAction::Created,
+                Some(entry) if closure.zone() == Some(&entry.zone) => ImportAction::Unchanged,
+                Some(_) => ImportAction::Changed,
+            };
+            changes.brought.push((place, action));
+        }
+        changes.find_absent(snapshot, update, &ids);
+        changes
+    }
+
+    fn find_absent(&mut self, snapshot: &Snapshot, update: &FeedUpdate, ids: &BTreeSet<&str>) {
+        let of_feed = snapshot.zones.iter();
+        let of_feed: Vec<(&Arc<str>, &Arc<ZoneEntry>)> = of_feed
+            .filter(|(_, entry)| feed_name(entry) == Some(&*update.feed))
+            .collect();
+        for (id, entry) in &of_feed {
+            if ids.contains(&***id) {
+                continue;
+            }
+            let source = entry.zone.terms().source.as_ref();
+            let is_refused = source.is_some_and(|source| update.refused.contains(&source.id));
+            let action = match is_refused || update.has_nameless {
+                true => ImportAction::Kept,
+                false => ImportAction::Removed,
+            };
+            self.absent.push(((*id).clone(), action));
+        }
+        let removed = self.count(ImportAction::Removed);
+        if State::is_mass_removal(removed, of_feed.len()) {
+            let absent = self.absent.iter_mut();
+            for (_, action) in absent.filter(|(_, action)| *action == ImportAction::Removed) {
+                *action = ImportAction::Held;
+            }
+        }
+    }
+
+    /// To how many zones something is done.
+    pub(super) fn count(&self, wanted: ImportAction) -> usize {
+        let brought = self.brought.iter().map(|(_, action)| action);
+        let absent = self.absent.iter().map(|(_, action)| action);
+        brought
+            .chain(absent)
+            .filter(|action| **action == wanted)
+            .count()
+    }
+}
+
+fn feed_name(entry: &ZoneEntry) -> Option<&str> {
+    let source = entry.zone.terms().source.as_ref();
+    source.map(|source| source.feed.as_str())
+}
+
+impl State {
+    pub(super) fn import_zones(&mut self, update: &FeedUpdate) -> Result<Done, Refusal> {
+        let changes = FeedChanges::of(&self.next, update);
+        let limit = self.settings.zones_max;
+        let count = self.next.zones.len() + changes.count(ImportAction::Created);
+        if count > limit {
+            let detail = format!(
+                "with this feed there would be {count} zones, and this edge holds {limit}; raise airspace.zones_max"
+            );
+            return Err(Refusal::new(Code::LimitReached, detail));
+        }
+        for (place, action) in &changes.brought {
+            let closure = &update.puts[*place];
+            self.release_from_holds(&closure.id);
+            if *action != ImportAction::Unchanged {
+                self.put_imported(closure);
+            }
+        }
+        let waiting = self.held_ids();
+        let mut held = Vec::new();
+        for (id, action) in &changes.absent {
+            match action {
+                ImportAction::Removed => self.remove_zone(id),
+                ImportAction::Held if !waiting.contains(&**id) => held.push(id.to_string()),
+                _ => {}
+            }
+        }
+        if !held.is_empty() {
+            self.hold_removals(&format!("{FEED_ORIGIN}{}", update.feed), held);
+        }
+        Ok(Done::ZonesImported(changes))
+    }
+
+    /// Whether nothing that stands is opened by an update.
+    pub(super) fn import_only_closes_more(&self, update: &FeedUpdate) -> bool {
+        let changes = FeedChanges::of(&self.next, update);
+        let mut brought = changes.brought.iter();
+        changes.count(ImportAction::Removed) == 0
+            && brought.all(|(place, _)| self.encloses_what_stands(&update.puts[*place]))
+    }
+
+    fn put_imported(&mut self, closure: &Arc<Closure>) {
+        let standing = self.next.zones.get(closure.id.as_str());
+        let upstream = standing.and_then(|entry| entry.upstream);
+        let version = self.write_number();
+        self.place_zone(closure, version, upstream);
+        if let Some(entry) = self.next.zones.get(closure.id.as_str()).cloned() {
+            self.forward_zone(&entry);
+        }
+    }
+
+    /// Lifts a zone here and at the registry; what is gone already needs no lifting.
+    fn remove_zone(&mut self, id: &str) {
+        if let Some(entry) = self.next.zones.get(id).cloned() {
+            self.drop_zone(id);
+            self.forward_removal(ObjectKind::Zone, id, entry.upstream);
+        }
+    }
+
+    /// Lifts what a feed has no more, as far as it is still of that feed.
+    pub(super) fn lift_absent(&mut self, hold: &PendingReview) {
+        let feed = feed_of(&hold.origin);
+        for id in &hold.lifts {
+            let standing = self.next.zones.get(id.as_str());
+            if standing.is_some_and(|entry| feed_name(entry) == feed) {
+                self.remove_zone(id);
+            }
+        }
+    }
+}

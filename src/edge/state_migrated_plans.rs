@@ -1,0 +1,372 @@
+//! Plans when the network changes: flown on where their ways are as they were, else recomposed from where their
+//! drones are, or ended where their source or destination is gone.
+
+use super::commands::Command;
+use super::events::Happening;
+use super::fleet::{self, Detour};
+use super::plan_entry::PlanEntry;
+use super::planner::{Displaced, Version};
+use super::progress;
+use super::snapshot::Snapshot;
+use super::state::State;
+use super::views;
+use super::words;
+use crate::airspace::Airspace;
+use crate::compose::{Change, Composition};
+use crate::flight::Location;
+use crate::formats::{Known, resolve_report};
+use crate::geo::Point;
+use crate::network::{Correspondence, NodeIx, Topology};
+use crate::recompose::{Outcome, Request};
+use crate::wire::{self, EventKind, PlanState};
+use imbl::OrdMap;
+use jiff::Timestamp;
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+impl State {
+    /// Carries all plans over to the network that is in service now; `before` is the state on the one before.
+    pub(super) fn carry_plans_over(
+        &mut self,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) {
+        self.next.occupations = OrdMap::new();
+        self.guarded.clear();
+        self.next.reservations = OrdMap::new();
+        for plan in before.plans.values() {
+            if plan.is_active() && plan.is_quote() {
+                self.end_with_network(plan, before, "network_changed");
+            } else if plan.is_active() {
+                self.carry_plan_over(plan, before, change, now);
+            } else {
+                self.migrate_ended_plan(plan, change);
+            }
+        }
+    }
+
+    fn carry_plan_over(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) {
+        let Some((source, destination)) = ends_over(plan, change.correspondence) else {
+            self.end_with_network(plan, before, "source_or_destination_gone");
+            return;
+        };
+        let current = version_carried(plan, &plan.reported, change);
+        let proposed = plan.wanted.as_deref();
+        let proposed = proposed.map(|version| version_carried(plan, version, change));
+        let plan_over = |current: Version, wanted: Option<Version>| PlanEntry {
+            source,
+            destination,
+            reported: Arc::new(current),
+            wanted: wanted.map(Arc::new),
+            sent: sent_carried(plan, change),
+            ..(**plan).clone()
+        };
+        match (current, proposed) {
+            (Some(current), None) => {
+                let current = self.with_contingencies_of(current, plan, now);
+                self.fly_on(plan_over(current, None));
+            }
+            (Some(current), Some(Some(proposed))) => {
+                let current = self.with_contingencies_of(current, plan, now);
+                let proposed = self.with_contingencies_of(proposed, plan, now);
+                self.fly_on(plan_over(current, Some(proposed)));
+            }
+            (Some((current, _)), Some(None)) => {
+                let remnant = plan.wanted.as_deref().map(nothing_left_of);
+                self.redirect(plan_over(current, remnant), now);
+            }
+            (None, _) => {
+                let remnant = plan.wanted.as_deref().map(nothing_left_of);
+                match self.legs_left(plan, before, change, now) {
+                    Some(current) => self.redirect(plan_over(current, remnant), now),
+                    None => self.redirect_from_place(
+                        plan,
+                        before,
+                        destination,
+                        |current| plan_over(current, remnant),
+                        now,
+                    ),
+                }
+            }
+        }
+    }
+
+    /// A plan whose ways are as they were.
+    fn fly_on(&mut self, plan: PlanEntry) {
+        self.occupy(&plan.id, &plan.reported);
+        for version in plan.sent.iter().chain(&plan.wanted) {
+            self.occupy(&plan.id, version);
+        }
+        let plan = self.keep_plan(plan);
+        self.touched_plans.insert(plan.id.clone());
+    }
+
+    /// A version that is flown as it was, with contingencies that can be flown.
+    fn with_contingencies_of(
+        &self,
+        (version, contingencies_hold): (Version, bool),
+        plan: &PlanEntry,
+        now: Timestamp,
+    ) -> Version {
+        if contingencies_hold {
+            return version;
+        }
+        self.planner
+            .with_contingencies(self.next.scene(now), plan, version)
+    }
+
+    /// What is left of the way of a plan around its drone; `None` where the leg that it is on is gone.
+    fn legs_left(
+        &self,
+        plan: &PlanEntry,
+        before: &Snapshot,
+        change: &Change<'_>,
+        now: Timestamp,
+    ) -> Option<Version> {
+        let progress = progress::progress(before.topology(), plan, &self.drones, now)?;
+        let composition = &plan.reported.composition;
+        let legs = composition.legs_left(change.correspondence, progress.leg);
+        if legs.is_empty() {
+            return None;
+        }
+        let starts_as_before = legs.start == 0;
+        let speed_mps = plan.airspeed_mps;
+        let (left, _) = plan.reported.carried_over(speed_mps, legs, change)?;
+        Some(Version {
+            // It leads nowhere now, whatever its drone was told.
+            outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
+            first_stretch_m: if starts_as_before {
+                left.first_stretch_m
+            } else {
+                0.0
+            },
+            stretch: left.stretch.filter(|_| starts_as_before),
+            ..left
+        })
+    }
+
+    /// Proposes a way from where the drone of a plan is on what is left of its way.
+    fn redirect(&mut self, plan: PlanEntry, now: Timestamp) {
+        self.occupy(&plan.id, &plan.reported);
+        let plan = self.keep_plan(plan);
+        let airspace = self.next.airspace.clone();
+        let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
+        let version = progress.and_then(|progress| {
+            let detour = fleet::detour(&plan, &progress, &self.means(&airspace, now));
+            let detour = self.checked(detour, &airspace, now);
+            self.version_of(&detour, &airspace, now)
+        });
+        let plan = self.replace_wanted(&plan, version);
+        self.touched_plans.insert(plan.id.clone());
+        self.tell(EventKind::PlanAffected, &plan);
+        if plan.wanted.is_none() {
+            self.alarm_without_way(&plan, now);
+        }
+    }
+
+    /// The leg that the drone of a plan is on is gone: its way is composed from its place. As nothing is left of the
+    /// old one, the new one stands in its place at once, and is proposed as well for its drone to acknowledge.
+    fn redirect_from_place(
+        &mut self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        destination: NodeIx,
+        plan_over: impl FnOnce(Version) -> PlanEntry,
+        now: Timestamp,
+    ) {
+        let place = place_of(plan, before.topology(), &self.drones, now);
+        let place = place.map(|place| before.topology().frame().from_plane(place));
+        let detour = self.detour_from(plan, before, (destination, place), now);
+        let airspace = self.next.airspace.clone();
+        let version = detour.and_then(|detour| {
+            let on_network = Detour {
+                plan: Arc::new(PlanEntry {
+                    destination,
+                    ..(**plan).clone()
+                }),
+                ..detour
+            };
+            let on_network = self.checked(on_network, &airspace, now);
+            self.version_of(&on_network, &airspace, now)
+        });
+        let Some(imposed) = version else {
+            self.end_with_network(plan, before, "no_way_on");
+            return;
+        };
+        let number = plan.next_version.fetch_add(1, Ordering::Relaxed);
+        let proposed = Version {
+            number,
+            ..imposed.clone()
+        };
+        let plan = plan_over(imposed);
+        self.occupy(&plan.id, &plan.reported);
+        self.time_arrival(&plan.id, &plan.reported);
+        let plan = self.replace_wanted(&Arc::new(plan), Some(proposed));
+        self.touched_plans.insert(plan.id.clone());
+        self.tell(EventKind::PlanAffected, &plan);
+    }
+
+    /// What a drone at a place, or on a pad, is told that is to go to a node.
+    fn detour_from(
+        &self,
+        plan: &Arc<PlanEntry>,
+        before: &Snapshot,
+        (destination, place): (NodeIx, Option<[f64; 2]>),
+        now: Timestamp,
+    ) -> Option<Detour> {
+        let drone = plan.drone_id.as_deref();
+        let progress = progress::progress(before.topology(), plan, &self.drones, now);
+        let displaced = Displaced {
+            before: before.topology(),
+            destination,
+            request: place.and_then(|it| request_from(&self.next.airspace, it, destination)),
+            leg: progress.map_or(0, |progress| progress.leg),
+            sighting: drone.and_then(|id| self.drones.last(id)),
+        };
+        let scene = self.next.scene(now);
+        let answered = self.planner.replan_displaced(scene, plan, displaced)?;
+        let mut detour = Detour::new(plan, answered);
+        // Of a way that only the report's reader assumed.
+        detour.answer.is_another_way();
+        Some(detour)
+    }
+
+    /// Ends a plan that has nowhere to go any more. It is told in the words of the network before, and forgotten.
+    fn end_with_network(&mut self, plan: &Arc<PlanEntry>, before: &Snapshot, why: &str) {
+        if let Some(drone) = &plan.drone_id
+            && self.next.flown_by.get(drone) == Some(&plan.id)
+        {
+            self.next.flown_by.remove(drone);
+        }
+        self.next.active_plans = self.next.active_plans.saturating_sub(1);
+        self.next.plans.remove(&plan.id);
+        let ended = PlanEntry {
+            state: PlanState::Ended,
+            ended_as: Some(wire::EndedAs::Cancelled),
+            wanted: None,
+            ..(**plan).clone()
+        };
+        let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
+        self.events.push(Happening::new(EventKind::PlanEnded, data));
+    }
+
+    /// The order of a version that was worked out on another network; a plan that it does not fit is looked over instead.
+    pub(super) fn version_over(
+        &mut self,
+        id: &Arc<str>,
+        version: Version,
+        made_on: &Topology,
+        correspondence: &Correspondence,
+    ) -> Option<Command> {
+        let now = self.now;
+        let plan = self.next.plans.get(id).cloned()?;
+        let topology = self.next.topology().clone();
+        let change = Change {
+            from: made_on,
+            to: &topology,
+            correspondence,
+        };
+        let carried = version_carried(&plan, &version, &change);
+        let Some(carried) = carried else {
+            self.touched_plans.insert(id.clone());
+            return None;
+        };
+        Some(Command::ProposeVersion {
+            plan: id.clone(),
+            version: Box::new(self.with_contingencies_of(carried, &plan, now)),
+        })
+    }
+}
+
+/// The request of a drone at a place that is to go to a node.
+fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Option<Request> {
+    let goal = words::node_id(airspace.topology(), destination);
+    let report = wire::FailureReport {
+        failure: Some(wire::FailureType::ServiceLevel),
+        location: Some(wire::Place::Pair(place)),
+        destination: Some(goal),
+        ..wire::FailureReport::default()
+    };
+    let settled = resolve_report(&report, &Known::nothing(), airspace, &mut Vec::new());
+    settled.ok().map(|settled| settled.request)
+}
+
+pub(super) fn ends_over(
+    plan: &PlanEntry,
+    correspondence: &Correspondence,
+) -> Option<(NodeIx, NodeIx)> {
+    let source = correspondence.node(plan.source)?;
+    Some((source, correspondence.node(plan.destination)?))
+}
+
+/// A version of which all legs are flown as they were, and whether its contingencies hold too.
+pub(super) fn version_carried(
+    plan: &PlanEntry,
+    version: &Version,
+    change: &Change<'_>,
+) -> Option<(Version, bool)> {
+    let legs = 0..version.composition.legs.len();
+    version.carried_over(plan.airspeed_mps, legs, change)
+}
+
+/// What was sent and may be flown, as far as its way is there.
+pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Version>> {
+    let sent = plan.sent.iter();
+    let carried = sent.filter_map(|version| version_carried(plan, version, change));
+    carried.map(|(version, _)| Arc::new(version)).collect()
+}
+
+/// A proposed version without its way: what its drone has reported goes on to count.
+fn nothing_left_of(version: &Version) -> Version {
+    Version {
+        composition: Composition {
+            way: crate::routing::Path::default(),
+            legs: Vec::new(),
+            length_m: 0.0,
+            flight_time_s: 0.0,
+        },
+        flight: None,
+        stretch: None,
+        ..version.clone()
+    }
+}
+
+/// Where the drone of a plan is, on the network of its plan: by its telemetry, else by nominal times.
+fn place_of(
+    plan: &PlanEntry,
+    topology: &Topology,
+    drones: &super::drones::Drones,
+    now: Timestamp,
+) -> Option<Point> {
+    let version = &plan.reported;
+    let Some(progress) = progress::progress(topology, plan, drones, now) else {
+        let last = version.composition.way.nodes.last();
+        return last.map(|&node| topology.position(node));
+    };
+    if let (_, Some((_, place))) = progress::ahead(plan, &progress) {
+        return Some(place);
+    }
+    let leg = &version.composition.legs[progress.leg];
+    let (from, to) = (topology.position(leg.from), topology.position(leg.to));
+    Some(match progress.location {
+        Location::At(place) => place,
+        Location::LegStart => from,
+        Location::Unknown => {
+            let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
+            let lasts_s = leg.arrival_s - leg.departure_s;
+            let fraction = match lasts_s > 0.0 {
+                true => ((elapsed_s - leg.departure_s) / lasts_s).clamp(0.0, 1.0),
+                false => 0.0,
+            };
+            from.towards(to, fraction)
+        }
+    })
+}

@@ -1,0 +1,327 @@
+//! A feed of zones, imported as one batch: one preview, one revision.
+
+use super::Edge;
+use super::background::give_way;
+use super::commands::{Command, Done};
+use super::fleet::Detour;
+use super::snapshot::Snapshot;
+use super::state_import::{FeedChanges, FeedUpdate};
+use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
+use super::zones::unexpected;
+use crate::access::Caller;
+use crate::airspace::{Airspace, Change, Closure, Zone};
+use crate::formats::{
+    FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, ZoneCode, ZoneFeed, read_feed,
+};
+use crate::refusal::{Code, Refusal};
+use crate::wire::{self, Fault, ImportAction};
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// How large a feed may be, in bytes.
+pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
+/// The longest name of a feed and the longest prefix, in bytes.
+const NAME_MAX: usize = 100;
+
+/// How a feed is imported.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FeedImport {
+    /// Its name: what is absent from it the next time is lifted.
+    pub feed: String,
+    /// What is put before each identifier to make the id of a zone.
+    pub prefix: String,
+    /// The same checks and the same answer, without effect.
+    pub validate_only: bool,
+}
+
+/// A feed that has been read, with what its zones close, and the state that it was worked out on.
+struct ReadFeed {
+    feed: ZoneFeed,
+    update: FeedUpdate,
+    on: Arc<Snapshot>,
+}
+
+/// What an import has come to.
+struct Imported<'a> {
+    feed: &'a str,
+    /// The state that it was worked out on.
+    before: &'a Snapshot,
+    changes: &'a FeedChanges,
+    airspace: &'a Airspace,
+    detours: Vec<&'a Detour>,
+    snapshot: &'a Snapshot,
+    durable: bool,
+    enforced: bool,
+}
+
+impl Edge {
+    /// Imports a feed of zones: its valid zones apply, those that are refused are told and keep their last version, and those
+    /// that it has no more are lifted.
+    ///
+    /// # Errors
+    /// When the feed as a whole cannot be read, or there would be too many zones.
+    pub async fn import_zones(
+        self: &Arc<Self>,
+        caller: &Caller,
+        text: String,
+        import: FeedImport,
+    ) -> Result<wire::ZoneImport<'static>, Refusal> {
+        check_name("?feed", &import.feed, true)?;
+        check_name("?prefix", &import.prefix, false)?;
+        let validate_only = import.validate_only;
+        let read = self.read_feed(text, import).await?;
+        if validate_only {
+            return self.preview_import(read).await;
+        }
+        let ReadFeed { feed, update, on } = read;
+        let (name, puts) = (update.feed.clone(), update.puts.clone());
+        let command = Command::ImportZones(Box::new(update)).made_on(on.topology());
+        let (outcome, snapshot) = self.command(command.by(caller)).await?;
+        let Done::ZonesImported(changes) = outcome.done else {
+            return Err(unexpected());
+        };
+        let ids: BTreeSet<&str> = puts.iter().map(|closure| closure.id.as_str()).collect();
+        let is_met = |detour: &&Detour| {
+            let mut causes = detour.plan.affected_by.iter();
+            causes.any(|cause| ids.contains(cause.as_str()))
+        };
+        let imported = Imported {
+            feed: &name,
+            before: &on,
+            changes: &changes,
+            airspace: &snapshot.airspace,
+            detours: outcome.detours.iter().filter(is_met).collect(),
+            snapshot: &snapshot,
+            durable: outcome.durable,
+            enforced: true,
+        };
+        Ok(self.told_import(feed, &puts, &imported))
+    }
+
+    /// Reads a feed and works out what its zones close.
+    async fn read_feed(
+        self: &Arc<Self>,
+        text: String,
+        import: FeedImport,
+    ) -> Result<ReadFeed, Refusal> {
+        let on = self.on_network()?;
+        let margin_m = self.settings.margin_m;
+        self.aside(move || {
+            let topology = on.topology();
+            let terms = FeedTerms {
+                feed: &import.feed,
+                prefix: &import.prefix,
+                margin_m,
+            };
+            let mut feed = read_feed(&text, &terms, topology.frame())
+                .map_err(|problem| Refusal::of_zone(vec![problem]))?;
+            let mut update = FeedUpdate {
+                feed: Arc::from(import.feed.as_str()),
+                puts: Vec::new(),
+                refused: BTreeSet::new(),
+                has_nameless: false,
+            };
+            for zone in &mut feed.zones {
+                match &mut zone.outcome {
+                    Ok(zones) => {
+                        for zone in std::mem::take(zones) {
+                            give_way();
+                            let closure = Closure::of_zone(topology, Arc::new(zone));
+                            update.puts.push(Arc::new(closure));
+                        }
+                    }
+                    Err(_) => match &zone.identifier {
+                        Some(identifier) => {
+                            update.refused.insert(identifier.clone());
+                        }
+                        None => update.has_nameless = true,
+                    },
+                }
+            }
+            Ok(ReadFeed { feed, update, on })
+        })
+        .await?
+    }
+
+    /// What an import would do, in a world that is thrown away afterwards.
+    async fn preview_import(
+        self: &Arc<Self>,
+        read: ReadFeed,
+    ) -> Result<wire::ZoneImport<'static>, Refusal> {
+        let edge = self.clone();
+        self.aside(move || {
+            let ReadFeed { feed, update, on } = read;
+            let changes = FeedChanges::of(&on, &update);
+            let brought: Vec<Arc<Closure>> = changes
+                .brought
+                .iter()
+                .filter(|(_, action)| *action != ImportAction::Unchanged)
+                .map(|(place, _)| update.puts[*place].clone())
+                .collect();
+            let puts = brought.iter().cloned().map(Change::Put);
+            let lifts = changes.absent.iter();
+            let lifts = lifts
+                .filter(|(_, action)| *action == ImportAction::Removed)
+                .map(|(id, _)| Change::Lift(id.to_string()));
+            let all: Vec<Change> = puts.chain(lifts).collect();
+            let now = edge.clock.now();
+            let (airspace, detours) = edge.imagine(&on, &all, &brought, now);
+            let imported = Imported {
+                feed: &update.feed,
+                before: &on,
+                changes: &changes,
+                airspace: &airspace,
+                detours: detours.iter().collect(),
+                snapshot: &on,
+                durable: false,
+                enforced: false,
+            };
+            Ok(edge.told_import(feed, &update.puts, &imported))
+        })
+        .await?
+    }
+
+    fn told_import(
+        &self,
+        feed: ZoneFeed,
+        puts: &[Arc<Closure>],
+        imported: &Imported<'_>,
+    ) -> wire::ZoneImport<'static> {
+        let Imported {
+            changes, snapshot, ..
+        } = imported;
+        let taken: Vec<wire::RefusedZone<'static>> = changes
+            .taken
+            .iter()
+            .map(|place| taken_id(&puts[*place]))
+            .collect();
+        let entries = feed.zones.iter();
+        let refused: Vec<wire::RefusedZone<'static>> =
+            entries.filter_map(refused_zone).chain(taken).collect();
+        let count = |action| changes.count(action);
+        let counts = wire::ImportCounts {
+            created: count(ImportAction::Created),
+            changed: count(ImportAction::Changed),
+            unchanged: count(ImportAction::Unchanged),
+            removed: count(ImportAction::Removed),
+            held: count(ImportAction::Held),
+            kept: count(ImportAction::Kept),
+            refused: refused.len(),
+        };
+        let told = imported.detours.iter().take(PLANS_TOLD_MAX);
+        let topology = snapshot.topology();
+        wire::ZoneImport {
+            feed: Cow::Owned(imported.feed.to_owned()),
+            format: Cow::Borrowed(feed.format.name()),
+            counts,
+            zones: imported_zones(puts, imported),
+            refused: refused.into_iter().take(IDS_MAX).collect(),
+            further_notes: feed.further_notes,
+            notes: feed.notes.into_iter().map(note).collect(),
+            plan_count: imported.detours.len(),
+            plans: told.map(|detour| affected_plan(topology, detour)).collect(),
+            enforced: imported.enforced,
+            durable: imported.durable,
+            stamp: self.stamp_of(snapshot),
+        }
+    }
+}
+
+/// The zones that an import says something of, those that change first.
+fn imported_zones(
+    puts: &[Arc<Closure>],
+    imported: &Imported<'_>,
+) -> Vec<wire::ImportedZone<'static>> {
+    let changes = imported.changes;
+    let brought = changes.brought.iter().filter_map(|(place, action)| {
+        let zone = puts[*place].zone()?;
+        Some((*action, zone.clone()))
+    });
+    let absent = changes.absent.iter().filter_map(|(id, action)| {
+        let before = imported.before.zones.get(id)?;
+        Some((*action, before.zone.clone()))
+    });
+    let mut all: Vec<(ImportAction, Arc<Zone>)> = brought.chain(absent).collect();
+    all.sort_by_key(|(action, _)| *action == ImportAction::Unchanged);
+    let told = all.into_iter().take(IDS_MAX);
+    told.map(|(action, zone)| imported_zone(action, &zone, imported.airspace))
+        .collect()
+}
+
+fn imported_zone(
+    action: ImportAction,
+    zone: &Zone,
+    airspace: &Airspace,
+) -> wire::ImportedZone<'static> {
+    let terms = zone.terms();
+    let identifier = terms.source.as_ref().map_or(zone.id(), |source| &source.id);
+    let held = airspace.closure(zone.id());
+    let is_active = held.is_some_and(|held| airspace.is_active(held, airspace.as_of()));
+    wire::ImportedZone {
+        id: Cow::Owned(zone.id().to_owned()),
+        identifier: Cow::Owned(identifier.to_owned()),
+        kind: Cow::Borrowed(terms.kind.name()),
+        action,
+        in_force: is_active && terms.kind.closes(),
+    }
+}
+
+fn refused_zone(zone: &FeedZone) -> Option<wire::RefusedZone<'static>> {
+    let problems = zone.outcome.as_ref().err()?;
+    let faults = problems.iter().map(|problem| Fault {
+        code: problem.code.to_owned(),
+        pointer: problem.pointer.clone(),
+        message: problem.message.clone(),
+        hint: problem.hint.clone(),
+    });
+    Some(wire::RefusedZone {
+        identifier: zone.identifier.clone().map(Cow::Owned),
+        pointer: Cow::Owned(zone.pointer.clone()),
+        faults: faults.collect(),
+    })
+}
+
+/// A zone whose id is that of something that this feed did not bring.
+fn taken_id(closure: &Closure) -> wire::RefusedZone<'static> {
+    let source = closure.zone().and_then(|zone| zone.terms().source.as_ref());
+    let fault = Fault {
+        code: ZoneCode::IdTaken.code().to_owned(),
+        pointer: String::new(),
+        message: format!(
+            "'{}' is the id of something that is not of this feed",
+            closure.id
+        ),
+        hint: Some("import the feed with a prefix, or lift the other first".to_owned()),
+    };
+    wire::RefusedZone {
+        identifier: source.map(|source| Cow::Owned(source.id.clone())),
+        pointer: Cow::Borrowed(""),
+        faults: vec![fault],
+    }
+}
+
+fn note(note: FeedNote) -> wire::ImportNote<'static> {
+    wire::ImportNote {
+        identifier: note.identifier.map(Cow::Owned),
+        pointer: Cow::Owned(note.pointer),
+        message: Cow::Owned(note.message),
+    }
+}
+
+fn check_name(place: &str, name: &str, is_required: bool) -> Result<(), Refusal> {
+    let is_missing = is_required && name.is_empty();
+    if !is_missing && name.len() <= NAME_MAX && !name.chars().any(char::is_control) {
+        return Ok(());
+    }
+    let fault = Fault {
+        code: "name_invalid".to_owned(),
+        pointer: place.to_owned(),
+        message: format!(
+            "has to have {} to {NAME_MAX} bytes, of letters",
+            usize::from(is_required)
+        ),
+        hint: is_missing.then(|| "name the feed, as in ?feed=national".to_owned()),
+    };
+    Err(Refusal::at(Code::ParameterInvalid, fault))
+}
