@@ -215,18 +215,10 @@ impl Edge {
             drone_id: own.as_deref(),
             now,
         };
-        let recomposed = self.recompose_checked(&case, &mut read);
-        let snapshot = recomposed.snapshot;
         let number = self.records.next_number();
-        let mut changed = recomposed.plan;
-        let proposed = changed.as_mut().and_then(|it| it.version.as_mut());
-        if let Some(version) = proposed {
-            version.recomposition_id = Some(Arc::from(record_id(self.epoch, number)));
-        }
-        let among = recomposed
-            .answer
-            .depends_on_traffic()
-            .then(|| snapshot.clone());
+        let recomposed = self.recompose_checked(&case, &mut read);
+        let recomposed = recomposed.of_record(&record_id(self.epoch, number));
+        let snapshot = recomposed.snapshot.clone();
         let mut record = AnswerRecord {
             epoch: self.epoch,
             number,
@@ -239,12 +231,12 @@ impl Edge {
             report,
             read: bounded(read),
             settled,
+            among: recomposed.among(),
             answer: recomposed.answer,
             case: recomposed.refused.map(Box::new),
-            among,
             drone_id: own,
             published: Published::nothing("dry_run"),
-            plan: changed,
+            plan: recomposed.plan,
             remaining_time_s: recomposed.remaining_time_s,
             dry_run,
         };

@@ -7,6 +7,7 @@
 
 mod alarms;
 mod answered;
+mod answered_lately;
 mod background;
 mod checking;
 mod clock_steps;
@@ -115,13 +116,13 @@ pub use zones::ZoneWrite;
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::wire;
+use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
 use guard::Guard;
-use off_plan::OffPlan;
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};

@@ -1,10 +1,10 @@
 //! How an edge begins: with nothing, or with all that its file has.
 
 use super::Edge;
+use super::answered_lately::OffPlan;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
-use super::off_plan::OffPlan;
 use super::opened;
 use super::planner::{Concern, planner_of};
 use super::records::Records;
@@ -194,11 +194,9 @@ impl Opening {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
         let guard = state.guard.clone();
-        let events = Arc::new(Events::new(
-            epoch,
-            (settings.events_max, settings.events_bytes_max),
-            settings.event_streams_max,
-        ));
+        let bounds = (settings.events_max, settings.events_bytes_max);
+        let events = Events::new(epoch, bounds, settings.event_streams_max);
+        let events = Arc::new(events);
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -252,10 +250,8 @@ impl Opening {
             off_plan: OffPlan::default(),
             tables,
         });
-        if let Some(listener) = listener {
-            listener.start(Arc::downgrade(&edge))?;
-        }
-        Ok(edge)
+        let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
+        started.transpose().map(|_| edge)
     }
 }
 

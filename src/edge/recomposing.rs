@@ -65,6 +65,23 @@ pub(super) struct Recomposed {
     pub(super) remaining_time_s: Option<f64>,
 }
 
+impl Recomposed {
+    /// The same for a record with this id.
+    pub(super) fn of_record(mut self, id: &str) -> Self {
+        let proposed = self.plan.as_mut().and_then(|plan| plan.version.as_mut());
+        if let Some(version) = proposed {
+            version.recomposition_id = Some(Arc::from(id));
+        }
+        self
+    }
+
+    /// The plans and the wind that it was computed among; `None` where they made no difference.
+    pub(super) fn among(&self) -> Option<Arc<Snapshot>> {
+        let depends = self.answer.depends_on_traffic();
+        depends.then(|| self.snapshot.clone())
+    }
+}
+
 impl Edge {
     /// Answers a report.
     pub(super) fn recompose(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Answer {

@@ -6,27 +6,12 @@ use super::planner::{Occasion, Sent, Version};
 use super::progress::{self, Ahead, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
-use crate::airspace::{Airspace, Closure};
+use crate::airspace::Airspace;
 use crate::recompose::Outcome;
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-/// What a change has made, for which plans have to be looked at.
-#[derive(Debug, Default)]
-pub(super) struct Look {
-    /// The closures that count now and did not before, or do so in another form.
-    pub(super) in_force: Vec<Arc<Closure>>,
-    /// Those that were put and do not count yet.
-    pub(super) announced: Vec<Arc<Closure>>,
-    /// Whether anything has opened.
-    pub(super) has_opened: bool,
-    /// Whether what was only announced may have been lifted.
-    pub(super) announcements: bool,
-    /// Whether the wind has changed, which may leave plans short.
-    pub(super) has_turned_wind: bool,
-}
 
 /// What a look at a plan came to.
 #[derive(Debug)]

@@ -7,7 +7,7 @@
 use super::commands::{Command, Done, Publication};
 use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use super::events::Happening;
-use super::new_network::{NewNetwork, Relay, not_laid};
+use super::new_network::{NewNetwork, Relay, Succession, not_laid};
 use super::snapshot::revision_text;
 use super::state::State;
 use crate::airspace::Closure;
@@ -17,15 +17,7 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use serde_json::json;
-use std::sync::{Arc, Weak};
-
-/// The network before the one in service, and what of it is there still.
-#[derive(Debug)]
-pub(super) struct Succession {
-    /// Weak, so that the old network goes with the last request on it.
-    before: Weak<Topology>,
-    correspondence: Arc<Correspondence>,
-}
+use std::sync::Arc;
 
 impl State {
     /// Puts another network in the place of the one in service. To be called before anything else of a batch.

@@ -11,7 +11,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const MAX_CIRCLE: usize = 3;
 /// Circles that are larger, by their first file, with how large they may be. They shrink, and go.
 const KNOWN_CIRCLES: &[(&str, usize)] = &[
-    ("src/edge/alarms.rs", 55),
     ("crates/contract/src/failure.rs", 5),
     ("crates/evaluation/src/evaluate/report/plot/dots.rs", 5),
 ];

@@ -1,10 +1,10 @@
 //! What a planner answers.
 
 use super::flown::{Flight, FlownVersion};
-use super::later;
+use super::{Version, later};
 use crate::compose::{Composition, flight_time_s};
 use crate::edge::stretches::Stretch;
-use crate::formats::ReadWarning;
+use crate::formats::{IntoTerm, ReadWarning, warning_text};
 use crate::network::Topology;
 use crate::recompose::{Fallback, Outcome, Recomposition, Strategy};
 use crate::wire;
@@ -118,5 +118,44 @@ impl Answer {
         let flight = self.flight.as_ref();
         let version = flight.and_then(|flight| flight.version.as_ref());
         version.map_or(0, |(_, way)| way.legs.len())
+    }
+}
+
+/// As what a version is sent, and when.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::edge) struct Sent {
+    pub(in crate::edge) number: u32,
+    pub(in crate::edge) epoch: u64,
+    pub(in crate::edge) at: Timestamp,
+    pub(in crate::edge) acknowledge_by: Option<Timestamp>,
+}
+
+impl Version {
+    /// The version that an answer makes: the course to fly, with what is told of it.
+    pub(in crate::edge) fn of(
+        course: Course,
+        told: &Recomposition,
+        topology: &Topology,
+        sent: Sent,
+    ) -> Self {
+        let warnings = told.warnings.iter().map(|warning| {
+            let (code, message) = warning_text(topology, warning);
+            (code.into(), message)
+        });
+        Self {
+            number: sent.number,
+            epoch: sent.epoch,
+            sent_at: sent.at,
+            outcome: Some(told.outcome),
+            composition: course.composition,
+            flight: course.flight,
+            stretch: course.stretch,
+            first_stretch_m: told.first_stretch_m,
+            departs_at: course.departs_at,
+            recomposition_id: None,
+            acknowledge_by: sent.acknowledge_by,
+            flags: told.flags.iter().map(|&flag| flag.into_term()).collect(),
+            warnings: warnings.collect(),
+        }
     }
 }

@@ -1,12 +1,10 @@
 //! A version of a plan: the way that its drone flies, when, and with what.
 
-use super::{Course, FlownVersion};
+use super::FlownVersion;
 use crate::compose::{Change, Composition, Migrated, Occupation};
 use crate::edge::stretches::Stretch;
 use crate::flight::Reservation;
-use crate::formats::{IntoTerm, warning_text};
-use crate::network::{NodeIx, Topology};
-use crate::recompose::Recomposition;
+use crate::network::NodeIx;
 use crate::wire;
 use jiff::Timestamp;
 use std::borrow::Cow;
@@ -39,44 +37,7 @@ pub(in crate::edge) struct Version {
     pub(in crate::edge) warnings: Vec<(Cow<'static, str>, String)>,
 }
 
-/// As what a version is sent, and when.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::edge) struct Sent {
-    pub(in crate::edge) number: u32,
-    pub(in crate::edge) epoch: u64,
-    pub(in crate::edge) at: Timestamp,
-    pub(in crate::edge) acknowledge_by: Option<Timestamp>,
-}
-
 impl Version {
-    /// The version that an answer makes: the course to fly, with what is told of it.
-    pub(in crate::edge) fn of(
-        course: Course,
-        told: &Recomposition,
-        topology: &Topology,
-        sent: Sent,
-    ) -> Self {
-        let warnings = told.warnings.iter().map(|warning| {
-            let (code, message) = warning_text(topology, warning);
-            (code.into(), message)
-        });
-        Self {
-            number: sent.number,
-            epoch: sent.epoch,
-            sent_at: sent.at,
-            outcome: Some(told.outcome),
-            composition: course.composition,
-            flight: course.flight,
-            stretch: course.stretch,
-            first_stretch_m: told.first_stretch_m,
-            departs_at: course.departs_at,
-            recomposition_id: None,
-            acknowledge_by: sent.acknowledge_by,
-            flags: told.flags.iter().map(|&flag| flag.into_term()).collect(),
-            warnings: warnings.collect(),
-        }
-    }
-
     /// These legs of it on another network, at their times, and whether their contingencies hold there too; `None` where any of
     /// them is gone.
     pub(in crate::edge) fn carried_over(

@@ -1,6 +1,8 @@
 //! What the drone of a plan is to fly when the world has changed, by the flight model.
 
-use super::{DroneKind, Flights, FlownVersion, Ground, ReportingDrone};
+use super::reported::ReportingDrone;
+use super::terms::DroneKind;
+use super::{Flights, FlownVersion, Ground};
 use crate::delivery::BatteryNow;
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;

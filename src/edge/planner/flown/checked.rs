@@ -1,6 +1,7 @@
 //! Flights shown to the checker: against what is closed when, and against the pads that others have.
 
-use super::{DroneKind, Flight, Flights, FlownVersion};
+use super::terms::DroneKind;
+use super::{Flight, Flights, FlownVersion};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
 use crate::delivery::with_airframe;

@@ -1,34 +1,15 @@
 //! Deliveries that are flown: what is asked for, read strictly, and the plan that comes of it.
 
-use super::{DroneKind, Flights, FlownVersion, Told};
+use super::kept::Told;
+use super::terms::{DroneKind, FlightOrder, FlightTerms};
+use super::{Flights, FlownVersion};
 use crate::delivery::{DeliveryRequest, compose};
 use crate::edge::planner::{Course, Scene, Stated, Wanted};
 use crate::intake::Faults;
 use crate::itinerary::Objective;
 use crate::refusal::Refusal;
 use crate::wire;
-use jiff::Timestamp;
 use std::sync::Arc;
-
-/// What was asked for of a plan's flight.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::edge) struct FlightOrder {
-    /// The airframe's name.
-    pub(in crate::edge) airframe: Arc<str>,
-    /// What is made least.
-    pub(in crate::edge) objective: Objective,
-    /// The latest landing, where one was stated.
-    pub(in crate::edge) deadline: Option<Timestamp>,
-}
-
-/// How a delivery is to be flown, with battery and clock.
-#[derive(Clone, Debug)]
-pub(in crate::edge) struct FlightTerms {
-    pub(in crate::edge) order: FlightOrder,
-    pub(in crate::edge::planner) kind: DroneKind,
-    /// As the request or the drone's telemetry says; full where nobody knows.
-    battery: Option<f64>,
-}
 
 impl Flights {
     /// Reads what a delivery request asks for of its flight.

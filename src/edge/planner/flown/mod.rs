@@ -10,14 +10,16 @@ mod checked;
 mod composing;
 mod expected;
 mod flown_version;
+mod kept;
 mod planner;
 mod reported;
+mod terms;
 mod told;
 
-pub(in crate::edge) use composing::{FlightOrder, FlightTerms};
 pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
 pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;
+pub(in crate::edge) use terms::{FlightOrder, FlightTerms};
 
 use super::traffic::Others;
 use super::{Own, Scene};
@@ -31,11 +33,10 @@ use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits};
 use crate::network::{NodeIx, Topology};
-use flown_version::Told;
 use jiff::Timestamp;
-use reported::ReportingDrone;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use terms::DroneKind;
 
 /// Bytes that the tables of destinations of one kind of drone may take.
 const TABLE_BYTES: usize = 32 << 20;
@@ -45,28 +46,6 @@ const KINDS_KEPT: usize = 16;
 const SKIES_KEPT: usize = 4;
 /// At most this many scratch memories are kept while nobody uses them.
 const SCRATCHES_KEPT: usize = 16;
-/// Grams in a kilogram.
-const GRAMS: f64 = 1e3;
-
-/// What flies.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct DroneKind {
-    pub(super) airframe: Arc<Airframe>,
-    pub(super) payload_kg: f64,
-}
-
-impl DroneKind {
-    /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
-    pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
-        // What a decimal fraction is off in binary is no gram.
-        // Of two zeros the larger may be the negative one, and adding one makes it positive.
-        let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0) + 0.0;
-        Self {
-            airframe,
-            payload_kg: grams / GRAMS,
-        }
-    }
-}
 
 /// A kind of drone in a wind, on a network.
 #[derive(Debug)]

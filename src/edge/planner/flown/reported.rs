@@ -1,7 +1,8 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
 use super::answering::{AT_NODE_M, Stand, stops_ahead};
-use super::{DroneKind, Flights, FlownVersion, Ground};
+use super::terms::DroneKind;
+use super::{Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
     self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
@@ -117,13 +118,8 @@ impl Flights {
         asked: &Asked<'_>,
         read: &mut Vec<ReadWarning>,
     ) -> Option<ReportingDrone> {
-        let Asked {
-            report,
-            request,
-            plan,
-            drones,
-            ..
-        } = *asked;
+        let (report, request, plan, drones) =
+            (asked.report, asked.request, asked.plan, asked.drones);
         let topology = scene.topology();
         let sighting = asked.drone_id.and_then(|id| drones.last(id));
         let progress = plan.and_then(|plan| progress(topology, plan, drones, scene.now));
@@ -164,16 +160,11 @@ impl Flights {
             ));
             return None;
         };
-        let stand = plan.filter(|_| may_stand(request)).and_then(|plan| {
-            let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
-            if !is_near(topology, request, stand.node) {
-                return None;
-            }
-            let stated = facts.battery_fraction.filter(is_fraction);
-            Some(Stand {
-                battery: stated.unwrap_or(stand.battery),
-                ..stand
-            })
+        let stand = self.stand_of(scene, request, reporter);
+        let stated = facts.battery_fraction.filter(is_fraction);
+        let stand = stand.map(|stand| Stand {
+            battery: stated.unwrap_or(stand.battery),
+            ..stand
         });
         Some(ReportingDrone {
             kind: self.kind_of_reporter(&facts, plan, read),
@@ -186,6 +177,19 @@ impl Flights {
             plan: plan.map(|plan| plan.id.clone()),
             drone_id: plan.and_then(|plan| plan.drone_id.clone()),
         })
+    }
+
+    /// Where who reports stands, if that fits the report.
+    fn stand_of(
+        &self,
+        scene: Scene<'_>,
+        request: &Request,
+        reporter: Reporter<'_>,
+    ) -> Option<Stand> {
+        let topology = scene.topology();
+        let plan = reporter.plan.filter(|_| may_stand(request))?;
+        let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
+        is_near(topology, request, stand.node).then_some(stand)
     }
 
     fn kind_of_reporter(
