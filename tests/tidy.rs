@@ -23,7 +23,7 @@ mod wire_only;
 
 use circles::large_circles;
 use layers::{impurities, wrong_arrows, wrong_dependencies};
-use markdown::{anchors, links};
+use markdown::{added_lines, anchors, links};
 use repository::{File, repository};
 use rust::{functions, macros_called};
 use wire_only::beyond_the_wire;
@@ -82,6 +82,12 @@ fn arrows_go_down() {
 #[test]
 fn files_do_not_go_round_in_circles() {
     accept(large_circles(&repository()).into_iter());
+}
+
+#[test]
+fn recipes_stand_in_the_code() {
+    let files = repository();
+    accept(files.iter().flat_map(|file| stale_recipes(file, &files)));
 }
 
 #[test]
@@ -216,6 +222,21 @@ fn broken_links(file: &File, files: &[File]) -> Vec<String> {
     findings
 }
 
+/// What a diff of a document adds has to stand in the file that it names, as it is written there.
+fn stale_recipes(file: &File, files: &[File]) -> Vec<String> {
+    if !file.path.ends_with(".md") {
+        return Vec::new();
+    }
+    let added = added_lines(&file.text).into_iter();
+    let stale = added.filter(|(_, path, code)| {
+        let named = files.iter().find(|other| other.path == *path);
+        !named.is_some_and(|named| named.text.lines().any(|line| line.starts_with(code)))
+    });
+    stale
+        .map(|(number, path, _)| format!("{}:{number}: {path} has no such line", file.path))
+        .collect()
+}
+
 fn unsafe_scripts(file: &File) -> Vec<String> {
     let mut findings = Vec::new();
     if file.is_script() && !file.text.is_empty() {
@@ -258,6 +279,7 @@ fn each_rule_can_go_red() {
     let story = format!("fn f() {{{}}}\n", "\n".repeat(MAX_TEST_FUNCTION_LINES));
     type Rule = fn(&File) -> Vec<String>;
     let links: Rule = |file| broken_links(file, &[self::file("docs/a.md", "# One: two")]);
+    let recipes: Rule = |file| stale_recipes(file, &[self::file("b.rs", "let y;")]);
     let introductions: Rule = |file| missing_introductions(file).into_iter().collect();
     let red: &[(Rule, &str, &str)] = &[
         (empty_names, "crates/engine/src/geo/point_utils.rs", ""),
@@ -287,6 +309,7 @@ fn each_rule_can_go_red() {
         (wrong_dependencies, ENGINE, "skyway-maps = 1"),
         (wrong_dependencies, "crates/nowhere/Cargo.toml", ""),
         (wrong_arrows, "src/main.rs", "use skyway::routing;"),
+        (recipes, "a.md", "```diff\n+++ b.rs\n+let x;\n```\n"),
         (links, "README.md", "See [this](docs/b.md)."),
         (links, "docs/c.md", "See [this](a.md#three)."),
         (links, "docs/c.md", "[this]: ../a.md"),

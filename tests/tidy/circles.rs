@@ -222,6 +222,8 @@ pub(crate) fn circles(files: &[File]) -> Vec<Vec<String>> {
 pub(crate) fn large_circles(files: &[File]) -> Vec<String> {
     let mut findings = Vec::new();
     let circles = circles(files);
+    let largest = circles.first().map_or(1, Vec::len);
+    println!("the largest import circle has {largest} files");
     for circle in &circles {
         let known = KNOWN_CIRCLES.iter().find(|(first, _)| *first == circle[0]);
         let at_most = known.map_or(MAX_CIRCLE, |(_, size)| *size);

@@ -67,3 +67,19 @@ pub(crate) fn join(from: &str, link: &str) -> Option<String> {
     }
     Some(parts.join("/"))
 }
+
+/// The lines that the diffs of a document add, each with the file that it names before them.
+pub(crate) fn added_lines(text: &str) -> Vec<(usize, &str, &str)> {
+    let mut added = Vec::new();
+    let (mut is_diff, mut path) = (false, "");
+    for (number, line) in (1..).zip(text.lines()) {
+        if line.starts_with("```") {
+            is_diff = line == "```diff";
+        } else if let Some(named) = line.strip_prefix("+++ ").filter(|_| is_diff) {
+            path = named;
+        } else if let Some(code) = line.strip_prefix('+').filter(|_| is_diff) {
+            added.push((number, path, code));
+        }
+    }
+    added
+}

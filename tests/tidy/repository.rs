@@ -83,7 +83,7 @@ fn collect(root: &Path, folder: &str, files: &mut Vec<File>) {
                 collect(root, &path, files);
             }
         } else {
-            let ours = [".rs", ".md", ".toml"]
+            let ours = [".rs", ".md", ".toml", ".proto"]
                 .iter()
                 .any(|end| name.ends_with(end))
                 || folder.starts_with("scripts")
