@@ -6,7 +6,6 @@ use super::new_network::NewNetwork;
 use super::reporter::author;
 use super::snapshot::{ClosureEntry, PendingReview, PlanEntry, ProposalEntry, Version, ZoneEntry};
 use super::state_ends::Seen;
-use super::state_import::{FeedChanges, FeedUpdate};
 use super::state_versions::DeclineReason;
 use super::sync::RegistryDelta;
 use super::upstream::Upstream;
@@ -16,8 +15,9 @@ use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::Refusal;
-use crate::wire::{Author, EndedAs};
+use crate::wire::{Author, EndedAs, ImportAction};
 use jiff::Timestamp;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// What an operator decides.
@@ -35,6 +35,30 @@ pub(super) struct Publication {
     pub(super) entry: ClosureEntry,
     /// What is made of it where the writer finds that a quota has been used up meanwhile.
     pub(super) otherwise: ProposalEntry,
+}
+
+/// What a feed has now.
+#[derive(Debug)]
+pub(super) struct FeedUpdate {
+    /// Its name.
+    pub(super) feed: Arc<str>,
+    /// Its zones, as the closures they cause.
+    pub(super) puts: Vec<Arc<Closure>>,
+    /// The identifiers of its zones that are refused.
+    pub(super) refused: BTreeSet<String>,
+    /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
+    pub(super) has_nameless: bool,
+}
+
+/// What becomes of each zone.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FeedChanges {
+    /// The zones that the feed brings, with their place in it.
+    pub(super) brought: Vec<(usize, ImportAction)>,
+    /// The zones that came from it before and are not brought now.
+    pub(super) absent: Vec<(Arc<str>, ImportAction)>,
+    /// The places of zones whose ids are those of something else.
+    pub(super) taken: Vec<usize>,
 }
 
 /// A command to the writer.

@@ -101,8 +101,7 @@ pub use store::{
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;
-pub use zone_import::{FEED_BYTES_MAX, FeedImport};
-pub use zones::ZoneWrite;
+pub use zones::{FEED_BYTES_MAX, FeedImport, ZoneWrite};
 
 use crate::clock::Clock;
 use crate::network::Topology;

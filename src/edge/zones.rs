@@ -13,7 +13,7 @@ use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
 use crate::airspace::{Change, Closure, Hits, Zone};
-use crate::formats::{ZoneId, write_ed318, zone_to_feature};
+use crate::formats::{MAX_FEED_BYTES, ZoneId, write_ed318, zone_to_feature};
 use crate::intake::{Expected, PageRequest, read_zone, slice, token};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
@@ -22,6 +22,8 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+/// How large a feed may be, in bytes.
+pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
 /// The longest reason, in characters.
 const REASON_MAX: usize = 256;
 
@@ -32,6 +34,17 @@ pub struct ZoneWrite {
     pub id: Option<String>,
     /// Entity tags of the version it replaces, as in `If-Match`.
     pub if_match: Option<String>,
+    /// The same checks and the same answer, without effect.
+    pub validate_only: bool,
+}
+
+/// How a feed is imported.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FeedImport {
+    /// Its name: what is absent from it the next time is lifted.
+    pub feed: String,
+    /// What is put before each identifier to make the id of a zone.
+    pub prefix: String,
     /// The same checks and the same answer, without effect.
     pub validate_only: bool,
 }
@@ -341,7 +354,8 @@ impl Edge {
         .await?
     }
 
-    /// The airspace after some changes, and what the drones of the plans would be told that any of these closures meets.
+    /// The airspace after some changes, and what the drones of the plans would be told that any of
+    /// these closures meets.
     pub(super) fn imagine(
         &self,
         snapshot: &Snapshot,
