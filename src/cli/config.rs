@@ -187,7 +187,10 @@ fn told<C: Configuration>(
 }
 
 /// What is wrong with the network, each with who named it.
-fn network_faults(effective: &EffectiveConfig, output: &Output) -> Result<Vec<String>, Stop> {
+fn network_faults(
+    effective: &EffectiveConfig<EdgeConfig>,
+    output: &Output,
+) -> Result<Vec<String>, Stop> {
     let origin = effective.origin("network");
     match network_source::load(&effective.config.network, None, output) {
         Ok(_) => Ok(Vec::new()),

@@ -77,7 +77,7 @@ pub(super) fn admit<C: Configuration>(
 
 /// Loads the network of an edge that may start.
 pub(super) fn prepare(
-    effective: &EffectiveConfig,
+    effective: &EffectiveConfig<EdgeConfig>,
     admission: Admission,
     output: &Output,
 ) -> Result<Start, Stop> {

@@ -59,7 +59,7 @@ impl EdgeFlags {
     ///
     /// # Errors
     /// Everything wrong in any of them.
-    pub(super) fn effective(&self) -> Result<EffectiveConfig, Stop> {
+    pub(super) fn effective(&self) -> Result<EffectiveConfig<EdgeConfig>, Stop> {
         self.effective_of::<EdgeConfig>(&[])
     }
 

@@ -1,6 +1,5 @@
 //! From what the file, the environment and the flags say to one configuration that knows who said what.
 
-use super::edge::EdgeConfig;
 use super::fault::{ConfigFault, Origin};
 use super::sample::toml_value;
 use super::settings::{Configuration, Misfit, Setting};
@@ -34,7 +33,7 @@ pub struct Sources {
 
 /// A configuration that knows who said what.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EffectiveConfig<C = EdgeConfig> {
+pub struct EffectiveConfig<C> {
     /// What holds.
     pub config: C,
     /// Who said so, in the order of the settings.

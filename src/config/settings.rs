@@ -4,7 +4,6 @@
 //! sample file all come from its table: [`edge`](super::edge) has that of an edge, [`registry`](super::registry)
 //! that of a registry.
 
-use super::edge::EdgeConfig;
 use super::fault::ConfigFault;
 use super::resolve::EffectiveConfig;
 use super::value::{Kind, Value};
@@ -17,7 +16,7 @@ use std::time::Duration;
 
 /// One row of the table.
 #[derive(Debug)]
-pub struct Setting<C: 'static = EdgeConfig> {
+pub struct Setting<C: 'static> {
     /// The table of the file it stands in; empty for the top of the file.
     pub section: &'static str,
     /// Its key there.

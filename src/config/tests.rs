@@ -25,7 +25,11 @@ fn sources(file: &str, environment: &[(&str, &str)], flags: &[(&str, &str)]) -> 
     }
 }
 
-fn effective(file: &str, environment: &[(&str, &str)], flags: &[(&str, &str)]) -> EffectiveConfig {
+fn effective(
+    file: &str,
+    environment: &[(&str, &str)],
+    flags: &[(&str, &str)],
+) -> EffectiveConfig<EdgeConfig> {
     resolve(&sources(file, environment, flags)).expect("a valid configuration")
 }
 

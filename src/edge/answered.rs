@@ -1,45 +1,22 @@
-//! An answer on its way out, and the records behind answers, in the words of the wire.
+//! An answer on its way out, and the records behind answers, for those who ask.
 
 use super::Edge;
-use super::guard::case_view;
+use super::record_views::{recorded_closure, summary, wire_record};
 use super::records::AnswerRecord;
-use super::store::ReportReply;
+use super::standing::Staleness;
 use super::stored_answer::StoredAnswer;
-use super::views;
+use super::words::hex;
 use crate::access::{Caller, Role};
-use crate::airspace::{Airspace, Cause, Closure};
-use crate::flight::{FailureType, Location};
-use crate::formats::{
-    IntoTerm, answer, read_flight_question, recorded_question, settled_report, write_certificate,
-    zone_to_feature,
-};
+use crate::airspace::Airspace;
+use crate::flight::FailureType;
+use crate::formats::{IntoTerm, read_flight_question, recorded_question, write_certificate};
 use crate::intake::{PageRequest, token};
 use crate::network::Topology;
 use crate::recompose::{Request, Scratch, Strategy, World, certify};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
 use serde_json::Value;
-use std::borrow::Cow;
 use std::sync::Arc;
-
-/// How current the edge was when it answered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Staleness {
-    pub(super) registry_revision: Option<wire::RegistryRevision>,
-    pub(super) registry_age_s: Option<f64>,
-    pub(super) freshness: wire::Freshness,
-    pub(super) clock: wire::ClockKind,
-}
-
-impl Staleness {
-    /// Says in an earlier answer how current the edge is now.
-    pub(super) fn put_into(self, stamp: &mut wire::Stamp<'static>) {
-        stamp.registry_revision = self.registry_revision;
-        stamp.registry_age_s = self.registry_age_s;
-        stamp.freshness = self.freshness;
-        stamp.clock = self.clock;
-    }
-}
 
 /// An answer to a failure report.
 #[derive(Clone, Debug)]
@@ -99,104 +76,6 @@ impl ReportResponse {
     /// The answer as it is sent, borrowing what it can.
     pub fn to_wire(&self) -> wire::Recomposition<'_> {
         self.given.to_wire(self.replayed, self.standing)
-    }
-}
-
-pub(super) fn recomposition(
-    record: &AnswerRecord,
-    replayed: bool,
-    standing: Staleness,
-) -> wire::Recomposition<'_> {
-    let published = &record.published;
-    let plan = record.plan.as_ref();
-    let topology = record.airspace.topology();
-    let flown = record.flown.as_ref().map(|flown| &flown.flight);
-    let version = flown.and_then(|flight| flight.version.as_ref());
-    let legs = match (flown, version) {
-        (Some(flight), Some((version, way))) => {
-            Some(views::legs(topology, way, Some(version), flight.departs_at))
-        }
-        _ => plan.and_then(|plan| {
-            let composition = plan.composition.as_ref()?;
-            Some(views::legs(topology, composition, None, plan.departs_at))
-        }),
-    };
-    let mut told = answer(&record.airspace, &record.answer, &record.read);
-    if flown.is_some_and(|flight| flight.is_energy_checked) {
-        told.energy = Cow::Borrowed("checked");
-    }
-    wire::Recomposition {
-        id: Cow::Owned(record.id()),
-        answer: told,
-        remaining_time_s: record.remaining_time_s,
-        times: Cow::Borrowed(match flown {
-            Some(_) => "computed",
-            None => "nominal",
-        }),
-        publication: wire::Publication {
-            state: published.state,
-            closure_id: published.closure_id.as_deref().map(Cow::Borrowed),
-            proposal_ids: published
-                .proposal_ids
-                .iter()
-                .map(|id| Cow::Borrowed(&**id))
-                .collect(),
-            reason: published.reason.map(Cow::Borrowed),
-        },
-        plan: plan.map(|plan| wire::PlanReference {
-            id: Cow::Borrowed(&*plan.plan),
-            version: plan.version,
-        }),
-        legs: legs.unwrap_or_default(),
-        flight: flown
-            .zip(version)
-            .and_then(|(flight, (version, _))| version.told(topology, flight.departs_at)),
-        causes: flown.map_or_else(Vec::new, |flight| flight.causes.clone()),
-        opens: flown.and_then(|flight| flight.opens.clone()),
-        replayed,
-        valid_until: Some(views::instant(record.valid_until)),
-        stamp: wire::Stamp {
-            revision: Cow::Borrowed(&*record.revision),
-            topology_revision: record.airspace.topology_revision(),
-            registry_revision: standing.registry_revision,
-            registry_age_s: standing.registry_age_s,
-            freshness: standing.freshness,
-            clock: standing.clock,
-            network: views::network_name(topology),
-        },
-    }
-}
-
-/// A line of the list of what was answered.
-pub(super) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
-    let topology = record.airspace.topology();
-    let report = &record.settled.request.report;
-    let (from, to) = report.leg;
-    let old_path = report.remaining_path.as_deref();
-    wire::RecordSummary {
-        id: Cow::Owned(record.id()),
-        answered_at: views::instant(record.answered_at),
-        failure: failure(report.failure),
-        drone_id: record.drone_id.as_deref().map(views::text),
-        plan_id: record.plan.as_ref().map(|plan| views::text(&plan.plan)),
-        leg: Some([from, to].map(|node| views::node_id(topology, node))),
-        outcome: views::outcome(record.answer.outcome),
-        path: views::path(topology, &record.answer.path),
-        old_path: views::node_ids(topology, old_path.unwrap_or(&[from, to])),
-        remaining_length_m: record.answer.remaining_length_m,
-        dry_run: record.dry_run,
-        revision: views::text(&record.revision),
-    }
-}
-
-fn failure(failure: FailureType) -> wire::FailureType {
-    match failure {
-        FailureType::Environmental => wire::FailureType::Environmental,
-        FailureType::Navigational => wire::FailureType::Navigational,
-        FailureType::Regulatory => wire::FailureType::Regulatory,
-        FailureType::Infrastructure => wire::FailureType::Infrastructure,
-        FailureType::Operational => wire::FailureType::Operational,
-        FailureType::ServiceLevel => wire::FailureType::ServiceLevel,
     }
 }
 
@@ -300,14 +179,15 @@ impl StoredRecord {
     /// The proof of an exact answer; `None` for one that is no optimum to prove, or whose network is gone.
     fn prove(&self, topology: &Arc<Topology>) -> Option<Value> {
         match self {
-            Self::Now(record) if record.flown.is_some() => prove_flight(
-                &record.flight_question()?,
-                &record.airspace.apply(&[], record.answered_at),
-                &record.settled.request,
-            ),
             Self::Now(record) => {
-                let strategy = record.answer.strategy_used;
-                prove(&record.airspace, &record.settled.request, strategy)
+                let (request, told) = (&record.settled.request, record.answer.told());
+                let question = record.flight_question();
+                // Its flight looks ahead from the instant of the answer.
+                let ahead = || record.airspace.apply(&[], record.answered_at);
+                match question {
+                    Some(question) => prove_flight(&question, &ahead(), request),
+                    None => prove(&record.airspace, request, told.strategy_used),
+                }
             }
             Self::Before(record) => {
                 if record.world.network_sha256 != hex(topology.fingerprint()) {
@@ -376,92 +256,4 @@ impl FullRecord {
             },
         }
     }
-}
-
-/// A record as it is sent, with these closures of its world.
-pub(super) fn wire_record<'a>(
-    record: &'a AnswerRecord,
-    standing: Staleness,
-    closures: Vec<wire::RecordedClosure<'a>>,
-    certificate: Option<Value>,
-) -> wire::Record<'a> {
-    let airspace = &record.airspace;
-    let topology = airspace.topology();
-    wire::Record {
-        id: Cow::Owned(record.id()),
-        answered_at: views::instant(record.answered_at),
-        report: record.report.clone(),
-        settled_report: settled_report(&record.settled, topology),
-        answer: recomposition(record, false, standing),
-        world: wire::RecordedWorld {
-            revision: Cow::Borrowed(&*record.revision),
-            topology_revision: airspace.topology_revision(),
-            network_sha256: Cow::Owned(hex(topology.fingerprint())),
-            as_of: views::instant(airspace.as_of()),
-            horizon_s: airspace.horizon().as_secs_f64(),
-            closures,
-            flight: record.flight_question(),
-        },
-        certificate,
-        checker_case: record.case.as_ref().map(|case| case_view(topology, case)),
-    }
-}
-
-/// What is to be answered when a report comes again in a later start.
-pub(super) fn report_reply(
-    subject: &str,
-    id: String,
-    record: &AnswerRecord,
-    standing: Staleness,
-) -> ReportReply {
-    let answer = recomposition(record, false, standing);
-    ReportReply {
-        subject: subject.to_owned(),
-        id,
-        report: record.report.clone(),
-        // A map with text keys and finite numbers always has a JSON form.
-        answer: serde_json::to_string(&answer).unwrap_or_default(),
-        place: match record.settled.request.report.location {
-            Location::At(place) => Some([place.x, place.y]),
-            Location::LegStart | Location::Unknown => None,
-        },
-        network: hex(record.airspace.topology().fingerprint()),
-    }
-}
-
-pub(super) fn recorded_closure(
-    topology: &Topology,
-    closure: &Closure,
-) -> wire::RecordedClosure<'static> {
-    let zone = closure.zone();
-    let hits = match zone {
-        Some(_) => None,
-        None => Some(&closure.hits),
-    };
-    let segments = hits.iter().flat_map(|hits| &hits.segments);
-    let nodes = hits.iter().flat_map(|hits| &hits.nodes);
-    wire::RecordedClosure {
-        id: views::text(&closure.id),
-        cause: Cow::Borrowed(match closure.cause {
-            Cause::Zone(_) => "zone",
-            Cause::Report { .. } => "report",
-            Cause::Operator { .. } => "operator",
-        }),
-        zone: zone.map(|zone| zone_to_feature(zone)),
-        segments: segments
-            .map(|&segment| Cow::Owned(topology.segment_id(segment).into_owned()))
-            .collect(),
-        nodes: nodes.map(|&node| views::node_id(topology, node)).collect(),
-        pads: views::node_ids(topology, &closure.pads),
-    }
-}
-
-/// Bytes in hexadecimal.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to text cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }

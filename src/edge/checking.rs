@@ -2,208 +2,85 @@
 
 use super::Edge;
 use super::events::Happening;
-use super::flights::{DroneKind, FlownVersion, Scene};
 use super::guard::{Subjects, alarms_of, case_data};
+use super::plan_ways::PlanWays;
+use super::planner::Answer;
 use super::recomposing::{Case, Recomposed};
-use super::snapshot::{Own, PlanEntry, Snapshot};
-use crate::checked::{self, Alternatives, Checked, FallenBackTo, Known, check_answer};
+use super::snapshot::Snapshot;
+use crate::checked::{self, FallenBackTo, Known};
 use crate::checker::Fault;
-use crate::compose::{Composition, Contingency};
-use crate::flight::{FailureReport, FailureType, Location, Reentry};
+use crate::flight::FailureType;
 use crate::formats::ReadWarning;
-use crate::network::NodeIx;
-use crate::planted;
-use crate::recompose::{Fallback, Outcome, Recomposition, Request, Strategy};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;
-
-/// An answer that may be sent, and the world that it was checked against.
-pub(super) struct Passed {
-    pub(super) recomposed: Recomposed,
-    pub(super) snapshot: Arc<Snapshot>,
-    /// The answer that it replaces, if one did not pass.
-    pub(super) case: Option<checked::Case>,
-}
 
 impl Edge {
     /// Answers a report, and checks the answer against the world that is current then.
     ///
     /// An answer that fails only by what has closed meanwhile is computed once more, and is no case.
-    pub(super) fn recompose_checked(&self, case: &Case<'_>, read: &mut Vec<ReadWarning>) -> Passed {
+    pub(super) fn recompose_checked(
+        &self,
+        case: &Case<'_>,
+        read: &mut Vec<ReadWarning>,
+    ) -> Recomposed {
         let said_before = read.len();
-        let recomposed = self.recompose(case, read);
+        let answer = self.recompose(case, read);
         let current = self.world.load_full();
         let is_same = Arc::ptr_eq(&current.airspace, &case.snapshot.airspace);
         let may_compare = Arc::ptr_eq(current.topology(), case.snapshot.topology());
         if is_same || !may_compare {
-            return self.passed(case, recomposed, read);
+            return self.passed(case, answer, read);
         }
         let at_sending = Case {
             snapshot: &current,
             ..*case
         };
-        if self.fault_of(&at_sending, &recomposed).is_none() {
-            return Passed {
-                recomposed,
-                snapshot: case.snapshot.clone(),
-                case: None,
-            };
+        if self.fault_of(&at_sending, &answer).is_none() {
+            return self.recomposed(case, answer, None, read);
         }
         read.truncate(said_before);
         let again = self.recompose(&at_sending, read);
         self.passed(&at_sending, again, read)
     }
 
-    fn passed(
-        &self,
-        case: &Case<'_>,
-        recomposed: Recomposed,
-        read: &mut Vec<ReadWarning>,
-    ) -> Passed {
-        let snapshot = case.snapshot.clone();
-        let Some(fault) = self.fault_of(case, &recomposed) else {
-            return Passed {
-                recomposed,
-                snapshot,
-                case: None,
-            };
+    /// This answer, or what goes instead of it.
+    fn passed(&self, case: &Case<'_>, answer: Answer, read: &mut Vec<ReadWarning>) -> Recomposed {
+        let Some(fault) = self.fault_of(case, &answer) else {
+            return self.recomposed(case, answer, None, read);
         };
-        let (recomposed, refused) = self.fall_back(case, recomposed, fault, read);
-        Passed {
-            recomposed,
-            snapshot,
-            case: Some(refused),
-        }
+        let (answer, refused) = self.fall_back(case, answer, fault);
+        self.recomposed(case, answer, Some(refused), read)
     }
 
     /// The rule that an answer breaks, if it breaks any.
-    fn fault_of(&self, case: &Case<'_>, recomposed: &Recomposed) -> Option<Fault> {
-        if planted::is_unchecked() {
-            return None;
-        }
-        let known = known(case, recomposed);
-        let answer = &recomposed.answer;
-        let airspace = &case.snapshot.airspace;
-        let checked = match &recomposed.flown {
-            Some(flown) => {
-                let scene = Scene {
-                    snapshot: case.snapshot,
-                    airspace,
-                    now: case.now,
-                };
-                let told = (&flown.drone, &flown.flight);
-                flown
-                    .flights
-                    .check_report(scene, told, case.request, &known, answer)
-            }
-            None => check_answer(airspace, case.request, &known, answer, None),
-        };
-        checked.err()
+    fn fault_of(&self, case: &Case<'_>, answer: &Answer) -> Option<Fault> {
+        let (scene, known) = (case.scene(), known(case));
+        self.planner
+            .check(scene, case.request, &known, answer)
+            .err()
     }
 
     /// What goes instead of an answer that did not pass: the first that does.
-    fn fall_back(
-        &self,
-        case: &Case<'_>,
-        refused: Recomposed,
-        fault: Fault,
-        read: &mut Vec<ReadWarning>,
-    ) -> (Recomposed, checked::Case) {
-        let nodes = refused.answer.path.nodes.clone();
-        let outcome = refused.answer.outcome;
-        if let Some(flown) = &refused.flown {
-            let baseline = Request {
-                strategy: Strategy::Exact,
-                ..case.request.clone()
+    fn fall_back(&self, case: &Case<'_>, refused: Answer, fault: Fault) -> (Answer, checked::Case) {
+        let (scene, request) = (case.scene(), case.request);
+        let baseline = self.planner.recompose_plainly(scene, request, &refused);
+        let passes = |answer: &Answer| self.fault_of(case, answer).is_none();
+        if let Some(mut baseline) = baseline.filter(passes) {
+            baseline.stands_in(request.strategy);
+            let case = checked::Case {
+                fault,
+                outcome: refused.told().outcome,
+                nodes: refused.told().path.nodes.clone(),
+                fallback: FallenBackTo::Baseline,
             };
-            let plainly = Case {
-                request: &baseline,
-                ..*case
-            };
-            let said_before = read.len();
-            let mut found = self.recompose_without_tables(&plainly, flown, read);
-            if self.fault_of(&plainly, &found).is_none() {
-                found.answer.strategy = case.request.strategy;
-                found.answer.fallback = Some(Fallback::Checker);
-                let case = checked::Case {
-                    fault,
-                    outcome,
-                    nodes,
-                    fallback: FallenBackTo::Baseline,
-                };
-                return (found, case);
-            }
-            read.truncate(said_before);
+            return (baseline, case);
         }
-        let ways = PlanWays::of(case);
-        let mut scratch = self.scratches.take(case.snapshot.topology());
-        let known = known(case, &refused);
-        let Checked { answer, case: told } = checked::settle(
-            &case.snapshot.airspace,
-            case.request,
-            &known,
-            ways.alternatives(),
-            (refused.answer, fault),
-            &mut scratch,
-        );
-        self.scratches.give_back(scratch);
-        let told = told.unwrap_or(checked::Case {
-            fault,
-            outcome,
-            nodes,
-            fallback: FallenBackTo::NoRoute,
-        });
-        (self.by_distance(case, answer, read), told)
-    }
-
-    /// Checks what was composed for a drone that departs from a node to another one.
-    ///
-    /// # Errors
-    /// The first rule that it breaks.
-    pub(super) fn check_composed(
-        &self,
-        snapshot: &Snapshot,
-        (composition, flown): &(Composition, Option<Arc<FlownVersion>>),
-        (departs_at, destination): (Timestamp, NodeIx),
-        (kind, own): (Option<&DroneKind>, Own<'_>),
-    ) -> Result<(), Fault> {
-        let way = &composition.way;
-        let (Some(&first), false) = (way.nodes.first(), planted::is_unchecked()) else {
-            return Ok(());
-        };
-        let topology = snapshot.topology();
-        let answer = Recomposition {
-            outcome: Outcome::Rerouted,
-            path: way.clone(),
-            remaining_length_m: Some(composition.length_m),
-            reentry: Some(Reentry::at_node(first, topology.position(first), None)),
-            ..Recomposition::without_path(Strategy::Exact)
-        };
-        let request = Request::exact(FailureReport {
-            failure: FailureType::ServiceLevel,
-            leg: (first, way.nodes.get(1).copied().unwrap_or(first)),
-            location: Location::LegStart,
-            cause_location: None,
-            destination,
-            remaining_path: None,
-        });
-        let airspace = &snapshot.airspace;
-        let (Some(flights), Some(version), Some(kind)) = (&self.flights, flown, kind) else {
-            return check_answer(airspace, &request, &Known::default(), &answer, None);
-        };
-        let now = self.clock.now();
-        let scene = Scene {
-            snapshot,
-            airspace,
-            now,
-        };
-        let known = Known {
-            at_s: flights.seconds(departs_at),
-            ..Known::default()
-        };
-        let version = Some((&**version, departs_at));
-        flights.check_version(scene, (kind, own), version, &request, &known, &answer)
+        let plan = case.plan.map(|plan| &**plan);
+        let ways = PlanWays::of(&request.report, plan);
+        let (alternatives, refused) = (ways.alternatives(), (refused, fault));
+        self.planner
+            .fall_back(scene, request, &known(case), alternatives, refused)
     }
 
     /// Tells of an answer that did not pass: counted, an event, an alarm, a line in the log.
@@ -225,8 +102,8 @@ impl Edge {
     }
 }
 
-/// What is known of who reports, beside the request.
-fn known(case: &Case<'_>, recomposed: &Recomposed) -> Known {
+/// What the report says of who sent it, beside the request.
+fn known(case: &Case<'_>) -> Known {
     let facts = case.report.drone.as_ref();
     let is_fraction = |fraction: &f64| (0.0..=1.0).contains(fraction);
     let battery = facts
@@ -234,63 +111,9 @@ fn known(case: &Case<'_>, recomposed: &Recomposed) -> Known {
         .filter(is_fraction);
     let has_payload = facts.is_some_and(|facts| facts.payload_kg.is_some());
     let is_operational = case.request.report.failure == FailureType::Operational;
-    let flown = recomposed.flown.as_ref();
     Known {
-        stands_at: flown.and_then(|flown| flown.drone.stands_at()),
-        at_s: flown.map_or(0.0, |flown| flown.flights.seconds(case.now)),
         battery,
         has_figure: is_operational && (battery.is_some() || has_payload),
+        ..Known::default()
     }
-}
-
-/// The ways that a plan has beside the search, from the start of the leg that its drone is on.
-#[derive(Default)]
-pub(super) struct PlanWays {
-    reported: Option<Vec<NodeIx>>,
-    if_closed: Option<Vec<NodeIx>>,
-    alternate: Option<Vec<NodeIx>>,
-}
-
-impl PlanWays {
-    fn of(case: &Case<'_>) -> Self {
-        let stated = case.request.report.remaining_path.clone();
-        let by_plan = case
-            .plan
-            .and_then(|plan| Self::of_plan(plan, case.request.report.leg));
-        by_plan.unwrap_or(Self {
-            reported: stated,
-            ..Self::default()
-        })
-    }
-
-    /// Those of a plan whose drone is on a leg between these nodes.
-    pub(super) fn of_plan(plan: &PlanEntry, ends: (NodeIx, NodeIx)) -> Option<Self> {
-        let composition = &plan.reported.composition;
-        let mut legs = composition.legs.iter();
-        let number = legs.position(|leg| (leg.from, leg.to) == ends)?;
-        let leg = &composition.legs[number];
-        let ahead = &composition.way.nodes[number..];
-        Some(Self {
-            reported: Some(ahead.to_vec()),
-            if_closed: rejoined(&leg.if_closed, ahead),
-            alternate: leg.safe.as_ref().map(|safe| safe.nodes.clone()),
-        })
-    }
-
-    pub(super) fn alternatives(&self) -> Alternatives<'_> {
-        Alternatives {
-            reported: self.reported.as_deref(),
-            if_closed: self.if_closed.as_deref(),
-            alternate: self.alternate.as_deref(),
-        }
-    }
-}
-
-/// A detour with what is flown after it.
-fn rejoined(detour: &Contingency, ahead: &[NodeIx]) -> Option<Vec<NodeIx>> {
-    let rejoins = detour.rejoins?;
-    let place = ahead.iter().rposition(|node| *node == rejoins)?;
-    let mut nodes = detour.nodes.clone();
-    nodes.extend_from_slice(&ahead[place + 1..]);
-    Some(nodes)
 }

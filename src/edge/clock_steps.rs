@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::commands::Command;
-use super::views;
+use super::words;
 use crate::access::Caller;
 use crate::refusal::Refusal;
 use crate::wire;
@@ -13,7 +13,7 @@ impl Edge {
     pub fn clock_reading(&self, _caller: &Caller) -> wire::ClockReading<'static> {
         wire::ClockReading {
             kind: self.clock.source(),
-            time: views::instant(self.clock.now()),
+            time: words::instant(self.clock.now()),
             rate: self.clock.rate(),
         }
     }
@@ -33,7 +33,7 @@ impl Edge {
         }
         let (_, snapshot) = self.command(Command::Tick).await?;
         Ok(wire::ClockState {
-            now: views::instant(self.clock.now()),
+            now: words::instant(self.clock.now()),
             confirmed_step_s: apart.map(|apart| apart.as_secs_f64()),
             stamp: self.stamp_of(&snapshot),
         })

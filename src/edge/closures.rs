@@ -1,14 +1,16 @@
 //! Closures: everything that is closed with its cause, and what operators close by their word.
 
 use super::Edge;
+use super::commands::unexpected;
 use super::commands::{Command, Done};
 use super::effects;
+use super::entries::ClosureEntry;
+use super::entries::windows;
 use super::fleet::Detour;
 use super::replies::Idempotency;
-use super::snapshot::{ClosureEntry, Snapshot};
-use super::state_airspace::windows;
+use super::snapshot::Snapshot;
 use super::views;
-use super::zones::{checked_reason, unexpected};
+use super::zones::checked_reason;
 use crate::access::Caller;
 use crate::airspace::{Cause, Closure};
 use crate::intake::{ClosureIds, Expected, Faults, PageRequest, read_closure, token};

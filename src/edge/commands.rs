@@ -1,23 +1,24 @@
 //! What the writer is asked to do, and what it answers.
 
-use super::alarms::{AlarmDraft, AlarmEntry};
+use super::entries::{
+    AlarmDraft, AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry,
+};
 use super::fleet::Detour;
 use super::new_network::NewNetwork;
+use super::plan_entry::PlanEntry;
+use super::planner::Version;
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, PendingReview, PlanEntry, ProposalEntry, Version, ZoneEntry};
-use super::state_ends::Seen;
-use super::state_versions::DeclineReason;
-use super::sync::RegistryDelta;
+use super::state_import::{FeedChanges, FeedUpdate};
+use super::sync::followed::RegistryDelta;
 use super::upstream::Upstream;
 use crate::access::Caller;
 use crate::airspace::Closure;
 use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
-use crate::refusal::Refusal;
-use crate::wire::{Author, EndedAs, ImportAction};
+use crate::refusal::{Code, Refusal};
+use crate::wire::{Author, EndedAs};
 use jiff::Timestamp;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// What an operator decides.
@@ -35,30 +36,6 @@ pub(super) struct Publication {
     pub(super) entry: ClosureEntry,
     /// What is made of it where the writer finds that a quota has been used up meanwhile.
     pub(super) otherwise: ProposalEntry,
-}
-
-/// What a feed has now.
-#[derive(Debug)]
-pub(super) struct FeedUpdate {
-    /// Its name.
-    pub(super) feed: Arc<str>,
-    /// Its zones, as the closures they cause.
-    pub(super) puts: Vec<Arc<Closure>>,
-    /// The identifiers of its zones that are refused.
-    pub(super) refused: BTreeSet<String>,
-    /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
-    pub(super) has_nameless: bool,
-}
-
-/// What becomes of each zone.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FeedChanges {
-    /// The zones that the feed brings, with their place in it.
-    pub(super) brought: Vec<(usize, ImportAction)>,
-    /// The zones that came from it before and are not brought now.
-    pub(super) absent: Vec<(Arc<str>, ImportAction)>,
-    /// The places of zones whose ids are those of something else.
-    pub(super) taken: Vec<usize>,
 }
 
 /// A command to the writer.
@@ -338,3 +315,34 @@ pub(super) struct Outcome {
 
 /// What comes back for each command.
 pub(super) type Reply = Result<Outcome, Refusal>;
+
+/// The writer answers every command in kind; anything else is a defect.
+pub(super) fn unexpected() -> Refusal {
+    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
+}
+
+/// What telemetry shows of a plan's drone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// It is in the air.
+    Departed,
+    /// It is off every way that it was told.
+    OffItsWays,
+    /// It is on one of them again.
+    OnItsWay,
+    /// It rests at the end of this version.
+    Landed(u32),
+    /// It has left the pad that it has landed on with this plan, which has ended.
+    LeftItsPad,
+}
+
+/// Why a drone does not take a version over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DeclineReason {
+    /// It has not what it takes to fly so far: it is to land.
+    Unfit,
+    /// Something is in the way that the version begins with.
+    Obstructed,
+    /// The version begins where the drone is not any more.
+    Passed,
+}

@@ -2,11 +2,12 @@
 
 use super::Edge;
 use super::commands::Command;
+use super::commands::Seen;
 use super::drones::{Drones, Flown, Rest, Sighting};
-use super::fleet;
-use super::snapshot::{PlanEntry, Snapshot};
-use super::state_ends::{LANDED_WITHIN_M, Seen};
-use super::stretches::spot_on;
+use super::plan_entry::PlanEntry;
+use super::progress::{self, spot_on};
+use super::snapshot::Snapshot;
+use super::state_ends::LANDED_WITHIN_M;
 use crate::network::{NodeIx, Topology};
 use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};
@@ -91,7 +92,7 @@ impl Edge {
 /// Whether the drone of a plan has only the last leg before it.
 fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Timestamp) -> bool {
     let legs = plan.reported.composition.legs.len();
-    match fleet::progress(topology, plan, drones, now) {
+    match progress::progress(topology, plan, drones, now) {
         Some(progress) => progress.leg + 1 == legs,
         // Nothing is left to be flown.
         None => plan.reported.is_diversion(),

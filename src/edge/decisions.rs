@@ -1,9 +1,9 @@
 //! What waits for an operator: proposals from reports, and removals that are many at once.
 
 use super::Edge;
+use super::commands::unexpected;
 use super::commands::{Command, Decision, Done};
 use super::views;
-use super::zones::unexpected;
 use crate::access::Caller;
 use crate::intake::{Page, PageRequest, token};
 use crate::refusal::Refusal;

@@ -2,7 +2,8 @@
 
 use super::fleet::Detour;
 use super::snapshot::Snapshot;
-use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan, instant, node_ids, segment_ids};
+use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
+use super::words::{instant, node_ids, segment_ids};
 use crate::airspace::{Airspace, Closure};
 use crate::formats::miss_hint;
 use crate::wire;

@@ -2,9 +2,9 @@
 
 use super::upstream::Upstream;
 use crate::access::Role;
-use crate::airspace::{Closure, Zone};
+use crate::airspace::{Closure, Window, Zone};
 use crate::flight::FailureType;
-use crate::wire;
+use crate::wire::{self, AlarmKind};
 use jiff::Timestamp;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -134,4 +134,63 @@ pub(super) struct PendingReview {
     /// Ids of the closures they would lift.
     pub(super) lifts: Vec<String>,
     pub(super) contested: Option<Arc<Contested>>,
+}
+
+/// What is to be told to an operator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct AlarmDraft {
+    pub(super) kind: AlarmKind,
+    pub(super) plan: Option<Arc<str>>,
+    pub(super) drone: Option<Arc<str>>,
+    pub(super) recomposition: Option<Arc<str>>,
+    /// Ids of the zones and closures that cause it.
+    pub(super) causes: Vec<String>,
+    pub(super) message: String,
+}
+
+impl AlarmDraft {
+    /// An alarm about nothing in particular.
+    pub(super) fn new(kind: AlarmKind, message: impl Into<String>) -> Self {
+        Self {
+            kind,
+            plan: None,
+            drone: None,
+            recomposition: None,
+            causes: Vec::new(),
+            message: message.into(),
+        }
+    }
+
+    /// What it is about: alarms of one kind about the same are one alarm.
+    pub(super) fn subject(&self) -> Arc<str> {
+        let named = match (&self.plan, &self.drone) {
+            (Some(plan), _) => format!("plan:{plan}"),
+            (None, Some(drone)) => format!("drone:{drone}"),
+            (None, None) => format!("causes:{}", self.causes.join(",")),
+        };
+        Arc::from(named)
+    }
+}
+
+/// An alarm.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct AlarmEntry {
+    pub(super) number: u64,
+    /// What it says now.
+    pub(super) draft: AlarmDraft,
+    pub(super) raised_at: Timestamp,
+    pub(super) renewed_at: Timestamp,
+    pub(super) count: u64,
+    /// When, and by whom.
+    pub(super) acknowledged: Option<(Timestamp, Arc<str>)>,
+    pub(super) ended_at: Option<Timestamp>,
+}
+
+/// The windows of a closure from when until when; always, where neither is given.
+pub(super) fn windows(from: Option<Timestamp>, until: Option<Timestamp>) -> Vec<Window> {
+    match (from, until) {
+        (None, None) => Vec::new(),
+        // The ends were checked when they were read.
+        _ => Window::new(from, until).into_iter().collect(),
+    }
 }

@@ -5,40 +5,36 @@
 //! `publication`.
 
 use super::Edge;
-use super::alarms::AlarmDraft;
-use super::answered::{ReportResponse, Staleness};
+use super::answered::ReportResponse;
 use super::commands::Command;
-use super::fleet;
+use super::entries::AlarmDraft;
+use super::plan_entry::PlanEntry;
+use super::progress;
 use super::recomposing::Case;
-use super::records::{AnswerRecord, Published};
+use super::records::{AnswerRecord, Published, record_id};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
-use super::snapshot::{PlanEntry, Snapshot, Version, version_flags};
+use super::snapshot::Snapshot;
+use super::standing::Staleness;
 use super::store::Entry;
 use super::stored_answer::StoredAnswer;
 use super::stretches::Stretch;
 use super::traces;
 use crate::access::Caller;
-use crate::airspace::{Airspace, Change, Closure};
 use crate::formats::{
     Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, Unplaced, bounded, resolve_report,
-    warning_text,
 };
-use crate::recompose::{Outcome, Request};
+use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, AlarmKind};
 use jiff::Timestamp;
 use std::sync::Arc;
 
-/// Airspeed where a report gives none, in metres per second.
-pub(super) const DEFAULT_AIRSPEED_MPS: f64 = 16.0;
 /// Reports with longer ids are answered as if they had none.
 const REPORT_ID_BYTES_MAX: usize = 256;
 /// After so many reports of a batch others get their turn.
 const BATCH_STRETCH: usize = 32;
 /// The speed that telemetry tells is believed for so long, in seconds.
 const SPEED_HOLDS_S: f64 = 5.0;
-/// Up to this many nodes the exact answer without a table takes well under a millisecond.
-const SMALL_NODES: usize = 20_000;
 
 /// What an answer may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,7 +137,7 @@ impl Edge {
         }
         let snapshot = self.world.load_full();
         let deadline = parsed.report.deadline.as_deref();
-        if given.still_holds(deadline, &snapshot, now) {
+        if given.still_holds(deadline, &*self.planner, &snapshot, now) {
             return Ok(ReportResponse::replayed(given, self.standing(&snapshot)));
         }
         let report = parsed.report.clone();
@@ -167,19 +163,10 @@ impl Edge {
         }
     }
 
-    /// Whether a report is answered in place: the exact strategy takes microseconds on a network that is not
-    /// large; others may take milliseconds and go where blocking is allowed.
+    /// Whether a report is answered in place; others go where blocking is allowed.
     fn is_quick(&self, report: &wire::FailureReport) -> bool {
-        let strategy = report.strategy;
-        let is_exact = strategy.is_none_or(|strategy| strategy == wire::Strategy::Exact);
-        let asks_for_more =
-            report.optimum == Some(true) || report.explain == Some(true) || report.zone.is_some();
-        // By the flight model every leg has contingencies that are searched.
-        is_exact && !asks_for_more && self.flights.is_none() && self.is_small()
-    }
-
-    fn is_small(&self) -> bool {
-        self.world.load().topology().node_count() <= SMALL_NODES
+        self.planner
+            .answers_at_once(report, self.world.load().topology())
     }
 
     async fn answer(
@@ -228,11 +215,13 @@ impl Edge {
             drone_id: own.as_deref(),
             now,
         };
-        let passed = self.recompose_checked(&case, &mut read);
-        let (recomposed, snapshot) = (passed.recomposed, passed.snapshot);
+        let number = self.records.next_number();
+        let recomposed = self.recompose_checked(&case, &mut read);
+        let recomposed = recomposed.of_record(&record_id(self.epoch, number));
+        let snapshot = recomposed.snapshot.clone();
         let mut record = AnswerRecord {
             epoch: self.epoch,
-            number: self.records.next_number(),
+            number,
             answered_at: now,
             valid_until: self.valid_until(&snapshot, now),
             subject: caller.subject.clone(),
@@ -242,9 +231,9 @@ impl Edge {
             report,
             read: bounded(read),
             settled,
+            among: recomposed.among(),
             answer: recomposed.answer,
-            case: passed.case.map(Box::new),
-            flown: recomposed.flown,
+            case: recomposed.refused.map(Box::new),
             drone_id: own,
             published: Published::nothing("dry_run"),
             plan: recomposed.plan,
@@ -307,7 +296,7 @@ impl Edge {
         now: Timestamp,
     ) -> Known<'a> {
         let progress =
-            plan.and_then(|plan| fleet::progress(snapshot.topology(), plan, &self.drones, now));
+            plan.and_then(|plan| progress::progress(snapshot.topology(), plan, &self.drones, now));
         let stretch = plan.and_then(|plan| plan.reported.stretch.as_ref());
         let on_stretch = progress.is_some_and(|progress| progress.on_stretch);
         let sighting = drone_id.and_then(|id| self.drones.last(id));
@@ -315,6 +304,8 @@ impl Edge {
             .as_ref()
             .map(|sighting| now.duration_since(sighting.seen_at).as_secs_f64());
         let is_fresh = age_s.is_some_and(|age_s| age_s <= SPEED_HOLDS_S);
+        let facts = report.drone.as_ref();
+        let airframe = facts.and_then(|drone| drone.airframe.as_deref());
         Known {
             plan: plan.map(|plan| KnownPlan {
                 nodes: &plan.reported.composition.way.nodes,
@@ -328,7 +319,9 @@ impl Edge {
             ground_speed_mps: sighting
                 .filter(|_| is_fresh)
                 .and_then(|sighting| sighting.ground_speed_mps),
-            airspeed_mps: self.airspeed_mps(report, plan),
+            airspeed_mps: self
+                .planner
+                .airspeed_mps(airframe, plan.map(|plan| &**plan)),
             is_grounded: plan.is_some_and(|plan| plan.stands_at(now)),
             unplaced: Unplaced::Anywhere,
             now: Some(now),
@@ -366,12 +359,13 @@ impl Edge {
 
     /// What the drone of a plan flies after this answer, once it acknowledges it.
     fn propose_to_plan(&self, record: &AnswerRecord) {
-        let (Some(change), Some(version)) = (&record.plan, self.proposed_by(record)) else {
+        let change = record.plan.as_ref();
+        let Some((change, version)) = change.and_then(|it| Some((it, it.version.as_ref()?))) else {
             return;
         };
         let command = Command::ProposeVersion {
             plan: change.plan.clone(),
-            version: Box::new(version),
+            version: Box::new(version.clone()),
         };
         let topology = record.airspace.topology();
         if let Err(refusal) = self.writer.tell(command.made_on(topology)) {
@@ -379,39 +373,9 @@ impl Edge {
         }
     }
 
-    /// The version that an answer proposes to a plan, if it does.
-    pub(super) fn proposed_by(&self, record: &AnswerRecord) -> Option<Version> {
-        let change = record.plan.as_ref()?;
-        let topology = record.airspace.topology();
-        let warnings = record.answer.warnings.iter();
-        Some(Version {
-            number: change.version?,
-            epoch: self.epoch,
-            sent_at: record.answered_at,
-            outcome: Some(record.answer.outcome),
-            composition: change.composition.clone()?,
-            flight: change.flight.clone(),
-            stretch: stretch_of(record),
-            first_stretch_m: record.answer.first_stretch_m,
-            departs_at: change.departs_at,
-            recomposition_id: Some(Arc::from(record.id())),
-            acknowledge_by: record
-                .answered_at
-                .checked_add(self.settings.acknowledge_within)
-                .ok(),
-            flags: version_flags(&record.answer.flags),
-            warnings: warnings
-                .map(|warning| {
-                    let (code, message) = warning_text(topology, warning);
-                    (code.into(), message)
-                })
-                .collect(),
-        })
-    }
-
     /// Alarms an operator where an answer has no way.
     fn alarm_without_way(&self, caller: &Caller, record: &AnswerRecord, plan: Option<&PlanEntry>) {
-        if record.answer.outcome != Outcome::NoRoute {
+        if record.answer.told().outcome != Outcome::NoRoute {
             return;
         }
         // A name that the caller may not speak for makes no alarm of its own.
@@ -438,7 +402,7 @@ impl Edge {
         if record.dry_run {
             return;
         }
-        let summary = super::answered::summary(record);
+        let summary = super::record_views::summary(record);
         // A map with text keys and plain values always has a JSON form.
         let data = serde_json::to_value(&summary).unwrap_or_default();
         let mut happening = super::events::Happening::new(wire::EventKind::Recomposed, data);
@@ -458,42 +422,4 @@ impl Edge {
             }
         }
     }
-}
-
-/// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
-fn stretch_of(record: &AnswerRecord) -> Option<Stretch> {
-    let (answer, report) = (&record.answer, &record.settled.request.report);
-    let stretch = match answer.reentry {
-        Some(_) => Stretch::of(&record.airspace, answer.reentry),
-        None => {
-            let first = *answer.path.nodes.first()?;
-            Stretch::between(&record.airspace, report, first, answer.first_stretch_m)
-        }
-    };
-    let mut stretch = stretch?;
-    let segment = stretch.reentry.stretch.leg.and_then(|leg| leg.segment);
-    if let Some(segment) = segment {
-        let id = record.airspace.topology().segment_id(segment);
-        stretch.knew.push(format!("report:{id}"));
-    }
-    Some(stretch)
-}
-
-/// The airspace with what a report closes, published or not: contingencies must not lead over it.
-///
-/// It is searched without tables, which know worlds by their numbers; the number of this one may come again.
-pub(super) fn as_reported(airspace: &Airspace, request: &Request, now: Timestamp) -> Airspace {
-    let report = &request.report;
-    let (from, to) = report.leg;
-    let leg = airspace.topology().segment_between(from, to);
-    let leg = leg.filter(|_| report.failure.closes_leg());
-    let brought = request.zone.iter();
-    let (segments, nodes): (Vec<_>, Vec<_>) = brought
-        .map(|brought| (brought.hits.segments.clone(), brought.hits.nodes.clone()))
-        .unzip();
-    let segments = segments.into_iter().flatten().chain(leg).collect();
-    let nodes = nodes.into_iter().flatten().collect();
-    let id = "as-reported".to_owned();
-    let closure = Closure::of_operator(id, String::new(), nodes, segments);
-    airspace.apply(&[Change::Put(Arc::new(closure))], now)
 }

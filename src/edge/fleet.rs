@@ -1,200 +1,68 @@
 //! Plans in flight: where their drones are, what blocks them, and what they are to fly instead.
 
-use super::drones::{Drones, Sighting};
-use super::flights::{Flights, FlownAnswer, Scene};
-use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version};
-use super::stretches::{Stretch, spot_on};
-use crate::airspace::{Airspace, Closure};
-use crate::compose::{Composition, Conflict, Leg, Occupation, conflicts};
-use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location, check_place};
-use crate::geo::{Point, total_m};
-use crate::network::{NodeIx, Topology};
-use crate::recompose::{Outcome, Recomposition, Request, Scratch, World, recompose};
-use crate::routing::{Path, TreeCache};
-use jiff::Timestamp;
+use super::drones::Drones;
+use super::plan_entry::PlanEntry;
+use super::planner::{Answer, OccupationKey, Planner, Scene, Version};
+use super::progress::{Progress, leg_ahead};
+use super::snapshot::Snapshot;
+use crate::compose::{Conflict, Occupation, conflicts};
+use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
+use crate::geo::Point;
+use crate::network::Topology;
+use crate::recompose::{Outcome, Request};
+use crate::routing::Path;
 use serde_json::Value;
 use std::sync::Arc;
-
-/// How far a drone has come on a version of its plan.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Progress {
-    /// The leg it is on; the first where it is on the way there.
-    pub(super) leg: usize,
-    /// Whether it is on the first stretch, before all legs.
-    pub(super) on_stretch: bool,
-    pub(super) location: Location,
-    /// What lies ahead on the plan, in metres.
-    pub(super) remaining_m: f64,
-}
 
 /// What a plan's drone is told when something ahead has closed.
 #[derive(Clone, Debug)]
 pub(super) struct Detour {
     pub(super) plan: Arc<PlanEntry>,
-    pub(super) answer: DetourAnswer,
-    /// What was asked of the leg that the drone is on.
-    pub(super) report: Option<FailureReport>,
+    /// What was asked.
+    pub(super) request: Box<Request>,
+    pub(super) answer: Box<Answer>,
     /// How much longer the route becomes, in metres; `None` where it does not lead to the destination.
     pub(super) extra_m: Option<f64>,
     /// The proposed version; `None` in a preview and where there is no way.
     pub(super) version: Option<u32>,
 }
 
-/// How a detour was worked out.
-#[derive(Clone, Debug)]
-pub(super) enum DetourAnswer {
-    /// By distance.
-    Shortest {
-        request: Box<Request>,
-        answer: Box<Recomposition>,
-    },
-    /// By the flight model.
-    Flown(Box<FlownAnswer>),
-}
-
-impl DetourAnswer {
-    /// Nothing that was planned is touched where the plan was only assumed: it is another way for who flies it.
-    pub(super) fn is_another_way(&mut self) {
-        let outcome = match self {
-            Self::Shortest { answer, .. } => &mut answer.outcome,
-            Self::Flown(answer) => &mut answer.outcome,
-        };
-        if *outcome == Outcome::Unaffected {
-            *outcome = Outcome::Rerouted;
+impl Detour {
+    /// Whose extra length nobody has asked for.
+    pub(super) fn new(plan: &Arc<PlanEntry>, (request, answer): (Request, Answer)) -> Self {
+        Self {
+            plan: plan.clone(),
+            request: Box::new(request),
+            answer: Box::new(answer),
+            extra_m: None,
+            version: None,
         }
     }
-}
 
-impl Detour {
     /// What the drone is told.
     pub(super) fn outcome(&self) -> Outcome {
-        match &self.answer {
-            DetourAnswer::Shortest { answer, .. } => answer.outcome,
-            DetourAnswer::Flown(answer) => answer.outcome,
-        }
+        self.answer.told().outcome
     }
 
     /// The least bad way, where there is no other.
     pub(super) fn unsafe_way(&self, topology: &Topology) -> Option<Value> {
-        let DetourAnswer::Shortest { answer, .. } = &self.answer else {
-            return None;
-        };
-        let way = answer.unsafe_way.as_ref()?;
+        let way = self.answer.told().unsafe_way.as_ref()?;
         serde_json::to_value(crate::formats::unsafe_way(topology, way)).ok()
     }
 
     /// The way that it is to take; without nodes where there is none.
-    pub(super) fn way(&self) -> Path {
-        match &self.answer {
-            DetourAnswer::Shortest { answer, .. } => answer.path.clone(),
-            DetourAnswer::Flown(answer) => answer.way(),
-        }
+    pub(super) fn way(&self) -> &Path {
+        &self.answer.told().path
     }
 }
 
 /// What detours are worked out with.
+#[derive(Clone, Copy)]
 pub(super) struct DetourMeans<'a> {
-    pub(super) snapshot: &'a Snapshot,
-    /// That of the snapshot, or an imagined one.
-    pub(super) airspace: &'a Arc<Airspace>,
-    /// Tables of that airspace, where there are any.
-    pub(super) trees: Option<&'a TreeCache>,
+    /// Of the snapshot, or with an imagined airspace.
+    pub(super) scene: Scene<'a>,
+    pub(super) planner: &'a dyn Planner,
     pub(super) drones: &'a Drones,
-    /// The flight model, where it is on.
-    pub(super) flights: Option<&'a Flights>,
-    pub(super) now: Timestamp,
-}
-
-impl<'a> DetourMeans<'a> {
-    fn scene(&self) -> Scene<'a> {
-        Scene {
-            snapshot: self.snapshot,
-            airspace: self.airspace,
-            now: self.now,
-        }
-    }
-}
-
-/// Where the drone of a plan is: by its telemetry, else by nominal times, and then somewhere on its leg.
-///
-/// `None` when the plan has no leg left.
-pub(super) fn progress(
-    topology: &Topology,
-    plan: &PlanEntry,
-    drones: &Drones,
-    now: Timestamp,
-) -> Option<Progress> {
-    let version = &plan.reported;
-    let legs = &version.composition.legs;
-    let stretch = version.stretch.as_ref();
-    // One that runs straight has to lead to a leg.
-    let stretch = stretch.filter(|stretch| stretch.leg().is_some() || !legs.is_empty());
-    if legs.is_empty() && stretch.is_none() {
-        return None;
-    }
-    let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
-    if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
-        let position = sighting.position(topology.frame());
-        let flown_m = sighting.flown_m(&plan.id, version.number);
-        let spot = spot_on(topology, version, position, flown_m)?;
-        let (end, after_m) = match spot.leg {
-            Some(leg) => (legs[leg].to, length_after(legs, leg)),
-            None => (
-                stretch?.reentry.node,
-                legs.iter().map(|leg| leg.length_m).sum(),
-            ),
-        };
-        return Some(Progress {
-            leg: spot.leg.unwrap_or_default(),
-            on_stretch: spot.leg.is_none(),
-            location: Location::At(position),
-            remaining_m: position.distance_m(topology.position(end)) + after_m,
-        });
-    }
-    let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
-    if elapsed_s <= 0.0 {
-        return Some(Progress {
-            leg: 0,
-            on_stretch: stretch.is_some(),
-            location: stretch.map_or(Location::LegStart, |stretch| Location::At(stretch.begin())),
-            remaining_m: version.composition.length_m,
-        });
-    }
-    let stretch_s = legs.first().map(|first| first.departure_s);
-    let stretch_s = stretch_s.unwrap_or(version.composition.flight_time_s);
-    if stretch.is_some() && (elapsed_s < stretch_s || legs.is_empty()) {
-        return Some(Progress {
-            leg: 0,
-            on_stretch: true,
-            location: Location::Unknown,
-            remaining_m: version.composition.length_m,
-        });
-    }
-    let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
-    let leg = flown.unwrap_or(legs.len() - 1);
-    // By computed times it is known to stand where a leg has not begun.
-    let stands = version.flight.is_some() && elapsed_s <= legs[leg].departure_s;
-    Some(Progress {
-        leg,
-        on_stretch: false,
-        location: match stands {
-            true => Location::LegStart,
-            false => Location::Unknown,
-        },
-        remaining_m: legs[leg].length_m + length_after(legs, leg),
-    })
-}
-
-/// Whether a sighting says how far a drone has come on a version. A place beyond the network does
-/// not, believed or not.
-fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
-    let place = sighting.position(topology.frame());
-    let has_departed = sighting.seen_at >= version.departs_at;
-    has_departed && check_place(topology, place, None, None).is_ok()
-}
-
-fn length_after(legs: &[Leg], leg: usize) -> f64 {
-    total_m(legs[leg + 1..].iter().map(|leg| leg.length_m))
 }
 
 /// How far a place is from the straight line between two others, ends included, in metres.
@@ -208,57 +76,13 @@ pub(super) fn distance_to_line_m(place: Point, from: Point, to: Point) -> f64 {
     place.distance_m(from.towards(to, fraction))
 }
 
-/// Whether anything from a leg on is blocked.
-pub(super) fn is_blocked(airspace: &Airspace, composition: &Composition, from_leg: usize) -> bool {
-    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
-    ahead
-        .iter()
-        .any(|leg| airspace.closed().blocks(leg.segment))
-}
-
-/// Whether a closure closes anything from a leg on.
-pub(super) fn is_hit(closure: &Closure, composition: &Composition, from_leg: usize) -> bool {
-    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
-    ahead.iter().any(|leg| is_leg_hit(closure, leg))
-}
-
-/// Whether a closure closes anything of a leg.
-pub(super) fn is_leg_hit(closure: &Closure, leg: &Leg) -> bool {
-    let hits = &closure.hits;
-    hits.segments.binary_search(&leg.segment).is_ok()
-        || hits.nodes.binary_search(&leg.to).is_ok()
-        || hits.nodes.binary_search(&leg.from).is_ok()
-}
-
-/// Whether a closure of a world meets a plan ahead of its drone: by times where they are computed.
-pub(super) fn is_met(
-    plan: &PlanEntry,
-    progress: &Progress,
-    closure: &Closure,
-    means: &DetourMeans<'_>,
-) -> bool {
-    let version = &plan.reported;
-    if let Some((flights, flown)) = means.flights.zip(version.flight.as_deref()) {
-        let met = flights.closures_met(means.scene(), plan, (version, flown), progress.leg);
-        let (_, stretch) = ahead(plan, progress);
-        let topology = means.airspace.topology();
-        return met.contains(&closure.id) || is_on_stretch(stretch, closure, topology);
-    }
-    let is_in_force = means.airspace.is_in_force(&closure.id);
-    let (from_leg, stretch) = ahead(plan, progress);
-    is_in_force
-        && (is_hit(closure, &version.composition, from_leg)
-            || is_on_stretch(stretch, closure, means.airspace.topology()))
-}
-
 /// What a plan's drone is told in a world where something ahead has closed.
 pub(super) fn detour(
     plan: &Arc<PlanEntry>,
     progress: &Progress,
     means: &DetourMeans<'_>,
-    scratch: &mut Scratch,
 ) -> Detour {
-    detour_for(plan, progress, None, means, scratch)
+    detour_for(plan, progress, None, means)
 }
 
 /// The same for a failure of the drone itself, where there is one.
@@ -267,7 +91,6 @@ pub(super) fn detour_for(
     progress: &Progress,
     failure: Option<FailureType>,
     means: &DetourMeans<'_>,
-    scratch: &mut Scratch,
 ) -> Detour {
     let (leg, remaining_path) = leg_ahead(plan, progress);
     // A leg that its drone has reported stays failed for it, published or not.
@@ -287,8 +110,8 @@ pub(super) fn detour_for(
             Location::At(_) | Location::Unknown => Aloft::Airborne,
         },
         speed_mps: plan.airspeed_mps,
-        place_age_s: sighting.map_or(0.0, |sighting| {
-            let age = means.now.duration_since(sighting.seen_at);
+        place_age_s: sighting.as_ref().map_or(0.0, |sighting| {
+            let age = means.scene.now.duration_since(sighting.seen_at);
             age.as_secs_f64().max(0.0)
         }),
         ..Circumstances::default()
@@ -304,109 +127,23 @@ pub(super) fn detour_for(
     let turns_back = report.remaining_path.is_none();
     let request = Request {
         circumstances,
-        ..Request::exact(report.clone())
+        ..Request::exact(report)
     };
-    let (mut answer, remaining_length_m) = answered(plan, request, progress.leg, means, scratch);
+    let at = (progress.leg, sighting.as_ref());
+    let answered = means.planner.replan(means.scene, plan, request, at);
+    let mut detour = Detour::new(plan, answered);
     if turns_back {
-        answer.is_another_way();
+        detour.answer.is_another_way();
     }
-    let detour = Detour {
-        plan: plan.clone(),
-        report: Some(report),
-        answer,
-        extra_m: None,
-        version: None,
-    };
     let leads_there = matches!(
         detour.outcome(),
         Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold
     );
-    let extra_m = remaining_length_m
+    let length_m = detour.answer.told().remaining_length_m;
+    detour.extra_m = length_m
         .filter(|_| leads_there)
         .map(|length_m| length_m - progress.remaining_m);
-    Detour { extra_m, ..detour }
-}
-
-/// Whether a closure that was not known before lies ahead on a first stretch.
-pub(super) fn is_on_stretch(
-    stretch: Option<(&Stretch, Point)>,
-    closure: &Closure,
-    topology: &Topology,
-) -> bool {
-    stretch.is_some_and(|(stretch, place)| {
-        !stretch.knew.contains(&closure.id) && stretch.is_met(topology, closure, place)
-    })
-}
-
-/// The leg that the drone of a plan is on, and what is left of its way from there. On its first stretch that is the leg on
-/// which the stretch runs, as it was flown before; who flies back on it has left what was planned beyond.
-pub(super) fn leg_ahead(
-    plan: &PlanEntry,
-    progress: &Progress,
-) -> ((NodeIx, NodeIx), Option<Vec<NodeIx>>) {
-    let version = &plan.reported;
-    let nodes = &version.composition.way.nodes;
-    let stretch = version.stretch.as_ref().filter(|_| progress.on_stretch);
-    if let Some((stretch, leg)) = stretch.and_then(|stretch| Some((stretch, stretch.leg()?))) {
-        let path = std::iter::once(leg.0).chain(nodes.iter().copied());
-        return (leg, stretch.leads_on().then(|| path.collect()));
-    }
-    let leg = &version.composition.legs[progress.leg];
-    ((leg.from, leg.to), Some(nodes[progress.leg..].to_vec()))
-}
-
-/// What of a version is ahead of a drone: from which leg on, and from where on the first stretch.
-pub(super) type Ahead<'a> = (usize, Option<(&'a Stretch, Point)>);
-
-/// What of the reported version is ahead of the drone of a plan.
-pub(super) fn ahead<'a>(plan: &'a PlanEntry, progress: &Progress) -> Ahead<'a> {
-    let stretch = plan.reported.stretch.as_ref();
-    let stretch = stretch.filter(|_| progress.on_stretch);
-    let place = |stretch: &Stretch| match progress.location {
-        Location::At(place) => place,
-        Location::LegStart | Location::Unknown => stretch.begin(),
-    };
-    (
-        progress.leg,
-        stretch.map(|stretch| (stretch, place(stretch))),
-    )
-}
-
-/// All of a version.
-pub(super) fn whole(version: &Version) -> Ahead<'_> {
-    let stretch = version.stretch.as_ref();
-    (0, stretch.map(|stretch| (stretch, stretch.begin())))
-}
-
-/// The answer to a request of a plan's drone on a leg: by the flight model where its plan is flown by that.
-pub(super) fn answered(
-    plan: &PlanEntry,
-    request: Request,
-    leg: usize,
-    means: &DetourMeans<'_>,
-    scratch: &mut Scratch,
-) -> (DetourAnswer, Option<f64>) {
-    if let Some(flights) = means.flights
-        && plan.reported.flight.is_some()
-    {
-        let drone = plan.drone_id.as_deref();
-        let sighting = drone.and_then(|id| means.drones.last(id));
-        let answer = flights.answer(means.scene(), plan, &request, (leg, sighting.as_ref()));
-        let version = answer.version.as_ref();
-        let length_m = version.map(|(_, composition)| composition.length_m);
-        return (DetourAnswer::Flown(Box::new(answer)), length_m);
-    }
-    let world = World {
-        airspace: means.airspace,
-        trees: means.trees,
-    };
-    let answer = recompose(&world, &request, scratch);
-    let length_m = answer.remaining_length_m;
-    let answer = DetourAnswer::Shortest {
-        request: Box::new(request),
-        answer: Box::new(answer),
-    };
-    (answer, length_m)
+    detour
 }
 
 /// A version's place in the index of what is on which segment when.
@@ -443,9 +180,7 @@ pub(super) fn conflicts_of(
 ) -> Vec<PlanConflict> {
     let mut found: Vec<PlanConflict> = Vec::new();
     for own in plan.versions().flat_map(|version| version.occupations()) {
-        let first = OccupationKey::first_of(own.segment);
-        let there = snapshot.occupations.range(first..);
-        let there = there.take_while(|(key, _)| key.segment == own.segment.0);
+        let there = snapshot.traffic().on(own.segment);
         for (key, other) in there.filter(|(key, _)| key.plan != plan.id) {
             let [own, other] = [std::slice::from_ref(&own), std::slice::from_ref(other)];
             let met = conflicts(own, other, headway_s).into_iter();

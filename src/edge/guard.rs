@@ -1,7 +1,7 @@
 //! What the checker has not let pass: counted, told, and remembered for a minute.
 
-use super::alarms::AlarmDraft;
-use super::views;
+use super::entries::AlarmDraft;
+use super::words;
 use crate::checked::Case;
 use crate::network::Topology;
 use crate::wire::{self, AlarmKind};
@@ -63,8 +63,8 @@ pub(super) fn case_view(topology: &Topology, case: &Case) -> wire::CheckerCase<'
         message: Cow::Owned(fault.text(topology)),
         stated: fault.stated.filter(|figure| figure.is_finite()),
         found: fault.found.filter(|figure| figure.is_finite()),
-        outcome: views::outcome(case.outcome),
-        nodes: views::node_ids(topology, &case.nodes),
+        outcome: words::outcome(case.outcome),
+        nodes: words::node_ids(topology, &case.nodes),
         fallback: Cow::Borrowed(case.fallback.name()),
     }
 }

@@ -7,6 +7,7 @@
 
 mod alarms;
 mod answered;
+mod answered_lately;
 mod background;
 mod checking;
 mod clock_steps;
@@ -20,20 +21,26 @@ mod entries;
 mod events;
 mod failures;
 mod fleet;
-mod flights;
 mod guard;
 mod metrics;
 mod network;
+mod network_documents;
 mod new_network;
 mod off_plan;
 mod offers;
+mod opened;
 mod opening;
 mod places;
+mod plan_entry;
 mod plan_reports;
+mod plan_ways;
+mod planner;
 mod plans;
+mod progress;
 mod publication;
 mod published;
 mod recomposing;
+mod record_views;
 mod records;
 mod replanning;
 mod replies;
@@ -41,6 +48,7 @@ mod reporter;
 mod scratches;
 mod settings;
 mod snapshot;
+mod standing;
 mod state;
 mod state_affected;
 mod state_airspace;
@@ -74,6 +82,7 @@ mod upstream;
 mod validity;
 mod views;
 mod weather;
+mod words;
 mod writer;
 mod zone_import;
 mod zones;
@@ -101,24 +110,23 @@ pub use store::{
 pub use traces::TRACES_TARGET;
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;
-pub use zones::{FEED_BYTES_MAX, FeedImport, ZoneWrite};
+pub use zone_import::{FEED_BYTES_MAX, FeedImport};
+pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
 use crate::network::Topology;
-use crate::routing::TreeCache;
 use crate::wire;
-use answered::Staleness;
+use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
-use flights::Flights;
 use guard::Guard;
-use off_plan::OffPlan;
+use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
-use scratches::Scratches;
+use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -144,17 +152,14 @@ pub struct Edge {
     store: Store,
     events: Arc<Events>,
     drones: Arc<Drones>,
-    /// The flight model, where it is on.
-    flights: Option<Arc<Flights>>,
+    planner: Arc<dyn Planner>,
     /// What the checker has not let pass.
     guard: Arc<Guard>,
     records: Records,
     off_plan: OffPlan,
     report_replies: ReportReplies,
     write_replies: WriteReplies,
-    trees: Arc<TreeCache>,
     tables: Tables,
-    scratches: Scratches,
     next_number: AtomicU64,
     contact: Contact,
     /// The storekeeper, until it is waited for.
@@ -237,7 +242,7 @@ impl Edge {
             registry_age_s: standing.registry_age_s,
             freshness: standing.freshness,
             clock: standing.clock,
-            network: views::network_name(snapshot.topology()).into_owned(),
+            network: words::network_name(snapshot.topology()).into_owned(),
         }
     }
 
@@ -245,7 +250,7 @@ impl Edge {
     /// be believed; one that has never read the registry that it is to follow knows nothing of it.
     fn standing(&self, snapshot: &Snapshot) -> Staleness {
         let settings = &self.settings;
-        let has_stepped = self.clock.reading().apart.is_some();
+        let reading = self.clock.reading();
         let cursor = snapshot.registry.as_deref();
         let cursor = cursor.filter(|_| settings.follows_registry);
         let age = cursor.and_then(|_| self.contact.age());
@@ -256,7 +261,7 @@ impl Edge {
             }),
             registry_age_s: age.map(|age| age.as_secs_f64()),
             freshness: match cursor {
-                _ if has_stepped || self.guard.is_degraded(self.clock.now()) => {
+                _ if reading.apart.is_some() || self.guard.is_degraded(reading.now) => {
                     wire::Freshness::Degraded
                 }
                 Some(_) => self

@@ -4,8 +4,8 @@ use super::Edge;
 use super::commands::Command;
 use super::new_network::NewNetwork;
 use super::snapshot::Snapshot;
-use super::views;
-use crate::network::{NodeIx, Role, Topology};
+use super::words;
+use crate::network::{NodeIx, Role};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, Fault};
 use bytes::Bytes;
@@ -25,60 +25,6 @@ const NOT_READY_RETRY_S: u32 = 1;
 pub(super) fn not_ready() -> Refusal {
     let detail = "the edge has no network to answer on yet";
     Refusal::new(Code::NotReady, detail).retry_after_s(NOT_READY_RETRY_S)
-}
-
-/// The network as text, written once.
-#[derive(Debug)]
-pub(super) struct NetworkDocuments {
-    /// The topology revision that the documents name.
-    pub(super) topology_revision: u64,
-    /// The text that the network was read from; empty while there is no network.
-    pub(super) geojson: Bytes,
-    compact: Bytes,
-    etag: String,
-}
-
-impl NetworkDocuments {
-    /// The network as GeoJSON.
-    pub(super) fn geojson(&self) -> &Bytes {
-        &self.geojson
-    }
-
-    /// The documents of a network, of which `geojson` is the text it was read from.
-    pub(super) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
-        // A map with text keys and finite numbers always has a JSON form.
-        let compact = serde_json::to_vec(&compact(topology, topology_revision)).unwrap_or_default();
-        let fingerprint = super::answered::hex(&topology.fingerprint()[..8]);
-        Self {
-            topology_revision,
-            geojson,
-            compact: Bytes::from(compact),
-            etag: fingerprint,
-        }
-    }
-}
-
-fn compact(topology: &Topology, topology_revision: u64) -> wire::CompactNetwork<'_> {
-    let frame = topology.frame();
-    let nodes = topology.nodes();
-    let coordinates = nodes.flat_map(|node| frame.from_plane(topology.position(node)));
-    let segments = topology.segments().flat_map(|segment| {
-        let ends = topology.segment(segment);
-        [ends.from.0, ends.to.0]
-    });
-    wire::CompactNetwork {
-        name: Cow::Borrowed(topology.name()),
-        attribution: Cow::Borrowed(topology.attribution()),
-        geographic: frame.is_geographic(),
-        ids: topology
-            .nodes()
-            .map(|node| views::node_id(topology, node))
-            .collect(),
-        coordinates: coordinates.collect(),
-        pads: topology.nodes().map(|node| topology.pads(node)).collect(),
-        segments: segments.collect(),
-        topology_revision,
-    }
 }
 
 impl Edge {
@@ -172,13 +118,13 @@ impl Edge {
         let closed = snapshot.airspace.closed();
         let segments = topology.arcs(node).iter().map(|arc| wire::NodeSegment {
             id: Cow::Owned(topology.segment_id(arc.segment).into_owned()),
-            to: views::node_id(topology, arc.to),
+            to: words::node_id(topology, arc.to),
             length_m: topology.segment(arc.segment).length_m,
             closed: closed.blocks(arc.segment),
         });
         Ok(wire::Node {
-            id: views::node_id(topology, node),
-            name: topology.node_name(node).map(views::text),
+            id: words::node_id(topology, node),
+            name: topology.node_name(node).map(words::text),
             location: topology.frame().from_plane(topology.position(node)),
             altitude_m: topology
                 .node_altitude(node)
@@ -235,7 +181,7 @@ impl Edge {
         near.sort_by(|left, right| left.0.total_cmp(&right.0).then(left.1.cmp(&right.1)));
         near.truncate(k as usize);
         let nodes = near.into_iter().map(|(distance_m, node)| wire::NearNode {
-            id: views::node_id(topology, node),
+            id: words::node_id(topology, node),
             location: frame.from_plane(topology.position(node)),
             distance_m,
             pads: topology.pads(node),

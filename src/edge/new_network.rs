@@ -3,14 +3,14 @@
 //! Working out what zones close on another network takes long; the writer must not. So it is done beside the
 //! writer, on a snapshot, and the writer does again only what has changed since.
 
-use super::network::NetworkDocuments;
+use super::network_documents::NetworkDocuments;
 use super::snapshot::Snapshot;
 use crate::airspace::{Closure, ZoneFault};
 use crate::network::{Correspondence, Topology};
 use crate::refusal::{Code, Refusal};
 use bytes::Bytes;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// A network that is to take the place of the one in service.
 #[derive(Clone, Debug)]
@@ -184,4 +184,12 @@ pub(super) fn not_laid(id: &str, faults: &[ZoneFault]) -> Refusal {
         why.join("; ")
     );
     Refusal::new(Code::NetworkInvalid, detail)
+}
+
+/// The network before the one in service, and what of it is there still.
+#[derive(Debug)]
+pub(super) struct Succession {
+    /// Weak, so that the old network goes with the last request on it.
+    pub(super) before: Weak<Topology>,
+    pub(super) correspondence: Arc<Correspondence>,
 }

@@ -1,15 +1,14 @@
 //! How an edge begins: with nothing, or with all that its file has.
 
 use super::Edge;
+use super::answered_lately::OffPlan;
 use super::drones::Drones;
 use super::events::{Events, Happening};
-use super::flights::Flights;
-use super::network::NetworkDocuments;
-use super::off_plan::OffPlan;
-use super::offers;
+use super::network_documents::NetworkDocuments;
+use super::opened;
+use super::planner::{Concern, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
-use super::scratches::Scratches;
 use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
@@ -18,11 +17,10 @@ use super::store::{
     open_identity, restore, stored_network,
 };
 use super::sync::Contact;
-use super::tables::Tables;
+use super::tables::{TableMaker, Tables};
 use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
-use crate::routing::TreeCache;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use jiff::Timestamp;
@@ -117,8 +115,9 @@ impl Opening {
     /// When a thread cannot be started.
     pub fn without_store(self) -> io::Result<Arc<Edge>> {
         let identity = Identity::of_one_start(self.fresh_id.clone(), self.epoch);
-        let state = self.state(&identity);
-        self.begin(state, Store::default(), identity)
+        let (tables, maker) = Tables::new(self.settings.trees_bytes);
+        let state = self.state(&identity, &tables);
+        self.begin(state, Store::default(), identity, (tables, maker))
     }
 
     pub(super) async fn with_store(
@@ -134,7 +133,8 @@ impl Opening {
         }
         let mut restored = restore(&mut *file, &facts, &self.topology).await?;
         let replies = std::mem::take(&mut restored.replies);
-        let mut state = self.state(&identity);
+        let (tables, maker) = Tables::new(self.settings.trees_bytes);
+        let mut state = self.state(&identity, &tables);
         state.restore(restored, self.clock.now());
         let stored = Arc::new(state.next.clone());
         // Remembered before anything is told under the new epoch.
@@ -152,7 +152,7 @@ impl Opening {
         state.store = store.health().clone();
         let place = self.storekeepers_place.take();
         let keeper = place.unwrap_or_else(Handle::current).spawn(keeper.run());
-        let edge = self.begin(state, store, identity)?;
+        let edge = self.begin(state, store, identity, (tables, maker))?;
         for (at, reply) in replies {
             match reply {
                 Reply::Report(reply) => edge.report_replies.restore(*reply, at),
@@ -166,7 +166,7 @@ impl Opening {
         Ok(edge)
     }
 
-    fn state(&self, identity: &Identity) -> State {
+    fn state(&self, identity: &Identity, tables: &Tables) -> State {
         let documents = NetworkDocuments::of(&self.topology, self.geojson.clone(), FIRST_TOPOLOGY);
         let next = Snapshot::empty(
             self.topology.clone(),
@@ -176,25 +176,27 @@ impl Opening {
             &self.settings,
         );
         let drones = Arc::new(Drones::new(self.settings.drones_max));
-        let trees = Arc::new(TreeCache::new(self.settings.trees_bytes));
         let now = self.clock.now();
-        let flights = Flights::of(&self.settings, now).map(Arc::new);
-        let mut state = State::new(next, now, self.settings.clone(), drones, trees);
-        state.flights = flights;
+        let planner = planner_of(&self.settings, now, tables.clone());
+        let mut state = State::new(next, now, self.settings.clone(), drones, planner);
         state.writes = identity.first_number();
         state
     }
 
     /// Publishes the state, with what has become due while the edge was away, and sets writer and tables to work.
-    fn begin(self, mut state: State, store: Store, identity: Identity) -> io::Result<Arc<Edge>> {
+    fn begin(
+        self,
+        mut state: State,
+        store: Store,
+        identity: Identity,
+        (tables, maker): (Tables, TableMaker),
+    ) -> io::Result<Arc<Edge>> {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
-        let (trees, drones) = (state.trees.clone(), state.drones.clone());
-        let (flights, guard) = (state.flights.clone(), state.guard.clone());
-        let events = Arc::new(Events::new(
-            epoch,
-            (settings.events_max, settings.events_bytes_max),
-            settings.event_streams_max,
-        ));
+        let (planner, drones) = (state.planner.clone(), state.drones.clone());
+        let guard = state.guard.clone();
+        let bounds = (settings.events_max, settings.events_bytes_max);
+        let events = Events::new(epoch, bounds, settings.event_streams_max);
+        let events = Arc::new(events);
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -203,12 +205,12 @@ impl Opening {
             answers: Vec::new(),
             snapshot,
         });
-        let tables = match self.is_in_place {
-            true => Tables::idle(),
-            false => Tables::start(world.clone(), trees.clone())?,
-        };
-        let looks_for_offers = flights.is_some() && !self.is_in_place;
-        let (opened, listener) = looks_for_offers.then(offers::channel).unzip();
+        if !self.is_in_place {
+            let world = world.clone();
+            maker.start(move || world.load().airspace().clone())?;
+        }
+        let looks_for_offers = planner.minds(Concern::Improvement, None) && !self.is_in_place;
+        let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
         let desk = WriterLoop {
             opened,
             state,
@@ -230,7 +232,6 @@ impl Opening {
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
             report_replies: ReportReplies::new(replies),
             write_replies: WriteReplies::new(replies, store.clone()),
-            scratches: Scratches::default(),
             next_number: AtomicU64::new(identity.first_number() + 1),
             keeper: Mutex::new(None),
             id: identity.id,
@@ -244,16 +245,13 @@ impl Opening {
             store,
             events,
             drones,
-            flights,
+            planner,
             guard,
             off_plan: OffPlan::default(),
-            trees,
             tables,
         });
-        if let Some(listener) = listener {
-            listener.start(Arc::downgrade(&edge))?;
-        }
-        Ok(edge)
+        let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
+        started.transpose().map(|_| edge)
     }
 }
 

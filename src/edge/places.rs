@@ -7,8 +7,9 @@
 
 use super::Edge;
 use super::drones::{Doubt, Sighting};
-use super::fleet;
-use super::snapshot::{PlanEntry, Snapshot};
+use super::plan_entry::PlanEntry;
+use super::progress;
+use super::snapshot::Snapshot;
 use crate::flight::{ImpossiblePlace, LastPlace, check_place};
 use crate::network::Topology;
 use std::fmt;
@@ -71,8 +72,8 @@ impl Edge {
         }
         let last = before.map(|before| last_place(topology, &before, sighting));
         let leg = plan.filter(|_| last.is_none()).and_then(|plan| {
-            let progress = fleet::progress(topology, plan, &self.drones, sighting.seen_at)?;
-            Some(fleet::leg_ahead(plan, &progress).0)
+            let progress = progress::progress(topology, plan, &self.drones, sighting.seen_at)?;
+            Some(progress::leg_ahead(plan, &progress).0)
         });
         let place = sighting.position(topology.frame());
         let Err(why) = check_place(topology, place, last, leg) else {

@@ -5,13 +5,15 @@
 
 use super::Edge;
 use super::commands::Command;
+use super::commands::DeclineReason;
 use super::drones::Sighting;
 use super::places::Untaken;
+use super::plan_entry::PlanEntry;
+use super::planner::Version;
 use super::plans::own_plan;
 use super::replies::Idempotency;
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::snapshot::Snapshot;
 use super::state_ends::{LANDED_WITHIN_M, landed_as};
-use super::state_versions::DeclineReason;
 use super::telemetry::place_of;
 use crate::access::Caller;
 use crate::refusal::Refusal;

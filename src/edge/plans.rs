@@ -1,22 +1,21 @@
 //! Composition plans: composed, listed, taken over, cancelled.
 
 use super::Edge;
+use super::commands::unexpected;
 use super::commands::{Command, Done};
-use super::failures::DEFAULT_AIRSPEED_MPS;
-use super::flights::{DroneKind, FlightOrder, Flights, FlownVersion, Wanted};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::{Course, Stated, Terms, Version, Wanted};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
-use super::snapshot::{PlanEntry, PlanFlags, Snapshot, Version};
+use super::snapshot::Snapshot;
 use super::views;
-use super::zones::unexpected;
 use crate::access::Caller;
 use crate::checked::{Case, FallenBackTo};
-use crate::compose::{Composition, compose};
 use crate::formats::{Route, RouteFormat, first_stretch, write_route};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
 use crate::network::NodeIx;
-use crate::recompose::{Outcome, World};
+use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, PlanState};
 use jiff::{SignedDuration, Timestamp};
@@ -82,19 +81,21 @@ struct Delivery {
     id: Option<String>,
     source: NodeIx,
     destination: NodeIx,
-    start: Timestamp,
     payload_kg: f64,
-    airspeed_mps: f64,
     drone_id: Option<Arc<str>>,
-    /// How it is to be flown, with the flight model.
-    flight: Option<DeliveryFlight>,
+    terms: Terms,
 }
 
-/// How a delivery is to be flown.
-struct DeliveryFlight {
-    order: FlightOrder,
-    kind: DroneKind,
-    battery: Option<f64>,
+impl Delivery {
+    fn wanted(&self, plainly: bool) -> Wanted<'_> {
+        Wanted {
+            source: self.source,
+            destination: self.destination,
+            terms: &self.terms,
+            drone_id: self.drone_id.as_deref(),
+            plainly,
+        }
+    }
 }
 
 impl Edge {
@@ -243,13 +244,15 @@ impl Edge {
         let payload_kg = payload_kg.unwrap_or(0.0);
         let speed = request.airspeed_mps;
         let airspeed_mps = faults.number("/airspeed_mps", speed, 0.1, AIRSPEED_MAX_MPS);
-        let flight = match self.flights.as_deref() {
-            Some(flights) => self.read_flight(flights, request, (start, payload_kg), &mut faults),
-            None => {
-                refuse_flight(request, &mut faults);
-                None
-            }
+        let seen = request.drone_id.as_deref();
+        let stated = Stated {
+            start,
+            now,
+            payload_kg,
+            airspeed_mps,
+            seen_battery: seen.and_then(|drone| self.drones.last(drone)?.battery_fraction),
         };
+        let terms = self.planner.read_terms(request, &stated, &mut faults);
         faults.check(Code::PlanInvalid, "delivery request")?;
         if let Some(drone) = request
             .drone_id
@@ -262,44 +265,16 @@ impl Edge {
             );
             return Err(Refusal::new(Code::Forbidden, detail));
         }
-        let (Some(source), Some(destination)) = (source, destination) else {
+        let (Some(source), Some(destination), Some(terms)) = (source, destination, terms) else {
             return Err(unexpected());
         };
-        let cruises_mps = flight
-            .as_ref()
-            .map(|flight| flight.kind.airframe.airspeed_mps);
         Ok(Delivery {
             id: request.id.clone(),
             source,
             destination,
-            // Nobody flies in the past, however clocks differ.
-            start: match flight {
-                Some(_) => start.max(now),
-                None => start,
-            },
             payload_kg,
-            airspeed_mps: cruises_mps.or(airspeed_mps).unwrap_or(DEFAULT_AIRSPEED_MPS),
             drone_id: request.drone_id.as_deref().map(Arc::from),
-            flight,
-        })
-    }
-
-    fn read_flight(
-        &self,
-        flights: &Flights,
-        request: &wire::DeliveryRequest,
-        (start, payload_kg): (Timestamp, f64),
-        faults: &mut Faults,
-    ) -> Option<DeliveryFlight> {
-        let stated = faults.fraction("/battery_fraction", request.battery_fraction);
-        let seen = request.drone_id.as_deref();
-        let seen = seen.and_then(|drone| self.drones.last(drone)?.battery_fraction);
-        let order = flights.read_order(request, start, faults)?;
-        let airframe = flights.airframe(Some(&order.airframe), request.airspeed_mps)?;
-        Some(DeliveryFlight {
-            order,
-            kind: DroneKind::new(airframe, payload_kg),
-            battery: stated.or(seen),
+            terms,
         })
     }
 
@@ -309,7 +284,7 @@ impl Edge {
         delivery: Delivery,
         subject: Arc<str>,
     ) -> Result<PlanEntry, Refusal> {
-        let (composition, flown) = self.composed_and_checked(snapshot, &delivery)?;
+        let course = self.composed_and_checked(snapshot, &delivery)?;
         let number = self.next_number.fetch_add(1, Ordering::Relaxed);
         let now = self.clock.now();
         let is_quote = delivery.drone_id.is_none();
@@ -322,11 +297,11 @@ impl Edge {
             epoch: self.epoch,
             sent_at: now,
             outcome: None,
-            composition,
-            flight: flown,
-            stretch: None,
+            composition: course.composition,
+            flight: course.flight,
+            stretch: course.stretch,
             first_stretch_m: 0.0,
-            departs_at: delivery.start,
+            departs_at: course.departs_at,
             recomposition_id: None,
             acknowledge_by: None,
             flags: Vec::new(),
@@ -339,8 +314,8 @@ impl Edge {
             source: delivery.source,
             destination: delivery.destination,
             payload_kg: delivery.payload_kg,
-            airspeed_mps: delivery.airspeed_mps,
-            order: delivery.flight.map(|flight| flight.order),
+            airspeed_mps: delivery.terms.airspeed_mps,
+            order: delivery.terms.flight.map(|flight| flight.order),
             state: PlanState::Accepted,
             ended_as: None,
             flags: PlanFlags::default(),
@@ -361,19 +336,18 @@ impl Edge {
         &self,
         snapshot: &Snapshot,
         delivery: &Delivery,
-    ) -> Result<(Composition, Option<Arc<FlownVersion>>), Refusal> {
-        let kind = delivery.flight.as_ref().map(|flight| &flight.kind);
-        let drone = (kind, snapshot.own_of_drone(delivery.drone_id.as_deref()));
-        let start = (delivery.start, delivery.destination);
-        let first = self.composed(snapshot, delivery, false)?;
-        let Err(fault) = self.check_composed(snapshot, &first, start, drone) else {
+    ) -> Result<Course, Refusal> {
+        let scene = snapshot.scene(self.clock.now());
+        let check = |course: &Course| {
+            self.planner
+                .check_composed(scene, &delivery.wanted(false), course)
+        };
+        let first = self.planner.compose(scene, &delivery.wanted(false))?;
+        let Err(fault) = check(&first) else {
             return Ok(first);
         };
-        let again = self.composed(snapshot, delivery, true);
-        let again = again.ok().filter(|again| {
-            let checked = self.check_composed(snapshot, again, start, drone);
-            checked.is_ok()
-        });
+        let again = self.planner.compose(scene, &delivery.wanted(true));
+        let again = again.ok().filter(|again| check(again).is_ok());
         let fallback = match again {
             Some(_) => FallenBackTo::Baseline,
             None => FallenBackTo::Refusal,
@@ -381,86 +355,15 @@ impl Edge {
         let case = Case {
             fault,
             outcome: Outcome::Rerouted,
-            nodes: first.0.way.nodes,
+            nodes: first.composition.way.nodes,
             fallback,
         };
-        let now = self.clock.now();
-        self.tell_case(snapshot, &case, (None, None, None), now);
+        self.tell_case(snapshot, &case, (None, None, None), scene.now);
         again.ok_or_else(|| {
             let fault = fault.text(snapshot.topology());
             let detail = format!("no plan passed the check before it leaves: {fault}");
             Refusal::new(Code::Internal, detail)
         })
-    }
-
-    fn composed(
-        &self,
-        snapshot: &Snapshot,
-        delivery: &Delivery,
-        plainly: bool,
-    ) -> Result<(Composition, Option<Arc<FlownVersion>>), Refusal> {
-        let (Some(flight), Some(flights)) = (&delivery.flight, self.flights.as_deref()) else {
-            let way = self.shortest_composition(snapshot, delivery, plainly)?;
-            return Ok((way, None));
-        };
-        let DeliveryFlight {
-            order,
-            kind,
-            battery,
-        } = flight;
-        let wanted = Wanted {
-            source: delivery.source,
-            destination: delivery.destination,
-            start: delivery.start,
-            own: snapshot.own_of_drone(delivery.drone_id.as_deref()),
-            battery: *battery,
-            plainly,
-        };
-        let now = self.clock.now();
-        let (flown, way) = flights.compose(snapshot, kind, order, wanted, now)?;
-        Ok((way, Some(Arc::new(flown))))
-    }
-
-    /// The shortest open way, whatever the battery.
-    fn shortest_composition(
-        &self,
-        snapshot: &Snapshot,
-        delivery: &Delivery,
-        plainly: bool,
-    ) -> Result<Composition, Refusal> {
-        let topology = snapshot.topology();
-        let world = World {
-            airspace: &snapshot.airspace,
-            trees: (!plainly).then_some(&self.trees),
-        };
-        let (source, destination) = (delivery.source, delivery.destination);
-        let mut scratch = self.scratches.take(topology);
-        let airspeed_mps = delivery.airspeed_mps;
-        let composition = compose(&world, source, destination, airspeed_mps, &mut scratch);
-        self.scratches.give_back(scratch);
-        composition.ok_or_else(|| {
-            let [from, to] = [source, destination].map(|node| topology.node_id(node));
-            let detail = format!(
-                "no open way leads from node '{from}' to node '{to}' at revision {}",
-                snapshot.revision
-            );
-            Refusal::new(Code::NoRoute, detail)
-        })
-    }
-}
-
-/// An edge without the flight model can promise nothing of a flight.
-fn refuse_flight(request: &wire::DeliveryRequest, faults: &mut Faults) {
-    let asked = [
-        ("/airframe", request.airframe.is_some()),
-        ("/battery_fraction", request.battery_fraction.is_some()),
-        ("/objective", request.objective.is_some()),
-        ("/deadline", request.deadline.is_some()),
-    ];
-    for (pointer, _) in asked.into_iter().filter(|(_, is_asked)| *is_asked) {
-        let message = "this edge computes neither times nor energy".to_owned();
-        let hint = "leave it out, or turn the flight model on in the edge's configuration";
-        faults.add("flight_model_off", pointer, message, Some(hint.to_owned()));
     }
 }
 

@@ -5,11 +5,13 @@
 
 use super::Edge;
 use super::commands::{Command, Publication};
+use super::entries::windows;
+use super::entries::{ClosureEntry, ProposalEntry, Reported};
 use super::failures::ReplyMode;
+use super::plan_entry::PlanEntry;
 use super::records::{AnswerRecord, Published};
 use super::reporter::author;
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry, Reported, Snapshot};
-use super::state_airspace::windows;
+use super::snapshot::Snapshot;
 use super::views;
 use crate::access::{Caller, Role};
 use crate::airspace::{Cause, Closure, Hits};

@@ -1,10 +1,10 @@
 //! Zones and closures as a registry has them: read strictly, by the judges of what operators send, and written.
 
 use super::background::give_way;
-use super::snapshot::ClosureEntry;
-use super::state_airspace::windows;
+use super::entries::ClosureEntry;
+use super::entries::windows;
 use super::upstream::Upstream;
-use super::views;
+use super::words;
 use crate::airspace::{Cause, Closure, Zone};
 use crate::flight::FailureType;
 use crate::formats::{ZoneId, zone_to_feature};
@@ -228,8 +228,8 @@ pub(super) fn closure_body(topology: &Topology, entry: &ClosureEntry) -> Arc<str
         segments: segments
             .map(|&segment| topology.segment_id(segment).into_owned())
             .collect(),
-        nodes: views::node_ids(topology, &closure.hits.nodes),
-        pads: views::node_ids(topology, &closure.pads),
+        nodes: words::node_ids(topology, &closure.hits.nodes),
+        pads: words::node_ids(topology, &closure.pads),
         from: entry.from.map(|from| from.to_string()),
         until: entry.until.map(|until| until.to_string()),
     };

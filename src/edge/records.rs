@@ -1,12 +1,10 @@
 //! What was answered, kept for a while: enough to explain an answer from its id alone and to compute it again.
 
-use super::flights::{Flights, FlownVersion, ReportedFlight, ReportingDrone, Scene};
+use super::planner::{Answer, Version};
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::checked::Case;
-use crate::compose::Composition;
 use crate::formats::{ReadWarning, ResolvedReport};
-use crate::recompose::Recomposition;
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -42,21 +40,7 @@ impl Published {
 pub(super) struct PlanChange {
     pub(super) plan: Arc<str>,
     /// The version to acknowledge; `None` where there is no path, or nothing changes.
-    pub(super) version: Option<u32>,
-    pub(super) composition: Option<Composition>,
-    /// How it is flown, where the flight model made it.
-    pub(super) flight: Option<Arc<FlownVersion>>,
-    pub(super) departs_at: Timestamp,
-}
-
-/// How an answer is flown, and what it takes to compute it again.
-#[derive(Clone, Debug)]
-pub(super) struct Flown {
-    pub(super) flight: ReportedFlight,
-    pub(super) drone: ReportingDrone,
-    pub(super) flights: Arc<Flights>,
-    /// The plans among which it is flown, and the weather.
-    pub(super) snapshot: Arc<Snapshot>,
+    pub(super) version: Option<Version>,
 }
 
 /// An answer, with all it was computed from.
@@ -73,11 +57,11 @@ pub(super) struct AnswerRecord {
     pub(super) report_bytes: usize,
     pub(super) read: Vec<ReadWarning>,
     pub(super) settled: ResolvedReport,
-    pub(super) answer: Recomposition,
+    pub(super) answer: Answer,
     /// The answer that did not pass, where this one stands in for it.
     pub(super) case: Option<Box<Case>>,
-    /// How it is flown; `None` where it was answered by distance.
-    pub(super) flown: Option<Flown>,
+    /// The plans and the wind that it was computed among; `None` where they made no difference.
+    pub(super) among: Option<Arc<Snapshot>>,
     pub(super) airspace: Arc<Airspace>,
     pub(super) revision: Arc<str>,
     pub(super) drone_id: Option<Arc<str>>,
@@ -95,33 +79,21 @@ impl AnswerRecord {
 
     /// What an answer in flight was computed from beside its report and the closures in force.
     pub(super) fn flight_question(&self) -> Option<Value> {
-        let flown = self.flown.as_ref()?;
-        let scene = Scene {
-            snapshot: &flown.snapshot,
-            airspace: &self.airspace,
-            now: self.answered_at,
-        };
-        let request = &self.settled.request;
-        Some(flown.flights.question(scene, &flown.drone, request))
+        let flight = self.answer.flight()?;
+        let among = self.among.as_ref()?;
+        let scene = among.scene_in(&self.airspace, self.answered_at);
+        Some(flight.question(scene, &self.settled.request))
     }
 
     /// About how many bytes it takes, its world not included.
     pub(super) fn bytes(&self) -> usize {
-        let path = self.answer.path.nodes.len() + self.answer.path.segments.len();
-        let stages: usize = self
-            .answer
-            .stages
-            .iter()
-            .map(|stage| stage.nodes.len())
-            .sum();
-        let legs = self
-            .plan
-            .as_ref()
-            .and_then(|plan| plan.composition.as_ref());
-        let legs = legs.map_or(0, |composition| composition.legs.len());
-        let flown = self.flown.as_ref();
-        let flown = flown.and_then(|flown| flown.flight.version.as_ref());
-        let flown = flown.map_or(0, |(_, way)| way.legs.len());
+        let told = self.answer.told();
+        let path = told.path.nodes.len() + told.path.segments.len();
+        let stages = told.stages.iter().map(|stage| stage.nodes.len());
+        let stages: usize = stages.sum();
+        let version = self.plan.as_ref().and_then(|plan| plan.version.as_ref());
+        let legs = version.map_or(0, |version| version.composition.legs.len());
+        let flown = self.answer.flown_legs();
         let plan = self.settled.request.report.remaining_path.as_ref();
         let plan = plan.map_or(0, Vec::len);
         let warnings: usize = self.read.iter().map(ReadWarning::bytes).sum();

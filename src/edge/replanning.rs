@@ -1,5 +1,6 @@
 //! The plans whose drones are to be answered, in the order in which that is done.
 
+use crate::airspace::Closure;
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -140,4 +141,19 @@ mod tests {
         assert_eq!((popped.place.left_ms, popped.causes.len()), (3, 2));
         assert!(popped.may_be_cut() && queue.is_empty() && queue.pop().is_none());
     }
+}
+
+/// What a change has made, for which plans have to be looked at.
+#[derive(Debug, Default)]
+pub(super) struct Look {
+    /// The closures that count now and did not before, or do so in another form.
+    pub(super) in_force: Vec<Arc<Closure>>,
+    /// Those that were put and do not count yet.
+    pub(super) announced: Vec<Arc<Closure>>,
+    /// Whether anything has opened.
+    pub(super) has_opened: bool,
+    /// Whether what was only announced may have been lifted.
+    pub(super) announcements: bool,
+    /// Whether the wind has changed, which may leave plans short.
+    pub(super) has_turned_wind: bool,
 }

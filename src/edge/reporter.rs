@@ -1,6 +1,6 @@
 //! Whose a report is: the drone or caller it counts for, and the plans its sender may speak for.
 
-use super::snapshot::PlanEntry;
+use super::plan_entry::PlanEntry;
 use crate::access::{Caller, Role};
 use crate::formats::ReadWarning;
 use crate::wire;

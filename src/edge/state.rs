@@ -8,22 +8,20 @@ use super::commands::{Command, Done, Outcome, Reply};
 use super::drones::Drones;
 use super::events::Happening;
 use super::fleet::Detour;
-use super::flights::Flights;
 use super::guard::Guard;
+use super::new_network::Succession;
+use super::planner::{Concern, OccupationKey, Planner};
+use super::replanning::Look;
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
-use super::snapshot::{OccupationKey, Snapshot, revision_text};
-use super::state_affected::Look;
-use super::state_clock::HeardClock;
-use super::state_outbox::{Ended, Told};
-use super::state_topology::Succession;
+use super::snapshot::{Snapshot, revision_text};
 use super::store::Health;
+use super::timers::HeardClock;
 use super::timers::{Due, Timers};
+use super::upstream::{Ended, Told};
 use crate::airspace::{Airspace, Change, Closure};
 use crate::intake::Expected;
-use crate::recompose::Scratch;
 use crate::refusal::Refusal;
-use crate::routing::TreeCache;
 use crate::wire::AlarmKind;
 use crate::wire::Author;
 use jiff::Timestamp;
@@ -48,14 +46,11 @@ pub(super) struct State {
     pub(super) settings: Settings,
     pub(super) next: Snapshot,
     pub(super) drones: Arc<Drones>,
-    pub(super) trees: Arc<TreeCache>,
-    /// The flight model, where it is on.
-    pub(super) flights: Option<Arc<Flights>>,
+    pub(super) planner: Arc<dyn Planner>,
     /// What the checker has not let pass.
     pub(super) guard: Arc<Guard>,
     /// How the store stands: what must not be lost is refused while it fails.
     pub(super) store: Arc<Health>,
-    pub(super) scratch: Scratch,
     pub(super) timers: Timers,
     /// The instant of the batch being carried out.
     pub(super) now: Timestamp,
@@ -101,15 +96,13 @@ impl State {
         now: Timestamp,
         settings: Settings,
         drones: Arc<Drones>,
-        trees: Arc<TreeCache>,
+        planner: Arc<dyn Planner>,
     ) -> Self {
         Self {
-            scratch: Scratch::new(next.topology()),
             next,
             settings,
             drones,
-            trees,
-            flights: None,
+            planner,
             guard: Arc::default(),
             store: Arc::default(),
             timers: Timers::default(),
@@ -315,7 +308,8 @@ impl State {
             .filter(|closure| !after.is_in_force(&closure.id))
             .collect();
         look.has_opened = after.opened_at() != before.opened_at();
-        look.may_fly = self.flights.is_some() && after.revision() != before.revision();
+        look.announcements =
+            self.planner.minds(Concern::Announced, None) && after.revision() != before.revision();
         look
     }
 

@@ -1,34 +1,17 @@
 //! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
-use super::failures::as_reported;
-use super::fleet::{self, Ahead, Detour, DetourAnswer, DetourMeans, Progress};
-use super::flights::Scene;
-use super::snapshot::{PlanEntry, PlanFlags, Version, version_flags};
+use super::fleet::{self, Detour, DetourMeans};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::{Occasion, Sent, Version};
+use super::progress::{self, Ahead, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
-use super::stretches::Stretch;
-use crate::airspace::{Airspace, Closure};
-use crate::compose::with_contingencies;
-use crate::recompose::{Outcome, Recomposition, Request, World};
+use crate::airspace::Airspace;
+use crate::recompose::Outcome;
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-/// What a change has made, for which plans have to be looked at.
-#[derive(Debug, Default)]
-pub(super) struct Look {
-    /// The closures that count now and did not before, or do so in another form.
-    pub(super) in_force: Vec<Arc<Closure>>,
-    /// Those that were put and do not count yet: only plans whose times are computed are held against them.
-    pub(super) announced: Vec<Arc<Closure>>,
-    /// Whether anything has opened.
-    pub(super) has_opened: bool,
-    /// Whether what was only announced may have been lifted: only plans whose times are computed may be free by that.
-    pub(super) may_fly: bool,
-    /// Whether the wind has changed, which may leave any plan short that is flown.
-    pub(super) has_turned_wind: bool,
-}
 
 /// What a look at a plan came to.
 #[derive(Debug)]
@@ -48,27 +31,12 @@ impl State {
         &self,
         plan: &PlanEntry,
         version: &Version,
-        (from_leg, stretch): Ahead<'_>,
+        ahead: Ahead<'_>,
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Option<Vec<String>> {
-        let on_stretch = stretch.map_or_else(Vec::new, |(stretch, place)| {
-            stretch.obstructed_by(airspace, place)
-        });
-        let Some((flights, flown)) = self.flights.as_deref().zip(version.flight.as_deref()) else {
-            let is_blocked = fleet::is_blocked(airspace, &version.composition, from_leg);
-            return (is_blocked || !on_stretch.is_empty()).then_some(on_stretch);
-        };
-        let scene = Scene {
-            snapshot: &self.next,
-            airspace,
-            now,
-        };
-        let mut ids = flights.closures_met(scene, plan, (version, flown), from_leg);
-        ids.extend(on_stretch);
-        let is_cut =
-            !ids.is_empty() || flights.exceeds_battery(scene, plan, (version, flown), from_leg);
-        is_cut.then_some(ids)
+        let scene = self.next.scene_in(airspace, now);
+        self.planner.obstruction(scene, plan, version, ahead)
     }
 
     /// Whether anything is closed ahead of the drone of a plan, on what it flies or is to fly.
@@ -85,8 +53,8 @@ impl State {
         };
         let wanted = plan.wanted.as_deref();
         plan.ends_early()
-            || is_obstructed(&plan.reported, fleet::ahead(plan, progress))
-            || wanted.is_some_and(|wanted| is_obstructed(wanted, fleet::whole(wanted)))
+            || is_obstructed(&plan.reported, progress::ahead(plan, progress))
+            || wanted.is_some_and(|wanted| is_obstructed(wanted, progress::whole(wanted)))
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -98,14 +66,14 @@ impl State {
         now: Timestamp,
     ) -> Affected {
         let topology = airspace.topology();
-        let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
             return Affected::Not;
         };
-        let ahead = fleet::ahead(plan, &progress);
+        let ahead = progress::ahead(plan, &progress);
         let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
         let reported_blocked = plan.ends_early() || obstruction.is_some();
         let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
-            let whole = fleet::whole(wanted);
+            let whole = progress::whole(wanted);
             self.obstruction(plan, wanted, whole, airspace, now)
                 .is_some()
         });
@@ -116,10 +84,10 @@ impl State {
             self.withdraw_wanted(plan);
             return Affected::Not;
         }
-        let affected_by = match plan.reported.flight {
-            Some(_) if self.flights.is_some() => obstruction.unwrap_or_default(),
-            _ => affecting(plan, airspace, causes, &progress),
-        };
+        let scene = self.next.scene_in(airspace, now);
+        let affected_by = self
+            .planner
+            .affected_by(scene, plan, ahead, obstruction, causes);
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
@@ -154,15 +122,7 @@ impl State {
         affected_by: Vec<String>,
         now: Timestamp,
     ) -> Affected {
-        let means = DetourMeans {
-            snapshot: &self.next,
-            airspace,
-            trees: Some(&self.trees),
-            drones: &self.drones,
-            flights: self.flights.as_deref(),
-            now,
-        };
-        let detour = fleet::detour(plan, progress, &means, &mut self.scratch);
+        let detour = fleet::detour(plan, progress, &self.means(airspace, now));
         let mut detour = self.checked(detour, airspace, now);
         let marked = Arc::new(PlanEntry {
             affected_by,
@@ -194,30 +154,39 @@ impl State {
         Affected::Told(Box::new(detour))
     }
 
+    /// What detours are worked out with.
+    pub(super) fn means<'a>(
+        &'a self,
+        airspace: &'a Arc<Airspace>,
+        now: Timestamp,
+    ) -> DetourMeans<'a> {
+        DetourMeans {
+            scene: self.next.scene_in(airspace, now),
+            planner: &*self.planner,
+            drones: &self.drones,
+        }
+    }
+
     /// The version that a detour makes, with its contingencies; `None` where there is no way.
     pub(super) fn version_of(
-        &mut self,
+        &self,
         detour: &Detour,
-        airspace: &Airspace,
+        airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Option<Version> {
-        let plan = &detour.plan;
-        let made = match &detour.answer {
-            DetourAnswer::Shortest { request, answer } => {
-                self.shortest_version(plan, request, answer, airspace, now)?
-            }
-            DetourAnswer::Flown(answer) => {
-                let version = answer.version_without_number()?;
-                let first = version.composition.way.nodes.first().copied();
-                let report = detour.report.as_ref().zip(first);
-                let stretch = report.and_then(|(report, first)| {
-                    Stretch::between(airspace, report, first, version.first_stretch_m)
-                });
-                Version { stretch, ..version }
-            }
-        };
-        Some(Version {
+        let (plan, answer) = (&detour.plan, &detour.answer);
+        let scene = self.next.scene_in(airspace, now);
+        let course =
+            self.planner
+                .course(scene, plan, (Occasion::Change, &detour.request), answer)?;
+        let sent = Sent {
             number: plan.next_version.fetch_add(1, Ordering::Relaxed),
+            epoch: self.next.epoch,
+            at: now,
+            acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
+        };
+        let made = Version::of(course, answer.told(), airspace.topology(), sent);
+        Some(Version {
             // What its drone has reported goes on to count.
             recomposition_id: plan
                 .wanted
@@ -228,70 +197,7 @@ impl State {
                 Outcome::Unaffected => Outcome::Rerouted,
                 other => other,
             }),
-            acknowledge_by: now.checked_add(self.settings.acknowledge_within).ok(),
             ..made
-        })
-    }
-
-    /// A version by distance, with its contingencies, but for its number.
-    fn shortest_version(
-        &mut self,
-        plan: &PlanEntry,
-        request: &Request,
-        answer: &Recomposition,
-        airspace: &Airspace,
-        now: Timestamp,
-    ) -> Option<Version> {
-        let destination = match answer.outcome {
-            // A drone that holds on the ground keeps its plan until the zone over it has ended.
-            Outcome::NoRoute | Outcome::Hold => return None,
-            Outcome::Diverted => *answer.path.nodes.last()?,
-            Outcome::Rerouted | Outcome::Unaffected => plan.destination,
-        };
-        // What its drone has reported stays closed in its contingencies too.
-        let closes_leg = request.report.failure.closes_leg();
-        let imagined = closes_leg.then(|| as_reported(airspace, request, now));
-        // Tables know worlds by their numbers, which that of an imagined one may be too.
-        let is_real = std::ptr::eq(airspace, &*self.next.airspace);
-        let world = match &imagined {
-            Some(airspace) => World {
-                airspace,
-                trees: None,
-            },
-            None => World {
-                airspace,
-                trees: is_real.then_some(&*self.trees),
-            },
-        };
-        let composition = with_contingencies(
-            &world,
-            answer.path.clone(),
-            answer.first_stretch_m,
-            destination,
-            plan.airspeed_mps,
-            &mut self.scratch,
-        );
-        let topology = airspace.topology();
-        let warnings = answer.warnings.iter();
-        Some(Version {
-            number: 0,
-            epoch: self.next.epoch,
-            sent_at: now,
-            outcome: Some(answer.outcome),
-            composition,
-            flight: None,
-            stretch: Stretch::of(airspace, answer.reentry),
-            first_stretch_m: answer.first_stretch_m,
-            departs_at: now,
-            recomposition_id: None,
-            acknowledge_by: None,
-            flags: version_flags(&answer.flags),
-            warnings: warnings
-                .map(|warning| {
-                    let (code, message) = crate::formats::warning_text(topology, warning);
-                    (code.into(), message)
-                })
-                .collect(),
         })
     }
 
@@ -305,9 +211,9 @@ impl State {
         if has_reported(plan) || !plan.may_go_on() {
             return false;
         }
-        let progress = fleet::progress(airspace.topology(), plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), plan, &self.drones, now);
         let blocked = progress.is_some_and(|progress| {
-            let ahead = fleet::ahead(plan, &progress);
+            let ahead = progress::ahead(plan, &progress);
             let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
             obstruction.is_some()
         });
@@ -343,35 +249,4 @@ impl State {
 fn has_reported(plan: &PlanEntry) -> bool {
     let wanted = plan.wanted.as_ref();
     wanted.is_some_and(|wanted| wanted.recomposition_id.is_some())
-}
-
-/// The closures that block a plan from a leg on: those known that still count, and the new ones.
-fn affecting(
-    plan: &PlanEntry,
-    airspace: &Airspace,
-    causes: &[String],
-    progress: &Progress,
-) -> Vec<String> {
-    let (from_leg, stretch) = fleet::ahead(plan, progress);
-    let is_met = |closure: &Closure| {
-        fleet::is_hit(closure, &plan.reported.composition, from_leg)
-            || fleet::is_on_stretch(stretch, closure, airspace.topology())
-    };
-    let known = plan.affected_by.iter().chain(causes);
-    let mut ids: Vec<String> = Vec::new();
-    for id in known {
-        let closure = airspace.closure(id);
-        let counts = closure.is_some_and(|closure| {
-            airspace.is_in_force(id) && (plan.affected_by.contains(id) || is_met(closure))
-        });
-        if counts && !ids.contains(id) {
-            ids.push(id.clone());
-        }
-    }
-    if ids.is_empty() {
-        let all = airspace.in_force();
-        let met = all.filter(|closure| is_met(closure));
-        ids.extend(met.map(|closure| closure.id.clone()));
-    }
-    ids
 }

@@ -1,12 +1,13 @@
 //! Orders about zones, closures, proposals and holds.
 
 use super::commands::{Decision, Done, Publication};
+use super::entries::{ClosureEntry, ProposalEntry, Reported, windows};
 use super::events::Happening;
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported, Snapshot};
+use super::snapshot::Snapshot;
 use super::state::{State, check_expected};
 use super::timers::Due;
 use super::views;
-use super::weather::weather_etag;
+use super::words::weather_etag;
 use crate::airspace::{Cause, Change, Closure, Window};
 use crate::intake::Expected;
 use crate::refusal::{Code, Refusal};
@@ -424,15 +425,6 @@ fn with_end(entry: ClosureEntry, until: Option<Timestamp>) -> ClosureEntry {
         closure: Arc::new(closure),
         until,
         ..entry
-    }
-}
-
-/// The windows of a closure from when until when; always, where neither is given.
-pub(super) fn windows(from: Option<Timestamp>, until: Option<Timestamp>) -> Vec<Window> {
-    match (from, until) {
-        (None, None) => Vec::new(),
-        // The ends were checked when they were read.
-        _ => Window::new(from, until).into_iter().collect(),
     }
 }
 

@@ -1,10 +1,11 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
-use super::alarms::{AlarmDraft, AlarmEntry, alarm_id, alarm_view};
 use super::commands::Done;
+use super::entries::{AlarmDraft, AlarmEntry};
 use super::events::Happening;
-use super::snapshot::PlanEntry;
+use super::plan_entry::PlanEntry;
 use super::state::State;
+use super::views::{alarm_id, alarm_view};
 use crate::airspace::Closure;
 use crate::network::NodeIx;
 use crate::refusal::Refusal;

@@ -1,15 +1,12 @@
 //! What the drones of plans are to be told is shown to the checker before it becomes a version.
 
-use super::checking::PlanWays;
 use super::events::Happening;
-use super::fleet::{Detour, DetourAnswer};
-use super::flights::{FlownAnswer, RefusedAnswer, Scene};
+use super::fleet::Detour;
 use super::guard::{alarms_of, case_data};
-use super::snapshot::PlanEntry;
+use super::plan_ways::PlanWays;
 use super::state::State;
 use crate::airspace::Airspace;
-use crate::checked::{self, Checked, Known};
-use crate::planted;
+use crate::checked::{self, Known};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -22,59 +19,21 @@ impl State {
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Detour {
-        if planted::is_unchecked() {
+        let (plan, request) = (&detour.plan, &detour.request);
+        let scene = self.next.scene_in(airspace, now);
+        let known = Known::default();
+        let checked = self.planner.check(scene, request, &known, &detour.answer);
+        let Err(fault) = checked else {
             return detour;
-        }
-        let (request, answer, fault) = match detour.answer {
-            DetourAnswer::Flown(answer) => {
-                let refused = self.refused(&detour.plan, &answer, airspace, now);
-                let Some(refused) = refused else {
-                    detour.answer = DetourAnswer::Flown(answer);
-                    return detour;
-                };
-                (Box::new(refused.request), refused.answer, refused.fault)
-            }
-            DetourAnswer::Shortest { request, answer } => {
-                let known = Known::default();
-                match checked::check_answer(airspace, &request, &known, &answer, None) {
-                    Err(fault) => (request, *answer, fault),
-                    Ok(()) => {
-                        detour.answer = DetourAnswer::Shortest { request, answer };
-                        return detour;
-                    }
-                }
-            }
         };
-        let ways = PlanWays::of_plan(&detour.plan, request.report.leg).unwrap_or_default();
-        let Checked { answer, case } = checked::settle(
-            airspace,
-            &request,
-            &Known::default(),
-            ways.alternatives(),
-            (answer, fault),
-            &mut self.scratch,
-        );
-        let answer = Box::new(answer);
-        detour.answer = DetourAnswer::Shortest { request, answer };
-        if let Some(case) = case {
-            self.tell_case(&detour, &case, now);
-        }
+        let ways = PlanWays::of_plan(plan, request.report.leg).unwrap_or_default();
+        let (alternatives, refused) = (ways.alternatives(), (*detour.answer, fault));
+        let (answer, case) = self
+            .planner
+            .fall_back(scene, request, &known, alternatives, refused);
+        detour.answer = Box::new(answer);
+        self.tell_case(&detour, &case, now);
         detour
-    }
-
-    fn refused(
-        &self,
-        plan: &PlanEntry,
-        answer: &FlownAnswer,
-        airspace: &Arc<Airspace>,
-        now: Timestamp,
-    ) -> Option<RefusedAnswer> {
-        let scene = Scene {
-            snapshot: &self.next,
-            airspace,
-            now,
-        };
-        self.flights.as_ref()?.refused(scene, plan, answer)
     }
 
     /// Tells of a version that did not pass.

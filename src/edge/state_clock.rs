@@ -5,6 +5,7 @@
 
 use super::events::Happening;
 use super::state::State;
+use super::timers::HeardClock;
 use crate::clock::{Reading, STEP};
 use crate::wire::EventKind;
 use jiff::SignedDuration;
@@ -13,23 +14,6 @@ use std::sync::Arc;
 
 /// A stepped clock that has moved on by less than this is where it was.
 const SAME: SignedDuration = SignedDuration::from_secs(1);
-
-/// What was last heard of the clock.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct HeardClock {
-    /// How far the wall clock is ahead of the time, while it is doubted.
-    apart: Option<SignedDuration>,
-    confirmations: u64,
-    /// Whether windows have to be looked at though no time has passed.
-    pub(super) has_turned: bool,
-}
-
-impl HeardClock {
-    /// How far the stepped clock is behind the time, as a negative span; zero where it is not.
-    pub(super) fn behind(&self) -> SignedDuration {
-        self.apart.unwrap_or_default().min(SignedDuration::ZERO)
-    }
-}
 
 impl State {
     /// Whether a reading of the clock is news.

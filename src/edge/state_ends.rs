@@ -1,8 +1,9 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::commands::Done;
-use super::snapshot::{LandedOn, PlanEntry, PlanFlags, Version, later};
+use super::commands::{Done, Seen};
+use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use super::planner::{Version, later};
 use super::state::State;
 use super::state_airspace::just_after;
 use super::state_alarms::AT_THE_END;
@@ -35,21 +36,6 @@ enum Holds {
     Pads,
     /// All that it took in flight.
     All,
-}
-
-/// What telemetry shows of a plan's drone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Seen {
-    /// It is in the air.
-    Departed,
-    /// It is off every way that it was told.
-    OffItsWays,
-    /// It is on one of them again.
-    OnItsWay,
-    /// It rests at the end of this version.
-    Landed(u32),
-    /// It has left the pad that it has landed on with this plan, which has ended.
-    LeftItsPad,
 }
 
 impl State {

@@ -3,12 +3,14 @@
 use super::commands::Done;
 use super::events::Happening;
 use super::fleet::{self, Detour};
-use super::flights;
-use super::snapshot::{PlanEntry, Version};
+use super::plan_entry::PlanEntry;
+use super::planner::{Concern, Version, stays};
+use super::progress;
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
 use super::timers::Due;
 use super::views;
+use super::words;
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
@@ -61,9 +63,10 @@ impl State {
             return Err(Refusal::new(Code::PlanStateConflict, detail));
         }
         let headway_s = self.settings.headway_s;
-        let is_flown = plan.reported.flight.is_some();
-        let own = self.next.own_of_drone(plan.drone_id.as_deref());
-        if is_flown && flights::meets_others(&self.next, own, &plan.reported, headway_s) {
+        let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
+        let traffic = self.next.traffic();
+        let own = traffic.own(None, plan.drone_id.as_deref());
+        if minds_traffic && traffic.meets(own, &plan.reported, headway_s) {
             // Another plan has come between: this one is composed anew.
             return Ok(Done::Outdated);
         }
@@ -89,7 +92,7 @@ impl State {
     /// Keeps a quote, which takes nothing and ends by itself.
     fn add_quote(&mut self, plan: PlanEntry) -> Done {
         let (now, airspace) = (self.now, self.next.airspace.clone());
-        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
         if progress.is_some_and(|progress| self.is_cut(&plan, &progress, &airspace, now)) {
             // Something has closed since it was composed.
             return Done::Outdated;
@@ -135,8 +138,10 @@ impl State {
     /// A drone in flight has to be told something: where another plan has taken its pad meanwhile, that too.
     pub(super) fn with_contest(&self, plan: &str, mut version: Version) -> Version {
         version.warnings.retain(|(code, _)| code != PAD_CONTESTED);
-        if let Some((stay, other)) =
-            flights::shares_pad(&self.next, self.next.own(Some(plan)), &version)
+        if let Some((stay, other)) = self
+            .next
+            .traffic()
+            .shares_pad(self.next.own(plan), &version)
         {
             let node = self.next.topology().node_id(stay.node);
             let message = format!(
@@ -156,9 +161,8 @@ impl State {
         };
         let plan = self.next.plans.get(id).cloned().filter(is_as_it_was);
         let headway_s = self.settings.headway_s;
-        let own = self.next.own(Some(id));
-        let Some(plan) =
-            plan.filter(|_| !flights::meets_others(&self.next, own, &version, headway_s))
+        let own = self.next.own(id);
+        let Some(plan) = plan.filter(|_| !self.next.traffic().meets(own, &version, headway_s))
         else {
             return Done::Nothing;
         };
@@ -243,7 +247,7 @@ impl State {
         for (key, stay) in fleet::occupations(plan, version) {
             self.next.occupations.insert(key, stay);
         }
-        for (key, stay) in flights::stays(plan, version) {
+        for (key, stay) in stays(plan, version) {
             self.next.reservations.insert(key, stay);
         }
     }
@@ -252,7 +256,7 @@ impl State {
         for (key, _) in fleet::occupations(plan, version) {
             self.next.occupations.remove(&key);
         }
-        for (key, _) in flights::stays(plan, version) {
+        for (key, _) in stays(plan, version) {
             self.next.reservations.remove(&key);
         }
     }
@@ -265,7 +269,7 @@ impl State {
             self.tell_without_way(plan, None);
             return;
         }
-        let outcome = views::outcome_name(newest.outcome);
+        let outcome = words::outcome_name(newest.outcome);
         self.tell_outcome(kind, plan, outcome, &plan.affected_by);
     }
 

@@ -2,8 +2,9 @@
 //! it reported, and where its own senses close a leg, the contingency of that leg. Until it is
 //! heard of both are taken.
 
-use super::fleet;
-use super::snapshot::{OccupationKey, PlanEntry, Version};
+use super::plan_entry::PlanEntry;
+use super::planner::{OccupationKey, Version};
+use super::progress;
 use super::state::State;
 use crate::compose::{Leg, Occupation};
 use crate::network::{NodeIx, Topology};
@@ -27,7 +28,7 @@ impl State {
             return;
         }
         let topology = self.next.topology().clone();
-        let progress = fleet::progress(&topology, plan, &self.drones, self.now);
+        let progress = progress::progress(&topology, plan, &self.drones, self.now);
         let from_leg = progress.map_or(0, |progress| progress.leg);
         let taken = contingent(&topology, &plan.reported, from_leg, plan.airspeed_mps);
         let mut keys = Vec::with_capacity(taken.len());

@@ -1,19 +1,49 @@
-//! What a feed of zones changes: its zones are put as one batch, and those that it has no more are
-//! lifted.
+//! What a feed of zones changes: its zones are put as one batch, and those that it has no more are lifted.
 //!
-//! A zone that is in the feed but refused keeps its last version. Many removals at once wait for an
-//! operator, as those that a registry tells do.
+//! A zone that is in the feed but refused keeps its last version. Many removals at once wait for an operator, as those
+//! that a registry tells do.
 
-use super::commands::{Done, FeedChanges, FeedUpdate};
+use super::commands::Done;
 use super::entries::PendingReview;
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::State;
-use super::state_reviews::{FEED_ORIGIN, feed_of};
 use crate::airspace::Closure;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{ImportAction, ObjectKind};
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+/// How the origin of a hold says that a feed has some zones no more.
+const FEED_ORIGIN: &str = "feed:";
+
+/// What a feed has now.
+#[derive(Debug)]
+pub(super) struct FeedUpdate {
+    /// Its name.
+    pub(super) feed: Arc<str>,
+    /// Its zones, as the closures they cause.
+    pub(super) puts: Vec<Arc<Closure>>,
+    /// The identifiers of its zones that are refused.
+    pub(super) refused: BTreeSet<String>,
+    /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
+    pub(super) has_nameless: bool,
+}
+
+/// What becomes of each zone.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FeedChanges {
+    /// The zones that the feed brings, with their place in it.
+    pub(super) brought: Vec<(usize, ImportAction)>,
+    /// The zones that came from it before and are not brought now.
+    pub(super) absent: Vec<(Arc<str>, ImportAction)>,
+    /// The places of zones whose ids are those of something else.
+    pub(super) taken: Vec<usize>,
+}
+
+/// The feed that a hold is about; `None` where it is none of a feed.
+pub(super) fn feed_of(origin: &str) -> Option<&str> {
+    origin.strip_prefix(FEED_ORIGIN)
+}
 
 impl FeedChanges {
     /// Works out what an update does to what stands.

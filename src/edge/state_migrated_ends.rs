@@ -1,7 +1,7 @@
 //! Plans that are over when the network changes: told of as long as their ways are there, with what
 //! they still take.
 
-use super::snapshot::{LandedOn, PlanEntry};
+use super::plan_entry::{LandedOn, PlanEntry};
 use super::state::State;
 use super::state_migrated_plans::{ends_over, sent_carried, version_carried};
 use crate::compose::Change;

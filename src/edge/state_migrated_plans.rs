@@ -3,23 +3,25 @@
 
 use super::commands::Command;
 use super::events::Happening;
-use super::fleet::{self, Detour, DetourAnswer, DetourMeans};
-use super::flights::{self, Scene, Stand};
-use super::snapshot::{PlanEntry, Snapshot, Version};
+use super::fleet::{self, Detour};
+use super::plan_entry::PlanEntry;
+use super::planner::{Displaced, Version};
+use super::progress;
+use super::snapshot::Snapshot;
 use super::state::State;
 use super::views;
+use super::words;
 use crate::airspace::Airspace;
-use crate::compose::{Change, Composition, Migrated, with_contingencies};
+use crate::compose::{Change, Composition};
 use crate::flight::Location;
 use crate::formats::{Known, resolve_report};
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
-use crate::recompose::{Outcome, Request, World, recompose};
+use crate::recompose::{Outcome, Request};
 use crate::wire::{self, EventKind, PlanState};
 use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::json;
-use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -109,7 +111,7 @@ impl State {
 
     /// A version that is flown as it was, with contingencies that can be flown.
     fn with_contingencies_of(
-        &mut self,
+        &self,
         (version, contingencies_hold): (Version, bool),
         plan: &PlanEntry,
         now: Timestamp,
@@ -117,38 +119,8 @@ impl State {
         if contingencies_hold {
             return version;
         }
-        let airspace = self.next.airspace.clone();
-        if let Some(flights) = self.flights.as_deref().filter(|_| version.flight.is_some()) {
-            let scene = Scene {
-                snapshot: &self.next,
-                airspace: &airspace,
-                now,
-            };
-            return flights.with_contingencies(scene, plan, version);
-        }
-        let world = World {
-            airspace: &airspace,
-            trees: Some(&self.trees),
-        };
-        let way = version.composition.way.clone();
-        let Some(&last) = way.nodes.last() else {
-            return version;
-        };
-        let stretch_m = version.first_stretch_m;
-        let composition = with_contingencies(
-            &world,
-            way,
-            stretch_m,
-            last,
-            plan.airspeed_mps,
-            &mut self.scratch,
-        );
-        Version {
-            composition,
-            // Without the flight model its times are nominal from now on.
-            flight: None,
-            ..version
-        }
+        self.planner
+            .with_contingencies(self.next.scene(now), plan, version)
     }
 
     /// What is left of the way of a plan around its drone; `None` where the leg that it is on is gone.
@@ -159,14 +131,15 @@ impl State {
         change: &Change<'_>,
         now: Timestamp,
     ) -> Option<Version> {
-        let progress = fleet::progress(before.topology(), plan, &self.drones, now)?;
+        let progress = progress::progress(before.topology(), plan, &self.drones, now)?;
         let composition = &plan.reported.composition;
         let legs = composition.legs_left(change.correspondence, progress.leg);
         if legs.is_empty() {
             return None;
         }
         let starts_as_before = legs.start == 0;
-        let (left, _) = stretch_carried(plan, &plan.reported, legs, change)?;
+        let speed_mps = plan.airspeed_mps;
+        let (left, _) = plan.reported.carried_over(speed_mps, legs, change)?;
         Some(Version {
             // It leads nowhere now, whatever its drone was told.
             outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
@@ -185,17 +158,9 @@ impl State {
         self.occupy(&plan.id, &plan.reported);
         let plan = self.keep_plan(plan);
         let airspace = self.next.airspace.clone();
-        let progress = fleet::progress(airspace.topology(), &plan, &self.drones, now);
+        let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
         let version = progress.and_then(|progress| {
-            let means = DetourMeans {
-                snapshot: &self.next,
-                airspace: &airspace,
-                trees: Some(&self.trees),
-                drones: &self.drones,
-                flights: self.flights.as_deref(),
-                now,
-            };
-            let detour = fleet::detour(&plan, &progress, &means, &mut self.scratch);
+            let detour = fleet::detour(&plan, &progress, &self.means(&airspace, now));
             let detour = self.checked(detour, &airspace, now);
             self.version_of(&detour, &airspace, now)
         });
@@ -219,9 +184,7 @@ impl State {
     ) {
         let place = place_of(plan, before.topology(), &self.drones, now);
         let place = place.map(|place| before.topology().frame().from_plane(place));
-        let flown = self.flown_from_place(plan, before, destination, place, now);
-        let detour =
-            flown.or_else(|| place.and_then(|place| self.detour_from(plan, place, destination)));
+        let detour = self.detour_from(plan, before, (destination, place), now);
         let airspace = self.next.airspace.clone();
         let version = detour.and_then(|detour| {
             let on_network = Detour {
@@ -251,83 +214,29 @@ impl State {
         self.tell(EventKind::PlanAffected, &plan);
     }
 
-    /// The same by the flight model, where the plan is flown by it: from where its drone stands, else from its place.
-    fn flown_from_place(
+    /// What a drone at a place, or on a pad, is told that is to go to a node.
+    fn detour_from(
         &self,
         plan: &Arc<PlanEntry>,
         before: &Snapshot,
-        destination: NodeIx,
-        place: Option<[f64; 2]>,
+        (destination, place): (NodeIx, Option<[f64; 2]>),
         now: Timestamp,
     ) -> Option<Detour> {
-        let flights = self.flights.as_deref();
-        let flights = flights.filter(|_| plan.reported.flight.is_some())?;
-        let airspace = &self.next.airspace;
-        let scene = Scene {
-            snapshot: &self.next,
-            airspace,
-            now,
+        let drone = plan.drone_id.as_deref();
+        let progress = progress::progress(before.topology(), plan, &self.drones, now);
+        let displaced = Displaced {
+            before: before.topology(),
+            destination,
+            request: place.and_then(|it| request_from(&self.next.airspace, it, destination)),
+            leg: progress.map_or(0, |progress| progress.leg),
+            sighting: drone.and_then(|id| self.drones.last(id)),
         };
-        let sighting = plan.drone_id.as_deref();
-        let sighting = sighting.and_then(|id| self.drones.last(id));
-        let stand = flights.stand(before.topology(), plan, sighting.as_ref(), now);
-        let stand = stand.and_then(|stand| {
-            let node = airspace
-                .topology()
-                .node(before.topology().node_id(stand.node))?;
-            Some(Stand { node, ..stand })
-        });
-        let mut answer = match stand {
-            Some(stand) => flights.answer_standing(scene, plan, stand, destination),
-            None => {
-                let request = request_from(airspace, place?, destination)?;
-                let leg = fleet::progress(before.topology(), plan, &self.drones, now);
-                let leg = leg.map_or(0, |progress| progress.leg);
-                let battery = flights::battery_of(plan, leg, sighting.as_ref());
-                flights.answer_in_flight(scene, plan, &request, (leg, battery))
-            }
-        };
-        if answer.outcome == Outcome::Unaffected {
-            // Of a way that only the report's reader assumed.
-            answer.outcome = Outcome::Rerouted;
-        }
-        Some(Detour {
-            plan: plan.clone(),
-            report: None,
-            answer: DetourAnswer::Flown(Box::new(answer)),
-            extra_m: None,
-            version: None,
-        })
-    }
-
-    /// What a drone at a place is told that is to go to a node.
-    fn detour_from(
-        &mut self,
-        plan: &Arc<PlanEntry>,
-        place: [f64; 2],
-        destination: NodeIx,
-    ) -> Option<Detour> {
-        let airspace = self.next.airspace.clone();
-        let request = request_from(&airspace, place, destination)?;
-        let world = World {
-            airspace: &airspace,
-            trees: Some(&self.trees),
-        };
-        let mut answer = recompose(&world, &request, &mut self.scratch);
-        if answer.outcome == Outcome::Unaffected {
-            // Of a way that only the report's reader assumed.
-            answer.outcome = Outcome::Rerouted;
-        }
-        Some(Detour {
-            plan: plan.clone(),
-            report: None,
-            answer: DetourAnswer::Shortest {
-                request: Box::new(request),
-                answer: Box::new(answer),
-            },
-            extra_m: None,
-            version: None,
-        })
+        let scene = self.next.scene(now);
+        let answered = self.planner.replan_displaced(scene, plan, displaced)?;
+        let mut detour = Detour::new(plan, answered);
+        // Of a way that only the report's reader assumed.
+        detour.answer.is_another_way();
+        Some(detour)
     }
 
     /// Ends a plan that has nowhere to go any more. It is told in the words of the network before, and forgotten.
@@ -379,7 +288,7 @@ impl State {
 
 /// The request of a drone at a place that is to go to a node.
 fn request_from(airspace: &Airspace, place: [f64; 2], destination: NodeIx) -> Option<Request> {
-    let goal = views::node_id(airspace.topology(), destination);
+    let goal = words::node_id(airspace.topology(), destination);
     let report = wire::FailureReport {
         failure: Some(wire::FailureType::ServiceLevel),
         location: Some(wire::Place::Pair(place)),
@@ -405,7 +314,7 @@ pub(super) fn version_carried(
     change: &Change<'_>,
 ) -> Option<(Version, bool)> {
     let legs = 0..version.composition.legs.len();
-    stretch_carried(plan, version, legs, change)
+    version.carried_over(plan.airspeed_mps, legs, change)
 }
 
 /// What was sent and may be flown, as far as its way is there.
@@ -413,40 +322,6 @@ pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Ver
     let sent = plan.sent.iter();
     let carried = sent.filter_map(|version| version_carried(plan, version, change));
     carried.map(|(version, _)| Arc::new(version)).collect()
-}
-
-fn stretch_carried(
-    plan: &PlanEntry,
-    version: &Version,
-    range: Range<usize>,
-    change: &Change<'_>,
-) -> Option<(Version, bool)> {
-    let (stretch_m, airspeed_mps) = (version.first_stretch_m, plan.airspeed_mps);
-    let carried =
-        version
-            .composition
-            .carried_over(change, range.clone(), stretch_m, airspeed_mps)?;
-    let Migrated {
-        mut composition,
-        contingencies_hold,
-    } = carried;
-    let flight = match version.flight.as_deref() {
-        Some(flown) => {
-            let flown = flown.carried_over(change, range)?;
-            flown.time(&mut composition);
-            Some(Arc::new(flown))
-        }
-        None => None,
-    };
-    let stretch = version.stretch.as_ref();
-    let version = Version {
-        composition,
-        flight,
-        stretch: stretch
-            .and_then(|it| it.carried_over(change.to, change.from, change.correspondence)),
-        ..version.clone()
-    };
-    Some((version, contingencies_hold))
 }
 
 /// A proposed version without its way: what its drone has reported goes on to count.
@@ -472,11 +347,11 @@ fn place_of(
     now: Timestamp,
 ) -> Option<Point> {
     let version = &plan.reported;
-    let Some(progress) = fleet::progress(topology, plan, drones, now) else {
+    let Some(progress) = progress::progress(topology, plan, drones, now) else {
         let last = version.composition.way.nodes.last();
         return last.map(|&node| topology.position(node));
     };
-    if let (_, Some((_, place))) = fleet::ahead(plan, &progress) {
+    if let (_, Some((_, place))) = progress::ahead(plan, &progress) {
         return Some(place);
     }
     let leg = &version.composition.legs[progress.leg];

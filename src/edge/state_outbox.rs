@@ -4,15 +4,13 @@
 //! thing at most two wait: the first may be on its way already, and whatever comes after it takes the place of
 //! the second.
 
+use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
 use super::published::{closure_body, zone_body};
-use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
-use super::state_sync::is_after;
-use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
+use super::upstream::{OutboxEntry, Upstream, is_after};
 use crate::wire::{Author, ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A change that is to be told to the registry.
@@ -25,63 +23,6 @@ pub(super) struct Forward {
     pub(super) upstream: Option<Upstream>,
     /// Who changed it.
     pub(super) subject: Arc<str>,
-}
-
-/// So many things are remembered in [`Told`].
-const TOLD_MAX: usize = 10_000;
-
-/// The last versions at the registry that changes from here have made after the cursor, also of what was lifted since:
-/// the log brings them late, and what comes up to them is nothing that anyone else has made meanwhile.
-///
-/// A restart forgets them. At worst a change then meets an earlier one from here, and waits for an operator.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Told(BTreeMap<Arc<str>, BTreeMap<ObjectKind, Upstream>>);
-
-impl Told {
-    pub(super) fn of(&self, kind: ObjectKind, id: &str) -> Option<Upstream> {
-        self.0.get(id)?.get(&kind).copied()
-    }
-
-    fn note(&mut self, kind: ObjectKind, id: &Arc<str>, version: Upstream) {
-        if self.0.len() < TOLD_MAX {
-            let versions = self.0.entry(id.clone()).or_default();
-            versions.insert(kind, version);
-        }
-    }
-
-    /// Forgets what the log has brought.
-    pub(super) fn passed(&mut self, cursor: &RegistryCursor) {
-        self.0.retain(|_, versions| {
-            versions.retain(|_, version| is_after(*version, cursor));
-            !versions.is_empty()
-        });
-    }
-}
-
-/// The versions at the registry of closures that have ended by themselves: the registry keeps them for a while, and what is
-/// closed again under such an id takes the place of that version.
-///
-/// A restart forgets them. The registry then judges by its own clock that they are over.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Ended(BTreeMap<Arc<str>, Upstream>);
-
-impl Ended {
-    /// Notes what has ended, where the registry knows it.
-    pub(super) fn note(&mut self, id: &str, version: Option<Upstream>) {
-        let Some(version) = version else {
-            return;
-        };
-        if self.0.len() >= TOLD_MAX {
-            // Any of them: the registry judges, too.
-            self.0.pop_first();
-        }
-        self.0.insert(Arc::from(id), version);
-    }
-
-    /// The version of what has ended under this id, and is there no more from now on.
-    pub(super) fn take(&mut self, id: &str) -> Option<Upstream> {
-        self.0.remove(id)
-    }
 }
 
 impl State {

@@ -5,8 +5,8 @@
 //! known to have left: by its telemetry, by the departure of its next plan, or because an operator
 //! says so.
 
-use super::flights::{self, PadKey};
-use super::snapshot::{LandedOn, PlanEntry};
+use super::plan_entry::{LandedOn, PlanEntry};
+use super::planner::{Concern, PadKey, stays};
 use super::state::State;
 use crate::flight::Reservation;
 use crate::network::NodeIx;
@@ -23,8 +23,8 @@ impl State {
     /// The last pad that each version of a plan takes stays taken.
     pub(super) fn hold_pads(&mut self, plan: &PlanEntry) {
         for version in plan.versions() {
-            let stays = flights::stays(&plan.id, version);
-            let last = stays.max_by(|left, right| left.1.until_s.total_cmp(&right.1.until_s));
+            let last = stays(&plan.id, version);
+            let last = last.max_by(|left, right| left.1.until_s.total_cmp(&right.1.until_s));
             if let Some((key, stay)) = last {
                 let stay = Reservation {
                     until_s: stay.until_s + FOR_LONG_S,
@@ -38,13 +38,14 @@ impl State {
     /// Alarms an operator about a plan that is overdue where no pad is free: its drone may stand in
     /// the way of the next one, or have had nowhere to land.
     pub(super) fn alarm_at_full_pads(&mut self, plan: &PlanEntry) {
-        let Some(node) = plan.reported.last_node().filter(|_| self.flights.is_some()) else {
+        let counts_pads = self.planner.minds(Concern::Traffic, None);
+        let Some(node) = plan.reported.last_node().filter(|_| counts_pads) else {
             return;
         };
         let now_s = unix_s(self.now);
         let pads = self.next.topology().pads(node);
         let is_taken = |pad: u16| {
-            let mut there = flights::stays_at(&self.next, node);
+            let mut there = self.next.traffic().stays_at(node);
             there.any(|(_, stay)| stay.pad == pad && stay.from_s <= now_s && now_s < stay.until_s)
         };
         if pads == 0 || !(0..pads).all(is_taken) {
@@ -62,13 +63,13 @@ impl State {
     /// where it has one there, else one that no drone stands on, and that the next one wants last.
     /// `None` where pads are not counted, and where there is none.
     pub(super) fn pad_landed_on(&self, plan: &PlanEntry, node: NodeIx) -> Option<LandedOn> {
-        let is_counted = self.flights.is_some() && plan.reported.flight.is_some();
+        let is_counted = self.planner.minds(Concern::Traffic, Some(&plan.reported));
         plan.drone_id.as_ref().filter(|_| is_counted)?;
         let now_s = unix_s(self.now);
         let mut stays = plan.reported.reservations().into_iter();
         let own = stays.rfind(|stay| stay.node == node);
         let wanted_from = |pad: u16| {
-            let others = flights::stays_at(&self.next, node);
+            let others = self.next.traffic().stays_at(node);
             let others = others.filter(|(key, stay)| {
                 stay.pad == pad && stay.until_s > now_s && key.plan != plan.id
             });
@@ -77,7 +78,7 @@ impl State {
                 .fold(f64::INFINITY, f64::min)
         };
         let is_stood_on = |pad: &u16| {
-            let mut there = flights::stays_at(&self.next, node);
+            let mut there = self.next.traffic().stays_at(node);
             there.any(|(key, stay)| key.version == OF_NO_VERSION && stay.pad == *pad)
         };
         let pads = 0..self.next.topology().pads(node);

@@ -4,11 +4,15 @@
 //! pads that they take, shown as affected, and queued; between slices of the queue new orders are carried out.
 
 use super::events::Happening;
-use super::fleet::{self, Ahead, Detour, Progress};
+use super::fleet::Detour;
+use super::plan_entry::PlanEntry;
+use super::planner::Concern;
+use super::progress::{self, Progress};
+use super::replanning::Look;
 use super::replanning::{Place, Task, Turn, Wave};
-use super::snapshot::{OccupationKey, PlanEntry, Snapshot, Version, later};
+use super::snapshot::Snapshot;
 use super::state::State;
-use super::state_affected::{Affected, Look};
+use super::state_affected::Affected;
 use crate::airspace::{Airspace, Closure};
 use crate::network::SegmentIx;
 use crate::wire::{EventKind, PlanState};
@@ -19,10 +23,10 @@ use std::sync::Arc;
 
 /// How much is done in a slice of the queue, in looks at a plan.
 const SLICE: usize = 1_024;
-/// What a recomposition by distance costs, in looks.
+/// What a recomposition costs, in looks.
 const RECOMPOSED_COST: usize = 16;
-/// And one in flight.
-const FLOWN_COST: usize = 64;
+/// And one that avoids other plans.
+const COST_AMONG_TRAFFIC: usize = 64;
 
 impl Snapshot {
     /// The plans that take any of what a closure closes, by their ids.
@@ -39,15 +43,11 @@ impl Snapshot {
             .collect();
         let mut plans = BTreeSet::new();
         for segment in segments {
-            let there = self.occupations.range(OccupationKey::first_of(segment)..);
-            let there = there.take_while(|(key, _)| key.segment == segment.0);
+            let there = self.traffic().on(segment);
             plans.extend(there.map(|(key, _)| key.plan.clone()));
         }
         for &node in &closure.pads {
-            let there = self
-                .reservations
-                .range(super::flights::PadKey::first_of(node.0)..);
-            let there = there.take_while(|(key, _)| key.node == node.0);
+            let there = self.traffic().stays_at(node);
             plans.extend(there.map(|(key, _)| key.plan.clone()));
         }
         plans
@@ -61,12 +61,12 @@ impl Snapshot {
     /// The closures on the way of a quote: it is in no index, and no drone is told.
     pub(super) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
         let way = &plan.reported.composition;
-        let is_shut = || fleet::is_blocked(&self.airspace, way, 0);
+        let is_shut = || progress::is_blocked(&self.airspace, way, 0);
         if !plan.is_quote() || !plan.is_active() || !is_shut() {
             return Vec::new();
         }
         let met = self.airspace.in_force();
-        let met = met.filter(|closure| fleet::is_hit(closure, way, 0));
+        let met = met.filter(|closure| progress::is_hit(closure, way, 0));
         met.map(|closure| closure.id.as_str()).collect()
     }
 
@@ -101,7 +101,7 @@ impl State {
         for (id, closures) in met {
             self.look_at_met(&id, &closures, &airspace, now);
         }
-        if look.has_opened || look.may_fly || look.has_turned_wind {
+        if look.has_opened || look.announcements || look.has_turned_wind {
             self.look_at_others(look);
         }
     }
@@ -112,7 +112,8 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = fleet::progress(airspace.topology(), &plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
+        else {
             return;
         };
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();
@@ -134,17 +135,20 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = fleet::progress(airspace.topology(), &plan, &self.drones, now) else {
+        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
+        else {
             return;
         };
         let mut nearest: Option<usize> = None;
         let mut causes = Vec::new();
         for closure in closures {
-            let ahead = fleet::ahead(&plan, &progress);
-            let reported = self.first_met(&plan.reported, ahead, closure, airspace, now);
+            let scene = self.next.scene_in(airspace, now);
+            let ahead = progress::ahead(&plan, &progress);
+            let planner = &self.planner;
+            let reported = planner.first_met(scene, &plan.reported, ahead, closure);
             let wanted = plan.wanted.as_ref();
             let wanted = wanted.and_then(|wanted| {
-                self.first_met(wanted, fleet::whole(wanted), closure, airspace, now)
+                planner.first_met(scene, wanted, progress::whole(wanted), closure)
             });
             // What is only to be flown begins where its drone is.
             let wanted = wanted.map(|leg| progress.leg + leg);
@@ -160,46 +164,6 @@ impl State {
         }
     }
 
-    /// The first leg of a version from one on that a closure may meet; by computed times it has to count while the version is
-    /// flown.
-    fn first_met(
-        &self,
-        version: &Version,
-        (from, stretch): Ahead<'_>,
-        closure: &Closure,
-        airspace: &Airspace,
-        now: Timestamp,
-    ) -> Option<usize> {
-        let flown = version.flight.as_deref().filter(|_| self.flights.is_some());
-        match flown {
-            None if !airspace.is_in_force(&closure.id) => return None,
-            None => {}
-            Some(flown) => {
-                let flight_s = version.composition.flight_time_s;
-                // Windows are widened the more the longer they are ahead.
-                let over_at = later(version.arrives_at(), 600.0 + 0.1 * flight_s.max(0.0));
-                let counts = closure
-                    .windows
-                    .iter()
-                    .any(|window| window.meets(now, over_at));
-                if !closure.windows.is_empty() && !counts {
-                    return None;
-                }
-                if flown.stop_nodes().any(|node| closure.pads.contains(&node)) {
-                    return Some(from);
-                }
-            }
-        }
-        if fleet::is_on_stretch(stretch, closure, airspace.topology()) {
-            return Some(from);
-        }
-        let legs = version.composition.legs.get(from..)?;
-        let met = legs
-            .iter()
-            .position(|leg| fleet::is_leg_hit(closure, leg))?;
-        Some(from + met)
-    }
-
     /// Plans that may be free again, and those that the wind may leave short.
     fn look_at_others(&mut self, look: &Look) {
         let plans = self.next.plans.values();
@@ -207,10 +171,12 @@ impl State {
         let is_flown = |plan: &&Arc<PlanEntry>| plan.is_active() && !plan.is_quote();
         let active: Vec<Arc<PlanEntry>> = plans.filter(is_flown).cloned().collect();
         for plan in active {
-            let is_flown = plan.reported.flight.is_some() && self.flights.is_some();
-            let may_be_free = look.has_opened || (look.may_fly && is_flown);
+            let minds = |concern| self.planner.minds(concern, Some(&plan.reported));
+            let minds_announced = look.announcements && minds(Concern::Announced);
+            let may_be_free = look.has_opened || minds_announced;
             let has_no_way = plan.flags.affected && plan.wanted.is_none();
-            let turn = match (look.has_turned_wind && is_flown, plan.flags.affected) {
+            let may_fall_short = look.has_turned_wind && minds(Concern::Wind);
+            let turn = match (may_fall_short, plan.flags.affected) {
                 (true, _) => turn_of(&plan),
                 // There may be a way now, be it not the one that it flies.
                 (false, true) if may_be_free && has_no_way => turn_of(&plan),
@@ -304,11 +270,11 @@ impl State {
             }
             Affected::Kept(outcome) => (outcome, 1),
             Affected::Told(detour) => {
-                let is_flown = plan.reported.flight.is_some() && self.flights.is_some();
                 let outcome = detour.outcome().name();
                 detours.push(*detour);
-                let cost = if is_flown {
-                    FLOWN_COST
+                let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
+                let cost = if minds_traffic {
+                    COST_AMONG_TRAFFIC
                 } else {
                     RECOMPOSED_COST
                 };

@@ -5,10 +5,11 @@
 //! hold's, and an operator decides: to release writes ours in place of theirs, to reject drops ours.
 
 use super::commands::{Decision, Done};
+use super::entries::{ClosureEntry, Contested, PendingReview};
 use super::events::Happening;
 use super::published::{Published, Restriction, read_thing, says_the_same};
-use super::snapshot::{ClosureEntry, Contested, PendingReview};
 use super::state::State;
+use super::state_import::feed_of;
 use super::state_outbox::Forward;
 use super::state_sync::namesake;
 use super::upstream::OutboxEntry;
@@ -26,16 +27,8 @@ use std::sync::Arc;
 const HELD_SHARE: f64 = 0.2;
 /// ... and from this many on.
 const HELD_FROM: usize = 10;
-/// How the origin of a hold says that a feed has some zones no more.
-pub(super) const FEED_ORIGIN: &str = "feed:";
-
 /// At most this many mass removals wait apart; further ones join the latest.
 const HOLDS_MAX: usize = 100;
-
-/// The feed that a hold is about; `None` where it is none of a feed.
-pub(super) fn feed_of(origin: &str) -> Option<&str> {
-    origin.strip_prefix(FEED_ORIGIN)
-}
 
 impl State {
     pub(super) fn is_mass_removal(count: usize, standing: usize) -> bool {

@@ -2,7 +2,8 @@
 //! while it fails.
 
 use super::commands::Command;
-use super::snapshot::{ClosureEntry, PlanEntry, ProposalEntry};
+use super::entries::{ClosureEntry, ProposalEntry};
+use super::plan_entry::PlanEntry;
 use super::state::State;
 use super::state_airspace::just_after;
 use super::store::Restored;

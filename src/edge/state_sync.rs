@@ -3,12 +3,12 @@
 
 use super::background::give_way;
 use super::commands::Done;
+use super::entries::{ClosureEntry, ZoneEntry};
 use super::events::Happening;
 use super::published::{Published, Restriction, says_the_same};
-use super::snapshot::{ClosureEntry, ZoneEntry};
 use super::state::State;
-use super::sync::{Extent, RegistryDelta, Superseded, Tombstone};
-use super::upstream::{OutboxEntry, RegistryCursor, Upstream};
+use super::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
+use super::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
 use super::views;
 use crate::airspace::{Change, Closure};
 use crate::planted::{self, Bug};
@@ -474,11 +474,6 @@ fn is_own_write(entry: &OutboxEntry, operation: ChangeOperation, body: Option<&A
         (ours, theirs) => ours.as_ref() == theirs,
     };
     entry.operation == operation && is_same
-}
-
-/// Whether a version was made after all that a cursor stands for.
-pub(super) fn is_after(upstream: Upstream, cursor: &RegistryCursor) -> bool {
-    (upstream.epoch, upstream.revision) > (cursor.epoch, cursor.revision)
 }
 
 /// Whether a version that came is none that would change the one known.

@@ -5,9 +5,10 @@
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
 use super::commands::{Command, Done, Publication};
+use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use super::events::Happening;
-use super::new_network::{NewNetwork, Relay, not_laid};
-use super::snapshot::{ClosureEntry, ProposalEntry, Reported, ZoneEntry, revision_text};
+use super::new_network::{NewNetwork, Relay, Succession, not_laid};
+use super::snapshot::revision_text;
 use super::state::State;
 use crate::airspace::Closure;
 use crate::compose;
@@ -16,15 +17,7 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use serde_json::json;
-use std::sync::{Arc, Weak};
-
-/// The network before the one in service, and what of it is there still.
-#[derive(Debug)]
-pub(super) struct Succession {
-    /// Weak, so that the old network goes with the last request on it.
-    before: Weak<Topology>,
-    correspondence: Arc<Correspondence>,
-}
+use std::sync::Arc;
 
 impl State {
     /// Puts another network in the place of the one in service. To be called before anything else of a batch.
@@ -81,7 +74,7 @@ impl State {
             "name": topology.name(),
             "nodes": topology.node_count(),
             "segments": topology.segment_count(),
-            "sha256": super::answered::hex(topology.fingerprint()),
+            "sha256": super::words::hex(topology.fingerprint()),
         });
         self.events
             .push(Happening::new(EventKind::NetworkChanged, data));

@@ -3,9 +3,11 @@
 //! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
-use super::commands::Done;
-use super::fleet::{self, Detour, DetourMeans};
-use super::snapshot::{PlanEntry, PlanFlags, Version};
+use super::commands::{DeclineReason, Done};
+use super::fleet::{self, Detour};
+use super::plan_entry::{PlanEntry, PlanFlags};
+use super::planner::Version;
+use super::progress;
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use super::state_ends::only_quoted;
@@ -20,17 +22,6 @@ use std::sync::Arc;
 
 /// So many declined versions are answered by another one; then an operator is called.
 const DECLINES_ANSWERED: u32 = 2;
-
-/// Why a drone does not take a version over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum DeclineReason {
-    /// It has not what it takes to fly so far: it is to land.
-    Unfit,
-    /// Something is in the way that the version begins with.
-    Obstructed,
-    /// The version begins where the drone is not any more.
-    Passed,
-}
 
 impl State {
     /// A drone flies a version: whichever of those that were sent.
@@ -197,7 +188,7 @@ impl State {
             }
             DeclineReason::Passed => {
                 let detour = self.detour_of(plan, &airspace, None)?;
-                if detour.way() == declined.composition.way {
+                if *detour.way() == declined.composition.way {
                     self.detour_beside(plan, declined, &airspace)?
                 } else {
                     (detour, airspace)
@@ -241,18 +232,9 @@ impl State {
         failure: Option<FailureType>,
     ) -> Option<Detour> {
         let topology = airspace.topology();
-        let progress = fleet::progress(topology, plan, &self.drones, self.now)?;
-        let is_real = Arc::ptr_eq(airspace, &self.next.airspace);
-        let means = DetourMeans {
-            snapshot: &self.next,
-            airspace,
-            trees: is_real.then_some(&*self.trees),
-            drones: &self.drones,
-            flights: self.flights.as_deref(),
-            now: self.now,
-        };
-        let detour = fleet::detour_for(plan, &progress, failure, &means, &mut self.scratch);
-        Some(detour)
+        let progress = progress::progress(topology, plan, &self.drones, self.now)?;
+        let means = self.means(airspace, self.now);
+        Some(fleet::detour_for(plan, &progress, failure, &means))
     }
 
     /// The time for an acknowledgement is over. All that was sent goes on to count, as it may be flown.

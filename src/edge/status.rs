@@ -73,7 +73,7 @@ impl Edge {
         let snapshot = self.snapshot();
         let topology = snapshot.topology();
         let (records, record_bytes) = self.records.figures();
-        let tables = self.trees.figures();
+        let tables = self.tables.trees().figures();
         let plans = snapshot.plans.values();
         let clock = self.clock.reading();
         Status {

@@ -1,11 +1,14 @@
 //! An answer that was given: in this start, with all it was computed from, or in an earlier one.
 
-use super::answered::{Staleness, hex, recomposition};
+use super::planner::{Planner, way_is_open};
+use super::record_views::recomposition;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
+use super::standing::Staleness;
 use super::store::ReportReply;
-use super::validity::{first_stretch_is_clear, way_is_open};
-use super::views;
+use super::validity::first_stretch_is_clear;
+use super::words;
+use super::words::hex;
 use crate::flight::Location;
 use crate::formats::IntoTerm;
 use crate::geo::Point;
@@ -82,7 +85,7 @@ impl RestoredAnswer {
         let is_diversion = self.answer.answer.outcome == wire::Outcome::Diverted;
         let location = self.place.map_or(Location::LegStart, Location::At);
         !way.nodes.is_empty()
-            && way_is_open(&way, is_diversion, snapshot)
+            && way_is_open(&way, is_diversion, &snapshot.airspace)
             && first_stretch_is_clear(location, &way, None, snapshot)
     }
 }
@@ -92,25 +95,26 @@ impl StoredAnswer {
     pub(super) fn still_holds(
         &self,
         deadline: Option<&str>,
+        planner: &dyn Planner,
         snapshot: &Snapshot,
         now: Timestamp,
     ) -> bool {
         match self {
-            Self::Now(record) => super::validity::still_holds(record, snapshot, now),
+            Self::Now(record) => super::validity::still_holds(record, planner, snapshot, now),
             Self::Before(earlier) => earlier.still_holds(deadline, snapshot, now),
         }
     }
 
     pub(super) fn outcome(&self) -> wire::Outcome {
         match self {
-            Self::Now(record) => views::outcome(record.answer.outcome),
+            Self::Now(record) => words::outcome(record.answer.told().outcome),
             Self::Before(earlier) => earlier.answer.answer.outcome,
         }
     }
 
     pub(super) fn strategy_used(&self) -> Strategy {
         match self {
-            Self::Now(record) => record.answer.strategy_used,
+            Self::Now(record) => record.answer.told().strategy_used,
             Self::Before(earlier) => earlier.answer.answer.strategy_used.into_term(),
         }
     }

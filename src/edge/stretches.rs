@@ -1,15 +1,11 @@
 //! First stretches of versions: a drone that takes a version over begins on the leg that it was on, and that is a leg of the
-//! version like others, of which only a part is flown. And how far along a version a drone is.
+//! version like others, of which only a part is flown.
 
-use super::snapshot::Version;
 use crate::airspace::{Airspace, Closure};
 use crate::compose::Occupation;
 use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
-
-/// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
-const BACK_M: f64 = 15.0;
 
 /// How the drone of a version comes to its first node.
 #[derive(Clone, Debug, PartialEq)]
@@ -170,61 +166,8 @@ impl Stretch {
     }
 }
 
-/// Where a drone is on a version.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spot {
-    /// The leg; `None` on the first stretch.
-    pub(super) leg: Option<usize>,
-    /// How far that is from where the version begins, in metres.
-    pub(super) at_m: f64,
-    /// How far off its line the drone is.
-    pub(super) off_m: f64,
-}
-
-/// The nearest place on a version, not before what has been flown of it already; of equally near ones the earliest.
-pub(super) fn spot_on(
-    topology: &Topology,
-    version: &Version,
-    place: Point,
-    flown_m: f64,
-) -> Option<Spot> {
-    let stretch = version.stretch.as_ref().map(|stretch| {
-        let node = topology.position(stretch.reentry.node);
-        (None, stretch.begin(), node)
-    });
-    let legs = version.composition.legs.iter().enumerate();
-    let legs = legs.map(|(number, leg)| {
-        let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
-        (Some(number), from, to)
-    });
-    let mut nearest: Option<Spot> = None;
-    let mut begins_m = 0.0;
-    for (leg, from, to) in stretch.into_iter().chain(legs) {
-        let length_m = from.distance_m(to);
-        let flown_of_it_m = (flown_m - BACK_M - begins_m).max(0.0);
-        if flown_of_it_m <= length_m {
-            let least = if length_m > 0.0 {
-                flown_of_it_m / length_m
-            } else {
-                0.0
-            };
-            let fraction = fraction_of(place, from, to).max(least);
-            let spot = Spot {
-                leg,
-                at_m: begins_m + fraction * length_m,
-                off_m: place.distance_m(from.towards(to, fraction)),
-            };
-            if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m) {
-                nearest = Some(spot);
-            }
-        }
-        begins_m += length_m;
-    }
-    nearest
-}
-
 /// The fraction of a line at which a place is nearest to it.
-fn fraction_of(place: Point, from: Point, to: Point) -> f64 {
+pub(super) fn fraction_of(place: Point, from: Point, to: Point) -> f64 {
     let along_m2 = from.distance_m(to).powi(2);
     let dot = (place.x - from.x) * (to.x - from.x) + (place.y - from.y) * (to.y - from.y);
     if along_m2 > 0.0 {

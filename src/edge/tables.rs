@@ -6,13 +6,11 @@
 //! airspace is worked into all tables, which with many destinations takes as long as hundreds of answers.
 
 use super::background::{Background, begin_turn, give_way};
-use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
 use crate::compose::prepare_table;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::World;
 use crate::routing::{Searcher, TreeCache};
-use arc_swap::ArcSwap;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
@@ -28,31 +26,50 @@ enum TreeJob {
     Renewal,
 }
 
-/// Where tables are asked for.
+/// The tables, and where they are asked for.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
+    trees: Arc<TreeCache>,
     jobs: SyncSender<TreeJob>,
 }
 
-impl Tables {
-    /// Starts the thread. It ends when the last handle to it is dropped.
+/// Who makes them. Dropped before it is started, it makes none: every search is answered by A*.
+#[derive(Debug)]
+pub(super) struct TableMaker {
+    trees: Arc<TreeCache>,
+    inbox: Receiver<TreeJob>,
+}
+
+impl TableMaker {
+    /// Starts the thread, which asks for the airspace in service. It ends when the last handle to the tables is dropped.
     pub(super) fn start(
-        world: Arc<ArcSwap<Snapshot>>,
-        trees: Arc<TreeCache>,
-    ) -> std::io::Result<Self> {
-        let (jobs, inbox) = sync_channel(QUEUE);
+        self,
+        in_service: impl Fn() -> Arc<Airspace> + Send + 'static,
+    ) -> std::io::Result<()> {
         let builder = std::thread::Builder::new().name("skyway-tables".to_owned());
         builder.spawn(move || {
             Background::Tables.step_back();
-            work(&inbox, &world, &trees);
+            work(&self.inbox, &in_service, &self.trees);
         })?;
-        Ok(Self { jobs })
+        Ok(())
+    }
+}
+
+impl Tables {
+    /// Tables of so many bytes at most.
+    pub(super) fn new(capacity_bytes: usize) -> (Self, TableMaker) {
+        let trees = Arc::new(TreeCache::new(capacity_bytes));
+        let (jobs, inbox) = sync_channel(QUEUE);
+        let tables = Self {
+            trees: trees.clone(),
+            jobs,
+        };
+        (tables, TableMaker { trees, inbox })
     }
 
-    /// No tables are made: every search is answered by A*.
-    pub(super) fn idle() -> Self {
-        let (jobs, _) = sync_channel(1);
-        Self { jobs }
+    /// Those that there are.
+    pub(super) fn trees(&self) -> &TreeCache {
+        &self.trees
     }
 
     /// Asks for a destination's table, unless it is there.
@@ -100,7 +117,7 @@ impl TreeBuilder {
     }
 }
 
-fn work(inbox: &Receiver<TreeJob>, world: &ArcSwap<Snapshot>, trees: &TreeCache) {
+fn work(inbox: &Receiver<TreeJob>, in_service: &dyn Fn() -> Arc<Airspace>, trees: &TreeCache) {
     let mut workbench: Option<TreeBuilder> = None;
     while let Ok(first) = inbox.recv() {
         begin_turn();
@@ -112,8 +129,7 @@ fn work(inbox: &Receiver<TreeJob>, world: &ArcSwap<Snapshot>, trees: &TreeCache)
                 TreeJob::Renewal => is_renewal = true,
             }
         }
-        let snapshot = world.load_full();
-        let airspace = snapshot.airspace();
+        let airspace = &in_service();
         let current = airspace.topology_revision();
         // Whoever asked on a network that is gone asks again on the next.
         let jobs = jobs.into_iter().filter(|&(_, on)| on == current);

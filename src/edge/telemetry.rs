@@ -4,8 +4,10 @@ use super::Edge;
 use super::conformance::{flown, rests};
 use super::drones::Sighting;
 use super::places::Untaken;
+use super::planner::Concern;
 use super::snapshot::Snapshot;
 use super::views;
+use super::words;
 use crate::access::Caller;
 use crate::geo::AltitudeReference;
 use crate::intake::{PageRequest, token};
@@ -34,7 +36,7 @@ impl Edge {
         batch: wire::Telemetry,
     ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         self.check_batch("positions", batch.positions.len())?;
-        if self.flights.is_none() {
+        if !self.planner.minds(Concern::Telemetry, None) {
             return self.take_positions(caller, batch);
         }
         // Drones off their plans are answered, which takes a search each.
@@ -77,13 +79,13 @@ impl Edge {
         let drones = found.into_iter().map(|(id, sighting)| wire::DroneState {
             plan_id: snapshot
                 .plan_of_drone(&id)
-                .map(|plan| views::text(&plan.id)),
+                .map(|plan| words::text(&plan.id)),
             stands_at: snapshot
                 .landed_plan(&id)
-                .map(|(_, landed)| views::node_id(snapshot.topology(), landed.node)),
-            id: views::text(&id),
+                .map(|(_, landed)| words::node_id(snapshot.topology(), landed.node)),
+            id: words::text(&id),
             location: sighting.coordinates,
-            seen_at: views::instant(sighting.seen_at),
+            seen_at: words::instant(sighting.seen_at),
             altitude_m: sighting.altitude_m,
             altitude_reference: sighting.altitude_reference.map(reference_name),
             airborne: sighting.airborne,
@@ -119,7 +121,7 @@ impl Edge {
                     "'{}' may not speak for drone '{}'",
                     caller.subject, entry.drone_id
                 );
-                warnings.push(views::warning("drone_not_yours", &message));
+                warnings.push(words::warning("drone_not_yours", &message));
                 false
             }
             Some(entry) => self.see(entry, snapshot, now, &mut warnings),
@@ -137,13 +139,13 @@ impl Edge {
         if let Some(record) = &answered {
             *answers_left -= 1;
             let topology = record.airspace.topology();
-            let version = self.proposed_by(record);
+            let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
             return wire::Position {
                 drone_id: drone_id.map(Cow::Owned),
                 accepted,
-                plan_id: plan.map(|plan| views::text(&plan.id)),
+                plan_id: plan.map(|plan| words::text(&plan.id)),
                 affected: version.is_some(),
-                wanted: version.map(|version| views::version(topology, &version)),
+                wanted: version.map(|version| views::version(topology, version)),
                 recomposition_id: Some(Cow::Owned(record.id())),
                 warnings,
             };
@@ -151,7 +153,7 @@ impl Edge {
         wire::Position {
             drone_id: drone_id.map(Cow::Owned),
             accepted,
-            plan_id: plan.map(|plan| views::text(&plan.id)),
+            plan_id: plan.map(|plan| words::text(&plan.id)),
             affected: plan.is_some_and(|plan| snapshot.is_affected(plan)),
             wanted: wanted.map(|wanted| views::version(snapshot.topology(), wanted)),
             recomposition_id: None,
@@ -168,7 +170,7 @@ impl Edge {
     ) -> bool {
         let Some(coordinates) = place_of(&entry.location, snapshot) else {
             let message = "'location' is not a place of this network; longitude comes first";
-            warnings.push(views::warning("location_ignored", message));
+            warnings.push(words::warning("location_ignored", message));
             return false;
         };
         let stated = entry.timestamp.as_deref();
@@ -176,12 +178,12 @@ impl Edge {
         let seen_at = match (stated, seen_at) {
             (Some(text), None) => {
                 let message = format!("'{text}' is not an instant in RFC 3339; now is taken");
-                warnings.push(views::warning("timestamp_ignored", &message));
+                warnings.push(words::warning("timestamp_ignored", &message));
                 now
             }
             (_, Some(seen_at)) if seen_at.duration_since(now) > AHEAD_MAX => {
                 let message = format!("{seen_at} is ahead of {now}; now is taken");
-                warnings.push(views::warning("timestamp_ahead", &message));
+                warnings.push(words::warning("timestamp_ahead", &message));
                 now
             }
             (_, seen_at) => seen_at.unwrap_or(now),
@@ -200,7 +202,7 @@ impl Edge {
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
         if let Err(why) = self.judge_place(snapshot, plan, &entry.drone_id, &sighting) {
-            warnings.push(views::warning(why.code(), &why.to_string()));
+            warnings.push(words::warning(why.code(), &why.to_string()));
             return false;
         }
         let rests = plan.and_then(|plan| {
@@ -225,7 +227,7 @@ impl Edge {
         }
         if !taken {
             let why = Untaken::Outdated;
-            warnings.push(views::warning(why.code(), &why.to_string()));
+            warnings.push(words::warning(why.code(), &why.to_string()));
         }
         taken
     }
@@ -254,7 +256,7 @@ fn read_entry(
             let is_known = FIELDS.contains(&name.as_str());
             if !is_known {
                 let message = format!("the field '{name}' is not known and ignored");
-                warnings.push(views::warning("unknown_field", &message));
+                warnings.push(words::warning("unknown_field", &message));
             }
             is_known
         });
@@ -262,12 +264,12 @@ fn read_entry(
     match serde_json::from_value::<wire::TelemetryEntry>(entry) {
         Ok(entry) if entry.drone_id.is_empty() || entry.drone_id.len() > DRONE_ID_BYTES_MAX => {
             let message = format!("'drone_id' has to have 1 to {DRONE_ID_BYTES_MAX} bytes");
-            warnings.push(views::warning("drone_id_invalid", &message));
+            warnings.push(words::warning("drone_id_invalid", &message));
             None
         }
         Ok(entry) => Some(entry),
         Err(error) => {
-            warnings.push(views::warning("position_unreadable", &error.to_string()));
+            warnings.push(words::warning("position_unreadable", &error.to_string()));
             None
         }
     }
@@ -302,7 +304,7 @@ fn reference(
         Some(other) => {
             let message =
                 format!("'altitude_reference' is 'amsl', 'agl' or 'wgs84', not '{other}'");
-            warnings.push(views::warning("altitude_reference_ignored", &message));
+            warnings.push(words::warning("altitude_reference_ignored", &message));
             None
         }
     }
@@ -326,6 +328,6 @@ fn fraction(value: Option<f64>, warnings: &mut Vec<wire::Warning<'static>>) -> O
         false => String::new(),
     };
     let message = format!("'battery_fraction' {value} is not between 0 and 1{hint}");
-    warnings.push(views::warning("battery_ignored", &message));
+    warnings.push(words::warning("battery_ignored", &message));
     None
 }

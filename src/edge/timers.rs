@@ -1,6 +1,6 @@
 //! What is to happen by itself, and when. A timer that comes due is checked against the state then, so none is ever cancelled.
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -47,5 +47,22 @@ impl Timers {
         (key.0 <= now)
             .then(|| self.by_instant.remove(&key))
             .flatten()
+    }
+}
+
+/// What was last heard of the clock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HeardClock {
+    /// How far the wall clock is ahead of the time, while it is doubted.
+    pub(super) apart: Option<SignedDuration>,
+    pub(super) confirmations: u64,
+    /// Whether windows have to be looked at though no time has passed.
+    pub(super) has_turned: bool,
+}
+
+impl HeardClock {
+    /// How far the stepped clock is behind the time, as a negative span; zero where it is not.
+    pub(super) fn behind(&self) -> SignedDuration {
+        self.apart.unwrap_or_default().min(SignedDuration::ZERO)
     }
 }

@@ -44,7 +44,7 @@ pub(super) fn of_publication() -> Span {
 
 /// Writes into its span, and into the log, what an answer came to.
 pub(super) fn tell(span: &Span, record: &AnswerRecord) {
-    let answer = &record.answer;
+    let answer = record.answer.told();
     tracing::debug!(
         recomposition_id = record.id(),
         outcome = answer.outcome.name(),

@@ -1,20 +1,22 @@
 //! The state of the edge in the words of the wire.
 
+use super::entries::{AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
 use super::fleet::{self, Detour};
-use super::flights::{DetourEnd, FlownVersion};
+use super::plan_entry::PlanEntry;
+use super::planner::{DetourEnd, FlownVersion, Version, later};
 use super::settings::Settings;
-use super::snapshot::{
-    ClosureEntry, PendingReview, PlanEntry, ProposalEntry, Snapshot, Version, ZoneEntry, later,
-};
+use super::snapshot::Snapshot;
 use super::stretches::Stretch;
+use super::words::{
+    instant, node_id, node_ids, outcome, outcome_name, path, reference_name, segment_ids, text,
+    warning,
+};
 use crate::airspace::{Cause, Closure};
 use crate::compose::{Composition, Contingency};
 use crate::flight::LegCourse;
 use crate::formats::{waypoint, zone_to_feature};
-use crate::geo::AltitudeReference;
-use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::network::Topology;
 use crate::recompose::Outcome;
-use crate::routing::Path;
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -25,65 +27,10 @@ use std::sync::Arc;
 pub(super) const IDS_MAX: usize = 1_000;
 /// At most this many plans are told in the answer to one write.
 pub(super) const PLANS_TOLD_MAX: usize = 100;
+/// At most this many causes of one alarm are told.
+pub(super) const CAUSES_MAX: usize = 100;
 /// At most this many conflicts of one plan are told.
 const CONFLICTS_MAX: usize = 100;
-
-pub(super) fn node_id(topology: &Topology, node: NodeIx) -> wire::Id<'static> {
-    wire::Id::new(topology.node_id(node).to_owned())
-}
-
-pub(super) fn node_ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<wire::Id<'static>> {
-    nodes.iter().map(|&node| node_id(topology, node)).collect()
-}
-
-pub(super) fn segment_ids(topology: &Topology, segments: &[SegmentIx]) -> Vec<Cow<'static, str>> {
-    let ids = segments.iter().map(|&segment| topology.segment_id(segment));
-    ids.map(|id| Cow::Owned(id.into_owned())).collect()
-}
-
-pub(super) fn text(text: &str) -> Cow<'static, str> {
-    Cow::Owned(text.to_owned())
-}
-
-/// The network, as answers name it.
-pub(super) fn network_name(topology: &Topology) -> wire::NetworkName<'_> {
-    wire::NetworkName {
-        name: Cow::Borrowed(topology.name()),
-        sha256: Cow::Borrowed(topology.fingerprint_text()),
-    }
-}
-
-pub(super) fn instant(instant: Timestamp) -> Cow<'static, str> {
-    Cow::Owned(instant.to_string())
-}
-
-pub(super) fn path(topology: &Topology, way: &Path) -> wire::Path<'static> {
-    wire::Path {
-        nodes: node_ids(topology, &way.nodes),
-        segments: segment_ids(topology, &way.segments),
-    }
-}
-
-pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
-    match outcome {
-        Outcome::Rerouted => wire::Outcome::Rerouted,
-        Outcome::Unaffected => wire::Outcome::Unaffected,
-        Outcome::Hold => wire::Outcome::Hold,
-        Outcome::Diverted => wire::Outcome::Diverted,
-        Outcome::NoRoute => wire::Outcome::NoRoute,
-    }
-}
-
-pub(super) fn outcome_name(outcome: Option<Outcome>) -> &'static str {
-    outcome.map_or("composed", Outcome::name)
-}
-
-pub(super) fn warning(code: impl Into<Cow<'static, str>>, message: &str) -> wire::Warning<'static> {
-    wire::Warning {
-        code: code.into(),
-        message: text(message),
-    }
-}
 
 /// The zone as a GeoJSON feature.
 pub(super) fn zone_feature(entry: &ZoneEntry) -> Value {
@@ -244,11 +191,6 @@ fn geometry(topology: &Topology, course: &LegCourse) -> Vec<wire::Waypoint> {
     let corners = course.corners.iter();
     let waypoints = corners.map(|corner| waypoint(topology, corner.place, corner.height_m));
     waypoints.collect()
-}
-
-/// What a height is measured from, by its name on the wire.
-pub(super) fn reference_name(reference: AltitudeReference) -> Cow<'static, str> {
-    Cow::Borrowed(reference.name())
 }
 
 /// The legs of a composition that departs at an instant, with how they are flown where that was computed.
@@ -445,8 +387,35 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
             (Outcome::Unaffected, Some(_)) => wire::Outcome::Rerouted,
             (told, _) => outcome(told),
         },
-        path: path(topology, &detour.way()),
+        path: path(topology, detour.way()),
         extra_m: detour.extra_m,
         version: detour.version,
+    }
+}
+
+/// The id of an alarm.
+pub(super) fn alarm_id(lineage: u64, number: u64) -> String {
+    format!("alarm-{lineage}-{number}")
+}
+
+/// An alarm in the words of the wire.
+pub(super) fn alarm_view(lineage: u64, entry: &AlarmEntry) -> wire::Alarm<'static> {
+    let draft = &entry.draft;
+    let acknowledged = entry.acknowledged.as_ref();
+    let causes = draft.causes.iter().take(CAUSES_MAX);
+    wire::Alarm {
+        id: Cow::Owned(alarm_id(lineage, entry.number)),
+        kind: draft.kind,
+        at: instant(entry.raised_at),
+        renewed_at: instant(entry.renewed_at),
+        count: entry.count,
+        plan_id: draft.plan.as_deref().map(text),
+        drone_id: draft.drone.as_deref().map(text),
+        recomposition_id: draft.recomposition.as_deref().map(text),
+        causes: causes.map(|id| text(id)).collect(),
+        message: text(&draft.message),
+        acknowledged_at: acknowledged.map(|(at, _)| instant(*at)),
+        acknowledged_by: acknowledged.map(|(_, by)| text(by)),
+        ended_at: entry.ended_at.map(instant),
     }
 }

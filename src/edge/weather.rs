@@ -1,18 +1,14 @@
 //! The weather: wind over the network, as one document.
 
 use super::Edge;
-use super::commands::{Command, Done};
+use super::commands::{Command, Done, unexpected};
 use super::snapshot::Snapshot;
-use super::zones::unexpected;
+use super::words::weather_etag;
 use crate::access::Caller;
 use crate::intake::{Expected, read_weather};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
-use sha2::{Digest, Sha256};
 use std::sync::Arc;
-
-/// So many bytes of the digest of a weather are its version.
-const VERSION_BYTES: usize = 8;
 
 impl Edge {
     /// The weather as it is stated.
@@ -59,10 +55,4 @@ impl Edge {
             stamp: self.stamp_of(snapshot),
         }
     }
-}
-
-/// The version of a weather as an entity tag, quoted: the same weather has the same.
-pub(super) fn weather_etag(text: &str) -> String {
-    let digest = Sha256::digest(text.as_bytes());
-    format!("\"{}\"", super::answered::hex(&digest[..VERSION_BYTES]))
 }

@@ -8,7 +8,7 @@ use super::background::{begin_turn, give_way};
 use super::commands::{Command, Reply};
 use super::events::Events;
 use super::fleet::Detour;
-use super::offers::Opened;
+use super::opened::Opened;
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::store::{Store, Waiting};

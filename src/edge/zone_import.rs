@@ -2,22 +2,38 @@
 
 use super::Edge;
 use super::background::give_way;
-use super::commands::{Command, Done, FeedChanges, FeedUpdate};
+use super::commands::unexpected;
+use super::commands::{Command, Done};
 use super::fleet::Detour;
 use super::snapshot::Snapshot;
+use super::state_import::{FeedChanges, FeedUpdate};
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
-use super::zones::{FeedImport, unexpected};
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure, Zone};
-use crate::formats::{FeedNote, FeedTerms, FeedZone, ZoneCode, ZoneFeed, read_feed};
+use crate::formats::{
+    FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, ZoneCode, ZoneFeed, read_feed,
+};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, Fault, ImportAction};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+/// How large a feed may be, in bytes.
+pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
 /// The longest name of a feed and the longest prefix, in bytes.
 const NAME_MAX: usize = 100;
+
+/// How a feed is imported.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FeedImport {
+    /// Its name: what is absent from it the next time is lifted.
+    pub feed: String,
+    /// What is put before each identifier to make the id of a zone.
+    pub prefix: String,
+    /// The same checks and the same answer, without effect.
+    pub validate_only: bool,
+}
 
 /// A feed that has been read, with what its zones close, and the state that it was worked out on.
 struct ReadFeed {
@@ -40,8 +56,8 @@ struct Imported<'a> {
 }
 
 impl Edge {
-    /// Imports a feed of zones: its valid zones apply, those that are refused are told and keep
-    /// their last version, and those that it has no more are lifted.
+    /// Imports a feed of zones: its valid zones apply, those that are refused are told and keep their last version, and those
+    /// that it has no more are lifted.
     ///
     /// # Errors
     /// When the feed as a whole cannot be read, or there would be too many zones.

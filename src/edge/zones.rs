@@ -4,16 +4,18 @@
 //! tells which plans it meets.
 
 use super::Edge;
-use super::commands::{Command, Done, Outcome};
+use super::commands::{Command, Done, Outcome, unexpected};
 use super::effects;
+use super::entries::ZoneEntry;
 use super::fleet::{self, Detour, DetourMeans};
+use super::progress;
 use super::replies::Idempotency;
-use super::snapshot::{Snapshot, ZoneEntry};
+use super::snapshot::Snapshot;
 use super::state::check_expected;
 use super::views;
 use crate::access::Caller;
 use crate::airspace::{Change, Closure, Hits, Zone};
-use crate::formats::{MAX_FEED_BYTES, ZoneId, write_ed318, zone_to_feature};
+use crate::formats::{ZoneId, write_ed318, zone_to_feature};
 use crate::intake::{Expected, PageRequest, read_zone, slice, token};
 use crate::refusal::{Code, Refusal};
 use crate::wire;
@@ -22,8 +24,6 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// How large a feed may be, in bytes.
-pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
 /// The longest reason, in characters.
 const REASON_MAX: usize = 256;
 
@@ -34,17 +34,6 @@ pub struct ZoneWrite {
     pub id: Option<String>,
     /// Entity tags of the version it replaces, as in `If-Match`.
     pub if_match: Option<String>,
-    /// The same checks and the same answer, without effect.
-    pub validate_only: bool,
-}
-
-/// How a feed is imported.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FeedImport {
-    /// Its name: what is absent from it the next time is lifted.
-    pub feed: String,
-    /// What is put before each identifier to make the id of a zone.
-    pub prefix: String,
     /// The same checks and the same answer, without effect.
     pub validate_only: bool,
 }
@@ -354,8 +343,7 @@ impl Edge {
         .await?
     }
 
-    /// The airspace after some changes, and what the drones of the plans would be told that any of
-    /// these closures meets.
+    /// The airspace after some changes, and what the drones of the plans would be told that any of these closures meets.
     pub(super) fn imagine(
         &self,
         snapshot: &Snapshot,
@@ -369,32 +357,23 @@ impl Edge {
             .filter_map(|closure| airspace.closure(&closure.id).cloned())
             .collect();
         let means = DetourMeans {
-            snapshot,
-            airspace: &airspace,
-            // Tables know standings by number, and the number of an imagined world may come again for another.
-            trees: None,
+            scene: snapshot.scene_in(&airspace, now),
+            planner: &*self.planner,
             drones: &self.drones,
-            flights: self.flights.as_deref(),
-            now,
         };
         let topology = airspace.topology();
-        let mut scratch = self.scratches.take(topology);
         let mut detours = Vec::new();
         for plan in snapshot.plans.values().filter(|plan| plan.is_active()) {
-            let Some(progress) = fleet::progress(topology, plan, &self.drones, now) else {
+            let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
                 continue;
             };
-            let is_met = |closure: &Arc<Closure>| fleet::is_met(plan, &progress, closure, &means);
+            let ahead = progress::ahead(plan, &progress);
+            let is_met =
+                |closure: &Arc<Closure>| self.planner.is_met(means.scene, plan, ahead, closure);
             if closures.iter().any(is_met) {
-                detours.push(fleet::detour(plan, &progress, &means, &mut scratch));
+                detours.push(fleet::detour(plan, &progress, &means));
             }
         }
-        self.scratches.give_back(scratch);
         (airspace, detours)
     }
-}
-
-/// The writer answers every command in kind; anything else is a defect.
-pub(super) fn unexpected() -> Refusal {
-    Refusal::new(Code::Internal, "the writer gave an answer of another kind")
 }

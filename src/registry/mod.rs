@@ -13,6 +13,7 @@ mod high_water;
 mod networks;
 mod objects;
 mod postgres;
+mod probes;
 mod refused;
 mod settings;
 mod snapshot;
@@ -37,6 +38,7 @@ use crate::clock::Clock;
 use crate::planted::{self, Bug};
 use followers::Followers;
 use heads::Heads;
+use probes::Probes;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
@@ -45,7 +47,6 @@ use std::sync::{Arc, Mutex};
 use store::{Identity, Store, StoreError};
 use thiserror::Error;
 use topologies::Topologies;
-use upkeep::Probes;
 
 /// Why a registry cannot be opened.
 #[derive(Debug, Error)]

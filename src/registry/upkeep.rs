@@ -4,9 +4,8 @@ use super::Registry;
 use super::store::{Compaction, NetworkState};
 use crate::refusal::Refusal;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::sync::Mutex;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_util::sync::CancellationToken;
 
@@ -16,14 +15,6 @@ const LOOK_EVERY: Duration = Duration::from_secs(1);
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 /// A store that takes longer to say that it is there is not.
 const PATIENCE: Duration = Duration::from_secs(5);
-
-/// Those who ask whether a registry is ready, one after the other.
-#[derive(Debug, Default)]
-pub(super) struct Probes {
-    turn: Mutex<()>,
-    /// How many looks at the store were begun for them.
-    begun: AtomicU64,
-}
 
 impl Registry {
     /// Whether the store answers now. Whoever asks while another one looks waits for one further look at most, so that a

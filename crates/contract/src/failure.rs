@@ -2,7 +2,7 @@
 
 use super::id::{Id, Place, with_ids_as_text};
 use super::recomposition::{FailureType, Scope, Strategy};
-use super::weight::{text_bytes, value_bytes};
+use super::weight::value_bytes;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -125,13 +125,34 @@ pub struct FailureReport {
 }
 
 impl FailureReport {
-    /// About how many bytes of memory it takes, with all that its sender put into it.
+    /// About how many bytes of memory it takes beside itself: all of any length that its sender put into it.
     pub fn bytes(&self) -> usize {
-        let zone = self.zone.as_ref().map_or(0, value_bytes);
-        let close: usize = self.close.iter().flatten().map(value_bytes).sum();
-        // Ids take more than their digits.
-        let path = self.remaining_path.as_ref().map_or(0, Vec::len);
-        text_bytes(self) + zone + close + size_of::<Id<'_>>() * path
+        let places = [&self.location, &self.cause_location];
+        let places = places.into_iter().flatten().map(|place| match place {
+            Place::Node(id) => Some(id),
+            Place::Pair(_) | Place::Planar { .. } => None,
+        });
+        let ends = self.service.iter();
+        let ends = ends.flat_map(|service| [service.from.as_ref(), service.to.as_ref()]);
+        let ids = [&self.id, &self.node, &self.destination].map(Option::as_ref);
+        let ids = ids.into_iter().chain(ends).chain(places).flatten();
+        let ids = ids.chain(self.remaining_path.iter().flatten());
+        let of_drone = self.drone.iter();
+        let of_drone = of_drone.flat_map(|drone| [drone.id.as_ref(), drone.airframe.as_ref()]);
+        let of_service = self.service.iter().map(|service| service.plan_id.as_ref());
+        let texts = [
+            &self.altitude_reference,
+            &self.timestamp,
+            &self.objective,
+            &self.deadline,
+        ];
+        let texts = texts.map(Option::as_ref).into_iter();
+        let texts = texts.chain(of_drone).chain(of_service).flatten();
+        let values = self.zone.iter().chain(self.close.iter().flatten());
+        ids.map(|id| size_of_val(id) + id.text().len())
+            .sum::<usize>()
+            + texts.map(String::len).sum::<usize>()
+            + values.map(value_bytes).sum::<usize>()
     }
 }
 
@@ -248,4 +269,50 @@ fn object<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
         }
     }
     deserializer.deserialize_any(ObjectVisitor(PhantomData))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// Every place of a text, as JSON Pointers.
+    fn texts(at: &str, value: &Value, found: &mut Vec<String>) {
+        match value {
+            Value::String(_) => found.push(at.to_owned()),
+            Value::Array(values) => {
+                let each = values.iter().enumerate();
+                each.for_each(|(place, value)| texts(&format!("{at}/{place}"), value, found));
+            }
+            Value::Object(members) => {
+                let each = members.iter();
+                each.for_each(|(name, value)| texts(&format!("{at}/{name}"), value, found));
+            }
+            Value::Null | Value::Bool(_) | Value::Number(_) => {}
+        }
+    }
+
+    #[test]
+    fn whatever_has_any_length_counts() {
+        let full = json!({
+            "id": "r", "node": "n", "altitude_reference": "agl", "timestamp": "now",
+            "service": {"plan_id": "p", "from": "a", "to": "b"},
+            "location": {"node": "a"}, "cause_location": {"node": "b"},
+            "zone": {"type": "Feature", "properties": {"name": "z"}},
+            "drone": {"id": "d", "airframe": "m100"},
+            "remaining_path": ["a", "b"], "destination": "b",
+            "objective": "time", "deadline": "soon", "close": ["a-b"],
+        });
+        let mut places = Vec::new();
+        texts("", &full, &mut places);
+        assert_eq!(places.len(), 19);
+        let read = |value: &Value| FailureReport::deserialize(value).expect("a report");
+        let before = read(&full).bytes();
+        for place in places {
+            let mut longer = full.clone();
+            // As long as an id may be.
+            *longer.pointer_mut(&place).expect("is there") = Value::from("x".repeat(256));
+            assert!(read(&longer).bytes() >= before + 240, "{place}");
+        }
+    }
 }

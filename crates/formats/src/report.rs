@@ -1,9 +1,10 @@
 //! A failure report as a JSON value, read and settled at once: a line of a requests file.
 
 use super::report_close::check_close;
+use super::report_known::{CloseTarget, Known};
 use super::report_parse::lenient_report;
 use super::report_problem::{ReadWarning, ReportProblem};
-use super::report_resolve::{CloseTarget, Known, resolve_report};
+use super::report_resolve::resolve_report;
 use crate::airspace::Airspace;
 use crate::recompose::Request;
 use serde_json::Value;

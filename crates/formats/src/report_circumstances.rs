@@ -1,8 +1,8 @@
 //! What a failure report says of its drone beside its place: whether it is in the air, how fast, and what has failed.
 
+use super::report_known::Known;
 use super::report_names::find_named;
 use super::report_problem::{ReadWarning, cut};
-use super::report_resolve::Known;
 use super::wire_terms::IntoTerm;
 use crate::flight::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, FailedPads, FailureType, Location,

@@ -1,8 +1,8 @@
 //! What a line of a requests file closes beforehand: node ids, segment ids, and `[A, B]` for segments.
 
 use super::identifier::{find_node, id_text};
+use super::report_known::CloseTarget;
 use super::report_problem::{ReadWarning, ReportProblem};
-use super::report_resolve::CloseTarget;
 use crate::network::Topology;
 use serde_json::Value;
 

@@ -1,10 +1,10 @@
 //! Which leg a drone was on, what lay ahead of it, and where it goes: from what a report says, then from what is known.
 
+use super::report_known::KnownPlan;
 use super::report_names::Names;
 use super::report_nearest::{leg_from, nearest_leg, nearest_node, nearest_segment, oriented};
 use super::report_place::Spot;
 use super::report_problem::{ReadWarning, ReportProblem};
-use super::report_resolve::KnownPlan;
 use crate::network::{NodeIx, Topology};
 
 /// A drone within this many metres of a segment may well be on it.

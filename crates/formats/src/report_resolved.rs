@@ -1,8 +1,9 @@
 //! A settled report written out: all that was looked up or assumed, in the words of the wire.
 
 use super::identifier::node_id;
+use super::report_known::CloseTarget;
 use super::report_place::Written;
-use super::report_resolve::{CloseTarget, ResolvedReport};
+use super::report_resolve::ResolvedReport;
 use super::wire_terms::IntoTerm;
 use super::zones::zone_to_feature;
 use crate::flight::{Aloft, DEFAULT_AIRSPEED_MPS};

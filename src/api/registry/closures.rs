@@ -96,10 +96,7 @@ pub(super) async fn get_closure(
             ),
         ),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_closure(
@@ -149,12 +146,8 @@ pub(super) async fn create_closure(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_closure(
@@ -186,11 +179,8 @@ pub(super) async fn put_closure(
     ),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn delete_closure(

@@ -105,12 +105,8 @@ pub(super) async fn get_network(
     responses(
         (status = 200, description = "It was there before, or `validate_only`.", body = Written),
         (status = 201, description = "It is new.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_network(
@@ -142,11 +138,8 @@ pub(super) async fn put_network(
     request_body(content = NetworkPatch, description = "What is to change."),
     responses(
         (status = 200, description = "It is changed, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn patch_network(

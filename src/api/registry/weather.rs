@@ -64,11 +64,8 @@ pub(super) async fn get_weather(
     responses(
         (status = 200, description = "It was stated before, or `validate_only`.", body = Written),
         (status = 201, description = "It is stated for the first time.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_weather(

@@ -93,10 +93,7 @@ pub(super) async fn get_zone(
             ),
         ),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_zone(
@@ -144,12 +141,8 @@ pub(super) async fn create_zone(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_zone(
@@ -181,11 +174,8 @@ pub(super) async fn put_zone(
     ),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn delete_zone(

@@ -87,10 +87,7 @@ pub(super) async fn get_closure(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_closure(
@@ -129,10 +126,8 @@ pub(super) async fn create_closure(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
+        refusals::Write,
         (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
 pub(super) async fn change_closure(

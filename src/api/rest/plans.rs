@@ -112,10 +112,7 @@ impl CancelParameters {
             body = Plan,
             headers(("Location" = String, description = "The path of the plan.")),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_plan(
@@ -205,9 +202,7 @@ pub(super) async fn get_plan(
     ),
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn cancel_plan(
@@ -236,9 +231,7 @@ pub(super) async fn cancel_plan(
     request_body(content = Ack, example = json!({"version": 2})),
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn acknowledge_plan(
@@ -266,9 +259,7 @@ pub(super) async fn acknowledge_plan(
     request_body(content = Decline, example = json!({"version": 2, "reason": "obstacle"})),
     responses(
         (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn decline_plan(
@@ -296,9 +287,7 @@ pub(super) async fn decline_plan(
     request_body(content = Completion, example = json!({"location": {"node": "450"}})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn complete_plan(
@@ -326,9 +315,7 @@ pub(super) async fn complete_plan(
     request_body(content = Release, example = json!({"ended_as": "delivered"})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
     ),
 )]
 pub(super) async fn release_plan(

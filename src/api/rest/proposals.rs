@@ -42,10 +42,7 @@ pub(super) async fn list_proposals(
                 ("Skyway-Clock" = String, description = "`real` or `simulated`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn accept_proposal(

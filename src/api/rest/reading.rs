@@ -46,9 +46,12 @@ impl<S: Sync> FromRequest<S> for DroneJsonBody {
     type Rejection = Refused;
 
     async fn from_request(request: Request<Body>, _: &S) -> Result<Self, Refused> {
-        let stated = media_type(request.headers());
-        let is_unchosen = stated.is_none_or(|essence| UNCHOSEN.contains(&essence.as_str()));
-        if !is_unchosen {
+        let is_unchosen = |essence: &str| {
+            UNCHOSEN
+                .iter()
+                .any(|known| known.eq_ignore_ascii_case(essence))
+        };
+        if !media_type(request.headers()).is_none_or(is_unchosen) {
             check_media_type(request.headers())?;
         }
         whole_body(request).await.map(Self)
@@ -70,21 +73,24 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Refusal> {
     let Some(essence) = media_type(headers) else {
         return Ok(());
     };
-    if essence == "application/json" || essence.ends_with("+json") {
+    let suffix = essence.rsplit_once('+').map(|(_, suffix)| suffix);
+    if essence.eq_ignore_ascii_case("application/json")
+        || suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("json"))
+    {
         return Ok(());
     }
     let detail = format!(
         "the media type '{}' is not read here; send JSON, and Content-Type: application/json",
-        cut(&essence)
+        cut(&essence.to_ascii_lowercase())
     );
     Err(Refusal::new(Code::MediaTypeUnsupported, detail))
 }
 
 /// The media type that is stated, without its parameters.
-fn media_type(headers: &HeaderMap) -> Option<String> {
+fn media_type(headers: &HeaderMap) -> Option<&str> {
     let stated = headers.get(header::CONTENT_TYPE)?;
     let essence = stated.to_str().unwrap_or_default().split(';').next();
-    Some(essence.unwrap_or_default().trim().to_ascii_lowercase())
+    Some(essence.unwrap_or_default().trim())
 }
 
 /// Reads a body, of which `what` says what it is.

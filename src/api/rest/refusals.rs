@@ -2,10 +2,11 @@
 
 use crate::api::problem::{self, Row};
 use http::StatusCode;
-use utoipa::ToResponse;
+use std::collections::BTreeMap;
 use utoipa::openapi::header::{Header, HeaderBuilder};
 use utoipa::openapi::schema::{ObjectBuilder, Type};
 use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response, ResponseBuilder};
+use utoipa::{IntoResponses, ToResponse};
 
 macro_rules! refusals {
     ($($name:ident $status:ident;)*) => {
@@ -45,6 +46,40 @@ refusals! {
     ServiceUnavailable SERVICE_UNAVAILABLE;
     InsufficientStorage INSUFFICIENT_STORAGE;
     GatewayTimeout GATEWAY_TIMEOUT;
+}
+
+macro_rules! groups {
+    ($($(#[$doc:meta])* $name:ident $refusals:tt;)*) => {$(
+        $(#[$doc])*
+        pub(crate) enum $name {}
+
+        impl IntoResponses for $name {
+            fn responses() -> BTreeMap<String, RefOr<Response>> {
+                references(&$refusals)
+            }
+        }
+    )*};
+}
+
+groups! {
+    /// What a write may meet.
+    Write ["Conflict", "UnprocessableContent", "InsufficientStorage"];
+    /// What a write may meet that makes something new, of which there may be too many.
+    Creation ["Conflict", "UnprocessableContent", "TooManyRequests", "InsufficientStorage"];
+    /// What a write may meet that names the version it takes the place of.
+    Version ["PreconditionFailed", "PreconditionRequired"];
+}
+
+fn references(names: &[&str]) -> BTreeMap<String, RefOr<Response>> {
+    let named = all()
+        .into_iter()
+        .filter(|(_, name, _)| names.contains(name));
+    named
+        .map(|(status, name, _)| {
+            let reference = RefOr::Ref(Ref::from_response_name(name));
+            (status.as_str().to_owned(), reference)
+        })
+        .collect()
 }
 
 fn response(status: StatusCode) -> Response {

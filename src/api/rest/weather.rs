@@ -69,11 +69,8 @@ pub(super) async fn get_weather(
             body = WeatherAnswer,
             headers(("ETag" = String, description = "Its version, for `If-Match`.")),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Write,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_weather(

@@ -73,10 +73,7 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
             ),
         ),
         (status = 200, description = "With `validate_only`: what the answer would be.", body = ZoneAck),
-        (status = 409, response = refusals::Conflict),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
     ),
 )]
 pub(super) async fn create_zone(
@@ -136,12 +133,8 @@ pub(super) async fn create_zone(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
             ),
         ),
-        (status = 409, response = refusals::Conflict),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 422, response = refusals::UnprocessableContent),
-        (status = 428, response = refusals::PreconditionRequired),
-        (status = 429, response = refusals::TooManyRequests),
-        (status = 507, response = refusals::InsufficientStorage),
+        refusals::Creation,
+        refusals::Version,
     ),
 )]
 pub(super) async fn put_zone(
@@ -178,8 +171,7 @@ pub(super) async fn put_zone(
     ),
     responses(
         (status = 200, description = "What was lifted.", body = ZoneAck),
-        (status = 412, response = refusals::PreconditionFailed),
-        (status = 428, response = refusals::PreconditionRequired),
+        refusals::Version,
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]

@@ -9,7 +9,9 @@ use super::edge::{admit, prepare, runtime, write_ports};
 use super::network_source;
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use crate::config::{Configuration, EffectiveConfig, Flag, RegistryConfig, Sources, resolve};
+use crate::config::{
+    Configuration, EdgeConfig, EffectiveConfig, Flag, RegistryConfig, Sources, resolve,
+};
 use crate::demo::{Fleet, fly};
 use crate::process::service::Service;
 use crate::process::{logs, signals};
@@ -126,7 +128,7 @@ impl Demo {
         started: &str,
         folder: &Path,
         registry: SocketAddr,
-    ) -> Result<EffectiveConfig, Stop> {
+    ) -> Result<EffectiveConfig<EdgeConfig>, Stop> {
         let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
         let (flag, listen, admin, store) = match which {
             Which::First => (

@@ -1,10 +1,10 @@
-//! Computes a cell: its failures on several threads, its times on one.
+//! Computes a cell: its networks and failures on several threads, its times on one.
 
 use crate::cli::clock;
 use crate::cli::stop::Stop;
 use crate::evaluate::record::NetworkFacts;
 use crate::evaluate::{
-    CellPlan, CellRows, Failed, Repetitions, Subject, Timer, draw, fail, measure, median,
+    CellPlan, CellRows, Failed, Network, Repetitions, Subject, Timer, draw, fail, measure,
 };
 use crate::routing::Searcher;
 use rayon::ThreadPool;
@@ -26,36 +26,40 @@ pub(super) fn compute(
     seed: u64,
     repetitions: Repetitions,
     pool: &ThreadPool,
-    progress: impl FnMut(usize),
+    mut progress: impl FnMut(usize),
 ) -> Result<CellRows, Stop> {
-    let subject = Subject::load(plan).map_err(Stop::failed)?;
-    let failures = drawn(plan, seed, &subject, pool);
-    let wrong = |error| Stop::failed(format!("cell {}: {error}", plan.name));
-    let measured =
-        measure(&subject, &failures, repetitions, &mut Clock, progress).map_err(wrong)?;
-    let mut lengths_m: Vec<f64> = measured
-        .failures
-        .iter()
-        .map(|failure| failure.segment_m)
-        .collect();
-    let topology = subject.topology();
-    let facts = NetworkFacts {
+    // Networks are made and failures drawn before anything is timed, which then has the machine to itself.
+    let prepare = |(number, network)| prepared(plan, number, network, seed);
+    let prepared: Result<Vec<_>, Stop> =
+        pool.install(|| plan.networks.par_iter().enumerate().map(prepare).collect());
+    let mut facts = NetworkFacts {
         name: plan.name.clone(),
-        nodes: topology.node_count(),
-        segments: topology.segment_count(),
-        component_nodes: subject.component.len(),
-        failures: failures.len(),
-        without_detour: failures
-            .iter()
-            .filter(|failed| !failed.has_detour())
-            .count(),
-        distances_checked: measured.distances_checked,
-        median_failed_segment_m: match lengths_m.is_empty() {
-            true => 0.0,
-            false => median(&mut lengths_m),
-        },
+        networks: plan.networks.len(),
+        nodes: 0,
+        segments: 0,
+        component_nodes: 0,
+        failures: 0,
+        without_detour: 0,
+        distances_checked: 0,
     };
-    CellRows::sorted(facts, measured.failures, measured.rows).ok_or_else(|| {
+    let (mut failures, mut rows) = (Vec::new(), Vec::new());
+    for (number, (subject, failed)) in prepared?.into_iter().enumerate() {
+        let before = facts.failures;
+        let done = |finished| progress(before + finished);
+        let measured = measure(&subject, number, &failed, repetitions, &mut Clock, done);
+        let measured =
+            measured.map_err(|error| Stop::failed(format!("cell {}: {error}", plan.name)))?;
+        let topology = subject.topology();
+        facts.nodes = topology.node_count();
+        facts.segments += topology.segment_count();
+        facts.component_nodes += subject.component.len();
+        facts.failures += failed.len();
+        facts.without_detour += failed.iter().filter(|one| !one.has_detour()).count();
+        facts.distances_checked += measured.distances_checked;
+        failures.extend(measured.failures);
+        rows.extend(measured.rows);
+    }
+    CellRows::sorted(facts, failures, rows).ok_or_else(|| {
         Stop::failed(format!(
             "cell {}: a method left a failure unanswered",
             plan.name
@@ -63,14 +67,21 @@ pub(super) fn compute(
     })
 }
 
-fn drawn(plan: &CellPlan, seed: u64, subject: &Subject, pool: &ThreadPool) -> Vec<Failed> {
-    let draws = draw(subject, seed, &plan.name, plan.failures);
-    pool.install(|| {
-        let numbered = draws.par_iter().enumerate();
-        let failed = numbered.map_init(
-            || Searcher::new(subject.topology()),
-            |searcher, (number, drawn)| fail(subject, number, drawn, searcher),
-        );
-        failed.flatten().collect()
-    })
+/// A network with the failures on it, numbered through the cell.
+fn prepared(
+    plan: &CellPlan,
+    number: usize,
+    network: &Network,
+    seed: u64,
+) -> Result<(Subject, Vec<Failed>), Stop> {
+    let subject = Subject::load(&plan.name, network).map_err(Stop::failed)?;
+    let name = format!("{} {number}", plan.name);
+    let draws = draw(&subject, seed, &name, plan.failures);
+    let first = number * draws.len();
+    let mut searcher = Searcher::new(subject.topology());
+    let failed = draws.iter().enumerate();
+    let failed = failed
+        .filter_map(|(place, drawn)| fail(&subject, first + place, drawn, &mut searcher))
+        .collect();
+    Ok((subject, failed))
 }

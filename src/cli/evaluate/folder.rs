@@ -14,13 +14,14 @@ use std::path::{Path, PathBuf};
 
 const SETTINGS: &str = "settings.json";
 /// All that a run leaves in its folder.
-const CONTENTS: [&str; 6] = [
+const CONTENTS: [&str; 7] = [
     SETTINGS,
     "rows",
     "figures",
     "summary.csv",
     "run.json",
     "report.html",
+    "findings.md",
 ];
 
 /// The folder of a run.
@@ -150,7 +151,8 @@ pub(super) fn fingerprint(design: &Design) -> String {
     let texts: Vec<&str> = design
         .cells
         .iter()
-        .filter_map(|cell| match &cell.network {
+        .flat_map(|cell| &cell.networks)
+        .filter_map(|network| match network {
             Network::Text(text) => Some(text.as_str()),
             Network::Generated(_) => None,
         })

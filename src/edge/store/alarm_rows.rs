@@ -2,7 +2,7 @@
 
 use super::codec::{Instant, read, write};
 use super::file::StoreFault;
-use crate::edge::alarms::{AlarmDraft, AlarmEntry};
+use crate::edge::entries::{AlarmDraft, AlarmEntry};
 use crate::wire::AlarmKind;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -3,7 +3,7 @@
 use super::codec::{Instant, Names, read, write};
 use super::file::StoreFault;
 use crate::airspace::{Cause, Closure, Hits, Window, Zone};
-use crate::edge::snapshot::{ClosureEntry, Contested, PendingReview, ProposalEntry, ZoneEntry};
+use crate::edge::entries::{ClosureEntry, Contested, PendingReview, ProposalEntry, ZoneEntry};
 use crate::edge::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::flight::FailureType;
 use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};

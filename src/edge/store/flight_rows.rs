@@ -4,7 +4,7 @@ use super::codec::{Dictionary, Instant, Names, Places};
 use super::file::StoreFault;
 use crate::compose::Leg;
 use crate::delivery::{FlightComposition, Hold, Proof};
-use crate::edge::flights::{DetourEnd, FlightOrder, FlownVersion, LegEnds};
+use crate::edge::planner::{DetourEnd, FlightOrder, FlownVersion, LegEnds};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop, StopKind};
 use crate::itinerary::{
     Effort, LegFigures, Objective, PlanFigures, Step, StopFigures, Unproved, Value,

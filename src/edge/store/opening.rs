@@ -3,8 +3,8 @@
 use super::codec::{read, write};
 use super::difference::REGISTRY;
 use super::file::{Row, StoreFault, Table};
-use crate::edge::answered::hex;
-use crate::edge::network::NetworkDocuments;
+use crate::edge::network_documents::NetworkDocuments;
+use crate::edge::words::hex;
 use crate::formats::load_network;
 use crate::network::Topology;
 use crate::planted::{self, Bug};

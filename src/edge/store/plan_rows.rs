@@ -7,7 +7,8 @@ use super::flight_rows::{
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Composition, Contingency, Leg, SafeNode};
-use crate::edge::snapshot::{LandedOn, PlanEntry, PlanFlags, Version};
+use crate::edge::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use crate::edge::planner::Version;
 use crate::network::Topology;
 use crate::recompose::Outcome;
 use crate::routing::Path;

@@ -2,7 +2,7 @@
 
 use super::codec::{Instant, number_key, read, write};
 use super::file::{Row, StoreFault, Table};
-use crate::edge::answered::hex;
+use crate::edge::words::hex;
 use crate::wire;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,8 @@
 use super::codec::{number_key, number_of, read, write};
 use super::file::{Row, StoreFault, StoreFile, Table};
 use crate::airspace::{Airspace, Closure};
-use crate::edge::answered::{hex, recorded_closure};
+use crate::edge::record_views::recorded_closure;
+use crate::edge::words::hex;
 use crate::network::Topology;
 use crate::wire::RecordedClosure;
 use serde::{Deserialize, Serialize};

@@ -7,7 +7,7 @@
 
 mod client;
 mod contact;
-mod followed;
+pub(super) mod followed;
 mod follower;
 mod forward;
 mod ground;
@@ -24,4 +24,3 @@ pub use http::{HttpAddress, HttpClient};
 pub use task::{Following, SyncSettings};
 
 pub(super) use contact::Contact;
-pub(super) use followed::{Extent, RegistryDelta, Superseded, Tombstone};

@@ -1,6 +1,6 @@
 //! What a report closes for its own request: a zone that it brings, pads that it says have failed, and the leg.
 
-use super::failure::FlightFailure;
+use super::flight_failure::FlightFailure;
 use super::skies::FlightEnvironment;
 use super::world::DeliveryWorld;
 use crate::airspace::{Cause, Closure};

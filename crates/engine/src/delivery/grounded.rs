@@ -2,7 +2,7 @@
 
 use super::brought::OwnWorld;
 use super::composition::{DeliveryRequest, FlightComposition, Proof, with_contingencies};
-use super::failure::{FlightFailure, FlightRecomposition};
+use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};

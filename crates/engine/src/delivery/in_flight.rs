@@ -1,6 +1,6 @@
 //! Where a drone in flight re-enters the network: when, and with how much battery.
 
-use super::failure::{BatteryNow, FlightFailure};
+use super::flight_failure::{BatteryNow, FlightFailure};
 use crate::flight::{FlightStart, Location, Reentry};
 use crate::itinerary::{FlightCause, FlightSetting};
 use crate::network::Topology;

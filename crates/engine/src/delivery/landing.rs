@@ -1,7 +1,8 @@
 //! Drones that have to land: of which no reported figure shows that they can fly on, or which cannot wait for one.
 
+use super::case::{Case, Found, conclude};
 use super::composition::Proof;
-use super::failure::{Case, FlightRecomposition, Found, conclude};
+use super::flight_failure::FlightRecomposition;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FailureType, FlightPlan, FlightStart, OperationalDetail};
 use crate::itinerary::{

@@ -1,6 +1,6 @@
 //! Local strategies held against the battery: what this drone cannot fly goes on to the next stage.
 
-use super::failure::{Case, outcome_of};
+use super::case::{Case, outcome_of};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::itinerary::FlightDecision;
 use crate::network::{NodeIx, SegmentIx};

@@ -5,9 +5,11 @@
 //! closes; [`answer_failure`] answers a drone in flight. Nothing here asks the time: instants are seconds from [`FlightEnvironment::zero`].
 
 mod brought;
+mod case;
 mod composition;
 mod contingency;
 mod failure;
+mod flight_failure;
 mod grounded;
 mod in_flight;
 mod landing;
@@ -25,9 +27,8 @@ pub use composition::{
     compose,
 };
 pub use contingency::{Alternate, FlownDetour, LegContingency, contingencies_of};
-pub use failure::{
-    BatteryNow, FlightFailure, FlightRecomposition, Hold, answer_failure, severance,
-};
+pub use failure::{answer_failure, severance};
+pub use flight_failure::{BatteryNow, FlightFailure, FlightRecomposition, Hold};
 pub use landing::{Landing, ReportedFigures, Trouble};
 pub use skies::{FlightEnvironment, OtherPlans};
 pub use standing::{Stand, answer_standing};

@@ -1,7 +1,8 @@
 //! What a drone is told that has nothing safe left: what is near, with the battery that it would be reached with, and the least bad way.
 
+use super::case::Case;
 use super::composition::nodes_of;
-use super::failure::{Case, FlightRecomposition};
+use super::flight_failure::FlightRecomposition;
 use super::world::DeliveryScratch;
 use crate::flight::{FlightRules, FlightStart};
 use crate::itinerary::{FlightRequest, Nearby, Objective, find_near};

@@ -1,7 +1,8 @@
 //! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
 
+use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
-use super::failure::{FlightFailure, FlightRecomposition, Found, put_into_words};
+use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::landing::landed;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::Reentry;

@@ -1,7 +1,7 @@
 //! Whether a drone in flight goes on as it was going to.
 
+use super::case::{Case, Found};
 use super::composition::{Proof, nodes_of};
-use super::failure::{Case, Found};
 use super::local::on_way_alone;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::compose::planned_nodes;

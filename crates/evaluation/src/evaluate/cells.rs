@@ -1,6 +1,7 @@
 //! The raw figures of a run in memory: per cell its failures, and per method one row for each of them.
 
-use super::design::{CellPlan, Sweep};
+use super::design::{CellPlan, Pool};
+use super::failures::Placing;
 use super::method::Method;
 use super::record::NetworkFacts;
 use super::rows::Row;
@@ -12,6 +13,14 @@ use std::collections::BTreeMap;
 pub struct FailureRow {
     /// Its number among those drawn, from 0.
     pub failure: usize,
+    /// Number of its network in the cell, from 0.
+    pub network: usize,
+    /// How its segment was drawn.
+    pub placing: Placing,
+    /// Nodes of its network.
+    pub nodes: usize,
+    /// Segments of its network.
+    pub segments: usize,
     /// Id of the node where the delivery began.
     pub source: String,
     /// Id of A, where the failed leg begins.
@@ -39,7 +48,7 @@ pub struct CellRows {
     pub facts: NetworkFacts,
     /// Its failures that have a detour.
     pub failures: Vec<FailureRow>,
-    /// One row per failure, in the same order, for each method.
+    /// One row per failure, in the same order, for each method; failures of a network follow each other.
     pub rows: BTreeMap<Method, Vec<Row>>,
 }
 
@@ -88,48 +97,71 @@ impl CellRows {
     }
 }
 
-impl Cell {
-    /// A figure of every failure under a method.
-    pub(super) fn values(
-        &self,
-        method: Method,
-        figure: impl Fn(&FailureRow, &Row) -> f64,
-    ) -> Vec<f64> {
-        let rows = self.figures.rows.get(&method);
-        let pairs = self.figures.failures.iter().zip(rows.into_iter().flatten());
-        pairs.map(|(failure, row)| figure(failure, row)).collect()
+impl Cells {
+    /// The cells of a pool.
+    pub(super) fn of(&self, pool: Pool) -> Vec<&Cell> {
+        let cells = self.0.iter();
+        cells.filter(|cell| cell.plan.is_in(pool)).collect()
     }
 
-    /// The times of a method, in microseconds.
-    pub(super) fn times_us(&self, method: Method) -> Vec<f64> {
-        self.values(method, |_, row| row.time_us)
+    /// The cells by generator and size, with the names of both.
+    pub(super) fn by_size(&self) -> Vec<(String, Vec<&Cell>)> {
+        let mut groups: Vec<(String, Vec<&Cell>)> = Vec::new();
+        for cell in &self.0 {
+            let name = cell.plan.summary_name();
+            match groups.last_mut() {
+                Some((last, group)) if *last == name => group.push(cell),
+                _ => groups.push((name, vec![cell])),
+            }
+        }
+        groups
     }
 
-    /// The times of two methods on the same failures.
-    pub(super) fn time_pairs(&self, method: Method, baseline: Method) -> Vec<(f64, f64)> {
-        let times = self.times_us(method).into_iter();
-        times.zip(self.times_us(baseline)).collect()
+    /// The paper's Sydney CBD.
+    pub(super) fn of_sydney(&self) -> Vec<&Cell> {
+        let cells = self.0.iter();
+        cells.filter(|cell| cell.plan.is_sydney()).collect()
     }
 }
 
-impl Cells {
-    /// The cells on the way of a sweep, in its order.
-    pub(super) fn on(&self, sweep: Sweep) -> Vec<&Cell> {
-        let mut cells: Vec<&Cell> = self
-            .0
-            .iter()
-            .filter(|cell| cell.plan.is_on(sweep))
-            .collect();
-        let variable = |cell: &&Cell| cell.plan.variable(sweep).unwrap_or_default();
-        cells.sort_by(|one, other| variable(one).total_cmp(&variable(other)));
-        cells
+/// A figure of every failure under some methods, apart by network; `None` leaves a failure out.
+pub(super) fn by_network<T, const METHODS: usize>(
+    cells: &[&Cell],
+    methods: [Method; METHODS],
+    figure: impl Fn(&FailureRow, [&Row; METHODS]) -> Option<T>,
+) -> Vec<Vec<T>> {
+    let mut networks = Vec::new();
+    for cell in cells {
+        let rows = methods.map(|method| {
+            cell.figures
+                .rows
+                .get(&method)
+                .map_or(&[][..], Vec::as_slice)
+        });
+        if rows.iter().any(|rows| rows.is_empty()) {
+            continue;
+        }
+        let mut numbered = cell.figures.failures.iter().enumerate().peekable();
+        while let Some(&(_, first)) = numbered.peek() {
+            let mut of_network = Vec::new();
+            while let Some((place, failure)) =
+                numbered.next_if(|(_, failure)| failure.network == first.network)
+            {
+                of_network.extend(figure(failure, rows.map(|rows| &rows[place])));
+            }
+            networks.push(of_network);
+        }
     }
+    networks
+}
 
-    /// Sydney CBD alone, or every other cell, which stand for Table 1 or for whatever network was given.
-    pub(super) fn of_sydney(&self, is_sydney: bool) -> Vec<&Cell> {
-        let cells = self.0.iter();
-        cells
-            .filter(|cell| cell.plan.is_sydney() == is_sydney)
-            .collect()
-    }
+/// The same of the failures that are drawn uniform on the path, which is what plots and notes show.
+pub(super) fn on_paths<T, const METHODS: usize>(
+    cells: &[&Cell],
+    methods: [Method; METHODS],
+    figure: impl Fn(&FailureRow, [&Row; METHODS]) -> T,
+) -> Vec<Vec<T>> {
+    by_network(cells, methods, |failure, rows| {
+        (failure.placing == Placing::Path).then(|| figure(failure, rows))
+    })
 }

@@ -1,13 +1,14 @@
-//! Answers every failure of a cell by every method, checks the answers and times them.
+//! Answers every failure of a network by every method, checks the answers and times them.
 //!
 //! Everything runs on the caller's thread. The methods take turns: each repetition goes once through all of them,
 //! beginning with another one every time, so that no method always finds the memory warm from the one before it. What is
 //! timed is the one call that also `skyway compare` times, the construction of search areas and the writing of the answer
 //! included.
 
+use super::bellman_ford::QueueBellmanFord;
 use super::cells::FailureRow;
 use super::failures::Failed;
-use super::method::{Approach, Method, Span};
+use super::method::{Approach, Inside, Method, Span};
 use super::network::Subject;
 use super::oracle::same_m;
 use super::rows::{Row, rounded};
@@ -67,12 +68,14 @@ pub struct NotOptimal {
     pub optimum_m: f64,
 }
 
-/// Measures the failures of a cell that have a detour; `done` is told how many are finished.
+/// Measures the failures of a network that have a detour; `number` is that of the network in its cell, and `done` is
+/// told how many are finished.
 ///
 /// # Errors
 /// [`NotOptimal`] where `exact` or a baseline has not the oracle's distance, or any method a shorter one.
 pub fn measure<T: Timer>(
     subject: &Subject,
+    number: usize,
     failures: &[Failed],
     repetitions: Repetitions,
     timer: &mut T,
@@ -81,6 +84,8 @@ pub fn measure<T: Timer>(
     let topology = subject.topology();
     let mut bench = Bench {
         subject,
+        number,
+        queue: QueueBellmanFord::new(topology),
         scratch: Scratch::new(topology),
         tables: TreeCache::new(TABLE_BYTES),
         methods: Method::all(),
@@ -107,9 +112,11 @@ pub fn measure<T: Timer>(
     Ok(bench.measured)
 }
 
-/// One cell under measurement.
+/// One network under measurement.
 struct Bench<'a, T> {
     subject: &'a Subject,
+    number: usize,
+    queue: QueueBellmanFord,
     scratch: Scratch,
     tables: TreeCache,
     methods: Vec<Method>,
@@ -154,6 +161,10 @@ impl<T: Timer> Bench<'_, T> {
         let segment = topology.segment_between(failed.leg.0, failed.leg.1);
         self.measured.failures.push(FailureRow {
             failure: failed.number,
+            network: self.number,
+            placing: failed.placing,
+            nodes: topology.node_count(),
+            segments: topology.segment_count(),
             source: id(failed.source),
             from: id(failed.leg.0),
             to: id(failed.leg.1),
@@ -175,24 +186,18 @@ impl<T: Timer> Bench<'_, T> {
         local_optimum_m: f64,
         optimum_m: f64,
     ) -> Result<Row, NotOptimal> {
-        let tells_stages = matches!(
-            method,
-            Method {
-                approach: Approach::TwoPhased,
-                inside: super::method::Inside::AStar,
-                span: Span::Leg
-            } | Method {
-                approach: Approach::TwoPhasedAllStages,
-                ..
-            }
-        );
+        // What runs inside an area does not change it.
+        let tells_stages = method.approach.has_areas() && method.inside == Inside::AStar;
         let request = Request {
             explain: tells_stages,
-            ..method.request(failed.leg, &failed.rest)
+            ..self.request(method, failed)
         };
         let world = world(self.subject, &self.tables, method);
         let answer = recompose(&world, &request, &mut self.scratch);
         self.measured.distances_checked += check(method, failed, &answer)?;
+        if method.approach == Approach::QueueBellmanFord {
+            self.check_queue(method, failed)?;
+        }
         // The same way added up in another order differs in its last digits: that is no overhead.
         let like = |length_m: Option<f64>, best_m: f64| match same_m(length_m, Some(best_m)) {
             true => best_m,
@@ -204,7 +209,16 @@ impl<T: Timer> Bench<'_, T> {
         };
         let skipped = answer.stages.iter().filter(|stage| stage.skipped);
         let skipped: Vec<String> = skipped.map(stage_name_of_record).collect();
-        let searched = searched_extent(self.subject.topology(), &answer.stages);
+        let topology = self.subject.topology();
+        let searched = match method.approach.has_areas() {
+            true => tells_stages.then(|| searched_extent(topology, &answer.stages)),
+            false => {
+                let settled = self.scratch.searcher().settled_nodes(topology);
+                let seen = settled.map(|(node, _)| topology.arcs(node).len()).sum();
+                // A segment that is looked at from both its ends counts as one.
+                Some((answer.settled_nodes, topology.segment_count().min(seen)))
+            }
+        };
         Ok(Row {
             failure: failed.number,
             method,
@@ -220,8 +234,8 @@ impl<T: Timer> Bench<'_, T> {
             settled_nodes: answer.settled_nodes,
             stage: stage_name(&answer.stage),
             skipped: skipped.join("+"),
-            searched_nodes: tells_stages.then_some(searched.0),
-            searched_segments: tells_stages.then_some(searched.1),
+            searched_nodes: searched.map(|(nodes, _)| nodes),
+            searched_segments: searched.map(|(_, segments)| segments),
         })
     }
 
@@ -230,7 +244,7 @@ impl<T: Timer> Bench<'_, T> {
         let requests: Vec<Request> = self
             .methods
             .iter()
-            .map(|method| method.request(failed.leg, &failed.rest))
+            .map(|&method| self.request(method, failed))
             .collect();
         let Repetitions { most, budget_us } = self.repetitions;
         let count = self.methods.len();
@@ -242,16 +256,64 @@ impl<T: Timer> Bench<'_, T> {
                 if round > 0 && totals_us[at] >= budget_us {
                     continue;
                 }
-                let world = world(self.subject, &self.tables, self.methods[at]);
-                let (request, scratch) = (&requests[at], &mut self.scratch);
-                let act = || recompose(black_box(&world), black_box(request), scratch);
-                let (answer, elapsed_us) = self.timer.time(act);
-                black_box(&answer);
+                let method = self.methods[at];
+                let elapsed_us = match method.approach {
+                    Approach::QueueBellmanFord => {
+                        let (topology, goal) = (self.subject.topology(), goal(method, failed));
+                        let queue = &mut self.queue;
+                        let act = || queue.distance_m(black_box(topology), failed.leg, goal);
+                        let (length_m, elapsed_us) = self.timer.time(act);
+                        black_box(length_m);
+                        elapsed_us
+                    }
+                    _ => {
+                        let world = world(self.subject, &self.tables, method);
+                        let (request, scratch) = (&requests[at], &mut self.scratch);
+                        let act = || recompose(black_box(&world), black_box(request), scratch);
+                        let (answer, elapsed_us) = self.timer.time(act);
+                        black_box(&answer);
+                        elapsed_us
+                    }
+                };
                 times[at].push(elapsed_us);
                 totals_us[at] += elapsed_us;
             }
         }
         times
+    }
+
+    fn request(&self, method: Method, failed: &Failed) -> Request {
+        let usual_cell_m = self.subject.topology().density().cell_size_m();
+        method.request(failed.leg, &failed.rest, usual_cell_m)
+    }
+
+    /// The queue has the distance that the rounds have, which was held against the oracle before.
+    fn check_queue(&mut self, method: Method, failed: &Failed) -> Result<(), NotOptimal> {
+        let topology = self.subject.topology();
+        let found_m = self
+            .queue
+            .distance_m(topology, failed.leg, goal(method, failed));
+        let optimum_m = match method.span {
+            Span::Leg => failed.optima_m[0],
+            Span::Route => failed.optima_m[1],
+        };
+        match same_m(found_m, optimum_m) {
+            true => Ok(()),
+            false => Err(NotOptimal {
+                failure: failed.number,
+                method: method.id(),
+                answered_m: found_m,
+                optimum_m: optimum_m.unwrap_or(f64::INFINITY),
+            }),
+        }
+    }
+}
+
+/// Where a method's search ends.
+fn goal(method: Method, failed: &Failed) -> NodeIx {
+    match method.span {
+        Span::Leg => failed.leg.1,
+        Span::Route => destination(failed),
     }
 }
 

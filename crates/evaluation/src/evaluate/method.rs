@@ -2,7 +2,7 @@
 
 use crate::flight::{FailureReport, FailureType, Location};
 use crate::network::NodeIx;
-use crate::recompose::{AreaTest, Parameters, Request, Scope, Strategy};
+use crate::recompose::{AreaTest, CellArea, Parameters, Request, Scope, Strategy};
 use crate::routing::Baseline;
 
 /// How a new path is found.
@@ -30,8 +30,10 @@ pub enum Approach {
     },
     /// A* with the straight line.
     AStar,
-    /// Bellman-Ford.
+    /// Bellman-Ford, by rounds over all segments.
     BellmanFord,
+    /// Bellman-Ford with a queue, as NetworkX has it; its answers are those of the other.
+    QueueBellmanFord,
 }
 
 /// What a strategy with areas searches them with.
@@ -52,7 +54,18 @@ pub enum Span {
     Route,
 }
 
-/// An approach with its two choices.
+/// Side of the cell density-based strategy's cells as a multiple of the usual one, and what is searched.
+const CELLS: [(&str, f64, CellArea); 4] = [
+    ("", 1.0, CellArea::Squares),
+    (".cells8", 2.0, CellArea::Squares),
+    (".cells32", 0.5, CellArea::Squares),
+    (".slices", 1.0, CellArea::Slices),
+];
+
+/// Half the height of the two-phased strategy's rectangle as a share of the leg.
+const VALS: [(&str, f64); 3] = [("", 0.5), (".val0.25", 0.25), (".val1", 1.0)];
+
+/// An approach with its choices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Method {
     /// How a path is found.
@@ -61,6 +74,8 @@ pub struct Method {
     pub inside: Inside,
     /// Between which nodes.
     pub span: Span,
+    /// Which of the numbers that the paper leaves open: 0 is the usual one.
+    pub variant: usize,
 }
 
 impl Approach {
@@ -90,6 +105,7 @@ impl Approach {
             Self::Dijkstra { full_tree: true } => "Dijkstra, full tree",
             Self::AStar => "A*",
             Self::BellmanFord => "Bellman-Ford",
+            Self::QueueBellmanFord => "Bellman-Ford, queue",
         }
     }
 
@@ -107,6 +123,18 @@ impl Approach {
             Self::Dijkstra { full_tree: true } => "dijkstra_full_tree",
             Self::AStar => "astar",
             Self::BellmanFord => "bellman_ford",
+            Self::QueueBellmanFord => "bellman_ford_queue",
+        }
+    }
+
+    /// What the paper leaves open, as it is named in raw rows.
+    fn variants(self) -> Vec<&'static str> {
+        match self {
+            Self::CellDensity => CELLS.map(|(name, ..)| name).to_vec(),
+            Self::TwoPhased | Self::TwoPhasedPolygons | Self::TwoPhasedAllStages => {
+                VALS.map(|(name, _)| name).to_vec()
+            }
+            _ => vec![""],
         }
     }
 }
@@ -123,6 +151,7 @@ impl Method {
             approach,
             inside: Inside::AStar,
             span,
+            variant: 0,
         }
     }
 
@@ -143,20 +172,25 @@ impl Method {
         for span in [Span::Leg, Span::Route] {
             for approach in strategies {
                 for inside in [Inside::AStar, Inside::Dijkstra] {
-                    methods.push(Self {
+                    methods.extend((0..approach.variants().len()).map(|variant| Self {
                         approach,
                         inside,
                         span,
-                    });
+                        variant,
+                    }));
                 }
             }
         }
-        methods.push(Self::of_paper(Approach::TwoPhasedAllStages));
+        methods.extend((0..VALS.len()).map(|variant| Self {
+            variant,
+            ..Self::of_paper(Approach::TwoPhasedAllStages)
+        }));
         let baselines = [
             Approach::Dijkstra { full_tree: false },
             Approach::Dijkstra { full_tree: true },
             Approach::AStar,
             Approach::BellmanFord,
+            Approach::QueueBellmanFord,
         ];
         for approach in baselines {
             methods.extend([Span::Leg, Span::Route].map(|span| Self::baseline(approach, span)));
@@ -175,8 +209,10 @@ impl Method {
             Inside::AStar => "astar",
             Inside::Dijkstra => "dijkstra",
         };
+        let variants = self.approach.variants();
+        let variant = variants.get(self.variant).unwrap_or(&"");
         match self.approach.has_areas() {
-            true => format!("{approach}.{inside}.{span}"),
+            true => format!("{approach}.{inside}.{span}{variant}"),
             false => format!("{approach}.{span}"),
         }
     }
@@ -189,8 +225,14 @@ impl Method {
     /// The request that answers a failure by this method.
     ///
     /// `rest` is the plan from A on. Over the route, areas are spanned between A and the destination: the
-    /// strategy is told of a plan that goes straight there, which has no segment and is to be bridged.
-    pub(super) fn request(self, leg: (NodeIx, NodeIx), rest: &[NodeIx]) -> Request {
+    /// strategy is told of a plan that goes straight there, which has no segment and is to be bridged. The side
+    /// of the network's usual cells is in metres.
+    pub(super) fn request(
+        self,
+        leg: (NodeIx, NodeIx),
+        rest: &[NodeIx],
+        usual_cell_m: f64,
+    ) -> Request {
         let destination = rest.last().copied().unwrap_or(leg.1);
         let spans_route = self.approach.has_areas() && self.span == Span::Route;
         let report = FailureReport {
@@ -213,7 +255,7 @@ impl Method {
             Approach::Radius => Strategy::Radius,
             Approach::Dijkstra { .. } => Strategy::Dijkstra,
             Approach::AStar => Strategy::Astar,
-            Approach::BellmanFord => Strategy::BellmanFord,
+            Approach::BellmanFord | Approach::QueueBellmanFord => Strategy::BellmanFord,
         };
         Request {
             strategy,
@@ -221,13 +263,29 @@ impl Method {
                 Span::Leg => Scope::Local,
                 Span::Route => Scope::Global,
             },
-            parameters: self.parameters(),
+            parameters: self.parameters(usual_cell_m),
             ..Request::exact(report)
         }
     }
 
-    fn parameters(self) -> Parameters {
+    fn parameters(self, usual_cell_m: f64) -> Parameters {
+        let usual = Parameters::default();
+        let (cell_size_m, cell_area, val_ratio) = match self.approach {
+            Approach::CellDensity => {
+                let (_, sides, area) = CELLS[self.variant];
+                // The network has counted its usual cells itself; others are counted when they are asked for.
+                let cell_size_m = (sides != 1.0).then_some(sides * usual_cell_m);
+                (cell_size_m, area, usual.val_ratio)
+            }
+            Approach::TwoPhased | Approach::TwoPhasedPolygons | Approach::TwoPhasedAllStages => {
+                (None, usual.cell_area, VALS[self.variant].1)
+            }
+            _ => (None, usual.cell_area, usual.val_ratio),
+        };
         Parameters {
+            cell_size_m,
+            cell_area,
+            val_ratio,
             stage_skipping: self.approach != Approach::TwoPhasedAllStages,
             area_test: match self.approach {
                 Approach::TwoPhasedPolygons => AreaTest::Polygon,
@@ -238,7 +296,7 @@ impl Method {
                 Inside::AStar => Baseline::AStar,
                 Inside::Dijkstra => Baseline::Dijkstra { full_tree: false },
             },
-            ..Parameters::default()
+            ..usual
         }
     }
 }

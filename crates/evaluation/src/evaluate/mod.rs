@@ -2,10 +2,11 @@
 //!
 //! `design` says which networks, `network` and `failures` make them and what fails on them, `method`
 //! and `measure` answer and time it, `rows` keeps the raw figures. All that is told afterwards is made
-//! from those rows: `figures` the plots, `claims` the paper's numbers under every reading of its sentences, `notes` the
-//! rest; `record` is what they write into, and `report` what people read. Here is no clock, no file and no
+//! from those rows: `figures` the plots, `claims` the paper's numbers under joint conventions and its sentences, `notes`
+//! the rest; `record` is what they write into, and `report` what people read. Here is no clock, no file and no
 //! thread: who calls hands in a [`Timer`] and may call what is not timed from several threads.
 
+mod bellman_ford;
 mod cells;
 mod claims;
 mod design;
@@ -25,14 +26,14 @@ mod statistics;
 mod text;
 
 pub use cells::{Cell, CellRows, Cells, FailureRow};
-pub use claims::{ClaimPlan, claim_plans};
+pub use claims::{ClaimPlan, Judged, Survey, claim_plans, judge};
 pub use design::{CellPlan, Design, Network};
-pub use failures::{Draw, Failed, draw, fail};
+pub use failures::{Draw, Failed, Placing, draw, fail};
 pub use figures::{FigurePlan, figure_plans};
 pub use measure::{Measured, NotOptimal, Repetitions, Timer, measure};
 pub use method::{Approach, Inside, Method, Span};
 pub use network::{Subject, SubjectError};
-pub use notes::notes;
+pub use notes::{agreement, notes};
 pub use oracle::{Oracle, OracleError, Sought};
 pub use rows::{
     Row, RowsError, read_failures, read_rows, write_failures, write_figure, write_rows,

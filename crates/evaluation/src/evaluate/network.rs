@@ -1,6 +1,6 @@
-//! The network of a cell, loaded twice: by the engine, and by the oracle that checks it.
+//! A network of a cell, loaded twice: by the engine, and by the oracle that checks it.
 
-use super::design::{CellPlan, Network};
+use super::design::Network;
 use super::oracle::{Oracle, OracleError};
 use crate::airspace::Airspace;
 use crate::formats::{LoadError, load_network, write_network};
@@ -56,14 +56,14 @@ pub enum SubjectError {
 }
 
 impl Subject {
-    /// Makes or reads the network of a cell.
+    /// Makes or reads a network of a cell.
     ///
     /// # Errors
     /// [`SubjectError`] where that is not possible.
-    pub fn load(plan: &CellPlan) -> Result<Self, SubjectError> {
-        let cell = || plan.name.clone();
+    pub fn load(cell: &str, network: &Network) -> Result<Self, SubjectError> {
+        let cell = || cell.to_owned();
         let generated;
-        let text = match &plan.network {
+        let text = match network {
             Network::Text(text) => text,
             Network::Generated(network) => {
                 let refused = |error| SubjectError::Generate {

@@ -14,6 +14,10 @@ pub struct Run {
     pub figures: Vec<Figure>,
     /// One entry per number in the text of the paper, in its order.
     pub claims: Vec<Claim>,
+    /// The one set of conventions that meets most of them.
+    pub conventions: Option<Conventions>,
+    /// One entry per sentence without a number.
+    pub sentences: Vec<Sentence>,
     /// What is told beside: rows that a heuristic wins, the break-even of the table, and so on.
     pub notes: Vec<Note>,
 }
@@ -47,16 +51,18 @@ pub struct Provenance {
     pub networks: Vec<NetworkFacts>,
 }
 
-/// One cell of the evaluation: a network with the failures drawn on it.
+/// One cell of the evaluation: networks with the same variables, and the failures drawn on them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetworkFacts {
-    /// The name of the cell, such as `n1000-k10-map10000-reach0.30`.
+    /// The name of the cell, such as `random-n1000-k10-reach0.30`.
     pub name: String,
-    /// Nodes of the network.
+    /// How many networks.
+    pub networks: usize,
+    /// Nodes of a network.
     pub nodes: usize,
-    /// Segments of the network.
+    /// Segments of all of them.
     pub segments: usize,
-    /// Nodes of its largest component, from which source and destination are drawn.
+    /// Nodes of the largest components, from which source and destination are drawn, of all of them.
     pub component_nodes: usize,
     /// Failures drawn.
     pub failures: usize,
@@ -64,8 +70,6 @@ pub struct NetworkFacts {
     pub without_detour: usize,
     /// Distances of `exact` and of the baselines found equal to those of an independent search.
     pub distances_checked: usize,
-    /// The median length of the failed segments, in metres.
-    pub median_failed_segment_m: f64,
 }
 
 /// One plot.
@@ -87,6 +91,19 @@ pub struct Figure {
     pub series: Vec<Series>,
     /// A horizontal line to compare with.
     pub reference: Option<Reference>,
+    /// What the paper's text says of it.
+    pub marks: Vec<PaperMark>,
+}
+
+/// A number of the paper in a plot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PaperMark {
+    /// The series that it is said of.
+    pub series: String,
+    /// Where it stands on an axis of categories; none where it is said of the whole series.
+    pub x: Option<f64>,
+    /// The number, on the vertical axis.
+    pub y: f64,
 }
 
 /// A horizontal line to compare with, such as the baseline at 1.
@@ -139,6 +156,8 @@ pub struct Point {
     pub low: f64,
     /// The upper end of its 95 % bootstrap interval.
     pub high: f64,
+    /// The first and the third quartile of the values it is taken over.
+    pub spread: [f64; 2],
     /// How many failures it is taken over.
     pub cases: usize,
 }
@@ -158,16 +177,78 @@ pub struct Claim {
     pub unit: Unit,
     /// Which direction is the good one.
     pub better: Better,
-    /// Every sensible reading of the sentence, with its value here.
-    pub readings: Vec<Reading>,
-    /// The reading that comes closest, as an index into `readings`.
-    pub closest: Option<usize>,
+    /// How many readings of the sentence were measured.
+    pub readings: usize,
+    /// Under how many of them the number is met.
+    pub met: usize,
+    /// The least and the greatest value of all readings.
+    pub range: Option<[f64; 2]>,
+    /// The value under the joint conventions.
+    pub joint: Option<Reading>,
+    /// The reading that comes closest.
+    pub closest: Option<Reading>,
+    /// What `exact` does to the same quantity under the joint conventions.
+    pub exact: Option<Reading>,
     /// Whether the claim holds.
     pub holds: Verdict,
     /// The same as a sentence, with figures.
     pub verdict: String,
-    /// What `exact` does to the same quantity.
-    pub exact: Option<Reading>,
+    /// Why it is missed, where it is.
+    pub cause: Option<Cause>,
+}
+
+/// One set of conventions for the whole paper.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conventions {
+    /// What is left open, and what is taken for it.
+    pub choices: Vec<(String, String)>,
+    /// How many sets were tried.
+    pub sets: usize,
+    /// How many claims the best set meets.
+    pub met: usize,
+    /// Of how many that were measured.
+    pub measured: usize,
+}
+
+/// What decides a claim that is missed: the one change of the joint conventions that comes closest to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Generator, language, library, failures, wording, or the paper against itself.
+    pub kind: String,
+    /// What is changed, and for what.
+    pub change: String,
+    /// The value after it.
+    pub value: f64,
+    /// Whether the claim is met then.
+    pub is_met: bool,
+}
+
+/// A sentence of the paper without a number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sentence {
+    /// A short name.
+    pub id: String,
+    /// What the paper says, in short.
+    pub text: String,
+    /// How it was put to the test.
+    pub test: String,
+    /// Whether it holds.
+    pub holds: Verdict,
+    /// On how many networks, by where they come from.
+    pub counts: Vec<Count>,
+}
+
+/// On how many networks a sentence holds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Count {
+    /// Where the networks come from.
+    pub networks: String,
+    /// Networks on which it holds.
+    pub holds: usize,
+    /// Networks on which the opposite holds; on the others there is no difference.
+    pub fails: usize,
+    /// All networks.
+    pub of: usize,
 }
 
 /// The unit of a claim.
@@ -194,16 +275,21 @@ pub enum Better {
     Neither,
 }
 
-/// Whether a claim holds.
+/// Whether a claim or a sentence holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Under some reading the value is within a tenth of the paper's, or the interval of enough cases covers
-    /// it.
+    /// Met under the joint conventions, and not under one reading alone; a sentence on most networks.
     Reproduced,
-    /// No reading comes near, but some point in the same direction.
+    /// Met under some reading of its own, but not under the joint conventions, or under one reading alone.
+    InIsolation,
+    /// Met under no reading; under the joint conventions on the paper's side.
     DirectionOnly,
-    /// No reading points in the paper's direction.
+    /// A sentence: true on some networks and false on others.
+    Depends,
+    /// Under the joint conventions on the other side; a sentence on few networks.
+    Contradicted,
+    /// Met under no reading, and a share of the whole or a difference that has no side.
     NotReproduced,
     /// This run did not compute what the claim needs.
     NotMeasured,
@@ -212,7 +298,7 @@ pub enum Verdict {
 /// One reading of a claim.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// What it takes the sentence to mean, such as `early exit, A -> destination, medians`.
+    /// What it takes the sentence to mean, as the options that it takes.
     pub name: String,
     /// Its value, in the unit of the claim.
     pub value: f64,

@@ -1,9 +1,9 @@
 //! Raw rows as CSV: written once a cell is measured, read again when a run is resumed.
 
-use super::cells::{Cells, FailureRow};
+use super::cells::{Cell, Cells, FailureRow, on_paths};
 use super::method::Method;
 use super::record::{Figure, Scale};
-use super::statistics::{Resampler, quantile};
+use super::statistics::{Resampler, mean, quantile};
 use csv::{ReaderBuilder, WriterBuilder};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -40,9 +40,10 @@ pub struct Row {
     pub stage: String,
     /// The stages that were skipped, with `+` between them.
     pub skipped: String,
-    /// Nodes of all areas examined, added up; where stages were recorded.
+    /// Nodes of all areas examined, added up, where stages were recorded; without areas the nodes settled.
     pub searched_nodes: Option<usize>,
-    /// Segments of all areas examined, added up; where stages were recorded.
+    /// Segments of all areas examined, added up, where stages were recorded; without areas those at the nodes
+    /// settled.
     pub searched_segments: Option<usize>,
 }
 
@@ -103,10 +104,10 @@ pub fn read_failures(text: &str) -> Result<Vec<FailureRow>, RowsError> {
     read(text)
 }
 
-/// One method in one cell.
+/// One method on the networks of one generator and size; names of times end in `_us`.
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
-    cell: &'a str,
+    networks: &'a str,
     method: Method,
     failures: usize,
     median_us: f64,
@@ -124,52 +125,55 @@ struct Summary<'a> {
     mean_searches: f64,
 }
 
-/// Writes the summary of a run: per cell and method the median time with its 95 % interval and its spread, and
-/// the means of what the method looked at.
+/// Writes the summary of a run: by generator, size and method the median time with its 95 % interval and its
+/// spread, and the means of what the method looked at. Failures are those drawn uniform on the path.
 ///
 /// # Errors
 /// [`RowsError`] where a row cannot be written.
 pub fn write_summary(cells: &Cells, seed: u64) -> Result<String, RowsError> {
     let mut rows = Vec::new();
-    for cell in &cells.0 {
-        for &method in cell.figures.rows.keys() {
-            let name = &cell.plan.name;
-            let mut times_us = cell.times_us(method);
-            let mut resampler = Resampler::new(seed, &format!("summary {name} {}", method.id()));
-            let Some(median) = resampler.of_median(&times_us) else {
-                continue;
-            };
-            let mean = |figure: &dyn Fn(&FailureRow, &Row) -> f64| {
-                let values = cell.values(method, figure);
-                values.iter().sum::<f64>() / values.len() as f64
-            };
-            let overhead =
-                |failure: &FailureRow, row: &Row| (row.remaining_m / failure.optimum_m - 1.0) * 1e2;
-            let mut at = |share| rounded(quantile(&mut times_us, share), 3);
-            rows.push(Summary {
-                cell: name,
-                method,
-                failures: median.cases,
-                median_us: rounded(median.value, 3),
-                median_low_us: rounded(median.low, 3),
-                median_high_us: rounded(median.high, 3),
-                quartile_1_us: at(0.25),
-                quartile_3_us: at(0.75),
-                p99_us: at(0.99),
-                mean_us: rounded(mean(&|_, row| row.time_us), 3),
-                mean_overhead_percent: rounded(mean(&overhead), 4),
-                p99_overhead_percent: rounded(
-                    quantile(&mut cell.values(method, overhead), 0.99),
-                    4,
-                ),
-                mean_area_nodes: rounded(mean(&|_, row| row.area_nodes as f64), 2),
-                mean_area_segments: rounded(mean(&|_, row| row.area_segments as f64), 2),
-                mean_settled_nodes: rounded(mean(&|_, row| row.settled_nodes as f64), 2),
-                mean_searches: rounded(mean(&|_, row| f64::from(row.searches)), 3),
-            });
+    let sizes = cells.by_size();
+    for (networks, group) in &sizes {
+        for method in Method::all() {
+            rows.extend(summary(networks, group, method, seed));
         }
     }
     write(&rows)
+}
+
+fn summary<'a>(
+    networks: &'a str,
+    group: &[&Cell],
+    method: Method,
+    seed: u64,
+) -> Option<Summary<'a>> {
+    let times_us = on_paths(group, [method], |_, [row]| row.time_us);
+    let mut resampler = Resampler::new(seed, &format!("summary {networks} {}", method.id()));
+    let median = resampler.of_median(&times_us)?;
+    let mut times_us = times_us.concat();
+    let all = |figure: &dyn Fn(&FailureRow, &Row) -> f64| {
+        on_paths(group, [method], |failure, [row]| figure(failure, row)).concat()
+    };
+    let mut overheads = all(&|failure, row| (row.remaining_m / failure.optimum_m - 1.0) * 1e2);
+    let mut at = |share| rounded(quantile(&mut times_us, share), 3);
+    Some(Summary {
+        networks,
+        method,
+        failures: median.cases,
+        median_us: rounded(median.value, 3),
+        median_low_us: rounded(median.low, 3),
+        median_high_us: rounded(median.high, 3),
+        quartile_1_us: at(0.25),
+        quartile_3_us: at(0.75),
+        p99_us: at(0.99),
+        mean_us: rounded(mean(&all(&|_, row| row.time_us)), 3),
+        mean_overhead_percent: rounded(mean(&overheads), 4),
+        p99_overhead_percent: rounded(quantile(&mut overheads, 0.99), 4),
+        mean_area_nodes: rounded(mean(&all(&|_, row| row.area_nodes as f64)), 2),
+        mean_area_segments: rounded(mean(&all(&|_, row| row.area_segments as f64)), 2),
+        mean_settled_nodes: rounded(mean(&all(&|_, row| row.settled_nodes as f64)), 2),
+        mean_searches: rounded(mean(&all(&|_, row| f64::from(row.searches))), 3),
+    })
 }
 
 /// One point of a plot.
@@ -181,6 +185,8 @@ struct PlotRow<'a> {
     y: f64,
     low: f64,
     high: f64,
+    quartile_1: f64,
+    quartile_3: f64,
     cases: usize,
 }
 
@@ -202,6 +208,8 @@ pub fn write_figure(figure: &Figure) -> Result<String, RowsError> {
             y: point.y,
             low: point.low,
             high: point.high,
+            quartile_1: point.spread[0],
+            quartile_3: point.spread[1],
             cases: point.cases,
         }));
     }

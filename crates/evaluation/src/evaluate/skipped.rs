@@ -1,6 +1,7 @@
 //! Failures in which the two-phased strategy skipped a stage, each beside itself without skipping.
 
-use super::cells::Cell;
+use super::cells::{Cell, by_network};
+use super::failures::Placing;
 use super::method::{Approach, Method};
 use super::rows::Row;
 
@@ -13,47 +14,52 @@ pub(super) struct Extent {
     pub(super) segments: f64,
     /// Nodes of all areas that were searched, added up.
     pub(super) searched_nodes: f64,
+    /// Segments of all areas that were searched, added up.
+    pub(super) searched_segments: f64,
     /// Nodes settled by all searches.
     pub(super) settled: f64,
     /// Areas examined.
     pub(super) searches: f64,
+    /// The time, in microseconds.
+    pub(super) time_us: f64,
 }
 
 /// One failure in which a stage was skipped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Case {
-    /// The stages skipped, with `+` between them.
-    pub(super) skipped: String,
     /// True when no skipped stage holds a path.
     pub(super) is_effective: bool,
     /// What was looked at with skipping.
     pub(super) with_skipping: Extent,
     /// What was looked at without.
     pub(super) without: Extent,
-    /// What `exact`, warm, settled.
-    pub(super) exact_settled: f64,
+    /// What `exact`, warm, looked at.
+    pub(super) exact: Extent,
 }
 
-/// The failures of a cell in which a stage was skipped.
-pub(super) fn cases(cell: &Cell) -> Vec<Case> {
-    let rows = |method: Method| cell.figures.rows.get(&method).into_iter().flatten();
-    let with_skipping = rows(Method::of_paper(Approach::TwoPhased));
-    let without = rows(Method::of_paper(Approach::TwoPhasedAllStages));
-    let exact = rows(Method::exact(true));
-    let together = with_skipping.zip(without).zip(exact);
-    together
-        .filter(|((one, _), _)| !one.skipped.is_empty())
-        .map(|((one, all_stages), exact)| Case {
-            skipped: one.skipped.clone(),
-            is_effective: one
+/// The failures in which a stage was skipped, by network, under a height of the rectangle.
+pub(super) fn cases(cells: &[&Cell], placing: Placing, variant: usize) -> Vec<Vec<Case>> {
+    let method = |approach| Method {
+        variant,
+        ..Method::of_paper(approach)
+    };
+    let methods = [
+        method(Approach::TwoPhased),
+        method(Approach::TwoPhasedAllStages),
+        Method::exact(true),
+    ];
+    by_network(cells, methods, |failure, [own, all_stages, exact]| {
+        let is_case = failure.placing == placing && !own.skipped.is_empty();
+        is_case.then(|| Case {
+            is_effective: own
                 .skipped
                 .split('+')
                 .all(|stage| stage != all_stages.stage),
-            with_skipping: extent(one),
+            with_skipping: extent(own),
             without: extent(all_stages),
-            exact_settled: exact.settled_nodes as f64,
+            exact: extent(exact),
         })
-        .collect()
+    })
 }
 
 fn extent(row: &Row) -> Extent {
@@ -61,7 +67,9 @@ fn extent(row: &Row) -> Extent {
         nodes: row.area_nodes as f64,
         segments: row.area_segments as f64,
         searched_nodes: row.searched_nodes.unwrap_or(row.area_nodes) as f64,
+        searched_segments: row.searched_segments.unwrap_or(row.area_segments) as f64,
         settled: row.settled_nodes as f64,
         searches: f64::from(row.searches),
+        time_us: row.time_us,
     }
 }

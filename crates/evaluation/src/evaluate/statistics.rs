@@ -1,8 +1,8 @@
 //! Averages with their bootstrap intervals.
 //!
-//! An interval is the percentile interval of the plain bootstrap (Efron 1979): cases are drawn again, with
+//! An interval is the percentile interval of the cluster bootstrap: networks are drawn again with all their cases, with
 //! replacement, as many as there are, and the average of each such sample is taken; 2.5 % of those averages lie below
-//! the interval and 2.5 % above.
+//! the interval and 2.5 % above. Of one network the cases themselves are drawn again (Efron 1979).
 
 use super::random::Random;
 
@@ -64,6 +64,26 @@ impl Average {
             Self::MedianOfRatios => "median of ratios",
         }
     }
+
+    /// The average of some pairs, of which there is at least one.
+    pub(super) fn of(self, pairs: &[(f64, f64)]) -> f64 {
+        let ratios = || {
+            pairs
+                .iter()
+                .map(|(one, other)| one / other)
+                .collect::<Vec<f64>>()
+        };
+        match self {
+            Self::RatioOfMeans => {
+                let sums = pairs
+                    .iter()
+                    .fold((0.0, 0.0), |sums, pair| (sums.0 + pair.0, sums.1 + pair.1));
+                sums.0 / sums.1
+            }
+            Self::MeanOfRatios => mean(&ratios()),
+            Self::MedianOfRatios => middle(&mut ratios()),
+        }
+    }
 }
 
 /// Draws samples again for bootstrap intervals; the same seed and purpose give the same intervals.
@@ -75,69 +95,58 @@ impl Resampler {
         Self(Random::new(seed, &format!("bootstrap of {purpose}")))
     }
 
-    /// The average of paired figures, one over the other; `None` without cases or where it is not finite.
-    pub fn of_pairs(&mut self, pairs: &[(f64, f64)], average: Average) -> Option<Estimate> {
-        let statistic = |drawn: &mut [usize]| average_of_pairs(pairs, drawn, average);
-        self.estimate(pairs.len(), statistic)
+    /// The average of paired figures by network, one over the other; `None` without cases or where it is not
+    /// finite.
+    pub fn of_pairs(&mut self, pairs: &[Vec<(f64, f64)>], average: Average) -> Option<Estimate> {
+        self.estimate(pairs, |drawn| average.of(drawn))
     }
 
-    /// The median of single figures; `None` without cases.
-    pub fn of_median(&mut self, figures: &[f64]) -> Option<Estimate> {
-        self.estimate(figures.len(), |drawn| {
-            let mut values: Vec<f64> = drawn.iter().map(|&case| figures[case]).collect();
-            middle(&mut values)
-        })
+    /// The mean of single figures by network; `None` without cases.
+    pub fn of_mean(&mut self, figures: &[Vec<f64>]) -> Option<Estimate> {
+        self.estimate(figures, mean)
     }
 
-    /// The mean of single figures; `None` without cases.
-    pub fn of_mean(&mut self, figures: &[f64]) -> Option<Estimate> {
-        self.estimate(figures.len(), |drawn| {
-            drawn.iter().map(|&case| figures[case]).sum::<f64>() / drawn.len() as f64
-        })
+    /// The median of single figures by network; `None` without cases.
+    pub fn of_median(&mut self, figures: &[Vec<f64>]) -> Option<Estimate> {
+        self.estimate(figures, |drawn| middle(&mut drawn.to_vec()))
     }
 
-    /// The mean of one group over the mean of another, whose cases are not paired.
-    pub fn of_groups(&mut self, one: &[f64], other: &[f64]) -> Option<Estimate> {
-        if one.is_empty() || other.is_empty() {
-            return None;
-        }
-        // Both groups are drawn again on their own: the cases of the second follow those of the first.
-        let mean = |figures: &[f64], drawn: &[usize]| {
-            drawn.iter().map(|&case| figures[case]).sum::<f64>() / drawn.len() as f64
-        };
-        let everything = |figures: &[f64]| (0..figures.len()).collect::<Vec<usize>>();
-        let value = mean(one, &everything(one)) / mean(other, &everything(other));
-        let mut again: Vec<f64> = Vec::new();
-        for _ in 0..resamples(one.len() + other.len()) {
-            let [first, second] = [one, other].map(|figures| {
-                let count = figures.len();
-                (0..count).map(|_| self.0.below(count)).collect::<Vec<_>>()
-            });
-            again.push(mean(one, &first) / mean(other, &second));
-        }
-        interval(value, again, one.len() + other.len())
-    }
-
-    /// The interval of a statistic of the cases whose numbers it is handed; it may reorder them.
-    pub fn estimate(
+    /// The interval of a statistic of cases, which are handed in by network.
+    pub fn estimate<T: Copy>(
         &mut self,
-        cases: usize,
-        mut statistic: impl FnMut(&mut [usize]) -> f64,
+        networks: &[Vec<T>],
+        statistic: impl Fn(&[T]) -> f64,
     ) -> Option<Estimate> {
-        if cases == 0 {
+        let networks: Vec<&[T]> = networks
+            .iter()
+            .map(Vec::as_slice)
+            .filter(|cases| !cases.is_empty())
+            .collect();
+        let cases = networks.concat();
+        if cases.is_empty() {
             return None;
         }
-        let mut drawn: Vec<usize> = (0..cases).collect();
-        let value = statistic(&mut drawn);
-        let mut again = Vec::with_capacity(MAX_RESAMPLES);
-        for _ in 0..resamples(cases) {
-            for place in &mut drawn {
-                *place = self.0.below(cases);
+        let value = statistic(&cases);
+        let mut drawn = Vec::with_capacity(2 * cases.len());
+        let again = (0..resamples(cases.len())).map(|_| {
+            drawn.clear();
+            match networks[..] {
+                [only] => drawn.extend(only.iter().map(|_| only[self.0.below(only.len())])),
+                _ => {
+                    for _ in &networks {
+                        drawn.extend_from_slice(networks[self.0.below(networks.len())]);
+                    }
+                }
             }
-            again.push(statistic(&mut drawn));
-        }
-        interval(value, again, cases)
+            statistic(&drawn)
+        });
+        interval(value, again.collect(), cases.len())
     }
+}
+
+/// The mean of figures, of which there is at least one.
+pub(super) fn mean(figures: &[f64]) -> f64 {
+    figures.iter().sum::<f64>() / figures.len() as f64
 }
 
 fn resamples(cases: usize) -> usize {
@@ -155,20 +164,6 @@ fn interval(value: f64, mut again: Vec<f64>, cases: usize) -> Option<Estimate> {
         high: quantile(&mut again, 1.0 - TAIL),
         cases,
     })
-}
-
-fn average_of_pairs(pairs: &[(f64, f64)], drawn: &[usize], average: Average) -> f64 {
-    let ratio = |&case: &usize| pairs[case].0 / pairs[case].1;
-    match average {
-        Average::RatioOfMeans => {
-            let sums = drawn.iter().fold((0.0, 0.0), |(one, other), &case| {
-                (one + pairs[case].0, other + pairs[case].1)
-            });
-            sums.0 / sums.1
-        }
-        Average::MeanOfRatios => drawn.iter().map(ratio).sum::<f64>() / drawn.len() as f64,
-        Average::MedianOfRatios => middle(&mut drawn.iter().map(ratio).collect::<Vec<f64>>()),
-    }
 }
 
 /// The median; the mean of the two in the middle where their number is even. Reorders the figures.
@@ -226,30 +221,39 @@ mod tests {
     #[test]
     fn averages_of_pairs_weigh_cases_as_they_say() {
         let pairs = [(1.0, 2.0), (30.0, 10.0), (2.0, 2.0)];
-        let drawn = [0, 1, 2];
-        let of = |average| average_of_pairs(&pairs, &drawn, average);
-        assert_eq!(of(Average::RatioOfMeans), 33.0 / 14.0);
-        assert_eq!(of(Average::MeanOfRatios), 1.5);
-        assert_eq!(of(Average::MedianOfRatios), 1.0);
+        assert_eq!(Average::RatioOfMeans.of(&pairs), 33.0 / 14.0);
+        assert_eq!(Average::MeanOfRatios.of(&pairs), 1.5);
+        assert_eq!(Average::MedianOfRatios.of(&pairs), 1.0);
     }
 
     #[test]
     fn an_interval_holds_the_truth_about_as_often_as_it_says() {
-        let (mut held, samples) = (0, 300);
-        for sample in 0..samples {
-            let mut random = Random::new(sample, "sample");
-            let figures: Vec<f64> = (0..60).map(|_| random.share()).collect();
-            let estimate = Resampler::new(sample, "mean").of_mean(&figures);
-            let estimate = estimate.expect("there are cases");
-            assert!(estimate.low <= estimate.value && estimate.value <= estimate.high);
-            held += usize::from((estimate.low..=estimate.high).contains(&0.5));
+        let samples = 300;
+        // Of one network its cases vary; of many, whole networks, whose cases are alike.
+        for (networks, cases) in [(1, 60), (60, 3)] {
+            let mut held = 0;
+            for sample in 0..samples {
+                let mut random = Random::new(sample, "sample");
+                let network = |random: &mut Random| match networks {
+                    1 => (0..cases).map(|_| random.share()).collect(),
+                    _ => vec![random.share(); cases],
+                };
+                let figures: Vec<Vec<f64>> = (0..networks).map(|_| network(&mut random)).collect();
+                let estimate = Resampler::new(sample, "mean").of_mean(&figures);
+                let estimate = estimate.expect("there are cases");
+                assert!(estimate.low <= estimate.value && estimate.value <= estimate.high);
+                held += usize::from((estimate.low..=estimate.high).contains(&0.5));
+            }
+            assert!(
+                (270..=298).contains(&held),
+                "{held} of {samples}, {networks} networks"
+            );
         }
-        assert!((270..=298).contains(&held), "{held} of {samples}");
     }
 
     #[test]
     fn a_seed_gives_the_same_interval_and_another_purpose_another() {
-        let figures: Vec<f64> = (0..50).map(f64::from).collect();
+        let figures = [(0..50).map(f64::from).collect::<Vec<f64>>()];
         let of = |purpose| Resampler::new(7, purpose).of_median(&figures);
         assert_eq!(of("a"), of("a"));
         assert_ne!(of("a"), of("b"));

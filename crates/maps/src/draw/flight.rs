@@ -3,29 +3,12 @@
 use super::labels::Labeller;
 use super::legend::{Legend, Sample};
 use super::marks::{Mark, draw_cross, draw_mark, draw_mark_towards};
+use super::picture::DrawnFlight;
 use super::style::{INK, NEW_PATH_EDGE, QUIET_INK};
 use super::svg::{Document, PathData, Px, Spot};
 use super::view::View;
-use crate::flight::{FlightPlan, Stop, StopKind, Wind};
-use crate::geo::Point;
+use crate::flight::{Stop, StopKind};
 use crate::network::{NodeIx, Topology};
-
-/// A plan to be drawn.
-#[derive(Clone, Debug)]
-pub struct DrawnFlight<'a> {
-    /// Legs and stops.
-    pub plan: &'a FlightPlan,
-    /// The nodes flown by, from the start on.
-    pub nodes: &'a [NodeIx],
-    /// The wind over the network.
-    pub wind: Wind,
-    /// A sentence below the title, without its full stop.
-    pub summary: String,
-    /// For an answer to a failure, the leg that failed.
-    pub failed_leg: Option<(NodeIx, NodeIx)>,
-    /// Where the drone was, if anybody knew.
-    pub drone: Option<Point>,
-}
 
 /// Classes of battery on arrival: from which fraction on, colour, and width in pixels. What is fuller is drawn broader.
 const CLASSES: [(f64, &str, f64); 4] = [

@@ -1,19 +1,21 @@
-//! The numbers in the text of the paper, each held against every sensible reading of its sentence.
+//! The numbers in the text of the paper, judged under one set of conventions for all of them, and its sentences.
 //!
-//! The paper does not say whether its Dijkstra stops at the target, which problem it solves, over which distance an
-//! overhead is taken, or how cases are averaged. `readings` lists what it can mean, `skipping` what it can mean by the
-//! search space of a stage; here stands what it says.
+//! The paper does not say how its networks are made, whether its Dijkstra stops at the target, which problem it
+//! solves, over which distance an overhead is taken, or how cases are averaged. `conventions` lists what it leaves
+//! open, `readings` what a sentence means under a choice, `joint` finds the choice that meets most numbers; here
+//! stands what the paper says. `sentences` has what it says without numbers.
 
-mod judgement;
+mod conventions;
+mod joint;
 mod readings;
-mod skipping;
+mod sentences;
 
-use super::cells::{Cell, Cells};
+use super::cells::Cells;
 use super::method::Approach;
-use super::record::{Better, Claim, Reading, Unit};
-use super::statistics::Resampler;
-use judgement::judge;
-use readings::{Candidate, Shape};
+use super::record::{Better, Unit};
+use conventions::{Axis, Choice, choices};
+
+pub use joint::{Judged, judge};
 
 /// A number of the paper, and what it is a number of.
 #[derive(Clone, Debug)]
@@ -22,8 +24,6 @@ pub struct ClaimPlan {
     section: &'static str,
     text: &'static str,
     paper: f64,
-    unit: Unit,
-    better: Better,
     quantity: Quantity,
     on_sydney: bool,
 }
@@ -214,8 +214,6 @@ pub fn claim_plans() -> Vec<ClaimPlan> {
         section,
         text,
         paper,
-        unit: quantity.unit(),
-        better: quantity.better(),
         quantity,
         on_sydney: section == SYDNEY,
     };
@@ -239,90 +237,84 @@ impl Quantity {
         }
     }
 
-    /// The value at which there is no difference, from which a direction is told.
-    fn neutral(self) -> f64 {
+    /// The approach that it is about.
+    fn approach(self) -> Option<Approach> {
         match self {
-            Self::Faster(_) | Self::Longer(_) | Self::EffectiveSpace => 0.0,
-            Self::TimesTheTime(_) | Self::IneffectiveSpace => 1.0,
-            Self::EffectiveCases => 50.0,
-            Self::Share(_) => 100.0,
+            Self::Faster(approach)
+            | Self::TimesTheTime(approach)
+            | Self::Longer(approach)
+            | Self::Share(approach) => Some(approach),
+            Self::EffectiveCases | Self::IneffectiveSpace | Self::EffectiveSpace => None,
         }
     }
+
+    /// The value at which there is no difference; none for a share, which has no side.
+    fn neutral(self) -> Option<f64> {
+        match self {
+            Self::Faster(_) | Self::Longer(_) | Self::EffectiveSpace => Some(0.0),
+            Self::TimesTheTime(_) | Self::IneffectiveSpace => Some(1.0),
+            Self::EffectiveCases => Some(50.0),
+            Self::Share(_) => None,
+        }
+    }
+
+    /// The number that a ratio is told as.
+    fn value(self, ratio: f64, choice: Choice) -> f64 {
+        match self {
+            Self::TimesTheTime(_) | Self::IneffectiveSpace => ratio,
+            Self::Share(_) | Self::EffectiveCases => 1e2 * ratio,
+            Self::Longer(_) => 1e2 * (ratio - 1.0),
+            Self::Faster(_) if choice.of(Axis::Faster) == 1 => 1e2 * (1.0 / ratio - 1.0),
+            Self::Faster(_) | Self::EffectiveSpace => 1e2 * (1.0 - ratio),
+        }
+    }
+
+    /// The ratio that the paper's number is, time told as less time.
+    fn ratio(self, value: f64) -> f64 {
+        match self {
+            Self::TimesTheTime(_) | Self::IneffectiveSpace => value,
+            Self::Share(_) | Self::EffectiveCases => value / 1e2,
+            Self::Longer(_) => 1.0 + value / 1e2,
+            Self::Faster(_) | Self::EffectiveSpace => 1.0 - value / 1e2,
+        }
+    }
+}
+
+/// A claim with all its readings.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    plan: ClaimPlan,
+    axes: Vec<Axis>,
+    /// By the number of the choice on its axes.
+    ratios: Vec<Option<f64>>,
 }
 
 impl ClaimPlan {
-    /// Its name.
-    pub fn id(&self) -> &str {
-        self.id
-    }
-
-    /// Computes every reading of the claim on the cells of a run. The seed is that of the intervals.
-    pub fn evaluate(&self, cells: &Cells, seed: u64) -> Claim {
-        let pool = cells.of_sydney(self.on_sydney);
-        let (readings, exact): (Vec<Reading>, Vec<Option<Reading>>) =
-            self.readings(cells, &pool, seed).into_iter().unzip();
-        let judged = judge(self.paper, self.unit, self.quantity.neutral(), &readings);
-        Claim {
-            id: self.id.to_owned(),
-            section: self.section.to_owned(),
-            text: self.text.to_owned(),
-            paper: self.paper,
-            unit: self.unit,
-            better: self.better,
-            exact: judged
-                .closest
-                .and_then(|closest| exact.into_iter().nth(closest).flatten()),
-            readings,
-            closest: judged.closest,
-            holds: judged.holds,
-            verdict: judged.verdict,
-        }
-    }
-
-    /// Every reading, each with what `exact` does to the same quantity.
-    fn readings(
-        &self,
-        cells: &Cells,
-        pool: &[&Cell],
-        seed: u64,
-    ) -> Vec<(Reading, Option<Reading>)> {
-        let estimate = |candidates: Vec<Candidate>, shape: Shape| {
-            let candidates = candidates.into_iter();
-            candidates
-                .filter_map(|candidate| candidate.estimate(self.id, shape, pool, seed))
-                .collect()
+    /// Measures every reading of the claim on the cells of a run.
+    pub fn survey(&self, cells: &Cells) -> Survey {
+        let axes = self.quantity.axes(self.on_sydney);
+        let ratio = |number: usize| {
+            let choice = Choice::numbered(number, &axes);
+            let sample = self.quantity.sample(cells, self.on_sydney, choice, false)?;
+            sample.ratio()
         };
-        match self.quantity {
-            Quantity::Faster(approach) => {
-                estimate(readings::of_time(approach), Shape::PercentBelow)
-            }
-            Quantity::TimesTheTime(approach) => estimate(readings::of_time(approach), Shape::Times),
-            Quantity::Longer(approach) => {
-                estimate(readings::of_distance(approach), Shape::PercentAbove)
-            }
-            Quantity::Share(approach) => estimate(readings::of_share(approach), Shape::Percent),
-            Quantity::EffectiveCases => {
-                let everywhere: Vec<&Cell> = cells.0.iter().collect();
-                alone(skipping::effective_cases(&everywhere, seed))
-            }
-            Quantity::IneffectiveSpace => {
-                let everywhere: Vec<&Cell> = cells.0.iter().collect();
-                let resampler = Resampler::new(seed, self.id);
-                alone(skipping::ineffective_space(&everywhere, resampler))
-            }
-            Quantity::EffectiveSpace => {
-                let everywhere: Vec<&Cell> = cells.0.iter().collect();
-                let resampler = Resampler::new(seed, self.id);
-                alone(skipping::effective_space(&everywhere, resampler))
-            }
+        let ratios = (0..choices(&axes)).map(ratio).collect();
+        Survey {
+            plan: self.clone(),
+            axes,
+            ratios,
         }
     }
 }
 
-/// Readings of what `exact` has no counterpart to: it has no stages.
-fn alone(readings: Vec<Reading>) -> Vec<(Reading, Option<Reading>)> {
-    readings
-        .into_iter()
-        .map(|reading| (reading, None))
-        .collect()
+impl Survey {
+    fn value(&self, choice: Choice) -> Option<f64> {
+        let ratio = self.ratios[choice.number(&self.axes)]?;
+        Some(self.plan.quantity.value(ratio, choice))
+    }
+
+    /// How far a value is from the paper's, as a share of it.
+    fn distance(&self, value: f64) -> f64 {
+        (value - self.plan.paper).abs() / self.plan.paper.abs()
+    }
 }

@@ -1,107 +1,141 @@
-//! Plots with a name to each place: a method, or what skipping a stage changes.
+//! Plots with a name to each place: a method, a generator, or what skipping a stage changes.
 
 use super::super::cells::Cell;
+use super::super::failures::Placing;
 use super::super::record::{Axis, Figure, Point, Scale, Series};
 use super::super::skipped::{Case, Extent, cases};
-use super::super::statistics::{Average, Resampler};
 use super::super::text::counted;
-use super::{FigurePlan, point};
+use super::{Average, FigurePlan, Resampler, point};
+
+fn named(label: &str, names: Vec<String>) -> Axis {
+    Axis {
+        label: label.to_owned(),
+        scale: Scale::Categories(names),
+    }
+}
 
 impl FigurePlan {
-    /// A plot of one cell with a place for each method.
+    /// A plot of one network with a place for each method.
     pub(super) fn by_method(&self, cells: &[&Cell], seed: u64) -> Option<Figure> {
         let cell = *cells.first()?;
         let mut names = Vec::new();
         let mut series = Vec::new();
         for &method in self.methods() {
-            let mut resampler = self.resampler(&method.id(), cell, seed);
-            let Some(estimate) = self.estimate(method, cell, &mut resampler) else {
+            let place = names.len() as f64;
+            let Some(point) = self.point(method, cells, place, seed) else {
                 continue;
             };
             let name = self.series_name(method);
             series.push(Series {
                 name: name.clone(),
-                points: vec![point(names.len() as f64, estimate)],
+                points: vec![point],
             });
             names.push(name);
         }
-        // The plan says Sydney CBD; on somebody's own network it is a plot of that.
-        let is_sydney = cell.plan.is_sydney();
-        let named = |text: &str, sydney: &str, name: &str| match is_sydney {
-            true => text.to_owned(),
-            false => text.replace(sydney, name),
-        };
-        Some(Figure {
-            slug: named(self.slug, "sydney", "network"),
-            paper: self.counterpart().filter(|_| is_sydney),
-            title: named(self.title, "Sydney CBD", &cell.plan.name),
-            caption: self.caption(cells),
-            x: Axis {
-                label: "method".to_owned(),
-                scale: Scale::Categories(names),
-            },
-            y: self.vertical(),
+        let mut figure = Figure {
             series,
-            reference: self.reference(),
+            ..self.frame(cells, named("method", names.clone()))
+        };
+        for mark in &mut figure.marks {
+            let place = names.iter().position(|name| *name == mark.series);
+            mark.x = place.map(|place| place as f64);
+        }
+        figure.marks.retain(|mark| mark.x.is_some());
+        // The plan says Sydney CBD; on somebody's own network it is a plot of that.
+        if !cell.plan.is_sydney() {
+            figure.slug = figure.slug.replace("sydney", "network");
+            figure.title = figure.title.replace("Sydney CBD", &cell.plan.name);
+            figure.paper = None;
+            figure.marks.clear();
+        }
+        Some(figure)
+    }
+
+    /// A plot with a place for each generator.
+    pub(super) fn by_pool(&self, pools: &[(&str, Vec<&Cell>)], seed: u64) -> Option<Figure> {
+        let names = pools.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let all: Vec<&Cell> = pools.iter().flat_map(|(_, cells)| cells).copied().collect();
+        let series = self.methods().iter().map(|&method| Series {
+            name: self.series_name(method),
+            points: pools
+                .iter()
+                .enumerate()
+                .filter_map(|(place, (_, cells))| self.point(method, cells, place as f64, seed))
+                .collect(),
+        });
+        Some(Figure {
+            series: series.collect(),
+            ..self.frame(&all, named("networks", names))
         })
     }
 
     /// What skipping changes, in the cases where it was effective or in the others.
     pub(super) fn skipping(&self, cells: &[&Cell], effective: bool, seed: u64) -> Option<Figure> {
-        let all: Vec<Case> = cells.iter().flat_map(|cell| cases(cell)).collect();
-        let chosen: Vec<&Case> = all
+        let all = cases(cells, Placing::Path, 0);
+        let chosen: Vec<Vec<Case>> = all
             .iter()
-            .filter(|case| case.is_effective == effective)
+            .map(|cases| {
+                let cases = cases.iter().copied();
+                cases
+                    .filter(|case| case.is_effective == effective)
+                    .collect()
+            })
             .collect();
         type Space = fn(&Extent) -> f64;
-        let spaces: [(&str, Space); 5] = [
+        let spaces: [(&str, Space); 6] = [
             ("nodes, last area", |extent| extent.nodes),
             ("segments, last area", |extent| extent.segments),
             ("nodes, all areas", |extent| extent.searched_nodes),
             ("nodes settled", |extent| extent.settled),
             ("searches", |extent| extent.searches),
+            ("time", |extent| extent.time_us),
         ];
-        let settled_place = 3;
         let mut resampler = Resampler::new(seed, self.slug);
-        let mut of = |place: usize, pairs: Vec<(f64, f64)>| -> Option<Point> {
-            let estimate = resampler.of_pairs(&pairs, Average::RatioOfMeans)?;
-            Some(point(place as f64, estimate))
-        };
-        let mut own = Vec::new();
-        for (place, (_, space)) in spaces.iter().enumerate() {
-            let pairs = chosen
+        let mut of = |place: usize, extent: fn(&Case) -> Extent| -> Option<Point> {
+            let space = spaces[place].1;
+            let pairs: Vec<Vec<(f64, f64)>> = chosen
                 .iter()
-                .map(|case| (space(&case.with_skipping), space(&case.without)));
-            own.extend(of(place, pairs.collect()));
-        }
-        let exact = chosen
+                .map(|cases| {
+                    let pairs = cases
+                        .iter()
+                        .map(|case| (space(&extent(case)), space(&case.without)));
+                    pairs.filter(|pair| pair.1 > 0.0).collect()
+                })
+                .collect();
+            let estimate = resampler.of_pairs(&pairs, Average::RatioOfMeans)?;
+            let ratios = pairs
+                .concat()
+                .iter()
+                .map(|(one, other)| one / other)
+                .collect();
+            Some(point(place as f64, estimate, ratios))
+        };
+        let own: Vec<Point> = (0..spaces.len())
+            .filter_map(|place| of(place, |case| case.with_skipping))
+            .collect();
+        // It has no areas: what it settles and its time can be compared.
+        let exact: Vec<Point> = [3, 5]
             .iter()
-            .map(|case| (case.exact_settled, case.without.settled));
-        let exact: Vec<Point> = of(settled_place, exact.collect()).into_iter().collect();
-        let names = spaces.map(|(name, _)| name.to_owned());
+            .filter_map(|&place| of(place, |case| case.exact))
+            .collect();
+        let count = |cases: &[Vec<Case>]| cases.iter().map(Vec::len).sum::<usize>();
+        let names = spaces.map(|(name, _)| name.to_owned()).to_vec();
         let series = [("exact, warm", exact), ("two-phased", own)];
+        let frame = self.frame(cells, named("what is counted", names));
         Some(Figure {
-            slug: self.slug.to_owned(),
-            paper: self.counterpart(),
-            title: self.title.to_owned(),
             caption: format!(
                 "{} {} of {} with a skipped stage.",
-                self.caption(cells),
-                chosen.len(),
-                counted(all.len(), "failure", "failures")
+                frame.caption,
+                count(&chosen),
+                counted(count(&all), "failure", "failures")
             ),
-            x: Axis {
-                label: "what is counted".to_owned(),
-                scale: Scale::Categories(names.to_vec()),
-            },
-            y: self.vertical(),
             series: series
                 .map(|(name, points)| Series {
                     name: name.to_owned(),
                     points,
                 })
                 .to_vec(),
-            reference: self.reference(),
+            ..frame
         })
     }
 }

@@ -1,8 +1,8 @@
 //! A made-up run that has everything a page can show, with names that would break one that does not escape.
 
 use crate::evaluate::record::{
-    Axis, Better, Claim, Figure, NetworkFacts, Note, Point, Provenance, Reading, Reference, Run,
-    Scale, Series, Table, Unit, Verdict,
+    Axis, Better, Cause, Claim, Conventions, Count, Figure, NetworkFacts, Note, PaperMark, Point,
+    Provenance, Reading, Reference, Run, Scale, Sentence, Series, Table, Unit, Verdict,
 };
 
 /// A name as nobody should give one.
@@ -31,6 +31,24 @@ pub(super) fn run() -> Run {
             by_network(),
         ],
         claims: claims(),
+        conventions: Some(Conventions {
+            choices: vec![("networks".to_owned(), HOSTILE.to_owned())],
+            sets: 1_000,
+            met: 1,
+            measured: 3,
+        }),
+        sentences: vec![Sentence {
+            id: "skipping-pays".to_owned(),
+            text: HOSTILE.to_owned(),
+            test: "it takes less time".to_owned(),
+            holds: Verdict::Contradicted,
+            counts: vec![Count {
+                networks: "random".to_owned(),
+                holds: 3,
+                fails: 9,
+                of: 20,
+            }],
+        }],
         notes: notes(),
     }
 }
@@ -48,7 +66,16 @@ fn point(x: f64, y: f64, spread: f64) -> Point {
         y,
         low: y * (1.0 - spread),
         high: y * (1.0 + spread),
+        spread: [y * (1.0 - 2.0 * spread), y * (1.0 + 2.0 * spread)],
         cases: 994,
+    }
+}
+
+fn said(series: &str, x: Option<f64>, y: f64) -> PaperMark {
+    PaperMark {
+        series: series.to_owned(),
+        x,
+        y,
     }
 }
 
@@ -81,6 +108,7 @@ fn over_size(slug: &str, paper: Option<&str>, scale: &Scale) -> Figure {
             y: if is_log { 1.0 } else { 0.0 },
             label: "baseline (Dijkstra, whole route)".to_owned(),
         }),
+        marks: vec![said("two-phased", None, 7.0)],
     }
 }
 
@@ -115,6 +143,7 @@ fn skipping() -> Figure {
             y: 1.0,
             label: "without skipping".to_owned(),
         }),
+        marks: vec![said("two-phased", Some(0.0), 2.13)],
     }
 }
 
@@ -138,6 +167,7 @@ fn by_method() -> Figure {
             y: 1.0,
             label: "baseline".to_owned(),
         }),
+        marks: vec![said(HOSTILE, Some(3.0), 0.5)],
     }
 }
 
@@ -164,6 +194,7 @@ fn by_network() -> Figure {
         y: axis("median time (µs)", Scale::Log),
         series: series.collect(),
         reference: None,
+        marks: Vec::new(),
     }
 }
 
@@ -177,6 +208,15 @@ fn reading(name: &str, value: f64) -> Reading {
     }
 }
 
+fn cause() -> Cause {
+    Cause {
+        kind: "generator".to_owned(),
+        change: HOSTILE.to_owned(),
+        value: 61.234,
+        is_met: false,
+    }
+}
+
 fn claims() -> Vec<Claim> {
     let claim = |id: &str, section: &str, text: &str, paper, unit, holds| Claim {
         id: id.to_owned(),
@@ -185,14 +225,18 @@ fn claims() -> Vec<Claim> {
         paper,
         unit,
         better: Better::Higher,
-        readings: vec![
-            reading("full tree, A → destination, ratio of means", 61.234),
-            reading("early exit, A → B, median of ratios", -3.5),
-        ],
-        closest: Some(0),
+        readings: 36,
+        met: 2,
+        range: Some([-3.5, 61.234]),
+        joint: Some(reading("early exit, A → B, median of ratios", -3.5)),
+        closest: Some(reading(
+            "full tree, A → destination, ratio of means",
+            61.234,
+        )),
         holds,
         verdict: "The closest reading has 61.2 %, the farthest -3.50 %.".to_owned(),
         exact: Some(reading("exact, warm, against the same", 99.4)),
+        cause: Some(cause()),
     };
     vec![
         claim(
@@ -223,9 +267,12 @@ fn claims() -> Vec<Claim> {
             Verdict::Reproduced,
         ),
         Claim {
-            readings: Vec::new(),
+            readings: 0,
+            range: None,
+            joint: None,
             closest: None,
             exact: None,
+            cause: None,
             verdict: HOSTILE.to_owned(),
             ..claim(
                 "sydney-time",
@@ -261,13 +308,13 @@ fn notes() -> Vec<Note> {
 fn provenance() -> Provenance {
     let network = |name: &str, nodes| NetworkFacts {
         name: name.to_owned(),
+        networks: 10,
         nodes,
         segments: nodes * 5,
         component_nodes: nodes - 1,
         failures: 1_000,
         without_detour: 6,
         distances_checked: 9_940,
-        median_failed_segment_m: 321.4,
     };
     Provenance {
         version: "0.1.0".to_owned(),

@@ -111,6 +111,7 @@ fn values(figure: &Figure) -> Markup {
                             th scope="col" { (figure.x.label) }
                             th scope="col" class="number" { "Value" }
                             th scope="col" class="number" { "95\u{202f}% interval" }
+                            th scope="col" class="number" { "Quartiles" }
                             th scope="col" class="number" { "Cases" }
                         }
                     }
@@ -122,6 +123,7 @@ fn values(figure: &Figure) -> Markup {
                                     td { (place(point.x)) }
                                     td class="number" { (plain(point.y)) }
                                     td class="number" { (interval(point.low, point.high)) }
+                                    td class="number" { (interval(point.spread[0], point.spread[1])) }
                                     td class="number" { (count(point.cases)) }
                                 }
                             }

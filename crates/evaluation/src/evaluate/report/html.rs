@@ -32,6 +32,7 @@ pub fn html(run: &Run, plots: &[(String, String)]) -> String {
                 main {
                     (opening::summary(run))
                     (claims::section(&run.claims))
+                    (claims::sentences(&run.sentences))
                     (figures::sections(&run.figures, plots))
                     (notes::section(&run.notes))
                     (method::section(run))
@@ -49,6 +50,10 @@ fn contents(run: &Run) -> Vec<(&'static str, &'static str)> {
     let parts = [
         (true, ("abstract", "Abstract")),
         (!run.claims.is_empty(), ("claims", "The paper's numbers")),
+        (
+            !run.sentences.is_empty(),
+            ("sentences", "The paper's sentences"),
+        ),
         (
             !has_figures.of_paper.is_empty(),
             ("figures", "The paper's figures"),

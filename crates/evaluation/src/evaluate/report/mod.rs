@@ -6,6 +6,7 @@
 mod claims;
 mod figures;
 mod html;
+mod markdown;
 mod method;
 mod notes;
 mod numbers;
@@ -14,6 +15,7 @@ mod plot;
 mod provenance;
 
 pub use html::html;
+pub use markdown::markdown;
 pub use plot::{PlotError, plot};
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The top of the page: title, warnings, abstract and the findings in short.
 
 use super::notes;
-use super::numbers::{count, value};
-use crate::evaluate::record::{Better, Claim, Run, Verdict};
+use super::numbers::count;
+use crate::evaluate::record::{Claim, Run, Verdict};
 use crate::evaluate::text::counted;
 use maud::{Markup, html};
 
@@ -10,9 +10,16 @@ pub(super) const TITLE: &str =
     "Recomposition of drone deliveries: the paper’s evaluation, repeated";
 
 /// Every verdict with its class, its word and its sign.
-pub(super) const VERDICTS: [(Verdict, &str, &str); 4] = [
+pub(super) const VERDICTS: [(Verdict, &str, &str); 7] = [
     (Verdict::Reproduced, "reproduced", "✓ reproduced"),
+    (
+        Verdict::InIsolation,
+        "direction",
+        "◌ reproduced in isolation",
+    ),
     (Verdict::DirectionOnly, "direction", "≈ direction only"),
+    (Verdict::Depends, "direction", "± depends on the network"),
+    (Verdict::Contradicted, "refuted", "✗ contradicted"),
     (Verdict::NotReproduced, "refuted", "✗ not reproduced"),
     (Verdict::NotMeasured, "unmeasured", "– not measured"),
 ];
@@ -48,6 +55,8 @@ pub(super) fn header(run: &Run) -> Markup {
 /// The abstract, and one line per note.
 pub(super) fn summary(run: &Run) -> Markup {
     let networks = &run.provenance.networks;
+    let of_cells = networks.iter().map(|network| network.networks);
+    let of_cells: usize = of_cells.sum();
     let drawn: usize = networks.iter().map(|network| network.failures).sum();
     let without_detour: usize = networks.iter().map(|network| network.without_detour).sum();
     let checked: usize = networks
@@ -57,6 +66,7 @@ pub(super) fn summary(run: &Run) -> Markup {
     html! {
         section id="abstract" {
             h2 { "Abstract" }
+            @if let Some(first) = run.notes.first() { p { strong { (first.text) } } }
             p {
                 "When a segment of a delivery’s route fails, a new way has to be found from where the drone is. The paper’s "
                 "strategies look for it in small areas about the failed segment: in circles (radius), in grid cells (cell "
@@ -64,12 +74,12 @@ pub(super) fn summary(run: &Run) -> Markup {
                 "puts " em { "exact" } " beside everything, which finds the shortest way for the whole rest of the route."
             }
             p {
-                "It drew " (count(drawn)) " failures on " (counted(networks.len(), "network", "networks"))
+                "It drew " (count(drawn)) " failures on " (counted(of_cells, "network", "networks"))
                 (sizes(run)) "; " (after_failure(without_detour)) " "
                 (count(checked)) " distances of exact and of the baselines were compared with those of petgraph’s Dijkstra "
                 "on a graph that it loaded itself, and all are equal; a run in which one is not ends with an error."
             }
-            @if !run.claims.is_empty() { (tally(&run.claims)) p { (beside_exact(&run.claims)) } }
+            @if !run.claims.is_empty() { (tally(&run.claims)) }
             (notes::findings(&run.notes))
         }
     }
@@ -105,45 +115,10 @@ fn tally(claims: &[Claim]) -> Markup {
         ul class="tally" {
             @for (verdict, class, words) in VERDICTS {
                 @let found = claims.iter().filter(|claim| claim.holds == verdict).count();
-                @if found > 0 || verdict != Verdict::NotMeasured {
+                @if found > 0 {
                     li class=(class) { b { (count(found)) } " " (words) }
                 }
             }
         }
-    }
-}
-
-/// How often `exact` is on the better side of the closest reading, and where it is not.
-fn beside_exact(claims: &[Claim]) -> String {
-    let mut compared = 0;
-    let mut behind = Vec::new();
-    for claim in claims {
-        let closest = claim.closest.and_then(|place| claim.readings.get(place));
-        let (Some(closest), Some(exact)) = (closest, &claim.exact) else {
-            continue;
-        };
-        let is_behind = match claim.better {
-            Better::Lower => exact.value > closest.value,
-            Better::Higher => exact.value < closest.value,
-            Better::Neither => continue,
-        };
-        compared += 1;
-        if is_behind {
-            let [theirs, ours] = [closest.value, exact.value].map(|it| value(it, claim.unit));
-            behind.push(format!("{} ({ours} against {theirs})", claim.id));
-        }
-    }
-    let ahead = compared - behind.len();
-    let of_all = counted(compared, "number that has", "numbers that have");
-    let first = format!(
-        "For {of_all} a better side, exact is at least as good as the reading that comes closest to the paper in {ahead}"
-    );
-    match behind.is_empty() {
-        true => format!("{first}."),
-        false => format!(
-            "{first}, and behind it in {}: {}.",
-            behind.len(),
-            behind.join("; ")
-        ),
     }
 }

@@ -3,7 +3,7 @@
 use super::axis::Range;
 use super::look::Look;
 use super::{BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words};
-use super::{mark, px, tip, values, width, wrapped};
+use super::{look_of, mark, paper_mark, px, tip, values, width, wrapped};
 use crate::evaluate::record::{Figure, Point, Series};
 use crate::evaluate::report::numbers::tick;
 use maud::{Markup, html};
@@ -19,6 +19,7 @@ const NUMBER: f64 = 70.0;
 
 /// One category: its name in lines, its dots, and where it lies.
 struct Row<'a> {
+    place: usize,
     name: Vec<String>,
     dots: Vec<(&'a Series, &'a Look, &'a Point)>,
     top: f64,
@@ -79,6 +80,13 @@ pub(super) fn chart(figure: &Figure, names: &[String], looks: &[Look], top: f64)
             }
         }
         @for row in &rows { (dots(&frame, row)) }
+        @for said in &figure.marks {
+            @let row = said.x.and_then(|x| rows.iter().find(|row| row.place == x as usize));
+            @if let Some(row) = row {
+                @let y = (row.top + row.bottom) / 2.0;
+                (paper_mark(look_of(figure, looks, said), said, (frame.x_of(said.y), y)))
+            }
+        }
         g class="plot-quiet" color=(QUIET) fill="currentColor" text-anchor="middle" {
             @for (index, line) in label.iter().enumerate() {
                 text x=(px(middle)) y=(px(label_top + 16.0 * index as f64)) { (Words(line)) }
@@ -115,6 +123,7 @@ fn row<'a>(figure: &'a Figure, looks: &'a [Look], index: usize, name: &str, top:
         count => BETWEEN + (DOT * count as f64).max(LINE * name.len() as f64),
     };
     Row {
+        place: index,
         name,
         dots,
         top,
@@ -166,6 +175,8 @@ fn dots(frame: &Frame, row: &Row<'_>) -> Markup {
         @for (index, (series, look, point)) in row.dots.iter().enumerate() {
             @let y = first_dot + DOT * index as f64;
             g class=(look.class) color=(look.colour) {
+                path d={ "M" (px(frame.x_of(point.spread[0]))) " " (px(y)) "H" (px(frame.x_of(point.spread[1]))) }
+                    fill="none" stroke="currentColor" stroke-width="1" stroke-opacity="0.6" {}
                 path d={ "M" (px(frame.x_of(point.low))) " " (px(y)) "H" (px(frame.x_of(point.high))) }
                     fill="none" stroke="currentColor" stroke-width="2.2" stroke-linecap="round" {}
                 (mark(look, (frame.x_of(point.y), y), &tip(series, point, &name)))

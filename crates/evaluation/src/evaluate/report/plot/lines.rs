@@ -1,9 +1,9 @@
-//! Lines over a measured variable, with bands for their intervals.
+//! Lines over a measured variable, with bands for the spread of the values.
 
 use super::axis::Range;
 use super::look::Look;
 use super::{BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words};
-use super::{mark, points, px, tip, values, width, wrapped};
+use super::{look_of, mark, paper_mark, points, px, tip, values, width, wrapped};
 use crate::evaluate::record::{Figure, Point, Series};
 use crate::evaluate::report::numbers::{plain, tick};
 use maud::{Markup, html};
@@ -36,7 +36,8 @@ pub(super) fn chart(figure: &Figure, looks: &[Look], top: f64) -> Chart {
         x,
         y,
         left: BORDER + widest.fold(0.0, f64::max) + 8.0,
-        right: WIDTH - BORDER - 6.0,
+        // What the paper says stands beside the lines, of which it is no point.
+        right: WIDTH - BORDER - if figure.marks.is_empty() { 6.0 } else { 22.0 },
         top,
         bottom: top + HEIGHT,
     };
@@ -53,6 +54,9 @@ pub(super) fn chart(figure: &Figure, looks: &[Look], top: f64) -> Chart {
             }
         }
         (drawn(figure, looks, &frame))
+        @for said in &figure.marks {
+            (paper_mark(look_of(figure, looks, said), said, (frame.right + 13.0, frame.y_of(said.y))))
+        }
         g class="plot-quiet" color=(QUIET) fill="currentColor" text-anchor="middle" {
             @for (index, line) in label.iter().enumerate() {
                 text x=(px((frame.left + frame.right) / 2.0)) y=(px(label_top + 16.0 * index as f64)) { (Words(line)) }
@@ -129,10 +133,9 @@ fn lying_ticks(figure: &Figure, frame: &Frame) -> Vec<f64> {
     measured
 }
 
-/// Lines first and marks above them; the broad line of `exact` lies below the others.
+/// Lines first and marks above them; the line of `exact` lies above the others.
 fn drawn(figure: &Figure, looks: &[Look], frame: &Frame) -> Markup {
-    let mut lines: Vec<(&Series, &Look)> = figure.series.iter().zip(looks).collect();
-    lines.sort_by_key(|(_, look)| !look.is_exact());
+    let lines: Vec<(&Series, &Look)> = figure.series.iter().zip(looks).rev().collect();
     let marks = marks(figure, looks, frame);
     html! {
         @for (series, look) in lines.iter().filter(|(series, _)| series.points.len() > 1) {
@@ -152,11 +155,15 @@ fn line(frame: &Frame, series: &Series, look: &Look) -> Markup {
     let place = |x: f64, y: f64| format!("{} {}", px(frame.x_of(x)), px(frame.y_of(y)));
     let joined = |places: Vec<String>| format!("M{}", places.join("L"));
     let through: Vec<String> = series.points.iter().map(|at| place(at.x, at.y)).collect();
-    let above = series.points.iter().map(|at| place(at.x, at.high));
-    let below = series.points.iter().rev().map(|at| place(at.x, at.low));
+    let above = series.points.iter().map(|at| place(at.x, at.spread[1]));
+    let below = series
+        .points
+        .iter()
+        .rev()
+        .map(|at| place(at.x, at.spread[0]));
     let band: Vec<String> = above.chain(below).collect();
     html! {
-        path d={ (joined(band)) "z" } fill="currentColor" fill-opacity="0.14" {}
+        path d={ (joined(band)) "z" } fill="currentColor" fill-opacity="0.1" {}
         path d=(joined(through)) fill="none" stroke="currentColor" stroke-width=(px(look.line_px))
             stroke-dasharray=(look.dash) stroke-linejoin="round" {}
     }

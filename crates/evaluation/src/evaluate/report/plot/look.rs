@@ -1,6 +1,6 @@
 //! How a series looks: by its name, the same in all plots of a run.
 //!
-//! `exact` has the strong blue of the new path in our pictures, and a broad line. Colours are those of
+//! `exact` has the strong blue of the new path in our pictures. Colours are those of
 //! Okabe and Ito, and of Tol, where theirs are too pale for thin lines on white; marks and dashes differ as well, for
 //! readers who see colours otherwise.
 
@@ -50,17 +50,10 @@ const KNOWN: [(&str, Look); 10] = [
         "exact, cold",
         Look {
             is_hollow: true,
-            line_px: 3.6,
             ..look("plot-exact", "#0072b2", Mark::Circle, "9 3")
         },
     ),
-    (
-        "exact",
-        Look {
-            line_px: 3.6,
-            ..look("plot-exact", "#0072b2", Mark::Circle, SOLID)
-        },
-    ),
+    ("exact", look("plot-exact", "#0072b2", Mark::Circle, SOLID)),
     (
         "two-phased, polygons",
         look("plot-polygons", "#8f2d00", Mark::Up, DASHES),
@@ -138,13 +131,9 @@ pub(super) fn looks(series: &[Series]) -> Vec<Look> {
 }
 
 impl Look {
-    pub(super) fn is_exact(&self) -> bool {
-        self.class == "plot-exact"
-    }
-
     /// The outline of the mark at a place, as the `d` of a path.
     pub(super) fn outline(&self, x: f64, y: f64) -> String {
-        let r = if self.is_exact() { 4.8 } else { 4.0 };
+        let r = 4.0;
         let through = |corners: &[(f64, f64)]| {
             let corners: Vec<String> = corners
                 .iter()

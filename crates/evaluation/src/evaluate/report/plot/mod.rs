@@ -10,7 +10,7 @@ mod lines;
 mod look;
 mod top;
 
-use crate::evaluate::record::{Figure, Point, Scale, Series};
+use crate::evaluate::record::{Figure, PaperMark, Point, Scale, Series};
 use look::{Look, looks};
 use maud::{Markup, Render, html};
 use std::fmt::{Display, Formatter};
@@ -116,7 +116,11 @@ fn check(figure: &Figure) -> Result<(), PlotError> {
             y,
             axis,
         };
-        if ![x, y, low, high].into_iter().all(f64::is_finite) {
+        let [first, third] = point.spread;
+        if ![x, y, low, high, first, third]
+            .into_iter()
+            .all(f64::is_finite)
+        {
             return Err(missing("any axis, as its interval is not finite"));
         }
         let has_place = match &figure.x.scale {
@@ -145,12 +149,46 @@ fn points(figure: &Figure) -> impl Iterator<Item = (&Series, &Point)> {
     series.flat_map(|series| series.points.iter().map(move |point| (series, point)))
 }
 
-/// All values the vertical axis has to reach: intervals, and the line to compare with.
+/// All values the vertical axis has to reach: intervals, spreads, what the paper says and the line to compare with.
 fn values(figure: &Figure) -> impl Iterator<Item = f64> {
     let reference = figure.reference.iter().map(|reference| reference.y);
     points(figure)
-        .flat_map(|(_, point)| [point.low, point.y, point.high])
+        .flat_map(|(_, point)| {
+            [
+                point.low,
+                point.y,
+                point.high,
+                point.spread[0],
+                point.spread[1],
+            ]
+        })
+        .chain(figure.marks.iter().map(|mark| mark.y))
         .chain(reference)
+}
+
+/// What the paper says of a series, as a cross in its colour.
+fn paper_mark(look: Option<&Look>, mark: &PaperMark, (x, y): (f64, f64)) -> Markup {
+    let (class, colour) = look.map_or(("plot-ink", INK), |look| (look.class, look.colour));
+    let tip = format!(
+        "{}, the paper: {}",
+        mark.series,
+        super::numbers::plain(mark.y)
+    );
+    html! {
+        g class=(class) color=(colour) {
+            path d={ "M" (px(x - 4.5)) " " (px(y - 4.5)) "l9 9m0 -9l-9 9" } fill="none" stroke="currentColor"
+                stroke-width="2.4" { desc { (Words(&tip)) } }
+        }
+    }
+}
+
+/// The look of the series that a mark is said of.
+fn look_of<'a>(figure: &Figure, looks: &'a [Look], mark: &PaperMark) -> Option<&'a Look> {
+    let place = figure
+        .series
+        .iter()
+        .position(|series| series.name == mark.series);
+    place.and_then(|place| looks.get(place))
 }
 
 /// A mark, with what it stands for as a tooltip.

@@ -17,16 +17,21 @@ pub(super) struct Top {
     pub(super) bottom: f64,
 }
 
-/// What a row of the legend holds: a series, or the line to compare with.
+/// What a row of the legend holds: a series, the cross of the paper, or the line to compare with.
 enum Sample<'a> {
     Series(&'a Look),
+    Paper,
     Reference,
 }
 
 impl Top {
     pub(super) fn new(figure: &Figure, looks: &[Look]) -> Self {
         let room = WIDTH - 2.0 * BORDER;
-        let title = wrapped(&figure.title, TITLE * 1.06, room);
+        let title = match &figure.paper {
+            Some(paper) => format!("{paper}: {}", figure.title),
+            None => figure.title.clone(),
+        };
+        let title = wrapped(&title, TITLE * 1.06, room);
         let legend_top = BORDER + 19.0 * title.len() as f64 + 6.0;
         let is_rows = matches!(figure.x.scale, Scale::Categories(_));
         let (legend, legend_bottom) = legend(figure, looks, legend_top, is_rows);
@@ -63,6 +68,9 @@ fn legend(figure: &Figure, looks: &[Look], top: f64, is_rows: bool) -> (Markup, 
     let mut samples: Vec<(&str, Sample<'_>)> = series
         .map(|(series, look)| (&*series.name, Sample::Series(look)))
         .collect();
+    if !figure.marks.is_empty() {
+        samples.push(("the paper", Sample::Paper));
+    }
     if let Some(reference) = &figure.reference {
         samples.push((&*reference.label, Sample::Reference));
     }
@@ -105,6 +113,12 @@ fn drawn(sample: &Sample<'_>, x: f64, y: f64, is_rows: bool) -> Markup {
                 path d={ "M" (px(x)) " " (px(y)) "H" (px(end)) } fill="none" stroke="currentColor"
                     stroke-width=(px(line)) stroke-dasharray=(dash) {}
                 (mark(look, (middle, y), ""))
+            }
+        },
+        Sample::Paper => html! {
+            g class="plot-ink" color=(INK) {
+                path d={ "M" (px(middle - 4.5)) " " (px(y - 4.5)) "l9 9m0 -9l-9 9" } fill="none"
+                    stroke="currentColor" stroke-width="2.4" {}
             }
         },
         // A line to compare with lies as it does in the chart: upright between rows of dots.

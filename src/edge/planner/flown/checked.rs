@@ -1,33 +1,40 @@
 //! Flights shown to the checker: against what is closed when, and against the pads that others have.
 
-use super::DroneKind;
-use super::others::stays_at;
-use super::{Flights, FlownAnswer, FlownVersion, ReportedFlight, ReportingDrone, Scene};
+use super::terms::DroneKind;
+use super::{Flight, Flights, FlownVersion};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
 use crate::checker::{ClosedTimes, Fault};
 use crate::delivery::with_airframe;
-use crate::edge::snapshot::{Own, PlanEntry, Snapshot};
-use crate::flight::{Aloft, FailureReport, FailureType, Location, Reentry, Reservation};
+use crate::edge::planner::{Own, Scene, Traffic};
+use crate::flight::{Aloft, Reentry, Reservation};
 use crate::network::NodeIx;
-use crate::planted;
-use crate::recompose::{Recomposition, Request, Strategy};
+use crate::recompose::{Recomposition, Request};
 use jiff::Timestamp;
 
 impl Flights {
+    /// What is known of who asked, with what is known of its flight.
+    pub(super) fn known(&self, flight: &Flight, known: &Known, now: Timestamp) -> Known {
+        Known {
+            stands_at: flight.drone.stands_at(),
+            at_s: self.seconds(now),
+            ..*known
+        }
+    }
+
     /// Checks how a drone that reported is to fly.
     ///
     /// # Errors
     /// The first rule that the answer breaks.
-    pub(in crate::edge) fn check_report(
+    pub(super) fn check_report(
         &self,
         scene: Scene<'_>,
-        (drone, flight): (&ReportingDrone, &ReportedFlight),
+        flight: &Flight,
         request: &Request,
         known: &Known,
         answer: &Recomposition,
     ) -> Result<(), Fault> {
         let version = flight.version.as_ref().map(|(version, _)| &**version);
-        let who = (&drone.kind, scene.snapshot.own(drone.plan.as_deref()));
+        let who = (&flight.drone.kind, flight.drone.own(scene));
         self.check_version(
             scene,
             who,
@@ -50,7 +57,7 @@ impl Flights {
     ///
     /// # Errors
     /// The first rule that the answer breaks.
-    pub(in crate::edge) fn check_version(
+    pub(super) fn check_version(
         &self,
         scene: Scene<'_>,
         (kind, own): (&DroneKind, Own<'_>),
@@ -59,7 +66,7 @@ impl Flights {
         known: &Known,
         answer: &Recomposition,
     ) -> Result<(), Fault> {
-        let sky = self.sky(scene.airspace, scene.now);
+        let sky = self.sky(scene);
         // What closes later is looked at by the times of the flight.
         let airspace = sky.skies.now();
         let Some((version, departs_at)) = version else {
@@ -82,8 +89,7 @@ impl Flights {
             until_s: alternate.until_s + departs_s,
             ..alternate
         });
-        let weather = scene.snapshot.weather.as_ref();
-        let compiled = self.compiled(scene.airspace.topology(), kind, weather);
+        let compiled = self.compiled(scene, kind);
         let closed = sky
             .closed_times
             .get_or_init(|| ClosedTimes::of(sky.skies.airspace(), self.zero));
@@ -91,7 +97,7 @@ impl Flights {
         let swaps = |node: NodeIx| sky.swap_stations.contains(&node);
         let is_taken = |node: NodeIx, pad: u16, from_s: f64, until_s: f64| {
             let instants = (zero_s + from_s, zero_s + until_s);
-            is_taken(scene.snapshot, own, (node, pad), instants)
+            is_taken(scene.traffic, own, (node, pad), instants)
         };
         let world = FlightWorld {
             setting: &compiled.setting,
@@ -112,70 +118,14 @@ impl Flights {
     }
 }
 
-/// An answer that does not pass, with what was asked and the rule that it breaks.
-pub(in crate::edge) struct RefusedAnswer {
-    pub(in crate::edge) request: Request,
-    pub(in crate::edge) answer: Recomposition,
-    pub(in crate::edge) fault: Fault,
-}
-
-impl Flights {
-    /// The answer to the drone of a plan, if it does not pass.
-    pub(in crate::edge) fn refused(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        told: &FlownAnswer,
-    ) -> Option<RefusedAnswer> {
-        let (version, way) = told.version.as_ref()?;
-        if planted::is_unchecked() {
-            return None;
-        }
-        let start = &version.composition.plan.start;
-        let nodes = &way.way.nodes;
-        let stands = Request::exact(FailureReport {
-            failure: FailureType::ServiceLevel,
-            leg: (start.node, nodes.get(1).copied().unwrap_or(start.node)),
-            location: Location::LegStart,
-            cause_location: None,
-            destination: plan.destination,
-            remaining_path: None,
-        });
-        let request = told.asked.as_deref().cloned().unwrap_or(stands);
-        let answer = Recomposition {
-            outcome: told.outcome,
-            path: way.way.clone(),
-            remaining_length_m: Some(version.composition.plan.distance_m),
-            first_stretch_m: start.flown_m,
-            reentry: start.reentry(),
-            flags: told.flags.clone(),
-            ..Recomposition::without_path(Strategy::Exact)
-        };
-        let known = Known {
-            stands_at: told.asked.is_none().then_some(start.node),
-            at_s: self.seconds(scene.now),
-            ..Known::default()
-        };
-        let drone = (&self.kind_of(plan), scene.snapshot.own(Some(&plan.id)));
-        let flown = Some((&**version, told.departs_at));
-        let checked = self.check_version(scene, drone, flown, &request, &known, &answer);
-        let fault = checked.err()?;
-        Some(RefusedAnswer {
-            request,
-            answer,
-            fault,
-        })
-    }
-}
-
 /// Whether another plan has a pad at some time between two instants, in seconds of Unix time.
 fn is_taken(
-    snapshot: &Snapshot,
+    traffic: Traffic<'_>,
     own: Own<'_>,
     (node, pad): (NodeIx, u16),
     (from_s, until_s): (f64, f64),
 ) -> bool {
-    stays_at(snapshot, node).any(|(key, stay)| {
+    traffic.stays_at(node).any(|(key, stay)| {
         !own.has(&key.plan) && stay.pad == pad && from_s < stay.until_s && stay.from_s < until_s
     })
 }

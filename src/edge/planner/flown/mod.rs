@@ -8,33 +8,35 @@ mod carrying;
 mod causes;
 mod checked;
 mod composing;
-mod flown;
-mod others;
+mod expected;
+mod flown_version;
+mod kept;
+mod planner;
 mod reported;
+mod terms;
 mod told;
 
-pub(super) use answering::{FlownAnswer, Scene, Stand, battery_of};
-pub(super) use checked::RefusedAnswer;
-pub(super) use composing::{FlightOrder, Wanted};
-pub(super) use flown::{DetourEnd, FlownVersion, LegEnds, Told};
-pub(super) use others::{PadKey, meets_others, shares_pad, stays, stays_at};
-pub(super) use reported::{ReportedFlight, Reporter, ReportingDrone};
+pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
+pub(super) use planner::Flown;
+pub(in crate::edge) use reported::Flight;
+pub(in crate::edge) use terms::{FlightOrder, FlightTerms};
 
-use super::settings::{FlightSettings, Settings};
-use super::snapshot::{Own, Snapshot};
+use super::traffic::Others;
+use super::{Own, Scene};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
 use crate::delivery::{
     DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
 };
+use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits};
 use crate::network::{NodeIx, Topology};
 use jiff::Timestamp;
-use others::Others;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use terms::DroneKind;
 
 /// Bytes that the tables of destinations of one kind of drone may take.
 const TABLE_BYTES: usize = 32 << 20;
@@ -44,28 +46,6 @@ const KINDS_KEPT: usize = 16;
 const SKIES_KEPT: usize = 4;
 /// At most this many scratch memories are kept while nobody uses them.
 const SCRATCHES_KEPT: usize = 16;
-/// Grams in a kilogram.
-const GRAMS: f64 = 1e3;
-
-/// What flies.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct DroneKind {
-    pub(super) airframe: Arc<Airframe>,
-    pub(super) payload_kg: f64,
-}
-
-impl DroneKind {
-    /// An airframe with a payload, which is reckoned with in whole grams, rounded up.
-    pub(super) fn new(airframe: Arc<Airframe>, payload_kg: f64) -> Self {
-        // What a decimal fraction is off in binary is no gram.
-        // Of two zeros the larger may be the negative one, and adding one makes it positive.
-        let grams = (payload_kg * GRAMS - 1e-6).ceil().max(0.0) + 0.0;
-        Self {
-            airframe,
-            payload_kg: grams / GRAMS,
-        }
-    }
-}
 
 /// A kind of drone in a wind, on a network.
 #[derive(Debug)]
@@ -162,24 +142,16 @@ impl Flights {
     }
 
     /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
-    /// the plans of a snapshot but its own.
-    pub(super) fn ground(
-        &self,
-        snapshot: &Snapshot,
-        airspace: &Arc<Airspace>,
-        kind: &DroneKind,
-        own: Own<'_>,
-        now: Timestamp,
-    ) -> Ground {
-        let sky = self.sky(airspace, now);
-        let others = Others::of(snapshot, own, self.zero, now);
+    /// the plans of the scene but its own.
+    fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>) -> Ground {
+        let sky = self.sky(scene);
+        let others = Others::of(scene.traffic, own, self.zero, scene.now);
         let skies = sky.skies.among(OtherPlans {
             reservations: others.reservations,
             traffic: others.traffic,
             swap_stations: sky.swap_stations.clone(),
         });
-        let weather = snapshot.weather.as_ref();
-        let compiled = self.compiled(airspace.topology(), kind, weather);
+        let compiled = self.compiled(scene, kind);
         Ground {
             setting: compiled.setting.with_situation(skies.situation().clone()),
             skies,
@@ -191,16 +163,9 @@ impl Flights {
     }
 
     /// A kind of drone in an airspace where no other plan is flown.
-    fn bare(
-        &self,
-        snapshot: &Snapshot,
-        airspace: &Arc<Airspace>,
-        kind: &DroneKind,
-        now: Timestamp,
-    ) -> (Arc<Sky>, FlightSetting) {
-        let sky = self.sky(airspace, now);
-        let weather = snapshot.weather.as_ref();
-        let setting = &self.compiled(airspace.topology(), kind, weather).setting;
+    fn bare(&self, scene: Scene<'_>, kind: &DroneKind) -> (Arc<Sky>, FlightSetting) {
+        let sky = self.sky(scene);
+        let setting = &self.compiled(scene, kind).setting;
         let any = sky
             .setting
             .get_or_init(|| setting.with_situation(sky.skies.situation().clone()));
@@ -209,7 +174,8 @@ impl Flights {
     }
 
     /// The state of an airspace at a moment.
-    fn sky(&self, airspace: &Arc<Airspace>, now: Timestamp) -> Arc<Sky> {
+    fn sky(&self, scene: Scene<'_>) -> Arc<Sky> {
+        let Scene { airspace, now, .. } = scene;
         let found = {
             let kept = self.lock();
             let is_it = |sky: &&Arc<Sky>| {
@@ -245,12 +211,8 @@ impl Flights {
     }
 
     /// A kind of drone in the wind of a weather.
-    fn compiled(
-        &self,
-        topology: &Arc<Topology>,
-        kind: &DroneKind,
-        weather: Option<&Arc<str>>,
-    ) -> Arc<Compiled> {
+    fn compiled(&self, scene: Scene<'_>, kind: &DroneKind) -> Arc<Compiled> {
+        let (topology, weather) = (scene.topology(), scene.weather);
         let is_it = |compiled: &Arc<Compiled>| {
             Arc::ptr_eq(&compiled.topology, topology)
                 && compiled.kind == *kind

@@ -1,14 +1,17 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
-use super::answering::{AT_NODE_M, stops_ahead};
-use super::{DroneKind, Flights, FlownVersion, Ground, Scene};
+use super::answering::{AT_NODE_M, Stand, stops_ahead};
+use super::terms::DroneKind;
+use super::{Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
-    BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Stand, Trouble,
+    self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
     answer_failure, severance,
 };
 use crate::edge::drones::Sighting;
-use crate::edge::snapshot::PlanEntry;
+use crate::edge::plan_entry::PlanEntry;
+use crate::edge::planner::{Answer, Asked, Own, Scene};
+use crate::edge::progress::progress;
 use crate::flight::{Aloft, Location};
 use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
 use crate::itinerary::Objective;
@@ -26,70 +29,106 @@ const SEEN_WITHIN: SignedDuration = SignedDuration::from_mins(5);
 /// The heaviest payload that is believed, in kilograms.
 const PAYLOAD_MAX_KG: f64 = 100.0;
 
-/// What is known of who reports, beside the report.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::edge) struct Reporter<'a> {
-    pub(in crate::edge) plan: Option<&'a PlanEntry>,
+/// Where a drone that reports is on its plan, and what it said of itself before.
+#[derive(Clone, Copy)]
+struct Reporter<'a> {
+    plan: Option<&'a PlanEntry>,
     /// Which leg of its plan it is on, counted from 0.
-    pub(in crate::edge) leg: Option<usize>,
+    leg: Option<usize>,
     /// What its telemetry said last.
-    pub(in crate::edge) sighting: Option<&'a Sighting>,
+    sighting: Option<&'a Sighting>,
 }
 
-/// A drone that reports, and whose battery is known.
+/// A drone whose battery is known.
 #[derive(Clone, Debug)]
-pub(in crate::edge) struct ReportingDrone {
+pub(super) struct ReportingDrone {
     pub(super) kind: DroneKind,
-    battery: BatteryNow,
-    objective: Objective,
+    pub(super) battery: BatteryNow,
+    pub(super) objective: Objective,
     /// The latest landing, in seconds, where one is to be kept.
-    deadline_s: Option<f64>,
+    pub(super) deadline_s: Option<f64>,
     /// Where its plan was going to stop, if it has one.
-    planned_stops: Option<Vec<NodeIx>>,
-    stand: Option<Stand>,
+    pub(super) planned_stops: Option<Vec<NodeIx>>,
+    pub(super) stand: Option<Stand>,
     /// Where it has to land, of which nothing that it reports shows that it can fly on.
-    landing: Option<Landing>,
+    pub(super) landing: Option<Landing>,
     /// Its plan, whose legs and pads are in nobody's way but its own.
     pub(super) plan: Option<Arc<str>>,
+    /// The drone of that plan.
+    pub(super) drone_id: Option<Arc<str>>,
 }
 
 impl ReportingDrone {
     /// The node on whose pad it stands; `None` in the air.
-    pub(in crate::edge) fn stands_at(&self) -> Option<NodeIx> {
+    pub(super) fn stands_at(&self) -> Option<NodeIx> {
         self.stand.map(|stand| stand.node)
+    }
+
+    /// What it takes itself.
+    pub(super) fn own<'a>(&'a self, scene: Scene<'a>) -> Own<'a> {
+        let traffic = scene.traffic;
+        traffic.own(self.plan.as_deref(), self.drone_id.as_deref())
     }
 }
 
-/// How a drone that reported is to fly.
+/// How an answer is flown, and what it takes to compute it again.
 #[derive(Clone, Debug)]
-pub(in crate::edge) struct ReportedFlight {
+pub(in crate::edge) struct Flight {
     /// How the path is flown, and the path; `None` where there is none.
     pub(in crate::edge) version: Option<(Arc<FlownVersion>, Composition)>,
     /// When that departs.
     pub(in crate::edge) departs_at: Timestamp,
     /// How one flies that is in the air, where nobody knows whether this one is.
-    pub(in crate::edge) if_airborne: Option<Arc<FlownVersion>>,
+    pub(super) if_airborne: Option<Arc<FlownVersion>>,
     /// What keeps the drone from its destination.
     pub(in crate::edge) causes: Vec<wire::FlightCause<'static>>,
     /// The plan that there would be but for the deadline.
     pub(in crate::edge) opens: Option<wire::Opening<'static>>,
     /// False where nobody knows whether the battery suffices.
     pub(in crate::edge) is_energy_checked: bool,
+    pub(super) drone: ReportingDrone,
+    /// The wind that it is flown in.
+    pub(super) weather: Option<Arc<str>>,
+    flights: Arc<Flights>,
+}
+
+impl Flight {
+    /// All that it was computed from beside its report and the closures in force, as a document; of the scene that it was
+    /// computed in.
+    pub(in crate::edge) fn question(&self, scene: Scene<'_>, request: &Request) -> Value {
+        let (flights, drone) = (&self.flights, &self.drone);
+        let ground = flights.ground(scene, &drone.kind, drone.own(scene));
+        write_flight_question(&FlightQuestion {
+            skies: &ground.skies,
+            setting: &ground.setting,
+            weather: scene.weather.map(|weather| &**weather),
+            failure: &flights.failure(drone, request, scene.now),
+            stand: drone.stand.map(|stand| flights.in_seconds(stand)),
+            refuge_stay_s: flights.settings.refuge_stay_s,
+        })
+    }
 }
 
 impl Flights {
     /// The drone of a report; `None` where nobody knows its battery. What of the report cannot be so is passed over with a
     /// warning.
-    pub(in crate::edge) fn reporting(
+    pub(super) fn reporting(
         &self,
         scene: Scene<'_>,
-        report: &wire::FailureReport,
-        request: &Request,
-        reporter: Reporter<'_>,
+        asked: &Asked<'_>,
         read: &mut Vec<ReadWarning>,
     ) -> Option<ReportingDrone> {
+        let (report, request, plan, drones) =
+            (asked.report, asked.request, asked.plan, asked.drones);
+        let topology = scene.topology();
+        let sighting = asked.drone_id.and_then(|id| drones.last(id));
+        let progress = plan.and_then(|plan| progress(topology, plan, drones, scene.now));
+        let reporter = Reporter {
+            plan,
+            leg: progress.map(|progress| progress.leg),
+            sighting: sighting.as_ref(),
+        };
         let facts = report.drone.clone().unwrap_or_default();
-        let plan = reporter.plan;
         let leg = leg_of(request, reporter);
         let known = battery(&facts, leg, reporter, scene.now);
         let landing = Landing::of(
@@ -121,18 +160,11 @@ impl Flights {
             ));
             return None;
         };
-        let topology = scene.airspace.topology();
-        let stand = plan.filter(|_| may_stand(request)).and_then(|plan| {
-            let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
-            if !is_near(topology, request, stand.node) {
-                return None;
-            }
-            let stated = facts.battery_fraction.filter(is_fraction);
-            Some(Stand {
-                node: stand.node,
-                at_s: self.seconds(stand.from),
-                battery: stated.unwrap_or(stand.battery),
-            })
+        let stand = self.stand_of(scene, request, reporter);
+        let stated = facts.battery_fraction.filter(is_fraction);
+        let stand = stand.map(|stand| Stand {
+            battery: stated.unwrap_or(stand.battery),
+            ..stand
         });
         Some(ReportingDrone {
             kind: self.kind_of_reporter(&facts, plan, read),
@@ -143,7 +175,21 @@ impl Flights {
             stand,
             landing,
             plan: plan.map(|plan| plan.id.clone()),
+            drone_id: plan.and_then(|plan| plan.drone_id.clone()),
         })
+    }
+
+    /// Where who reports stands, if that fits the report.
+    fn stand_of(
+        &self,
+        scene: Scene<'_>,
+        request: &Request,
+        reporter: Reporter<'_>,
+    ) -> Option<Stand> {
+        let topology = scene.topology();
+        let plan = reporter.plan.filter(|_| may_stand(request))?;
+        let stand = self.stand(topology, plan, reporter.sighting, scene.now)?;
+        is_near(topology, request, stand.node).then_some(stand)
     }
 
     fn kind_of_reporter(
@@ -240,44 +286,42 @@ impl Flights {
         }
     }
 
-    /// Answers a drone that reports: in the terms that answers without a flight have, too, and how it is to fly.
-    pub(in crate::edge) fn answer_report(
-        &self,
+    /// Answers a drone.
+    pub(super) fn answer_report(
+        self: &Arc<Self>,
         scene: Scene<'_>,
-        drone: &ReportingDrone,
+        drone: ReportingDrone,
         request: &Request,
-    ) -> (Recomposition, ReportedFlight) {
-        let ground = self.ground_of_report(scene, drone);
+    ) -> Answer {
+        let ground = self.ground(scene, &drone.kind, drone.own(scene));
         self.answer_on(&ground, scene, drone, request)
     }
 
     /// The same without the tables that searches are guided by.
-    pub(in crate::edge) fn answer_without_tables(
-        &self,
+    pub(super) fn answer_without_tables(
+        self: &Arc<Self>,
         scene: Scene<'_>,
-        drone: &ReportingDrone,
+        drone: ReportingDrone,
         request: &Request,
-    ) -> (Recomposition, ReportedFlight) {
-        let ground = self.ground_of_report(scene, drone).without_tables();
-        self.answer_on(&ground, scene, drone, request)
+    ) -> Answer {
+        let ground = self.ground(scene, &drone.kind, drone.own(scene));
+        self.answer_on(&ground.without_tables(), scene, drone, request)
     }
 
     fn answer_on(
-        &self,
+        self: &Arc<Self>,
         ground: &Ground,
         scene: Scene<'_>,
-        drone: &ReportingDrone,
+        drone: ReportingDrone,
         request: &Request,
-    ) -> (Recomposition, ReportedFlight) {
+    ) -> Answer {
         let world = ground.world();
-        let failure = self.failure(drone, request, scene.now);
-        let told = self.with_scratch(scene.airspace.topology(), |scratch| match drone.stand {
-            Some(stand) => stand.answer(&world, &failure, scratch),
+        let failure = self.failure(&drone, request, scene.now);
+        let told = self.with_scratch(scene.topology(), |scratch| match drone.stand {
+            Some(stand) => self.in_seconds(stand).answer(&world, &failure, scratch),
             None => answer_failure(&world, &failure, scratch),
         });
-        let departs_s = drone.stand.map(|stand| stand.at_s);
-        let departs_at = departs_s.and_then(|departs_s| ground.skies.instant(departs_s));
-        let departs_at = departs_at.unwrap_or(scene.now);
+        let departs_at = drone.stand.map_or(scene.now, |stand| stand.from);
         let flown = |told: &FlightRecomposition, departs_at: Timestamp| {
             let composition = told.composition.as_ref()?;
             let (flown, way) = FlownVersion::of(ground, composition, told.into(), departs_at);
@@ -285,58 +329,49 @@ impl Flights {
         };
         let airborne = told.if_airborne.as_deref();
         let airborne = airborne.and_then(|told| flown(told, scene.now));
-        let flight = ReportedFlight {
+        let flight = Flight {
             version: flown(&told, departs_at),
             departs_at,
             if_airborne: airborne.map(|(version, _)| version),
             causes: ground.causes(&told.causes),
             opens: told.opens.and_then(|opens| ground.opening(opens)),
             is_energy_checked: told.is_energy_checked,
+            weather: scene.weather.cloned(),
+            flights: self.clone(),
+            drone,
         };
-        (without_flight(ground, &told), flight)
+        Answer {
+            told: without_flight(ground, &told),
+            flight: Some(flight),
+        }
     }
 
     /// Whether an answer of an instant can still be flown: its times can be kept, in the same wind, and nothing has closed on its
     /// way since.
-    pub(in crate::edge) fn still_holds(
+    pub(super) fn still_holds(
         &self,
         scene: Scene<'_>,
-        (drone, flight): (&ReportingDrone, &ReportedFlight),
-        (answered_at, weather): (Timestamp, Option<&Arc<str>>),
+        flight: &Flight,
+        answered_at: Timestamp,
     ) -> bool {
         let age_s = scene.now.duration_since(answered_at).as_secs_f64();
-        if age_s > self.settings.late_tolerance_s || scene.snapshot.weather.as_ref() != weather {
+        if age_s > self.settings.late_tolerance_s || scene.weather != flight.weather.as_ref() {
             return false;
         }
         let Some((version, _)) = &flight.version else {
             return true;
         };
-        let (_, setting) = self.bare(scene.snapshot, scene.airspace, &drone.kind, scene.now);
+        let (_, setting) = self.bare(scene, &flight.drone.kind);
         let timed = version.composition_at(self.seconds(flight.departs_at));
         setting.in_the_way(&timed.plan, timed.began_s, 0).is_empty()
     }
 
-    /// All that an answer was computed from beside its report and the closures in force, as a document.
-    pub(in crate::edge) fn question(
-        &self,
-        scene: Scene<'_>,
-        drone: &ReportingDrone,
-        request: &Request,
-    ) -> Value {
-        let ground = self.ground_of_report(scene, drone);
-        write_flight_question(&FlightQuestion {
-            skies: &ground.skies,
-            setting: &ground.setting,
-            weather: scene.snapshot.weather.as_deref(),
-            failure: &self.failure(drone, request, scene.now),
-            stand: drone.stand,
-            refuge_stay_s: self.settings.refuge_stay_s,
-        })
-    }
-
-    fn ground_of_report(&self, scene: Scene<'_>, drone: &ReportingDrone) -> Ground {
-        let own = scene.snapshot.own(drone.plan.as_deref());
-        self.ground(scene.snapshot, scene.airspace, &drone.kind, own, scene.now)
+    fn in_seconds(&self, stand: Stand) -> delivery::Stand {
+        delivery::Stand {
+            node: stand.node,
+            at_s: self.seconds(stand.from),
+            battery: stand.battery,
+        }
     }
 
     fn failure<'a>(

@@ -1,111 +1,34 @@
 //! What the drone of a plan is to fly when the world has changed, by the flight model.
 
-use super::{DroneKind, Flights, FlownVersion, Ground};
-use crate::airspace::Airspace;
-use crate::compose::Composition;
-use crate::delivery::{
-    BatteryNow, DeliveryRequest, FlightFailure, FlightRecomposition, answer_failure,
-    answer_standing,
-};
+use super::reported::ReportingDrone;
+use super::terms::DroneKind;
+use super::{Flights, FlownVersion, Ground};
+use crate::delivery::BatteryNow;
 use crate::edge::drones::Sighting;
-use crate::edge::snapshot::{PlanEntry, Snapshot, Version, later, version_flags};
+use crate::edge::plan_entry::PlanEntry;
+use crate::edge::planner::{Answer, Scene, Version, later};
 use crate::flight::{Stop, StopKind};
-use crate::formats::warning_text;
 use crate::itinerary::{FlightCause, Objective};
 use crate::network::{NodeIx, Topology};
-use crate::recompose::{Flag, Outcome, Request, Severance};
-use crate::routing::Path;
+use crate::recompose::{Request, Severance};
 use jiff::Timestamp;
-use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A drone that was seen so near to a node, in metres, may stand on a pad there.
 pub(super) const AT_NODE_M: f64 = 50.0;
 
-/// A state of the edge, with an airspace that may be an imagined one.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::edge) struct Scene<'a> {
-    pub(in crate::edge) snapshot: &'a Snapshot,
-    pub(in crate::edge) airspace: &'a Arc<Airspace>,
-    pub(in crate::edge) now: Timestamp,
-}
-
-/// What the drone of a plan is told.
-#[derive(Clone, Debug)]
-pub(in crate::edge) struct FlownAnswer {
-    pub(in crate::edge) outcome: Outcome,
-    /// What it is to fly; `None` where there is nothing.
-    pub(in crate::edge) version: Option<(Arc<FlownVersion>, Composition)>,
-    /// When that departs.
-    pub(in crate::edge) departs_at: Timestamp,
-    pub(in crate::edge) warnings: Vec<(Cow<'static, str>, String)>,
-    /// What holds of the way told.
-    pub(in crate::edge) flags: Vec<Flag>,
-    /// What was asked for a drone in the air; `None` for one that stands.
-    pub(in crate::edge) asked: Option<Box<Request>>,
-}
-
-impl FlownAnswer {
-    fn of(ground: &Ground, answer: &FlightRecomposition, departs_at: Timestamp) -> Self {
-        let topology = ground.skies.topology();
-        let composition = answer.composition.as_ref();
-        let version = composition.map(|composition| {
-            let (flown, way) = FlownVersion::of(ground, composition, answer.into(), departs_at);
-            (Arc::new(flown), way)
-        });
-        let warnings = answer.warnings.iter().map(|warning| {
-            let (code, message) = warning_text(topology, warning);
-            (code.into(), message)
-        });
-        Self {
-            outcome: answer.outcome,
-            version,
-            departs_at,
-            warnings: warnings.collect(),
-            flags: answer.flags.clone(),
-            asked: None,
-        }
-    }
-
-    /// The version that it makes, but for its number and what comes of its plan; `None` where there is nothing to fly.
-    pub(in crate::edge) fn version_without_number(&self) -> Option<Version> {
-        let (flown, composition) = self.version.as_ref()?;
-        Some(Version {
-            number: 0,
-            epoch: 0,
-            sent_at: self.departs_at,
-            outcome: Some(self.outcome),
-            composition: composition.clone(),
-            stretch: None,
-            first_stretch_m: flown.composition.plan.start.flown_m,
-            flight: Some(flown.clone()),
-            departs_at: self.departs_at,
-            recomposition_id: None,
-            acknowledge_by: None,
-            flags: version_flags(&self.flags),
-            warnings: self.warnings.clone(),
-        })
-    }
-
-    /// The way that it leads; without nodes where there is none.
-    pub(in crate::edge) fn way(&self) -> Path {
-        let version = self.version.as_ref();
-        version.map_or_else(Path::default, |(_, composition)| composition.way.clone())
-    }
-}
-
 /// A drone that stands on a pad, or has not left yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::edge) struct Stand {
-    pub(in crate::edge) node: NodeIx,
+pub(super) struct Stand {
+    pub(super) node: NodeIx,
     /// From when on it can do anything.
-    pub(in crate::edge) from: Timestamp,
-    pub(in crate::edge) battery: f64,
+    pub(super) from: Timestamp,
+    pub(super) battery: f64,
 }
 
 impl Flights {
     /// What flies a plan.
-    pub(in crate::edge) fn kind_of(&self, plan: &PlanEntry) -> DroneKind {
+    pub(super) fn kind_of(&self, plan: &PlanEntry) -> DroneKind {
         let named = plan.order.as_ref().map(|order| &*order.airframe);
         let airspeed_mps = Some(plan.airspeed_mps);
         let airframe = self.airframe(named, airspeed_mps);
@@ -115,19 +38,14 @@ impl Flights {
     }
 
     /// Ids of the closures that a version of a plan meets from a leg on, at the times at which it is there.
-    pub(in crate::edge) fn closures_met(
+    pub(super) fn closures_met(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
         (version, flown): (&Version, &FlownVersion),
         from_leg: usize,
     ) -> Vec<String> {
-        let Scene {
-            snapshot,
-            airspace,
-            now,
-        } = scene;
-        let (sky, setting) = self.bare(snapshot, airspace, &self.kind_of(plan), now);
+        let (sky, setting) = self.bare(scene, &self.kind_of(plan));
         let departs_s = self.seconds(version.departs_at);
         let timed = flown.composition_at(departs_s);
         let met = setting.in_the_way(&timed.plan, timed.began_s, from_leg);
@@ -148,16 +66,14 @@ impl Flights {
     }
 
     /// Whether the wind leaves a version of a plan short from a leg on, by more than telemetry may be off.
-    pub(in crate::edge) fn exceeds_battery(
+    pub(super) fn exceeds_battery(
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
         (version, flown): (&Version, &FlownVersion),
         from_leg: usize,
     ) -> bool {
-        let topology = scene.airspace.topology();
-        let weather = scene.snapshot.weather.as_ref();
-        let compiled = self.compiled(topology, &self.kind_of(plan), weather);
+        let compiled = self.compiled(scene, &self.kind_of(plan));
         let timed = flown.composition_at(self.seconds(version.departs_at));
         let least = (timed.reserve - self.settings.battery_tolerance).max(0.0);
         compiled
@@ -165,89 +81,58 @@ impl Flights {
             .exceeds_battery(&timed.plan, from_leg, least)
     }
 
-    /// Answers the drone of a plan: in flight by a request that says where it is, on the ground from where it stands.
-    pub(in crate::edge) fn answer(
-        &self,
+    /// Answers the drone of a plan that stands somewhere.
+    pub(super) fn answer_standing(
+        self: &Arc<Self>,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        stand: Stand,
+        request: &Request,
+    ) -> Answer {
+        let drone = ReportingDrone {
+            battery: BatteryNow::Given(stand.battery),
+            stand: Some(stand),
+            planned_stops: None,
+            ..self.drone_of(scene, plan)
+        };
+        self.answer_report(scene, drone, request)
+    }
+
+    /// Answers the drone of a plan by a request that says where it is: on a leg.
+    pub(super) fn answer_in_flight(
+        self: &Arc<Self>,
         scene: Scene<'_>,
         plan: &PlanEntry,
         request: &Request,
         (leg, sighting): (usize, Option<&Sighting>),
-    ) -> FlownAnswer {
-        let Scene { airspace, now, .. } = scene;
-        let topology = airspace.topology();
-        // What its drone has reported does not fit one that stands.
-        let may_stand = !request.report.failure.closes_leg();
-        let stand = may_stand
-            .then(|| self.stand(topology, plan, sighting, now))
-            .flatten();
-        let Some(stand) = stand else {
-            let battery = battery_of(plan, leg, sighting);
-            return self.answer_in_flight(scene, plan, request, (leg, battery));
+    ) -> Answer {
+        let drone = ReportingDrone {
+            battery: battery_of(plan, leg, sighting),
+            planned_stops: stops_ahead(plan, leg),
+            ..self.drone_of(scene, plan)
         };
-        self.answer_standing(scene, plan, stand, request.report.destination)
+        self.answer_report(scene, drone, request)
     }
 
-    /// Answers the drone of a plan that stands somewhere.
-    pub(in crate::edge) fn answer_standing(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        stand: Stand,
-        destination: NodeIx,
-    ) -> FlownAnswer {
-        let ground = self.ground_of(scene, plan);
-        let request = DeliveryRequest {
-            source: stand.node,
-            destination,
-            start_s: self.seconds(stand.from),
-            battery: stand.battery,
+    /// The drone of a plan, of which its plan says everything.
+    fn drone_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> ReportingDrone {
+        ReportingDrone {
+            kind: self.kind_of(plan),
+            battery: BatteryNow::Given(0.0),
             objective: self.objective_of(plan),
             deadline_s: self.deadline_s(plan, scene.now),
-        };
-        let answer = self.with_scratch(scene.airspace.topology(), |scratch| {
-            answer_standing(&ground.world(), &request, None, scratch)
-        });
-        FlownAnswer::of(&ground, &answer, stand.from)
-    }
-
-    /// Answers the drone of a plan by a request that says where it is, with what is known of its battery.
-    pub(in crate::edge) fn answer_in_flight(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        request: &Request,
-        (leg, battery): (usize, BatteryNow),
-    ) -> FlownAnswer {
-        let now = scene.now;
-        let ground = self.ground_of(scene, plan);
-        let planned_stops = stops_ahead(plan, leg);
-        let failure = FlightFailure {
-            request,
-            at_s: self.seconds(now),
-            battery,
-            objective: self.objective_of(plan),
-            deadline_s: self.deadline_s(plan, now),
-            planned_stops: planned_stops.as_deref(),
+            planned_stops: None,
+            stand: None,
             landing: None,
-        };
-        let answer = self.with_scratch(scene.airspace.topology(), |scratch| {
-            answer_failure(&ground.world(), &failure, scratch)
-        });
-        FlownAnswer {
-            asked: Some(Box::new(request.clone())),
-            ..FlownAnswer::of(&ground, &answer, now)
+            plan: Some(plan.id.clone()),
+            drone_id: plan.drone_id.clone(),
         }
     }
 
     /// What the drone of a plan flies in.
     pub(super) fn ground_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> Ground {
-        let kind = self.kind_of(plan);
-        let Scene {
-            snapshot,
-            airspace,
-            now,
-        } = scene;
-        self.ground(snapshot, airspace, &kind, snapshot.own(Some(&plan.id)), now)
+        let own = scene.traffic.own_of_plan(plan);
+        self.ground(scene, &self.kind_of(plan), own)
     }
 
     pub(super) fn objective_of(&self, plan: &PlanEntry) -> Objective {
@@ -266,7 +151,7 @@ impl Flights {
     }
 
     /// Where the drone of a plan stands, if it does.
-    pub(in crate::edge) fn stand(
+    pub(super) fn stand(
         &self,
         topology: &Topology,
         plan: &PlanEntry,
@@ -320,11 +205,7 @@ impl Flights {
 }
 
 /// What is known of the battery of the drone of a plan.
-pub(in crate::edge) fn battery_of(
-    plan: &PlanEntry,
-    leg: usize,
-    sighting: Option<&Sighting>,
-) -> BatteryNow {
+fn battery_of(plan: &PlanEntry, leg: usize, sighting: Option<&Sighting>) -> BatteryNow {
     let version = &plan.reported;
     let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
     if let Some(battery) = seen.and_then(|sighting| sighting.battery_fraction) {

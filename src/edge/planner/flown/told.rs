@@ -1,8 +1,8 @@
 //! How a version of a plan is flown, in the words of the wire.
 
 use super::{DetourEnd, FlownVersion};
-use crate::edge::snapshot::later;
-use crate::edge::views::{instant, node_id, text};
+use crate::edge::planner::later;
+use crate::edge::words::{instant, node_id, text};
 use crate::flight::StopKind;
 use crate::itinerary::{Objective, Value};
 use crate::network::Topology;

@@ -1,14 +1,12 @@
 //! Flights when the network changes: flown on as they are timed where their ways are as they were.
 
-use super::{Flights, FlownVersion, LegEnds, Scene};
+use super::FlownVersion;
 use crate::compose::{Change, Composition};
-use crate::delivery::{FlightComposition, Hold, contingencies_of};
-use crate::edge::snapshot::{PlanEntry, Version};
+use crate::delivery::{FlightComposition, Hold};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop};
 use crate::itinerary::PlanFigures;
 use crate::network::NodeIx;
 use std::ops::Range;
-use std::sync::Arc;
 
 impl FlownVersion {
     /// These legs of it on another network, with their stops at the same times; `None` where any of that is gone.
@@ -130,42 +128,4 @@ fn plan_carried(plan: &FlightPlan, change: &Change<'_>, legs: Range<usize>) -> O
         legs: flown,
         ..plan.clone()
     })
-}
-
-impl Flights {
-    /// A version with contingencies worked out anew in a scene; it stays as it is where it is not flown by the model.
-    pub(in crate::edge) fn with_contingencies(
-        &self,
-        scene: Scene<'_>,
-        plan: &PlanEntry,
-        version: Version,
-    ) -> Version {
-        let Some(flown) = version.flight.clone() else {
-            return version;
-        };
-        let ground = self.ground_of(scene, plan);
-        let departs_s = self.seconds(version.departs_at);
-        let absolute = flown.composition_at(departs_s);
-        let contingencies = self.with_scratch(scene.airspace.topology(), |scratch| {
-            contingencies_of(&ground.world(), &absolute, scratch)
-        });
-        let mut composition = version.composition.clone();
-        for (leg, contingency) in composition.legs.iter_mut().zip(&contingencies) {
-            leg.if_closed = contingency.if_closed.contingency.clone();
-            leg.safe = contingency
-                .safe
-                .as_ref()
-                .map(|alternate| alternate.safe.clone());
-        }
-        let ends = contingencies.iter();
-        let flown = FlownVersion {
-            ends: ends.map(|leg| LegEnds::of(leg, departs_s)).collect(),
-            ..(*flown).clone()
-        };
-        Version {
-            composition,
-            flight: Some(Arc::new(flown)),
-            ..version
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use super::Ground;
 use crate::delivery::{NoDelivery, severance};
-use crate::edge::views::{instant, node_id, text};
+use crate::edge::words::{instant, node_id, text};
 use crate::flight::TimedClosure;
 use crate::formats::flight_cause_text;
 use crate::itinerary::{FlightCause, FlightOpening};
@@ -16,10 +16,7 @@ const ROUNDED_S: f64 = 1e-6;
 
 impl Ground {
     /// Causes with their ids, places and times.
-    pub(in crate::edge) fn causes(
-        &self,
-        causes: &[FlightCause],
-    ) -> Vec<wire::FlightCause<'static>> {
+    pub(super) fn causes(&self, causes: &[FlightCause]) -> Vec<wire::FlightCause<'static>> {
         causes.iter().map(|cause| self.cause(cause)).collect()
     }
 
@@ -80,7 +77,7 @@ impl Ground {
     }
 
     /// The plan that there would be but for the deadline.
-    pub(in crate::edge) fn opening(&self, opens: FlightOpening) -> Option<wire::Opening<'static>> {
+    pub(super) fn opening(&self, opens: FlightOpening) -> Option<wire::Opening<'static>> {
         // Who states that landing as the deadline gets the plan, however instants are rounded.
         let arrives_s = opens.arrives_s + ROUNDED_S;
         Some(wire::Opening {

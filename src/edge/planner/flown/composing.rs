@@ -1,52 +1,27 @@
 //! Deliveries that are flown: what is asked for, read strictly, and the plan that comes of it.
 
-use super::{DroneKind, Flights, FlownVersion, Told};
-use crate::compose::Composition;
+use super::kept::Told;
+use super::terms::{DroneKind, FlightOrder, FlightTerms};
+use super::{Flights, FlownVersion};
 use crate::delivery::{DeliveryRequest, compose};
-use crate::edge::snapshot::{Own, Snapshot};
+use crate::edge::planner::{Course, Scene, Stated, Wanted};
 use crate::intake::Faults;
 use crate::itinerary::Objective;
-use crate::network::NodeIx;
 use crate::refusal::Refusal;
 use crate::wire;
-use jiff::Timestamp;
 use std::sync::Arc;
 
-/// What was asked for of a plan's flight.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::edge) struct FlightOrder {
-    /// The airframe's name.
-    pub(in crate::edge) airframe: Arc<str>,
-    /// What is made least.
-    pub(in crate::edge) objective: Objective,
-    /// The latest landing, where one was stated.
-    pub(in crate::edge) deadline: Option<Timestamp>,
-}
-
-/// A flight that is wanted: from where a drone stands.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::edge) struct Wanted<'a> {
-    pub(in crate::edge) source: NodeIx,
-    pub(in crate::edge) destination: NodeIx,
-    pub(in crate::edge) start: Timestamp,
-    /// What its drone has already.
-    pub(in crate::edge) own: Own<'a>,
-    /// Full where nobody knows.
-    pub(in crate::edge) battery: Option<f64>,
-    /// Whether nothing that was worked out before counts.
-    pub(in crate::edge) plainly: bool,
-}
-
 impl Flights {
-    /// Reads what a delivery request asks for of its flight, and with how much battery it starts.
-    pub(in crate::edge) fn read_order(
+    /// Reads what a delivery request asks for of its flight.
+    pub(super) fn read_terms(
         &self,
         request: &wire::DeliveryRequest,
-        start: Timestamp,
+        stated: &Stated,
         faults: &mut Faults,
-    ) -> Option<FlightOrder> {
+    ) -> Option<FlightTerms> {
+        let battery = faults.fraction("/battery_fraction", request.battery_fraction);
         let named = request.airframe.as_deref();
-        let airframe = self.airframe(named, None);
+        let airframe = self.airframe(named, request.airspeed_mps);
         if airframe.is_none() {
             let message = format!("no airframe is called '{}'", named.unwrap_or_default());
             let hint = format!("there are: {}", self.airframe_names());
@@ -57,14 +32,22 @@ impl Flights {
             Some(name) => objective_of(name, faults),
         };
         let deadline = faults.instant("/deadline", request.deadline.as_deref());
-        if let Some(deadline) = deadline.filter(|deadline| *deadline <= start) {
-            let message = format!("the deadline {deadline} is not after the start {start}");
+        if let Some(deadline) = deadline.filter(|deadline| *deadline <= stated.start) {
+            let message = format!(
+                "the deadline {deadline} is not after the start {}",
+                stated.start
+            );
             faults.add("deadline_before_start", "/deadline", message, None);
         }
-        Some(FlightOrder {
-            airframe: Arc::from(airframe?.name.as_str()),
-            objective: objective?,
-            deadline,
+        let airframe = airframe?;
+        Some(FlightTerms {
+            order: FlightOrder {
+                airframe: Arc::from(airframe.name.as_str()),
+                objective: objective?,
+                deadline,
+            },
+            kind: DroneKind::new(airframe, stated.payload_kg),
+            battery: battery.or(stated.seen_battery),
         })
     }
 
@@ -75,42 +58,53 @@ impl Flights {
         names.join(", ")
     }
 
-    /// Composes a delivery among the plans of a snapshot.
+    /// Composes a delivery among the plans of a scene.
     ///
     /// # Errors
     /// When there is no plan: every cause.
-    pub(in crate::edge) fn compose(
+    pub(super) fn compose(
         &self,
-        snapshot: &Snapshot,
-        kind: &DroneKind,
-        order: &FlightOrder,
-        wanted: Wanted<'_>,
-        now: Timestamp,
-    ) -> Result<(FlownVersion, Composition), Refusal> {
-        let ground = self.ground(snapshot, &snapshot.airspace, kind, wanted.own, now);
+        scene: Scene<'_>,
+        wanted: &Wanted<'_>,
+        terms: &FlightTerms,
+    ) -> Result<Course, Refusal> {
+        let FlightTerms {
+            order,
+            kind,
+            battery,
+        } = terms;
+        let own = scene.traffic.own(None, wanted.drone_id);
+        let ground = self.ground(scene, kind, own);
         let ground = if wanted.plainly {
             ground.without_tables()
         } else {
             ground
         };
-        let topology = snapshot.topology();
+        let topology = scene.topology();
+        let departs_at = wanted.terms.departs_at;
         let request = DeliveryRequest {
             source: wanted.source,
             destination: wanted.destination,
-            start_s: self.seconds(wanted.start),
-            battery: wanted.battery.unwrap_or(kind.airframe.full_charge),
+            start_s: self.seconds(departs_at),
+            battery: battery.unwrap_or(kind.airframe.full_charge),
             objective: order.objective,
             deadline_s: order.deadline.map(|deadline| self.seconds(deadline)),
         };
         let composed = self.with_scratch(topology, |scratch| {
             compose(&ground.world(), &request, scratch)
         });
-        let composition = composed.map_err(|no_delivery| {
+        let composed = composed.map_err(|no_delivery| {
             let ends = [wanted.source, wanted.destination].map(|node| topology.node_id(node));
-            ground.refusal(&no_delivery, ends, &snapshot.revision)
+            ground.refusal(&no_delivery, ends, scene.revision)
         })?;
-        let told = Told::default();
-        Ok(FlownVersion::of(&ground, &composition, told, wanted.start))
+        let (flown, composition) =
+            FlownVersion::of(&ground, &composed, Told::default(), departs_at);
+        Ok(Course {
+            composition,
+            flight: Some(Arc::new(flown)),
+            departs_at,
+            stretch: None,
+        })
     }
 }
 

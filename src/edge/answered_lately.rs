@@ -1,0 +1,31 @@
+//! When the drone of each plan was answered last for being off it.
+
+use jiff::{SignedDuration, Timestamp};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A plan is answered so often at most.
+const APART: SignedDuration = SignedDuration::from_mins(1);
+/// So many plans are remembered before those answered long ago are forgotten.
+const REMEMBERED: usize = 1_000;
+
+/// When the drone of a plan was answered last for being off it.
+#[derive(Debug, Default)]
+pub(super) struct OffPlan(Mutex<BTreeMap<Arc<str>, Timestamp>>);
+
+impl OffPlan {
+    /// Whether a plan may be answered now; then it counts as answered.
+    pub(super) fn begins(&self, plan: &Arc<str>, now: Timestamp) -> bool {
+        // The map is whole after every call, so a panic elsewhere cannot spoil it.
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_recent = |at: &Timestamp| now.duration_since(*at) < APART;
+        if last.get(plan).is_some_and(is_recent) {
+            return false;
+        }
+        if last.len() >= REMEMBERED {
+            last.retain(|_, at| is_recent(at));
+        }
+        last.insert(plan.clone(), now);
+        true
+    }
+}

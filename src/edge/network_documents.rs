@@ -1,0 +1,61 @@
+//! The network as text, written once.
+
+use super::words::{hex, node_id};
+use crate::network::Topology;
+use crate::wire;
+use bytes::Bytes;
+use std::borrow::Cow;
+
+/// The network as text, written once.
+#[derive(Debug)]
+pub(super) struct NetworkDocuments {
+    /// The topology revision that the documents name.
+    pub(super) topology_revision: u64,
+    /// The text that the network was read from; empty while there is no network.
+    pub(super) geojson: Bytes,
+    pub(super) compact: Bytes,
+    pub(super) etag: String,
+}
+
+impl NetworkDocuments {
+    /// The network as GeoJSON.
+    pub(super) fn geojson(&self) -> &Bytes {
+        &self.geojson
+    }
+
+    /// The documents of a network, of which `geojson` is the text it was read from.
+    pub(super) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
+        // A map with text keys and finite numbers always has a JSON form.
+        let compact = serde_json::to_vec(&compact(topology, topology_revision)).unwrap_or_default();
+        let fingerprint = hex(&topology.fingerprint()[..8]);
+        Self {
+            topology_revision,
+            geojson,
+            compact: Bytes::from(compact),
+            etag: fingerprint,
+        }
+    }
+}
+
+fn compact(topology: &Topology, topology_revision: u64) -> wire::CompactNetwork<'_> {
+    let frame = topology.frame();
+    let nodes = topology.nodes();
+    let coordinates = nodes.flat_map(|node| frame.from_plane(topology.position(node)));
+    let segments = topology.segments().flat_map(|segment| {
+        let ends = topology.segment(segment);
+        [ends.from.0, ends.to.0]
+    });
+    wire::CompactNetwork {
+        name: Cow::Borrowed(topology.name()),
+        attribution: Cow::Borrowed(topology.attribution()),
+        geographic: frame.is_geographic(),
+        ids: topology
+            .nodes()
+            .map(|node| node_id(topology, node))
+            .collect(),
+        coordinates: coordinates.collect(),
+        pads: topology.nodes().map(|node| topology.pads(node)).collect(),
+        segments: segments.collect(),
+        topology_revision,
+    }
+}

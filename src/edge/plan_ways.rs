@@ -1,0 +1,58 @@
+//! What a plan has beside the search, for an answer that does not pass.
+
+use super::plan_entry::PlanEntry;
+use crate::checked::Alternatives;
+use crate::compose::Contingency;
+use crate::flight::FailureReport;
+use crate::network::NodeIx;
+
+/// The ways that a plan has beside the search, from the start of the leg that its drone is on.
+#[derive(Default)]
+pub(super) struct PlanWays {
+    reported: Option<Vec<NodeIx>>,
+    if_closed: Option<Vec<NodeIx>>,
+    alternate: Option<Vec<NodeIx>>,
+}
+
+impl PlanWays {
+    /// Those of who reports: of its plan, else what the report states.
+    pub(super) fn of(report: &FailureReport, plan: Option<&PlanEntry>) -> Self {
+        let stated = report.remaining_path.clone();
+        let by_plan = plan.and_then(|plan| Self::of_plan(plan, report.leg));
+        by_plan.unwrap_or(Self {
+            reported: stated,
+            ..Self::default()
+        })
+    }
+
+    /// Those of a plan whose drone is on a leg between these nodes.
+    pub(super) fn of_plan(plan: &PlanEntry, ends: (NodeIx, NodeIx)) -> Option<Self> {
+        let composition = &plan.reported.composition;
+        let mut legs = composition.legs.iter();
+        let number = legs.position(|leg| (leg.from, leg.to) == ends)?;
+        let leg = &composition.legs[number];
+        let ahead = &composition.way.nodes[number..];
+        Some(Self {
+            reported: Some(ahead.to_vec()),
+            if_closed: rejoined(&leg.if_closed, ahead),
+            alternate: leg.safe.as_ref().map(|safe| safe.nodes.clone()),
+        })
+    }
+
+    pub(super) fn alternatives(&self) -> Alternatives<'_> {
+        Alternatives {
+            reported: self.reported.as_deref(),
+            if_closed: self.if_closed.as_deref(),
+            alternate: self.alternate.as_deref(),
+        }
+    }
+}
+
+/// A detour with what is flown after it.
+fn rejoined(detour: &Contingency, ahead: &[NodeIx]) -> Option<Vec<NodeIx>> {
+    let rejoins = detour.rejoins?;
+    let place = ahead.iter().rposition(|node| *node == rejoins)?;
+    let mut nodes = detour.nodes.clone();
+    nodes.extend_from_slice(&ahead[place + 1..]);
+    Some(nodes)
+}

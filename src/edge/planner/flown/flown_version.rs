@@ -1,0 +1,99 @@
+//! What is kept of a plan that is flown: times count from its departure, so that it means the same in every state of the edge.
+
+use crate::delivery::{FlightComposition, Hold};
+use crate::flight::Reservation;
+use crate::itinerary::Value;
+use crate::network::NodeIx;
+use std::sync::Arc;
+
+/// How a contingency ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::edge) struct DetourEnd {
+    /// When, in seconds from the plan's departure.
+    pub(in crate::edge) arrives_s: f64,
+    /// Battery then, as a fraction.
+    pub(in crate::edge) battery: f64,
+    /// True where it draws on the reserve.
+    pub(in crate::edge) reserve_used: bool,
+}
+
+/// How the contingencies of a leg end; `None` where there is no way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in crate::edge) struct LegEnds {
+    pub(in crate::edge) if_closed: Option<DetourEnd>,
+    pub(in crate::edge) safe: Option<DetourEnd>,
+}
+
+/// A version of a plan that is flown with times, battery and pads. All seconds count from the version's departure.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::edge) struct FlownVersion {
+    /// The airframe's name.
+    pub(in crate::edge) airframe: Arc<str>,
+    /// Its full battery, in watt hours.
+    pub(in crate::edge) battery_wh: f64,
+    /// The payload that was reckoned with, in kilograms.
+    pub(in crate::edge) payload_kg: f64,
+    /// Legs and stops with all figures. Of its contingencies only the ends are kept.
+    pub(in crate::edge) composition: FlightComposition,
+    /// How the contingencies of each leg end.
+    pub(in crate::edge) ends: Vec<LegEnds>,
+    /// True where it draws on the reserve, to reach an alternate.
+    pub(in crate::edge) reserve_used: bool,
+    /// Where it waits first, where it is told so.
+    pub(in crate::edge) hold: Option<Hold>,
+    /// The pad of the alternate that it diverts to.
+    pub(in crate::edge) alternate: Option<Reservation>,
+    /// Whether its pads are surely its own: no other edge gives them away.
+    pub(in crate::edge) is_confirmed: bool,
+    /// False where nobody knows whether the battery suffices: its levels mean nothing then.
+    pub(in crate::edge) is_energy_checked: bool,
+}
+
+impl FlownVersion {
+    /// Its legs and stops, departing at so many seconds.
+    pub(super) fn composition_at(&self, departs_s: f64) -> FlightComposition {
+        later_by(&self.composition, departs_s)
+    }
+
+    /// The pads that it takes: those of its stops, and that of the node that it diverts to.
+    pub(in crate::edge) fn reservations(&self) -> Vec<Reservation> {
+        let mut reservations = self.composition.reservations();
+        reservations.extend(self.alternate);
+        reservations
+    }
+
+    /// The legs, counted from 0, at whose ends it lands on the way.
+    pub(in crate::edge) fn landings(&self) -> impl Iterator<Item = usize> + '_ {
+        let stops = self.composition.plan.stops.iter();
+        stops.filter_map(|stop| stop.before_leg.checked_sub(1))
+    }
+
+    /// The nodes that it stops at, in order.
+    pub(in crate::edge) fn stop_nodes(&self) -> impl Iterator<Item = NodeIx> + '_ {
+        self.composition.plan.stops.iter().map(|stop| stop.node)
+    }
+}
+
+/// A composition so many seconds later, but for its contingencies.
+pub(super) fn later_by(composition: &FlightComposition, seconds: f64) -> FlightComposition {
+    let mut later = composition.clone();
+    later.plan.start.at_s += seconds;
+    later.began_s += seconds;
+    later.deadline_s += seconds;
+    later.plan.arrives_s += seconds;
+    for leg in &mut later.plan.legs {
+        leg.enters_s += seconds;
+        leg.leaves_s += seconds;
+    }
+    for stop in &mut later.plan.stops {
+        stop.lands_s += seconds;
+        stop.takes_off_s += seconds;
+    }
+    let shifted = |value: Value| Value {
+        arrives_s: value.arrives_s + seconds,
+        ..value
+    };
+    later.proof.value = shifted(later.proof.value);
+    later.proof.lower_bound = shifted(later.proof.lower_bound);
+    later
+}

@@ -1,0 +1,140 @@
+//! A version of a plan: the way that its drone flies, when, and with what.
+
+use super::FlownVersion;
+use crate::compose::{Change, Composition, Migrated, Occupation};
+use crate::edge::stretches::Stretch;
+use crate::flight::Reservation;
+use crate::network::NodeIx;
+use crate::wire;
+use jiff::Timestamp;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// One version of a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::edge) struct Version {
+    pub(in crate::edge) number: u32,
+    /// The epoch of the edge that made it: versions are ordered by epoch, then number.
+    pub(in crate::edge) epoch: u64,
+    /// When its drone could first be told of it.
+    pub(in crate::edge) sent_at: Timestamp,
+    /// `None` for a first version; what its drone was told for a recomposed one.
+    pub(in crate::edge) outcome: Option<crate::recompose::Outcome>,
+    pub(in crate::edge) composition: Composition,
+    /// How it is flown, where the flight model made it; the composition is derived from that.
+    pub(in crate::edge) flight: Option<Arc<FlownVersion>>,
+    /// How its drone comes to its first node, where it is not there.
+    pub(in crate::edge) stretch: Option<Stretch>,
+    /// Flown before the first node, in metres.
+    pub(in crate::edge) first_stretch_m: f64,
+    pub(in crate::edge) departs_at: Timestamp,
+    pub(in crate::edge) recomposition_id: Option<Arc<str>>,
+    /// Until when a proposed version is to be acknowledged.
+    pub(in crate::edge) acknowledge_by: Option<Timestamp>,
+    /// What its drone was told to know of it.
+    pub(in crate::edge) flags: Vec<wire::Flag>,
+    pub(in crate::edge) warnings: Vec<(Cow<'static, str>, String)>,
+}
+
+impl Version {
+    /// These legs of it on another network, at their times, and whether their contingencies hold there too; `None` where any of
+    /// them is gone.
+    pub(in crate::edge) fn carried_over(
+        &self,
+        airspeed_mps: f64,
+        legs: Range<usize>,
+        change: &Change<'_>,
+    ) -> Option<(Self, bool)> {
+        let stretch_m = self.first_stretch_m;
+        let composition = &self.composition;
+        let Migrated {
+            mut composition,
+            contingencies_hold,
+        } = composition.carried_over(change, legs.clone(), stretch_m, airspeed_mps)?;
+        let flight = match self.flight.as_deref() {
+            Some(flown) => {
+                let flown = flown.carried_over(change, legs)?;
+                flown.time(&mut composition);
+                Some(Arc::new(flown))
+            }
+            None => None,
+        };
+        let stretch = self.stretch.as_ref();
+        let version = Self {
+            composition,
+            flight,
+            stretch: stretch
+                .and_then(|it| it.carried_over(change.to, change.from, change.correspondence)),
+            ..self.clone()
+        };
+        Some((version, contingencies_hold))
+    }
+
+    /// Whether its drone surely stands before a leg, so many seconds after the departure: by nominal times nobody knows.
+    pub(in crate::edge) fn stands_before(&self, leg: usize, elapsed_s: f64) -> bool {
+        let leg = self.composition.legs.get(leg);
+        self.flight.is_some() && leg.is_some_and(|leg| elapsed_s <= leg.departure_s)
+    }
+
+    /// When it is on each of its segments, in seconds of Unix time.
+    pub(in crate::edge) fn occupations(&self) -> Vec<Occupation> {
+        let departs_s = self.departs_s();
+        let legs = self.composition.occupations(departs_s);
+        let first_s = legs.first().map(|first| first.enters_s);
+        let arrives_s = departs_s + self.composition.flight_time_s;
+        let stretch = self.stretch.as_ref();
+        let stretch = stretch.and_then(|it| it.occupation(departs_s, first_s.unwrap_or(arrives_s)));
+        stretch.into_iter().chain(legs).collect()
+    }
+
+    /// The pads that it takes, in seconds of Unix time.
+    pub(in crate::edge) fn reservations(&self) -> Vec<Reservation> {
+        let departs_s = self.departs_s();
+        let flight = self.flight.iter();
+        let stays = flight.flat_map(|flight| flight.reservations());
+        stays
+            .map(|stay| Reservation {
+                from_s: departs_s + stay.from_s,
+                until_s: departs_s + stay.until_s,
+                ..stay
+            })
+            .collect()
+    }
+
+    fn departs_s(&self) -> f64 {
+        self.departs_at.as_microsecond() as f64 / 1e6
+    }
+
+    /// When it ends.
+    pub(in crate::edge) fn arrives_at(&self) -> Timestamp {
+        later(self.departs_at, self.composition.flight_time_s)
+    }
+
+    /// Where it ends.
+    pub(in crate::edge) fn last_node(&self) -> Option<NodeIx> {
+        self.composition.way.nodes.last().copied()
+    }
+
+    /// Whether its drone was told to land where it was not to go.
+    pub(in crate::edge) fn is_diversion(&self) -> bool {
+        self.outcome == Some(crate::recompose::Outcome::Diverted)
+    }
+
+    /// When the drone leaves the last pad on its way, in flight for the last time.
+    pub(in crate::edge) fn takes_off_last_at(&self) -> Timestamp {
+        let flight = self.flight.as_deref();
+        let stop = flight.and_then(|flight| flight.composition.plan.stops.last());
+        stop.map_or(self.departs_at, |stop| {
+            later(self.departs_at, stop.takes_off_s)
+        })
+    }
+}
+
+/// An instant some seconds later; the end of time where that is beyond it.
+pub(in crate::edge) fn later(instant: Timestamp, seconds: f64) -> Timestamp {
+    let span = jiff::SignedDuration::try_from_secs_f64(seconds);
+    span.ok()
+        .and_then(|span| instant.checked_add(span).ok())
+        .unwrap_or(Timestamp::MAX)
+}

@@ -1,0 +1,255 @@
+//! How far the drone of a plan has come, and what of its way is ahead of it.
+
+use super::drones::{Drones, Sighting};
+use super::plan_entry::PlanEntry;
+use super::planner::Version;
+use super::stretches::{Stretch, fraction_of};
+use crate::airspace::{Airspace, Closure};
+use crate::compose::{Composition, Leg};
+use crate::flight::{Location, check_place};
+use crate::geo::{Point, total_m};
+use crate::network::{NodeIx, Topology};
+use jiff::Timestamp;
+
+/// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
+const BACK_M: f64 = 15.0;
+
+/// How far a drone has come on a version of its plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Progress {
+    /// The leg it is on; the first where it is on the way there.
+    pub(super) leg: usize,
+    /// Whether it is on the first stretch, before all legs.
+    pub(super) on_stretch: bool,
+    pub(super) location: Location,
+    /// What lies ahead on the plan, in metres.
+    pub(super) remaining_m: f64,
+}
+
+/// Where a drone is on a version.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    /// The leg; `None` on the first stretch.
+    pub(super) leg: Option<usize>,
+    /// How far that is from where the version begins, in metres.
+    pub(super) at_m: f64,
+    /// How far off its line the drone is.
+    pub(super) off_m: f64,
+}
+
+/// The nearest place on a version, not before what has been flown of it already; of equally near ones the earliest.
+pub(super) fn spot_on(
+    topology: &Topology,
+    version: &Version,
+    place: Point,
+    flown_m: f64,
+) -> Option<Spot> {
+    let stretch = version.stretch.as_ref().map(|stretch| {
+        let node = topology.position(stretch.reentry.node);
+        (None, stretch.begin(), node)
+    });
+    let legs = version.composition.legs.iter().enumerate();
+    let legs = legs.map(|(number, leg)| {
+        let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
+        (Some(number), from, to)
+    });
+    let mut nearest: Option<Spot> = None;
+    let mut begins_m = 0.0;
+    for (leg, from, to) in stretch.into_iter().chain(legs) {
+        let length_m = from.distance_m(to);
+        let flown_of_it_m = (flown_m - BACK_M - begins_m).max(0.0);
+        if flown_of_it_m <= length_m {
+            let least = if length_m > 0.0 {
+                flown_of_it_m / length_m
+            } else {
+                0.0
+            };
+            let fraction = fraction_of(place, from, to).max(least);
+            let spot = Spot {
+                leg,
+                at_m: begins_m + fraction * length_m,
+                off_m: place.distance_m(from.towards(to, fraction)),
+            };
+            if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m) {
+                nearest = Some(spot);
+            }
+        }
+        begins_m += length_m;
+    }
+    nearest
+}
+
+/// Where the drone of a plan is: by its telemetry, else by nominal times, and then somewhere on its leg.
+///
+/// `None` when the plan has no leg left.
+pub(super) fn progress(
+    topology: &Topology,
+    plan: &PlanEntry,
+    drones: &Drones,
+    now: Timestamp,
+) -> Option<Progress> {
+    let version = &plan.reported;
+    let legs = &version.composition.legs;
+    let stretch = version.stretch.as_ref();
+    // One that runs straight has to lead to a leg.
+    let stretch = stretch.filter(|stretch| stretch.leg().is_some() || !legs.is_empty());
+    if legs.is_empty() && stretch.is_none() {
+        return None;
+    }
+    let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
+    if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
+        let position = sighting.position(topology.frame());
+        let flown_m = sighting.flown_m(&plan.id, version.number);
+        let spot = spot_on(topology, version, position, flown_m)?;
+        let (end, after_m) = match spot.leg {
+            Some(leg) => (legs[leg].to, length_after(legs, leg)),
+            None => (
+                stretch?.reentry.node,
+                legs.iter().map(|leg| leg.length_m).sum(),
+            ),
+        };
+        return Some(Progress {
+            leg: spot.leg.unwrap_or_default(),
+            on_stretch: spot.leg.is_none(),
+            location: Location::At(position),
+            remaining_m: position.distance_m(topology.position(end)) + after_m,
+        });
+    }
+    let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
+    if elapsed_s <= 0.0 {
+        return Some(Progress {
+            leg: 0,
+            on_stretch: stretch.is_some(),
+            location: stretch.map_or(Location::LegStart, |stretch| Location::At(stretch.begin())),
+            remaining_m: version.composition.length_m,
+        });
+    }
+    let stretch_s = legs.first().map(|first| first.departure_s);
+    let stretch_s = stretch_s.unwrap_or(version.composition.flight_time_s);
+    if stretch.is_some() && (elapsed_s < stretch_s || legs.is_empty()) {
+        return Some(Progress {
+            leg: 0,
+            on_stretch: true,
+            location: Location::Unknown,
+            remaining_m: version.composition.length_m,
+        });
+    }
+    let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
+    let leg = flown.unwrap_or(legs.len() - 1);
+    Some(Progress {
+        leg,
+        on_stretch: false,
+        location: match version.stands_before(leg, elapsed_s) {
+            true => Location::LegStart,
+            false => Location::Unknown,
+        },
+        remaining_m: legs[leg].length_m + length_after(legs, leg),
+    })
+}
+
+/// Whether a sighting says how far a drone has come on a version. A place beyond the network does
+/// not, believed or not.
+fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
+    let place = sighting.position(topology.frame());
+    let has_departed = sighting.seen_at >= version.departs_at;
+    has_departed && check_place(topology, place, None, None).is_ok()
+}
+
+fn length_after(legs: &[Leg], leg: usize) -> f64 {
+    total_m(legs[leg + 1..].iter().map(|leg| leg.length_m))
+}
+
+/// Whether anything from a leg on is blocked.
+pub(super) fn is_blocked(airspace: &Airspace, composition: &Composition, from_leg: usize) -> bool {
+    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
+    ahead
+        .iter()
+        .any(|leg| airspace.closed().blocks(leg.segment))
+}
+
+/// Whether a closure closes anything from a leg on.
+pub(super) fn is_hit(closure: &Closure, composition: &Composition, from_leg: usize) -> bool {
+    let ahead = composition.legs.get(from_leg..).unwrap_or_default();
+    ahead.iter().any(|leg| is_leg_hit(closure, leg))
+}
+
+/// Whether a closure closes anything of a leg.
+pub(super) fn is_leg_hit(closure: &Closure, leg: &Leg) -> bool {
+    let hits = &closure.hits;
+    hits.segments.binary_search(&leg.segment).is_ok()
+        || hits.nodes.binary_search(&leg.to).is_ok()
+        || hits.nodes.binary_search(&leg.from).is_ok()
+}
+
+/// Whether a closure that was not known before lies ahead on a first stretch.
+pub(super) fn is_on_stretch(
+    stretch: Option<(&Stretch, Point)>,
+    closure: &Closure,
+    topology: &Topology,
+) -> bool {
+    stretch.is_some_and(|(stretch, place)| {
+        !stretch.knew.contains(&closure.id) && stretch.is_met(topology, closure, place)
+    })
+}
+
+/// The leg that the drone of a plan is on, and what is left of its way from there. On its first stretch that is the leg on
+/// which the stretch runs, as it was flown before; who flies back on it has left what was planned beyond.
+pub(super) fn leg_ahead(
+    plan: &PlanEntry,
+    progress: &Progress,
+) -> ((NodeIx, NodeIx), Option<Vec<NodeIx>>) {
+    let version = &plan.reported;
+    let nodes = &version.composition.way.nodes;
+    let stretch = version.stretch.as_ref().filter(|_| progress.on_stretch);
+    if let Some((stretch, leg)) = stretch.and_then(|stretch| Some((stretch, stretch.leg()?))) {
+        let path = std::iter::once(leg.0).chain(nodes.iter().copied());
+        return (leg, stretch.leads_on().then(|| path.collect()));
+    }
+    let leg = &version.composition.legs[progress.leg];
+    ((leg.from, leg.to), Some(nodes[progress.leg..].to_vec()))
+}
+
+/// What of a version is ahead of a drone: from which leg on, and from where on the first stretch.
+pub(super) type Ahead<'a> = (usize, Option<(&'a Stretch, Point)>);
+
+/// What of the reported version is ahead of the drone of a plan.
+pub(super) fn ahead<'a>(plan: &'a PlanEntry, progress: &Progress) -> Ahead<'a> {
+    let stretch = plan.reported.stretch.as_ref();
+    let stretch = stretch.filter(|_| progress.on_stretch);
+    let place = |stretch: &Stretch| match progress.location {
+        Location::At(place) => place,
+        Location::LegStart | Location::Unknown => stretch.begin(),
+    };
+    (
+        progress.leg,
+        stretch.map(|stretch| (stretch, place(stretch))),
+    )
+}
+
+/// All of a version.
+pub(super) fn whole(version: &Version) -> Ahead<'_> {
+    let stretch = version.stretch.as_ref();
+    (0, stretch.map(|stretch| (stretch, stretch.begin())))
+}
+
+/// The closures that have come onto a first stretch since it was worked out.
+pub(super) fn closures_on(stretch: Option<(&Stretch, Point)>, airspace: &Airspace) -> Vec<String> {
+    stretch.map_or_else(Vec::new, |(stretch, place)| {
+        stretch.obstructed_by(airspace, place)
+    })
+}
+
+/// The first leg of a version from a place on that a closure closes anything of.
+pub(super) fn first_hit(
+    version: &Version,
+    (from, stretch): Ahead<'_>,
+    closure: &Closure,
+    topology: &Topology,
+) -> Option<usize> {
+    if is_on_stretch(stretch, closure, topology) {
+        return Some(from);
+    }
+    let mut legs = version.composition.legs.get(from..)?.iter();
+    let hit = legs.position(|leg| is_leg_hit(closure, leg))?;
+    Some(from + hit)
+}
