@@ -1,5 +1,5 @@
-//! Any bytes as a feed of zones: what is imported has a place and an identifier, recurs as it is written, and reads the same
-//! when it is written out; what is refused says where.
+//! Any bytes as a feed of zones: what is imported has a place and an identifier, recurs as it is
+//! written, and reads the same when it is written out; what is refused says where.
 
 use crate::networks::{airspaces, now};
 use skyway::airspace::{Airspace, Change, Closure, Zone};

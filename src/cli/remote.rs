@@ -28,7 +28,8 @@ impl Remote {
     pub(super) fn of(edge: &str, token_file: Option<&Path>, remedy: String) -> Result<Self, Stop> {
         let base = edge.trim_end_matches('/');
         let client = reqwest::Client::builder().timeout(PATIENCE);
-        // Without https nothing of the system is read: there may be machines without a single authority.
+        // Without https nothing of the system is read: there may be machines without a single
+        // authority.
         let client = match base.starts_with("https://") {
             true => client,
             false => client.tls_certs_only([]),

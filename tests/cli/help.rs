@@ -17,6 +17,12 @@ const COMMANDS: &[&[&str]] = &[
     &["network", "criticality"],
     &["network", "draw"],
     #[cfg(feature = "edge")]
+    &["zone"],
+    #[cfg(feature = "edge")]
+    &["zone", "import"],
+    #[cfg(feature = "edge")]
+    &["zone", "export"],
+    #[cfg(feature = "edge")]
     &["demo"],
     #[cfg(feature = "edge")]
     &["edge"],

@@ -50,7 +50,8 @@ def irish():
     """MultiPolygon, datasetMetadata, a name and a reason that are texts, nulls, a layer in feet."""
     zone = feature("EIP1", "PROHIBITED", (-6.3, 53.3), name="Prison", reason="SENSITIVE", message=None)
     layer = {"upper": 400, "upperReference": "AGL", "lower": 0, "lowerReference": "AGL", "uom": "ft"}
-    zone["geometry"] = {"type": "MultiPolygon", "coordinates": [[ring((-6.3, 53.3))], [ring((-6.2, 53.3))]], "layer": layer}
+    polygons = [[ring((-6.3, 53.3))], [ring((-6.2, 53.3))]]
+    zone["geometry"] = {"type": "MultiPolygon", "coordinates": polygons, "layer": layer}
     return {"type": "FeatureCollection", "datasetMetadata": {"validFrom": "2026-01-01T00:00:00Z"}, "features": [zone]}
 
 
@@ -106,8 +107,18 @@ def swiss():
 # The feed, how it begins, what it becomes, and a part of each repair that is listed.
 READ = [
     (irish, "", {"kind": None, "upper_m": 121.92}, ["MultiPolygon", "validity of the collection", "no list"]),
-    (spanish, "", {"kind": "req_authorization", "upper_m": 120}, ["properties of the zone", "layer of the shape", "no list", "reason"]),
-    (spanish_flat, "", {"kind": None, "upper_m": 120}, ["limits were read", "in quotes", "nothing acts on: objectid, shapeArea"]),
+    (
+        spanish,
+        "",
+        {"kind": "req_authorization", "upper_m": 120},
+        ["properties of the zone", "layer of the shape", "no list", "reason"],
+    ),
+    (
+        spanish_flat,
+        "",
+        {"kind": None, "upper_m": 120},
+        ["limits were read", "in quotes", "nothing acts on: objectid, shapeArea"],
+    ),
     (zurich, "", {"kind": "req_authorization"}, ["longer than the 7 letters"]),
     (swedish, "", {"kind": None}, []),
     # The command passes over the mark, as it does in every file.
@@ -124,12 +135,24 @@ REFUSED = [
     (lambda zone: zone["geometry"]["layer"].pop("upperReference"), "zone_missing_field", "/layer/upperReference"),
     (lambda zone: zone["geometry"]["layer"].update(uom="yd"), "zone_unknown_value", "/layer/uom"),
     (lambda zone: zone["geometry"]["layer"].update(lower=200), "zone_band_reversed", "/geometry/coordinates"),
-    (lambda zone: zone["geometry"]["coordinates"][0].__setitem__(1, [4.0, 95.0]), "zone_latitude_out_of_range", "/coordinates/0/1"),
-    (lambda zone: daily(zone, {"day": ["MON"], "startTime": "06:00", "endTime": "16:00Z"}), "zone_time_invalid", "/0/startTime"),
+    (
+        lambda zone: zone["geometry"]["coordinates"][0].__setitem__(1, [4.0, 95.0]),
+        "zone_latitude_out_of_range",
+        "/coordinates/0/1",
+    ),
+    (
+        lambda zone: daily(zone, {"day": ["MON"], "startTime": "06:00", "endTime": "16:00Z"}),
+        "zone_time_invalid",
+        "/0/startTime",
+    ),
     (lambda zone: daily(zone, {"day": ["MON"], "startTime": "06:00Z"}), "zone_missing_field", "/0/endTime"),
     (lambda zone: daily(zone, {"day": ["MOON"], "startEvent": "SR", "endEvent": "SS"}), "zone_unknown_value", "/day/0"),
     (lambda zone: daily(zone, {"day": [], "startEvent": "SR", "endEvent": "SS"}), "zone_schedule_invalid", "/0/day"),
-    (lambda zone: daily(zone, {"day": ["ANY"], "startEvent": "NOON", "endEvent": "SS"}), "zone_unknown_value", "/0/startEvent"),
+    (
+        lambda zone: daily(zone, {"day": ["ANY"], "startEvent": "NOON", "endEvent": "SS"}),
+        "zone_unknown_value",
+        "/0/startEvent",
+    ),
     (
         lambda zone: zone["properties"].update(
             limitedApplicability=[{"startDateTime": "2026-02-01T00:00:00Z", "endDateTime": "2026-01-01T00:00:00Z"}]

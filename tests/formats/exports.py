@@ -46,7 +46,8 @@ def place_of(network, node):
 
 
 def tell_routes(program, folder):
-    exported = subprocess.run([program, "network", "convert", "--to", "geojson", "--quiet"], capture_output=True, text=True, check=True)
+    command = [program, "network", "convert", "--to", "geojson", "--quiet"]
+    exported = subprocess.run(command, capture_output=True, text=True, check=True)
     network = json.loads(exported.stdout)
     plan = json.loads(composed(program, "--json", "--quiet"))
     nodes = plan["path"]["nodes"]
@@ -67,7 +68,8 @@ def tell_routes(program, folder):
     zones.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
 
     told = json.loads(composed(program, "--format", "plan", "--quiet", "--zones", str(zones)))
-    assert (told["fileType"], told["version"], told["mission"]["version"], told["geoFence"]["version"]) == ("Plan", 1, 2, 2)
+    assert (told["fileType"], told["version"]) == ("Plan", 1)
+    assert told["mission"]["version"] == told["geoFence"]["version"] == 2
     items = told["mission"]["items"]
     assert [item["doJumpId"] for item in items] == list(range(1, len(items) + 1))
     assert items[0]["command"] == TAKE_OFF and items[1]["command"] == CHANGE_SPEED and items[-1]["command"] == LAND

@@ -160,7 +160,8 @@ def ed269(document):
             else:
                 shape = ("polygon", [[tuple(p) for p in ring] for ring in projection["coordinates"]])
             lower, upper = (
-                limit(volume.get(f"{end}Limit"), volume.get(f"{end}VerticalReference"), unit) for end in ("lower", "upper")
+                limit(volume.get(f"{end}Limit"), volume.get(f"{end}VerticalReference"), unit)
+                for end in ("lower", "upper")
             )
             kind = zone["restriction"]
             volumes.append(Volume(zone["identifier"], kind, shape, lower, upper, None if always else periods))

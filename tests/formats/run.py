@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Zones of the field in, held against a naive reader of the standards, and zones and routes out, read by others' programs.
+"""Zones of the field in, against a naive reader of the standards; zones and routes out, read by others' programs.
 
 run.py SKYWAY    where SKYWAY is the program
 """
@@ -25,8 +25,8 @@ HEIGHTS_M = (30.0, 60.0)
 RANDOM_FEEDS = 12
 SEED = 20261123
 
-# Each sample: how it is read naively, what is imported, what is refused and by which code, and instants: weekday, night, before,
-# within, after, each with how many nodes at least are closed then (0: exactly none).
+# Each sample: how it is read naively, what is imported, what is refused and by which code, and instants: weekday,
+# night, before, within, after, each with how many nodes at least are closed then (0: exactly none).
 STORIES = [
     ("ch-ed269-interuss.json", reader.ed269, ["LSXX"], {}, [
         ("2022-12-07T12:00:00Z", 1), ("2022-12-07T23:30:00Z", 1), ("2000-01-01T00:00:00Z", 1),
@@ -66,7 +66,8 @@ def network(volumes):
     kept = [p for p in dict.fromkeys(places) if all(abs(volume.distance(p)) > BOUNDARY_M for volume in volumes)]
     features = []
     for number, (lon, lat) in enumerate(kept):
-        told = {"kind": "node", "pads": 1, "role": "both", "altitude_m": HEIGHTS_M[number % 2], "altitude_reference": "agl"}
+        told = {"kind": "node", "pads": 1, "role": "both", "altitude_reference": "agl"}
+        told["altitude_m"] = HEIGHTS_M[number % 2]
         point = {"type": "Point", "coordinates": [lon, lat]}
         features.append({"type": "Feature", "id": number, "geometry": point, "properties": told})
     for number in range(len(kept) - 1):
@@ -114,7 +115,8 @@ def hold(program, feed, volumes, instants, folder, least=None):
 
         expected = {number for number, place in enumerate(kept) if closes(number, place)}
         found = {int(node) for node in told["closed_nodes"]}
-        assert found == expected, f"{feed} at {at}: only skyway {sorted(found - expected)[:5]}, only naive {sorted(expected - found)[:5]}"
+        ours, theirs = sorted(found - expected)[:5], sorted(expected - found)[:5]
+        assert found == expected, f"{feed} at {at}: only skyway {ours}, only naive {theirs}"
         if least is not None:
             wanted = least[at]
             assert len(expected) >= wanted and (wanted or not expected), f"{feed} at {at}: {len(expected)} nodes"
@@ -150,7 +152,8 @@ def by_chance(chance, number):
         periods = []
         for _ in range(chance.choice([0, 1, 1, 2])):
             period = {}
-            begins = datetime.datetime(2026, 11, 1 + chance.randrange(25), chance.randrange(24), tzinfo=datetime.timezone.utc)
+            begins = datetime.datetime(2026, 11, 1, tzinfo=datetime.timezone.utc)
+            begins += datetime.timedelta(days=chance.randrange(25), hours=chance.randrange(24))
             if chance.random() < 0.5:
                 period["startDateTime"] = begins.isoformat()
             if chance.random() < 0.5:

@@ -161,7 +161,8 @@ impl Operation {
         self.row().daemon.is_none_or(|only| only == daemon)
     }
 
-    /// Whether its body may be a whole network, or all zones of a country, which are larger than all else that is sent.
+    /// Whether its body may be a whole network, or all zones of a country, which are larger than
+    /// all else that is sent.
     pub fn takes_file(self) -> bool {
         matches!(
             self,

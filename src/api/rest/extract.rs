@@ -117,7 +117,8 @@ pub(in crate::api) fn header(headers: &HeaderMap, name: &str) -> Result<Option<S
     }
 }
 
-/// Which of some media types `Accept` names first; none where it asks for JSON or anything, before them or alone.
+/// Which of some media types `Accept` names first; none where it asks for JSON or anything, before
+/// them or alone.
 pub(in crate::api) fn accepted(headers: &HeaderMap, offered: &[&str]) -> Option<usize> {
     let lines = headers.get_all(http::header::ACCEPT).iter();
     let mut named = lines

@@ -24,7 +24,6 @@ mod recompositions;
 pub(crate) mod refusals;
 mod unique;
 mod weather;
-mod zone_import;
 pub(in crate::api) mod zone_schema;
 mod zones;
 
@@ -126,7 +125,7 @@ fn airspace() -> OpenApiRouter<Shared> {
             zones::delete_zone
         ))
         .routes(routes!(zones::preview_zone))
-        .routes(routes!(zone_import::import_zones))
+        .routes(routes!(zones::import_zones))
         .routes(routes!(closures::create_closure, closures::list_closures))
         .routes(routes!(
             closures::get_closure,

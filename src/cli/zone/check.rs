@@ -1,4 +1,5 @@
-//! `skyway zone import --check`: what is in a feed and what of it is in force at a time, without an edge.
+//! `skyway zone import --check`: what is in a feed and what of it is in force at a time, without an
+//! edge.
 
 use super::import::{Import, note_text, refusal_text, verdict};
 use crate::airspace::DEFAULT_MARGIN_M;

@@ -14,8 +14,17 @@ use clap::{Args, ValueEnum};
 use serde_json::Value;
 use std::path::PathBuf;
 
+const EXAMPLES: &str = "\
+Examples:
+  skyway zone export -o zones.geojson
+  skyway zone export --format ed318 --edge http://127.0.0.1:8080 -o zones.json
+
+Exit codes: 0 when it is done, 1 for a failure, 2 for arguments that make no sense, \
+4 when the edge cannot be reached.";
+
 /// Arguments of `skyway zone export`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub(in crate::cli) struct Export {
     /// The format
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]

@@ -19,8 +19,8 @@ Examples:
   skyway zone import national.json --feed national --dry-run
   skyway zone import mission.plan --feed mission --prefix mission-
 
-Importing a feed again lifts the zones that it has no more; many at once wait for an operator. A zone that is refused
-keeps its last version in force.
+Importing a feed again lifts the zones that it has no more; many at once wait for an operator. \
+A zone that is refused keeps its last version in force.
 
 Exit codes: 0 when every zone is imported, 1 when some are refused or the feed cannot be read, \
 2 for arguments that make no sense, 4 when the edge cannot be reached.";

@@ -31,8 +31,8 @@ pub struct Closure {
     pub id: String,
     /// Why.
     pub cause: Cause,
-    /// When; empty for always. An airspace makes those of a zone's schedules for the days around its time; until then
-    /// they are all that may count.
+    /// When; empty for always. An airspace makes those of a zone's schedules for the days around
+    /// its time; until then they are all that may count.
     pub windows: Vec<Window>,
     /// The segments and nodes it closes, worked out beforehand on the topology of the airspace.
     pub hits: Hits,

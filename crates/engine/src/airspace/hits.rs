@@ -29,7 +29,8 @@ impl Hits {
         Self { segments, nodes }
     }
 
-    /// What a zone closes: nothing where its kind closes nothing. Pure and without locks, so that it can be computed beside the writer.
+    /// What a zone closes: nothing where its kind closes nothing. Pure and without locks, so that
+    /// it can be computed beside the writer.
     pub fn of(topology: &Topology, zone: &Zone) -> Self {
         if !zone.terms().kind.closes() {
             return Self::default();

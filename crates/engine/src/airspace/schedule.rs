@@ -1,7 +1,7 @@
 //! Weekly schedules of zones, as feeds write them: days, and times by the clock or by the sun.
 //!
-//! A schedule is kept as written. Windows are made from it for the days around an instant; beyond those
-//! days it counts as closed throughout, so that what looks far ahead errs on the safe side.
+//! A schedule is kept as written. Windows are made from it for the days around an instant; beyond
+//! those days it counts as closed throughout, so that what looks far ahead errs on the safe side.
 
 use super::sun::{Extent, SunEvent, sun_time};
 use super::zone::Window;
@@ -63,8 +63,8 @@ pub enum DayTime {
     Sun(SunEvent),
 }
 
-/// From when until when on which days; both ends belong to it. What ends no later than it begins ends on the day after,
-/// and belongs to the day that it begins on.
+/// From when until when on which days; both ends belong to it. What ends no later than it begins
+/// ends on the day after, and belongs to the day that it begins on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DailyPeriod {
     /// The days it begins on.
@@ -92,8 +92,8 @@ impl DailyPeriod {
             .any(|time| matches!(time, DayTime::Sun(_)))
     }
 
-    /// When it counts if it begins on this day. Where the sun's events differ over the zone's extent the earliest
-    /// begins it and the latest ends it.
+    /// When it counts if it begins on this day. Where the sun's events differ over the zone's
+    /// extent the earliest begins it and the latest ends it.
     fn on(&self, day: Date, extent: &Extent) -> Option<(Timestamp, Timestamp)> {
         if !self.days.contains(day.weekday()) {
             return None;
@@ -109,7 +109,8 @@ impl DailyPeriod {
 }
 
 impl Recurrence {
-    /// Adds the windows around an instant. Before and after the days looked at, the whole rest of `within` counts.
+    /// Adds the windows around an instant. Before and after the days looked at, the whole rest of
+    /// `within` counts.
     pub(super) fn add_windows(&self, around: Timestamp, extent: &Extent, to: &mut Vec<Window>) {
         let first = around.saturating_sub(MADE_BEFORE).unwrap_or(Timestamp::MIN);
         let last = around.saturating_add(MADE_AHEAD).unwrap_or(Timestamp::MAX);
@@ -283,7 +284,8 @@ mod tests {
             until: DayTime::Sun(until),
         };
         let sydney = Extent::about([[151.2, -33.87]]);
-        // Geoscience Australia, 25 November 2026: the sun rises at 5:37 and sets at 19:45, at 11 hours east.
+        // Geoscience Australia, 25 November 2026: the sun rises at 5:37 and sets at 19:45, at 11
+        // hours east.
         let found = windows(
             day(SunEvent::Sunrise, SunEvent::Sunset),
             "2026-11-25T00:00:00Z",

@@ -64,7 +64,8 @@ impl Held {
             .map_or(&self.closure, |recurring| &recurring.put)
     }
 
-    /// Makes the windows of schedules anew, once the instants are a day away from those that they were made around.
+    /// Makes the windows of schedules anew, once the instants are a day away from those that they
+    /// were made around.
     fn follow_schedules(&mut self, instants: [Timestamp; 2]) {
         let Some(recurring) = &mut self.recurring else {
             return;

@@ -5,7 +5,8 @@ use jiff::tz::Offset;
 use jiff::{SignedDuration, Timestamp};
 use solar_positioning::{Horizon, Location, SolarEvents};
 
-/// Terrestrial time less universal time, in seconds: about 69 in the 2020s, and a second more or less moves no event by more.
+/// Terrestrial time less universal time, in seconds: about 69 in the 2020s, and a second more or
+/// less moves no event by more.
 const DELTA_T_S: f64 = 69.0;
 /// The Julian date of 1970-01-01T00:00Z.
 const UNIX_EPOCH_JULIAN: f64 = 2_440_587.5;
@@ -59,7 +60,8 @@ impl SunEvent {
     }
 }
 
-/// The box of longitudes and latitudes that a zone lies in, in degrees; at its corners events are earliest and latest.
+/// The box of longitudes and latitudes that a zone lies in, in degrees; at its corners events are
+/// earliest and latest.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub(super) struct Extent {
     min: [f64; 2],
@@ -95,7 +97,8 @@ impl Extent {
     }
 }
 
-/// When an event takes place on a day at a longitude and latitude. The day is that of the mean local solar time.
+/// When an event takes place on a day at a longitude and latitude. The day is that of the mean
+/// local solar time.
 ///
 /// On a day without the event it is the begin or the end of that day, as is asked for.
 pub(super) fn sun_time(

@@ -12,9 +12,11 @@ pub enum ZoneKind {
     /// Closed.
     #[default]
     Prohibited,
-    /// Closed but for those who are authorised. Nobody says here who is, so that it closes for everyone.
+    /// Closed but for those who are authorised. Nobody says here who is, so that it closes for
+    /// everyone.
     ReqAuthorization,
-    /// Closed but under conditions. Nobody says here who meets them, so that it closes for everyone.
+    /// Closed but under conditions. Nobody says here who meets them, so that it closes for
+    /// everyone.
     Conditional,
     /// U-space airspace; shown, closes nothing.
     Uspace,
@@ -70,7 +72,7 @@ pub struct ZoneTerms {
     pub schedules: Vec<Recurrence>,
     /// Where it was imported from.
     pub source: Option<ZoneSource>,
-    /// What its feed says of it and nothing here acts on (country, authorities, conditions, exemptions, messages): a JSON
-    /// object in the words of ED-318.
+    /// What its feed says of it and nothing here acts on (country, authorities, conditions,
+    /// exemptions, messages): a JSON object in the words of ED-318.
     pub record: Option<Arc<str>>,
 }

@@ -308,8 +308,8 @@ impl Zone {
         &self.draft.band
     }
 
-    /// The windows outside of which it never counts; always, when there are none. Within those of its schedules it does
-    /// not count all the time; see [`Zone::windows_around`].
+    /// The windows outside of which it never counts; always, when there are none. Within those of
+    /// its schedules it does not count all the time; see [`Zone::windows_around`].
     pub fn windows(&self) -> &[Window] {
         &self.windows
     }
@@ -329,8 +329,9 @@ impl Zone {
         !self.draft.terms.schedules.is_empty()
     }
 
-    /// The windows in which it counts, those of its schedules for the days around an instant: from two days before it until
-    /// eight days after it. Beyond these, schedules count as closed throughout.
+    /// The windows in which it counts, those of its schedules for the days around an instant: from
+    /// two days before it until eight days after it. Beyond these, schedules count as closed
+    /// throughout.
     pub fn windows_around(&self, instant: Timestamp) -> Vec<Window> {
         let mut windows = self.draft.windows.clone();
         let extent = self.extent();

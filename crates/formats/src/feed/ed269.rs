@@ -1,10 +1,11 @@
-//! ED-269: a list of zones under one of several names, each with volumes and periods of applicability.
+//! ED-269: a list of zones under one of several names, each with volumes and periods of
+//! applicability.
 
+use super::collected::{Collected, Reader, bounded};
 use super::layer::{FeedDraft, Layer, UNITS, read_limit, read_position, read_rings};
 use super::record::{Record, read_identifier, read_kind};
 use super::sheet::{Members, Sheet};
 use super::times::Applicability;
-use super::{Collected, Reader, bounded};
 use crate::airspace::ZoneGeometry;
 use crate::geo::AltitudeBand;
 use crate::place::Place;

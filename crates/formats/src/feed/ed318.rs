@@ -1,10 +1,10 @@
 //! ED-318: GeoJSON features whose geometries carry their layer, and what national feeds make of it.
 
+use super::collected::{Collected, Reader, bounded};
 use super::layer::{FeedDraft, Layer, UNITS, read_limit, read_position, read_rings};
 use super::record::{Record, read_identifier, read_kind};
 use super::sheet::{Members, Sheet};
 use super::times::Applicability;
-use super::{Collected, Reader, bounded};
 use crate::airspace::ZoneGeometry;
 use crate::geo::AltitudeBand;
 use crate::place::Place;

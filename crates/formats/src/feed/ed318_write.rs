@@ -1,7 +1,8 @@
 //! Zones as ED-318: one feature for each identifier, with its volumes as layers.
 //!
-//! Written strictly after the published schemas. What they have no word for is kept below `extendedProperties`:
-//! the id here where it is longer than an identifier may be, the margin, and a class of U-space.
+//! Written strictly after the published schemas. What they have no word for is kept below
+//! `extendedProperties`: the id here where it is longer than an identifier may be, the margin, and
+//! a class of U-space.
 
 use crate::airspace::{DailyPeriod, DayTime, Recurrence, Window, Zone, ZoneGeometry, ZoneKind};
 use crate::geo::{Altitude, AltitudeReference};
@@ -15,7 +16,7 @@ const IDENTIFIER_MAX: usize = 7;
 /// The longest text, in characters.
 const TEXT_MAX: usize = 200;
 /// The code of a country that nobody has stated: ISO 3166-1 leaves it to its users.
-const NO_COUNTRY: &str = "XXX";
+const NO_COUNTRY: &str = "ZZZ";
 const REASONS: [&str; 9] = [
     "AIR_TRAFFIC",
     "SENSITIVE",
@@ -28,7 +29,8 @@ const REASONS: [&str; 9] = [
     "OTHER",
 ];
 
-/// Zones as the text of an ED-318 collection; those of one identifier of one feed are the volumes of one zone.
+/// Zones as the text of an ED-318 collection; those of one identifier of one feed are the volumes
+/// of one zone.
 pub fn write_ed318<'z>(zones: impl IntoIterator<Item = &'z Zone>) -> String {
     let mut order: Vec<Vec<&Zone>> = Vec::new();
     let mut places: FxHashMap<(String, String), usize> = FxHashMap::default();
@@ -138,7 +140,8 @@ fn kind_code(kind: ZoneKind) -> &'static str {
     }
 }
 
-/// Names and messages; one that is longer than the standard allows is cut, and whole below `extendedProperties`.
+/// Names and messages; one that is longer than the standard allows is cut, and whole below
+/// `extendedProperties`.
 fn put_texts(
     record: &Map<String, Value>,
     zone: &Zone,
@@ -172,7 +175,8 @@ fn put_texts(
     }
 }
 
-/// The reasons of the feed; words that people wrote here are no codes, and stand in `otherReasonInfo`.
+/// The reasons of the feed; words that people wrote here are no codes, and stand in
+/// `otherReasonInfo`.
 fn put_reasons(
     record: &Map<String, Value>,
     zone: &Zone,

@@ -1,11 +1,11 @@
-//! The fence of a plan of QGroundControl: what drones have to stay out of. It has neither ids nor altitudes nor times, and
-//! latitude comes first.
+//! The fence of a plan of QGroundControl: what drones have to stay out of. It has neither ids nor
+//! altitudes nor times, and latitude comes first.
 
+use super::collected::{Collected, Reader, bounded};
 use super::layer::{FeedDraft, Layer, read_position};
 use super::record::Record;
 use super::sheet::{Members, Sheet};
 use super::times::Applicability;
-use super::{Collected, Reader, bounded};
 use crate::airspace::{WrittenRing, ZoneGeometry, ZoneKind};
 use crate::geo::AltitudeBand;
 use crate::place::Place;

@@ -1,9 +1,9 @@
 //! Volumes of a feed's zone, and the zones that they become.
 
+use super::collected::{Collected, FeedZone, Reader};
 use super::record::Record;
 use super::sheet::{Members, Sheet};
 use super::times::Applicability;
-use super::{Collected, FeedZone, Reader};
 use crate::airspace::{
     WrittenRing, Zone, ZoneDraft, ZoneFault, ZoneGeometry, ZoneKind, ZoneSource, ZoneTerms,
 };

@@ -1,9 +1,11 @@
-//! Zones as the field publishes them: ED-269, ED-318, fences of QGroundControl, and GeoJSON as it is read here.
+//! Zones as the field publishes them: ED-269, ED-318, fences of QGroundControl, and GeoJSON as it
+//! is read here.
 //!
-//! A reader of feeds is tolerant where real feeds differ and only one meaning is left; each such repair is
-//! listed. A zone is imported as written or refused, with its identifier, the place and the remedy; one that is
-//! refused keeps no other from being imported.
+//! A reader of feeds is tolerant where real feeds differ and only one meaning is left; each such
+//! repair is listed. A zone is imported as written or refused, with its identifier, the place and
+//! the remedy; one that is refused keeps no other from being imported.
 
+mod collected;
 mod ed269;
 mod ed318;
 mod ed318_write;
@@ -14,25 +16,19 @@ mod record;
 mod sheet;
 mod times;
 
-use crate::airspace::Zone;
 use crate::foreign::ForeignFormat;
 use crate::geo::Frame;
 use crate::mark::without_mark;
-use crate::place::Place;
-use crate::twice::members_twice;
 use crate::zones::{ZoneCode, ZoneProblem};
+use collected::{Collected, Reader};
+pub use collected::{FeedNote, FeedTerms, FeedZone, MAX_FEED_ZONES};
 pub use ed318_write::write_ed318;
-use rustc_hash::FxHashMap;
 use serde_json::Value;
 
 /// At most this many bytes in a feed.
 pub const MAX_FEED_BYTES: usize = 64 << 20;
-/// At most this many zones in a feed; a zone with several volumes counts once.
-pub const MAX_FEED_ZONES: usize = 20_000;
 /// At most this many notes are kept of one feed.
 const MAX_NOTES: usize = 1_000;
-/// A feed with so many members that are there twice is refused as a whole.
-const MEMBERS_TWICE_MAX: usize = 8;
 
 /// The format of a feed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,39 +55,6 @@ impl FeedFormat {
     }
 }
 
-/// How the zones of a feed are named and widened here.
-#[derive(Clone, Copy, Debug)]
-pub struct FeedTerms<'a> {
-    /// The name of the feed, which each zone keeps.
-    pub feed: &'a str,
-    /// What is put before each identifier to make the id of a zone.
-    pub prefix: &'a str,
-    /// By how much zones are widened where they do not say, in metres.
-    pub margin_m: f64,
-}
-
-/// Something that was read otherwise than it is written, or is not acted on.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FeedNote {
-    /// The zone, where it is one of a zone that has an identifier.
-    pub identifier: Option<String>,
-    /// JSON Pointer (RFC 6901) of the place.
-    pub pointer: String,
-    /// What was done.
-    pub message: String,
-}
-
-/// A zone of a feed.
-#[derive(Clone, Debug)]
-pub struct FeedZone {
-    /// Its identifier, where it can be read.
-    pub identifier: Option<String>,
-    /// JSON Pointer of the zone.
-    pub pointer: String,
-    /// The zones that it is here, one for each of its volumes, or why it is refused.
-    pub outcome: Result<Vec<Zone>, Vec<ZoneProblem>>,
-}
-
 /// What is in a feed.
 #[derive(Clone, Debug)]
 pub struct ZoneFeed {
@@ -105,16 +68,11 @@ pub struct ZoneFeed {
     pub further_notes: usize,
 }
 
-/// What readers collect.
-struct Collected {
-    zones: Vec<FeedZone>,
-    notes: Vec<FeedNote>,
-}
-
 /// Reads a feed, whose format is recognised by what is in it.
 ///
 /// # Errors
-/// When it is too large, is none of the formats, or as a whole says nothing that could be understood.
+/// When it is too large, is none of the formats, or as a whole says nothing that could be
+/// understood.
 pub fn read_feed(
     text: &str,
     terms: &FeedTerms<'_>,
@@ -171,77 +129,4 @@ fn format_of(document: &Value) -> FeedFormat {
         Some(ForeignFormat::QgcPlan) => FeedFormat::QgcPlan,
         _ => FeedFormat::GeoJson,
     }
-}
-
-/// What readers of all formats are given.
-struct Reader<'a> {
-    terms: &'a FeedTerms<'a>,
-    frame: &'a Frame,
-}
-
-impl Collected {
-    fn note(&mut self, pointer: &str, message: &str) {
-        self.notes.push(FeedNote {
-            identifier: None,
-            pointer: pointer.to_owned(),
-            message: message.to_owned(),
-        });
-    }
-
-    /// A member that is there twice: readers differ in which one they take, so that its zone is refused.
-    fn refuse_members_twice(&mut self, bytes: &[u8]) -> Result<(), ZoneProblem> {
-        let twice = members_twice(bytes);
-        let is_more = twice.len() >= MEMBERS_TWICE_MAX;
-        for pointer in twice {
-            let message = "the member is there more than once";
-            let problem = ZoneProblem::new(ZoneCode::UnknownField, pointer, message);
-            let problem = problem.hint("leave one of them");
-            let mut zones = self.zones.iter_mut();
-            let zone = zones.find(|zone| {
-                let within = problem.pointer.strip_prefix(zone.pointer.as_str());
-                within.is_some_and(|within| within.starts_with('/'))
-            });
-            match zone.filter(|_| !is_more) {
-                Some(zone) => zone.outcome = Err(vec![problem]),
-                None => return Err(problem),
-            }
-        }
-        Ok(())
-    }
-
-    /// Two zones of one id: nobody knows which is meant, so that both are refused.
-    fn refuse_namesakes(&mut self) {
-        let mut seen: FxHashMap<String, Vec<usize>> = FxHashMap::default();
-        for (place, feed_zone) in self.zones.iter().enumerate() {
-            for zone in feed_zone.outcome.iter().flatten() {
-                seen.entry(zone.id().to_owned()).or_default().push(place);
-            }
-        }
-        let twice = seen.into_iter().filter(|(_, places)| places.len() > 1);
-        let mut refused: Vec<(usize, String)> = twice
-            .flat_map(|(id, places)| places.into_iter().map(move |place| (place, id.clone())))
-            .collect();
-        refused.sort_unstable();
-        for (place, id) in refused {
-            let zone = &mut self.zones[place];
-            let message = format!("several zones of the feed have the id '{id}'");
-            let problem = ZoneProblem::new(ZoneCode::IdDuplicate, zone.pointer.clone(), message);
-            zone.outcome = Err(vec![
-                problem.hint("give each zone an identifier of its own"),
-            ]);
-        }
-    }
-}
-
-/// The zones of a list, no more than a feed may have.
-fn bounded<'v>(list: &'v [Value], place: &Place<'_>) -> Result<&'v [Value], ZoneProblem> {
-    if list.len() <= MAX_FEED_ZONES {
-        return Ok(list);
-    }
-    let message = format!(
-        "the feed has {} zones, more than the {MAX_FEED_ZONES} allowed",
-        list.len()
-    );
-    let problem = ZoneProblem::new(ZoneCode::TextTooLong, place.pointer(), message);
-    Err(problem.hint("divide it into feeds by region"))
 }

@@ -1,6 +1,6 @@
 //! GeoJSON with the properties of zones here, read as strictly as single zones are.
 
-use super::{Collected, FeedZone, Reader, bounded};
+use super::collected::{Collected, FeedZone, Reader, bounded};
 use crate::place::Place;
 use crate::zones::{ZoneCode, ZoneId, ZoneProblem, zone_from_feature};
 use serde_json::{Map, Value, json};

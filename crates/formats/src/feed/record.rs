@@ -1,4 +1,5 @@
-//! What a feed says of a zone beside its shape and times, in the words of ED-318, as text for people and for export.
+//! What a feed says of a zone beside its shape and times, in the words of ED-318, as text for
+//! people and for export.
 
 use super::layer::KINDS;
 use super::sheet::{Members, Sheet};

@@ -1,6 +1,6 @@
 //! Values of a feed's zone, read as tolerantly as they have one meaning, with the repairs listed.
 
-use super::FeedNote;
+use super::collected::FeedNote;
 use crate::place::Place;
 use crate::zones::{Problems, ZoneCode, ZoneProblem};
 use serde_json::{Map, Value};

@@ -1,5 +1,6 @@
-//! Missions of QGroundControl. Heights above sea are written as they are; heights above ground relative to where the drone
-//! takes off, which is the same on level ground alone, so that a note says so.
+//! Missions of QGroundControl. Heights above sea are written as they are; heights above ground
+//! relative to where the drone takes off, which is the same on level ground alone, so that a note
+//! says so.
 
 use super::{Corner, RouteProblem, Told, WrittenRoute};
 use crate::airspace::ZoneGeometry;
@@ -213,7 +214,8 @@ fn item_value(number: u32, item: &Item) -> Value {
     told
 }
 
-/// What the drone stays out of: it has no heights and no times, so that only what counts on the way is in it.
+/// What the drone stays out of: it has no heights and no times, so that only what counts on the way
+/// is in it.
 fn fence(told: &Told<'_>, notes: &mut Vec<String>) -> Value {
     let (mut polygons, mut circles) = (Vec::new(), Vec::new());
     for zone in &told.fences {

@@ -1,7 +1,9 @@
-//! Routes in the formats of ground stations and maps: QGroundControl's plan and list of waypoints, GPX, KML, GeoJSON.
+//! Routes in the formats of ground stations and maps: QGroundControl's plan and list of waypoints,
+//! GPX, KML, GeoJSON.
 //!
-//! All of them have longitudes and latitudes, so that a route on a planar network is refused. Heights keep their
-//! reference where the format can say it; where it cannot they are left out, or the route is refused.
+//! All of them have longitudes and latitudes, so that a route on a planar network is refused.
+//! Heights keep their reference where the format can say it; where it cannot they are left out, or
+//! the route is refused.
 
 mod maps;
 mod mission;
@@ -90,7 +92,8 @@ pub struct Route {
 }
 
 impl Route {
-    /// The route of a plan with nominal times; `landings` are the legs, counted from 0, at whose ends it lands on the way.
+    /// The route of a plan with nominal times; `landings` are the legs, counted from 0, at whose
+    /// ends it lands on the way.
     pub fn of_composition(
         name: String,
         composition: &Composition,
@@ -218,7 +221,8 @@ struct Told<'a> {
     fences: Vec<Arc<Zone>>,
 }
 
-/// Writes a route over an airspace; zones that close something near it while it is flown are its fence.
+/// Writes a route over an airspace; zones that close something near it while it is flown are its
+/// fence.
 ///
 /// # Errors
 /// When the format cannot say it.

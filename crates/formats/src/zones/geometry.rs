@@ -1,7 +1,7 @@
 //! The geometry of a zone's feature: read as written, and the places its faults are at.
 
+use super::member::{Members, known_only, number, text, wrong_type};
 use super::problem::{Problems, ZoneCode, ZoneProblem};
-use super::read::{Members, known_only, number, text, wrong_type};
 use crate::airspace::{GeometryError, GeometryFault, WrittenRing, ZoneGeometry};
 use crate::geo::{ShapeFault, VertexPlace};
 use crate::place::Place;

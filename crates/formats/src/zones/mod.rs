@@ -14,9 +14,9 @@
 //! }
 //! ```
 //!
-//! `kind` is `prohibited` where it is not given, or `req_authorization`, `conditional`, `uspace`, `no_restriction`;
-//! the last two close nothing. A window may have a `schedule`, see [`windows`]. `source` and `record` say what a
-//! zone was imported from and what its feed says of it.
+//! `kind` is `prohibited` where it is not given, or `req_authorization`, `conditional`, `uspace`,
+//! `no_restriction`; the last two close nothing. A window may have a `schedule`, see [`windows`].
+//! `source` and `record` say what a zone was imported from and what its feed says of it.
 //!
 //! Geometry is a `Polygon`, a `MultiPolygon`, or a `Point` with the property `radius_m`, in the
 //! coordinates of the network: longitude first, or metres where it is planar. A missing limit is
@@ -27,6 +27,7 @@
 //! things are read and not kept: `bbox`, which the geometry says better, and the `name` of a collection.
 
 mod geometry;
+mod member;
 mod miss;
 mod problem;
 mod read;

@@ -1,7 +1,7 @@
 //! What a zone means beside its shape: its kind, where it comes from, and what its feed says of it.
 
+use super::member::{Members, known_only, wrong_type};
 use super::problem::Problems;
-use super::read::{Members, known_only, wrong_type};
 use super::windows::unknown;
 use crate::airspace::{Recurrence, ZoneKind, ZoneSource, ZoneTerms};
 use serde_json::{Map, Value, json};

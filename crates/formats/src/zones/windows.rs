@@ -5,8 +5,8 @@
 //!  {"schedule": [{"days": ["mon", "tue"], "from": "sunset", "until": "06:00+01:00"}]}]
 //! ```
 
+use super::member::{Members, known_only, text, wrong_type};
 use super::problem::{Problems, ZoneCode, ZoneProblem};
-use super::read::{Members, known_only, text, wrong_type};
 use crate::airspace::{DailyPeriod, DayTime, Days, Recurrence, SunEvent, Window, Zone};
 use crate::place::Place;
 use crate::suggestion::nearest;
