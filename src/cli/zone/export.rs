@@ -1,6 +1,6 @@
 //! `skyway zone export`: the zones of an edge, as GeoJSON or ED-318.
 
-use super::EdgeArguments;
+use super::edge_arguments::EdgeArguments;
 use crate::airspace::Zone;
 use crate::cli::edge::runtime;
 use crate::cli::files;

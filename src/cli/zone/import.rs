@@ -1,7 +1,7 @@
 //! `skyway zone import`: a feed of zones into an edge, or looked at.
 
-use super::EdgeArguments;
 use super::check::check;
+use super::edge_arguments::EdgeArguments;
 use crate::cli::edge::runtime;
 use crate::cli::files;
 use crate::cli::network_source::NetworkArguments;

@@ -1,13 +1,13 @@
 //! `skyway zone`: zones in the formats of the field, into an edge and out of it.
 
 mod check;
+mod edge_arguments;
 mod export;
 mod import;
 
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-use clap::{Args, Subcommand};
-use std::path::PathBuf;
+use clap::Subcommand;
 
 /// What is done with zones, for the help.
 pub(super) const EXAMPLES: &str = "\
@@ -32,16 +32,4 @@ impl Zone {
             Self::Export(command) => command.run(output),
         }
     }
-}
-
-/// Which edge is asked.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Edge")]
-struct EdgeArguments {
-    /// The edge
-    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8080")]
-    edge: String,
-    /// A file with the token to show to the edge
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
 }
