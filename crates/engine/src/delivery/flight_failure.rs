@@ -36,7 +36,7 @@ pub struct FlightFailure<'a> {
     pub battery: BatteryNow,
     /// What is made least.
     pub objective: Objective,
-    /// The latest landing, in seconds; [`DEFAULT_DEADLINE_S`] from now where there is none.
+    /// The latest landing, in seconds; [`DEFAULT_DEADLINE_S`](super::DEFAULT_DEADLINE_S) from now where there is none.
     pub deadline_s: Option<f64>,
     /// Where the old plan was going to stop, if anybody knows; else where it would have.
     pub planned_stops: Option<&'a [NodeIx]>,
@@ -81,7 +81,7 @@ pub struct FlightRecomposition {
     pub hold: Option<Hold>,
     /// True where the plan draws on the reserve, to reach an alternate.
     pub reserve_used: bool,
-    /// Where the destination cannot be reached, what cuts the drone off; [`severance`] names closures.
+    /// Where the destination cannot be reached, what cuts the drone off; [`severance`](super::severance) names closures.
     pub causes: Vec<FlightCause>,
     /// The plan that there would be but for the deadline.
     pub opens: Option<FlightOpening>,
