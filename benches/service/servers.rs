@@ -49,6 +49,10 @@ pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
         .args(["--admin-listen", "127.0.0.1:0", "--ports-file"])
         .arg(&ports_file)
         .stderr(File::create(folder.join("edge.log"))?);
+    if cfg!(debug_assertions) {
+        // So slow a build lets the load's requests wait for longer than they may, and one that is refused ends the run.
+        command.args(["--set", "limits.queue_wait=0s"]);
+    }
     start(command, &ports_file)
 }
 
