@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 /// How large a feed may be, in bytes.
 pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
-/// The longest name of a feed and the longest prefix, in bytes.
+/// The longest name of a feed and the longest prefix, in characters.
 const NAME_MAX: usize = 100;
 
 /// How a feed is imported.
@@ -311,14 +311,15 @@ fn note(note: FeedNote) -> wire::ImportNote<'static> {
 
 fn check_name(place: &str, name: &str, is_required: bool) -> Result<(), Refusal> {
     let is_missing = is_required && name.is_empty();
-    if !is_missing && name.len() <= NAME_MAX && !name.chars().any(char::is_control) {
+    let is_short = name.chars().count() <= NAME_MAX;
+    if !is_missing && is_short && !name.chars().any(char::is_control) {
         return Ok(());
     }
     let fault = Fault {
         code: "name_invalid".to_owned(),
         pointer: place.to_owned(),
         message: format!(
-            "has to have {} to {NAME_MAX} bytes, of letters",
+            "has to have {} to {NAME_MAX} characters, none of them a control character",
             usize::from(is_required)
         ),
         hint: is_missing.then(|| "name the feed, as in ?feed=national".to_owned()),

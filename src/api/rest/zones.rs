@@ -285,11 +285,20 @@ pub(super) async fn list_zones(
 #[into_params(parameter_in = Query)]
 pub(super) struct ImportParameters {
     /// The name of the feed. Zones that came from it before and are not in it now are lifted.
-    #[param(min_length = 1, max_length = 100, example = "national")]
+    #[param(
+        min_length = 1,
+        max_length = 100,
+        pattern = r"^[^\x00-\x1f\x7f-\x9f]*$",
+        example = "national"
+    )]
     feed: String,
     /// What is put before each identifier to make the id of a zone.
     #[serde(default)]
-    #[param(required = false, max_length = 100)]
+    #[param(
+        required = false,
+        max_length = 100,
+        pattern = r"^[^\x00-\x1f\x7f-\x9f]*$"
+    )]
     prefix: String,
     /// Whether only to check: the same checks and the same answer, without effect.
     #[serde(default)]
