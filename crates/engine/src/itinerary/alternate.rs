@@ -103,16 +103,8 @@ fn fly_on(
     scratch: &mut ItineraryScratch,
     effort: &mut Effort,
 ) -> (Value, Option<Unproved>) {
-    let Expander {
-        world,
-        request,
-        potentials,
-        ..
-    } = *terms;
+    let request = terms.request;
     close(&mut scratch.closed, request.closed_segments);
-    let mut openings = std::mem::take(&mut scratch.openings);
-    openings.collect(world, request, potentials, Value::NONE);
-    scratch.openings = openings;
     let mut run = Run {
         terms: *terms,
         mode: Mode::Exact,

@@ -152,6 +152,7 @@ impl ItineraryScratch {
     pub(super) fn clear(&mut self) {
         self.labels.clear();
         self.queue.clear();
+        self.openings.clear();
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
             self.marks.fill(0);

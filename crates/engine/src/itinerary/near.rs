@@ -50,9 +50,6 @@ pub fn find_near(
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
     close(&mut scratch.closed, request.closed_segments);
-    let mut openings = std::mem::take(&mut scratch.openings);
-    openings.collect(&world, &request, &potentials, Value::NONE);
-    scratch.openings = openings;
     let mut effort = Effort::default();
     let mut run = Run {
         terms,

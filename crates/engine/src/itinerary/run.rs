@@ -420,12 +420,11 @@ impl Run<'_, '_> {
 
     /// True where an opening lies between the two.
     fn parted(&mut self, one: &Label, other: &Label) -> bool {
-        let place = self.terms.world.topology.position(one.node);
         self.scratch.openings.part(
-            place,
+            &self.terms,
+            one.node,
             &one.family,
             &other.family,
-            self.terms.request.reserve,
             self.best,
             &mut self.effort.checks,
         )

@@ -302,16 +302,7 @@ impl Search<'_, '_> {
     }
 
     fn exact(&mut self, walks: bool) {
-        let Expander {
-            world,
-            request,
-            potentials,
-            ..
-        } = self.terms;
-        let mut openings = std::mem::take(&mut self.scratch.openings);
-        openings.collect(world, request, potentials, self.best);
-        self.scratch.openings = openings;
-        let mut run = self.run(Mode::Exact, request.limits.labels, walks);
+        let mut run = self.run(Mode::Exact, self.terms.request.limits.labels, walks);
         let RunEnd { bound, stopped_by } = run.search();
         self.best = run.best;
         self.reason = stopped_by;
