@@ -22,7 +22,7 @@ mod traffic;
 mod workload;
 
 use skyway::formats::load_network;
-use skyway::itinerary::{Limits, Objective};
+use skyway::itinerary::Objective;
 use skyway::network::bundled::SYDNEY_CBD;
 use std::sync::Arc;
 use workload::Workload;
@@ -63,7 +63,9 @@ fn main() {
     let sydney = Arc::new(sydney.topology);
     for (plans, within_s) in FLEETS {
         let plans = if is_bench { plans } else { 20 };
-        traffic::measure("Sydney", &sydney, (plans, within_s), Limits::default());
+        for is_bounded in [false, true] {
+            traffic::measure("Sydney", &sydney, (plans, within_s), is_bounded);
+        }
     }
     let picture = picture::energy();
     if is_bench && only.is_none() {

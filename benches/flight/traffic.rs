@@ -66,15 +66,22 @@ impl Row {
 }
 
 /// A fleet that grows, and the requests that are asked in it.
-struct Fleet<'a> {
+struct Fleet {
     setting: FlightSetting,
     scratch: ItineraryScratch,
     tables: BTreeMap<(NodeIx, u8), Arc<Potentials>>,
     situation: Situation,
-    limits: Limits<'a>,
+    is_bounded: bool,
 }
 
-impl<'a> Fleet<'a> {
+impl Fleet {
+    fn limits(&self, objective: Objective) -> Limits<'static> {
+        match self.is_bounded {
+            true => Limits::of_request(objective, Limits::CHECKS_PER_S),
+            false => Limits::THOROUGH,
+        }
+    }
+
     fn table(&mut self, destination: NodeIx, objective: Objective) -> Arc<Potentials> {
         let setting = &self.setting;
         let table = self.tables.entry((destination, objective as u8));
@@ -99,7 +106,7 @@ impl<'a> Fleet<'a> {
             deadline_s: start.at_s + DEADLINE_S,
             reserve: self.setting.rules().reserve,
             closed_segments,
-            limits: self.limits,
+            limits: self.limits(objective),
         };
         let begun = Instant::now();
         let answer = find(&self.setting.world(), &request, &table, &mut self.scratch);
@@ -117,7 +124,7 @@ impl<'a> Fleet<'a> {
             deadline_s: start.at_s + DEADLINE_S,
             reserve: self.setting.rules().reserve,
             closed_segments: &[],
-            limits: self.limits,
+            limits: self.limits(Objective::Energy),
         };
         let begun = Instant::now();
         let stay_s = DEFAULT_REFUGE_STAY_S;
@@ -157,7 +164,7 @@ pub(crate) fn measure(
     name: &str,
     topology: &Arc<Topology>,
     (plans, within_s): (usize, f64),
-    limits: Limits<'_>,
+    is_bounded: bool,
 ) {
     let mut random = Random::of(SEED);
     let connected: Vec<NodeIx> = Components::of(topology).largest().collect();
@@ -174,7 +181,7 @@ pub(crate) fn measure(
         scratch: ItineraryScratch::new(topology),
         tables: BTreeMap::new(),
         situation: Situation::default(),
-        limits,
+        is_bounded,
     };
     let mut rows: [Row; 5] = Default::default();
     for number in 0..plans {
@@ -215,8 +222,9 @@ pub(crate) fn measure(
         fleet.situation.traffic.len(),
         fleet.situation.reservations.len(),
     );
+    let bounds = if is_bounded { "bounded" } else { "thorough" };
     println!(
-        "\n| in traffic: {name}, {plans} requests within {within_s} s, {legs} legs and {stays} stays at the end | searches | µs p50 / p99 / most | labels p50 / p99 / most | checks p50 / p99 / most | checks in all | found | proved |"
+        "\n| in traffic, {bounds}: {name}, {plans} requests within {within_s} s, {legs} legs and {stays} stays at the end | searches | µs p50 / p99 / most | labels p50 / p99 / most | checks p50 / p99 / most | checks in all | found | proved |"
     );
     println!("|---|---:|---:|---:|---:|---:|---:|---:|");
     let names = [

@@ -137,7 +137,7 @@ impl Workload {
             deadline_s: began_s + DEADLINE_S,
             reserve: self.rules.reserve,
             closed_segments: &query.closed,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
         }
     }
 

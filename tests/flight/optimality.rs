@@ -154,7 +154,7 @@ fn on_larger_networks_the_steps_lose_nothing_to_plain_label_setting() {
             let case = format!("seed {seed}, {kind:?}, {}", objective.name());
             let limits = Limits {
                 labels: 20_000,
-                ..Limits::default()
+                ..Limits::THOROUGH
             };
             let steps = world.answer_within(objective, false, limits);
             let plain = world.answer_within(objective, true, limits);

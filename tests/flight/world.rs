@@ -139,13 +139,13 @@ impl World {
             deadline_s: self.deadline_s,
             reserve: self.reserve,
             closed_segments: &self.closed_segments,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
         }
     }
 
     /// The answer of the search, by its three steps or plainly.
     pub(crate) fn answer(&self, objective: Objective, plainly: bool) -> FlightAnswer {
-        self.answer_within(objective, plainly, Limits::default())
+        self.answer_within(objective, plainly, Limits::THOROUGH)
     }
 
     pub(crate) fn answer_within(

@@ -74,7 +74,7 @@ impl ReadQuestion {
             // What it costs changes no answer.
             tariff: Tariff::default(),
             refuge_stay_s: self.refuge_stay_s,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
         let failure = FlightFailure {

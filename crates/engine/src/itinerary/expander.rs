@@ -49,6 +49,17 @@ pub(super) struct SearchBuffers<'r> {
     pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
 }
 
+/// What flying a family over a leg takes, in comparisons of two labels.
+const CHECKS_PER_FLIGHT: usize = 8;
+
+impl SearchBuffers<'_> {
+    /// What the last flight over a leg took, in checks: more where other plans have it.
+    #[inline]
+    pub(super) fn checks_of_flight(&self) -> usize {
+        CHECKS_PER_FLIGHT + self.intervals.len()
+    }
+}
+
 impl<'a> Expander<'a> {
     pub(super) fn new(
         world: &'a FlightWorld<'a>,
@@ -254,6 +265,7 @@ impl<'a> Expander<'a> {
     pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut SearchBuffers<'_>) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
+        room.intervals.clear();
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
             return;
         }
@@ -399,6 +411,7 @@ impl<'a> Expander<'a> {
     ) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
+        room.intervals.clear();
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
             return;
         }
@@ -414,7 +427,6 @@ impl<'a> Expander<'a> {
                 time_s: cost.time_s,
                 leaving: departure.leaving,
             };
-            room.intervals.clear();
             obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
             room.intervals
                 .sort_by(|one, other| one.0.total_cmp(&other.0));

@@ -63,6 +63,7 @@ pub fn find_near(
         may_tie: false,
         target: Value::LEAST,
         most_labels: request.limits.labels.min(MOST_LABELS),
+        most_checks: request.limits.checks,
         walks: false,
     };
     run.search();

@@ -19,6 +19,9 @@ const ROUNDING_S: f64 = 1e-3;
 /// Sums of weights of energies differ by less than this, as a fraction of a battery.
 const ROUNDING_ENERGY: f64 = 1e-9;
 
+/// So many nodes remember what parted families there.
+const PARTED_BY: usize = 64;
+
 /// Something opens at a node: a leg from it, a pad, or everything where the wind changes.
 #[derive(Clone, Copy, Debug)]
 struct Opening {
@@ -42,11 +45,24 @@ struct There {
 }
 
 /// The openings that a request may use, by time. They are collected when the first of them is asked for.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct ReleaseTimes {
     by_time: Vec<Opening>,
     is_collected: bool,
     intervals: Vec<(f64, f64)>,
+    /// By node, modulo the length: the opening that last parted two families there, which often parts the next two.
+    parted_by: [u32; PARTED_BY],
+}
+
+impl Default for ReleaseTimes {
+    fn default() -> Self {
+        Self {
+            by_time: Vec::new(),
+            is_collected: false,
+            intervals: Vec::new(),
+            parted_by: [0; PARTED_BY],
+        }
+    }
 }
 
 impl ReleaseTimes {
@@ -186,16 +202,26 @@ impl ReleaseTimes {
             self.collect(terms, best);
         }
         let way_on = WayOn::new(terms, node, earlier, later, best);
+        let last_s = later.hi_s + way_on.longest_s + ROUNDING_S;
+        let parted_by = &mut self.parted_by[node.at() % PARTED_BY];
+        *looked_at += 1;
+        if let Some(opening) = self.by_time.get(*parted_by as usize)
+            && earlier.hi_s < opening.at_s
+            && opening.at_s <= last_s
+            && way_on.may_use(opening)
+        {
+            return true;
+        }
         let first = self
             .by_time
             .partition_point(|opening| opening.at_s <= earlier.hi_s);
-        let last_s = later.hi_s + way_on.longest_s + ROUNDING_S;
-        for opening in &self.by_time[first..] {
+        for (place, opening) in self.by_time.iter().enumerate().skip(first) {
             if opening.at_s > last_s {
                 return false;
             }
             *looked_at += 1;
             if way_on.may_use(opening) {
+                *parted_by = place as u32;
                 return true;
             }
         }
