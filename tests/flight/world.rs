@@ -192,6 +192,45 @@ pub(crate) fn world(seed: u64, kind: Kind) -> World {
     world_of(seed, kind, nodes, draw)
 }
 
+/// A world where a drone comes flying and the segments at the destination are full of others. In half of these worlds no pad is
+/// free, so that it has to come later by flying more.
+pub(crate) fn crowded(seed: u64, mut world: World) -> World {
+    let mut draw = Draw::new(!seed);
+    world.rules.headway_s = draw.between(5.0, 40.0);
+    // With every change of wind brute force takes many times as long.
+    world.wind.patches.clear();
+    world.starts.truncate(1);
+    world.starts[0].on_ground = false;
+    world.starts[0].battery = draw.between(0.6, 1.0);
+    let topology = world.topology.clone();
+    if draw.chance(0.5) {
+        world.situation.closures.push(TimedClosure {
+            from_s: f64::NEG_INFINITY,
+            until_s: f64::INFINITY,
+            segments: Vec::new(),
+            nodes: Vec::new(),
+            pads: topology.nodes().collect(),
+            widened: false,
+        });
+    }
+    for arc in topology.arcs(world.destination) {
+        let mut enters_s = world.began_s;
+        while enters_s < world.deadline_s {
+            enters_s += draw.between(5.0, 4.0 * world.rules.headway_s);
+            world.situation.traffic.push(TrafficLeg {
+                segment: arc.segment,
+                from: match draw.chance(0.05) {
+                    true => world.destination,
+                    false => arc.to,
+                },
+                enters_s,
+                leaves_s: enters_s + arc.length_m / 14.0,
+            });
+        }
+    }
+    world
+}
+
 /// The world of a seed with a number of nodes.
 pub(crate) fn large_world(seed: u64, kind: Kind, nodes: usize) -> World {
     world_of(seed, kind, nodes, Draw::new(seed))

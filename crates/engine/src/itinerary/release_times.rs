@@ -19,6 +19,9 @@ const ROUNDING_S: f64 = 1e-3;
 /// Sums of weights of energies differ by less than this, as a fraction of a battery.
 const ROUNDING_ENERGY: f64 = 1e-9;
 
+/// Of what charging takes at least there is a table, by steps of this part of a battery, up to so many.
+const STOPS_STEPS: f64 = 64.0;
+const STOPS_ENTRIES: usize = 256;
 /// So many nodes remember what parted families there.
 const PARTED_BY: usize = 64;
 
@@ -52,6 +55,8 @@ pub(super) struct ReleaseTimes {
     intervals: Vec<(f64, f64)>,
     /// By node, modulo the length: the opening that last parted two families there, which often parts the next two.
     parted_by: [u32; PARTED_BY],
+    /// The least that the stops ahead take, by what is missing.
+    stops_s: Vec<f64>,
 }
 
 impl Default for ReleaseTimes {
@@ -61,6 +66,7 @@ impl Default for ReleaseTimes {
             is_collected: false,
             intervals: Vec::new(),
             parted_by: [0; PARTED_BY],
+            stops_s: Vec::new(),
         }
     }
 }
@@ -75,6 +81,10 @@ impl ReleaseTimes {
     /// Collects what opens, as far as a plan through it could still beat `best`.
     fn collect(&mut self, terms: &Expander<'_>, best: Value) {
         self.is_collected = true;
+        let steps = (0..STOPS_ENTRIES).map(|step| step as f64 / STOPS_STEPS);
+        self.stops_s.clear();
+        self.stops_s
+            .extend(steps.map(|missing| terms.stops_s(missing)));
         self.collect_entries(terms, best);
         let (pads, legs) = (terms.world.pads, terms.world.legs);
         for node in pads.nodes_with_stays() {
@@ -201,7 +211,7 @@ impl ReleaseTimes {
         if !self.is_collected {
             self.collect(terms, best);
         }
-        let way_on = WayOn::new(terms, node, earlier, later, best);
+        let way_on = WayOn::new(terms, &self.stops_s, node, (earlier, later), best);
         let last_s = later.hi_s + way_on.longest_s + ROUNDING_S;
         let parted_by = &mut self.parted_by[node.at() % PARTED_BY];
         *looked_at += 1;
@@ -232,6 +242,7 @@ impl ReleaseTimes {
 /// Two families at a node that fly on.
 struct WayOn<'a> {
     terms: &'a Expander<'a>,
+    stops_s: &'a [f64],
     place: Point,
     /// What is left from the node.
     weight: f64,
@@ -256,9 +267,9 @@ struct WayOn<'a> {
 impl<'a> WayOn<'a> {
     fn new(
         terms: &'a Expander<'a>,
+        stops_s: &'a [f64],
         node: NodeIx,
-        earlier: &ChargingLabel,
-        later: &ChargingLabel,
+        (earlier, later): (&ChargingLabel, &ChargingLabel),
         best: Value,
     ) -> Self {
         let remaining = terms.potentials.from(node);
@@ -276,6 +287,7 @@ impl<'a> WayOn<'a> {
         };
         Self {
             terms,
+            stops_s,
             place: terms.world.topology.position(node),
             weight: remaining.weight,
             time_s: remaining.time_s,
@@ -316,13 +328,20 @@ impl<'a> WayOn<'a> {
         let flown = (straight_m * self.weight_per_m)
             .max(self.weight_per_s * delta_s)
             .max(self.weight - there.weight);
-        let missing = there.energy + drawn - self.spare;
-        let stops_s = self.terms.stops_s(missing).max(there.stop_s);
-        let bound = Value {
+        let bound = |stops_s: f64| Value {
             weight: self.spent + flown + there.weight - self.rounding,
             arrives_s: opening.at_s + stops_s + there.time_s + self.terms.landing_s - ROUNDING_S,
         };
-        bound.beats(self.best) && bound.arrives_s <= self.terms.request.deadline_s
+        let is_better = |bound: Value| {
+            bound.beats(self.best) && bound.arrives_s <= self.terms.request.deadline_s
+        };
+        if !is_better(bound(there.stop_s)) {
+            return false;
+        }
+        let missing = there.energy + drawn - self.spare;
+        let step = (missing * STOPS_STEPS) as usize;
+        let stops_s = self.stops_s[step.min(self.stops_s.len() - 1)];
+        stops_s <= there.stop_s || is_better(bound(stops_s))
     }
 }
 
