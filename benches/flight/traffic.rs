@@ -155,7 +155,7 @@ impl Fleet {
             until_s: stop.takes_off_s,
         });
         self.situation.reservations.extend(stays);
-        self.setting = self.setting.with_situation(self.situation.clone());
+        self.setting = self.setting.with_situation(&self.situation);
     }
 }
 
@@ -174,7 +174,7 @@ pub(crate) fn measure(
         PAYLOAD_KG,
         WindField::uniform(Wind::coming_from(270.0, 5.0)),
         FlightRules::default(),
-        Situation::default(),
+        &Situation::default(),
     );
     let mut fleet = Fleet {
         setting,

@@ -92,7 +92,7 @@ impl ReleaseTimes {
             let vertical_s = legs.vertical_s(node);
             for (rises_s, until_s) in pads.rises(node) {
                 // Nobody can stop for less.
-                if until_s >= rises_s + handling_s {
+                if until_s >= rises_s + handling_s - ROUNDING_S {
                     let at_s = rises_s - vertical_s;
                     let stop_s = handling_s + 2.0 * vertical_s;
                     self.add(terms, best, node, (f64::NEG_INFINITY, at_s), stop_s);
@@ -113,7 +113,7 @@ impl ReleaseTimes {
     fn collect_entries(&mut self, terms: &Expander<'_>, best: Value) {
         let world = terms.world;
         let mut intervals = std::mem::take(&mut self.intervals);
-        for &segment in world.obstacles.segments() {
+        for segment in world.obstacles.segments() {
             let ends = world.topology.segment(SegmentIx(segment));
             for (from, to) in [(ends.from, ends.to), (ends.to, ends.from)] {
                 if !may_lead_on(terms, best, from) {

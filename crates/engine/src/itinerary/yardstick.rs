@@ -42,7 +42,7 @@ impl Yardstick {
             0.0,
             WindField::default(),
             FlightRules::default(),
-            situation,
+            &situation,
         );
         let last = NodeIx((SIDE * SIDE - 1) as u32);
         let tables = [Objective::Distance, Objective::Time];
