@@ -47,6 +47,20 @@ fn who_sleeps_wakes_when_the_hand_reaches_the_instant_and_not_before() {
 }
 
 #[test]
+fn a_clock_that_clients_move_goes_forward_only() {
+    let clock = Clock::external(start());
+    assert_eq!((clock.kind(), clock.rate()), (ClockKind::External, 0.0));
+    let noon = start() + SignedDuration::from_hours(4);
+    assert_eq!(clock.real_duration_until(noon), None);
+    let other = clock.clone();
+    clock.move_to(noon);
+    clock.move_to(start());
+    assert_eq!(other.now(), noon);
+    other.resume_at(start());
+    assert_eq!(clock.now(), start());
+}
+
+#[test]
 fn simulated_time_passes_at_its_rate() {
     let simulation = |rate| Simulation {
         start: start(),

@@ -136,6 +136,7 @@ impl State {
             | Command::OfferVersion { .. }
             | Command::RaiseAlarm(_)
             | Command::SeePlan { .. }
+            | Command::AdvanceTo(_)
             | Command::Tick
             | Command::Settle => true,
             Command::DeleteZone { .. }

@@ -4,7 +4,7 @@
 //! the next command or the next instant at which something happens by itself; in place it works whenever a command
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
-use super::background::{begin_turn, give_way};
+use super::background::{begin_turn, give_way, in_place};
 use super::commands::{Command, Reply};
 use super::events::Events;
 use super::fleet::Detour;
@@ -18,10 +18,10 @@ use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use arc_swap::ArcSwap;
 use jiff::Timestamp;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Mutex, oneshot};
 
 /// At most this many commands wait.
 const QUEUE: usize = 4_096;
@@ -140,9 +140,12 @@ impl Writer {
         let commands = match self {
             Self::Thread(commands) => commands,
             Self::InPlace(desk) => {
-                // A batch is applied whole or panics before it is published.
-                let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
-                desk.carry_out(vec![letter], None);
+                in_place(|| {
+                    // Nobody overtakes who waits for it.
+                    let free = desk.try_lock();
+                    let mut desk = free.unwrap_or_else(|_| desk.blocking_lock());
+                    desk.carry_out(vec![letter], None);
+                });
                 return Ok(());
             }
         };
@@ -217,6 +220,11 @@ impl WriterLoop {
         inbox: Option<&Receiver<QueuedCommand>>,
     ) {
         begin_turn();
+        if let Some(Command::AdvanceTo(to)) = letters.first().map(|letter| &letter.command) {
+            // Everything happens at its own instant: the clock never passes the next one.
+            let due = self.state.next_due().unwrap_or(*to);
+            self.clock.move_to(due.min(*to));
+        }
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
@@ -239,7 +247,11 @@ impl WriterLoop {
         };
         self.watch.tell(WriterStep::Enforced);
         self.state.look_up(&enforced.look, now);
-        let detours = self.replan(now, inbox, &mut snapshot);
+        let mut detours = self.replan(now, inbox, &mut snapshot);
+        // On the thread of whoever hands in commands, nobody else would go on with it.
+        while inbox.is_none() && self.state.has_waiting() {
+            detours.extend(self.replan(now, None, &mut snapshot));
+        }
         if enforced.airspace_changed {
             self.tables.renew();
         }
@@ -249,14 +261,6 @@ impl WriterLoop {
         let snapshot = snapshot.unwrap_or_else(|| self.publish(now));
         let replies = self.state.replies(enforced.done, detours);
         self.answer(replies, askers, snapshot);
-        // On the thread of whoever hands in commands, nobody else would go on with it.
-        while inbox.is_none() && self.state.has_waiting() {
-            let mut later = None;
-            self.replan(now, None, &mut later);
-            if let Some(snapshot) = later {
-                self.answer(Vec::new(), Vec::new(), snapshot);
-            }
-        }
     }
 
     /// A slice of the plans that wait, and the state after it where anything has changed.
