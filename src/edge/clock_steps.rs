@@ -42,6 +42,7 @@ impl Edge {
             let Done::Advanced {
                 fired: now_fired,
                 is_there,
+                ..
             } = outcome.done
             else {
                 return Err(unexpected());

@@ -305,6 +305,7 @@ pub(super) enum Done {
     Alarm(Arc<AlarmEntry>),
     /// How many timers came due in the batch, and whether the clock shows the instant asked for, with nothing left to do.
     Advanced {
+        to: Timestamp,
         fired: u64,
         is_there: bool,
     },

@@ -5,8 +5,8 @@ use super::answered_lately::OffPlan;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
-use super::opened;
-use super::planner::{Concern, planner_of};
+use super::opened::{self, Listener, Opened};
+use super::planner::{Concern, Planner, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::settings::Settings;
@@ -202,8 +202,8 @@ impl Opening {
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
         let guard = state.guard.clone();
         let bounds = (settings.events_max, settings.events_bytes_max);
-        let events = Events::new((epoch, clock.kind()), bounds, settings.event_streams_max);
-        let events = Arc::new(events);
+        let of = (epoch, clock.kind());
+        let events = Arc::new(Events::new(of, bounds, settings.event_streams_max));
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -216,10 +216,7 @@ impl Opening {
             let world = world.clone();
             maker.start(move || world.load().airspace().clone())?;
         }
-        // In place nobody hears of what has opened but a client that moves the clock.
-        let is_heard = !self.is_in_place || clock.kind() == ClockKind::External;
-        let looks_for_offers = planner.minds(Concern::Improvement, None) && is_heard;
-        let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
+        let (opened, mut listener) = word_of_openings(&*planner, &clock, self.is_in_place);
         let desk = WriterLoop {
             opened,
             state,
@@ -234,10 +231,6 @@ impl Opening {
         let writer = match self.is_in_place {
             true => Writer::in_place(desk),
             false => Writer::start(desk)?,
-        };
-        let (listener, opened) = match self.is_in_place {
-            true => (None, listener),
-            false => (listener, None),
         };
         let replies = Bounds::of(&settings);
         let edge = Arc::new(Edge {
@@ -261,12 +254,24 @@ impl Opening {
             planner,
             guard,
             off_plan: OffPlan::default(),
-            opened: Mutex::new(opened),
+            opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)
     }
+}
+
+/// Where it is told that something has opened, and the other end, which a thread hears, or in place a client that moves
+/// the clock; nothing where nobody does.
+fn word_of_openings(
+    planner: &dyn Planner,
+    clock: &Clock,
+    is_in_place: bool,
+) -> (Option<Opened>, Option<Listener>) {
+    let is_heard = !is_in_place || clock.kind() == ClockKind::External;
+    let leads_to_offers = planner.minds(Concern::Improvement, None) && is_heard;
+    leads_to_offers.then(opened::channel).unzip()
 }
 
 /// The state with what has become due while the edge was away, and what is told of it.

@@ -248,10 +248,7 @@ impl State {
                 reason,
                 command,
             } => self.carry_out_by((author, reason), *command, now),
-            Command::AdvanceTo(to) => Ok(Done::Advanced {
-                fired: 0,
-                is_there: to <= now,
-            }),
+            Command::AdvanceTo(to) => Ok(self.advanced(to)),
             Command::Tick | Command::Settle => Ok(Done::Nothing),
         }
     }
@@ -369,10 +366,7 @@ impl State {
                 let latest = self.next.plans.get(&plan.id).cloned();
                 Done::Plan(latest.unwrap_or(plan))
             }
-            Done::Advanced { is_there, .. } => Done::Advanced {
-                fired: self.fired,
-                is_there: is_there && self.next_due().is_none_or(|due| due > self.now),
-            },
+            Done::Advanced { to, .. } => self.advanced(to),
             other => other,
         }
     }

@@ -247,11 +247,7 @@ impl WriterLoop {
         };
         self.watch.tell(WriterStep::Enforced);
         self.state.look_up(&enforced.look, now);
-        let mut detours = self.replan(now, inbox, &mut snapshot);
-        // On the thread of whoever hands in commands, nobody else would go on with it.
-        while inbox.is_none() && self.state.has_waiting() {
-            detours.extend(self.replan(now, None, &mut snapshot));
-        }
+        let detours = self.replan(now, inbox, &mut snapshot);
         if enforced.airspace_changed {
             self.tables.renew();
         }
@@ -261,6 +257,14 @@ impl WriterLoop {
         let snapshot = snapshot.unwrap_or_else(|| self.publish(now));
         let replies = self.state.replies(enforced.done, detours);
         self.answer(replies, askers, snapshot);
+        // On the thread of whoever hands in commands, nobody else would go on with it.
+        while inbox.is_none() && self.state.has_waiting() {
+            let mut later = None;
+            self.replan(now, None, &mut later);
+            if let Some(snapshot) = later {
+                self.answer(Vec::new(), Vec::new(), snapshot);
+            }
+        }
     }
 
     /// A slice of the plans that wait, and the state after it where anything has changed.
