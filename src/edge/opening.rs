@@ -18,7 +18,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
-use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
+use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
 use crate::wire::ClockKind;
@@ -201,9 +201,7 @@ impl Opening {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
         let guard = state.guard.clone();
-        let bounds = (settings.events_max, settings.events_bytes_max);
-        let of = (epoch, clock.kind());
-        let events = Arc::new(Events::new(of, bounds, settings.event_streams_max));
+        let events = Arc::new(events_of(epoch, &clock, &settings));
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -226,6 +224,9 @@ impl Opening {
             events: events.clone(),
             tables: tables.clone(),
             watch: self.watch,
+            workers: None,
+            wave: WaveState::default(),
+            has_new_airspace: false,
             waiting: Unanswered::default(),
         };
         let writer = match self.is_in_place {
@@ -262,6 +263,11 @@ impl Opening {
     }
 }
 
+fn events_of(epoch: u64, clock: &Clock, settings: &Settings) -> Events {
+    let bounds = (settings.events_max, settings.events_bytes_max);
+    Events::new((epoch, clock.kind()), bounds, settings.event_streams_max)
+}
+
 /// Where it is told that something has opened, and the other end, which a thread hears, or in place a client that moves
 /// the clock; nothing where nobody does.
 fn word_of_openings(
@@ -283,9 +289,9 @@ fn caught_up(
     let enforced = state.enforce(Vec::new(), now);
     state.look_up(&enforced.look, now);
     // The writer goes on with the rest.
-    state.replan(now, &mut || true);
+    state.replan(now, &mut || {});
     while is_in_place && state.has_waiting() {
-        state.replan(now, &mut || true);
+        state.replan(now, &mut || {});
     }
     state.told()
 }
