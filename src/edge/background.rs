@@ -6,6 +6,8 @@
 
 use std::cell::Cell;
 use std::time::Duration;
+use tokio::runtime::{Handle, RuntimeFlavor};
+use tokio::task::block_in_place;
 
 /// Who gives way may get the core back a good millisecond later, so it is not done for every piece: where answers never leave
 /// the core free, a thread gets about a quarter of it this way.
@@ -35,6 +37,15 @@ pub(super) fn give_way() {
     if now().duration_since(began) >= TURN {
         std::thread::yield_now();
         begin_turn();
+    }
+}
+
+/// Does on this thread what may take long or wait for others; where it has other tasks, another thread takes them over.
+pub(super) fn in_place<T>(work: impl FnOnce() -> T) -> T {
+    let runtime = Handle::try_current();
+    match runtime.map(|runtime| runtime.runtime_flavor()) {
+        Ok(RuntimeFlavor::MultiThread) => block_in_place(work),
+        _ => work(),
     }
 }
 

@@ -11,11 +11,10 @@ mirror_enum!(Freshness {
     Stale,
     Degraded
 });
-mirror_enum!(ClockKind { Real, Simulated });
-mirror_enum!(ClockSource {
+mirror_enum!(ClockKind {
     Real,
     Simulated,
-    Manual
+    External
 });
 mirror_enum!(Outcome {
     Rerouted,
@@ -68,6 +67,12 @@ mirror!(wire::ClockReading<'_> => GetClockResponse {
     kind: plain,
     time: time,
     rate: plain,
+});
+
+mirror!(wire::ClockAdvanced<'_> => AdvanceToResponse {
+    time: time,
+    fired: plain,
+    stamp: message,
 });
 
 mirror!(wire::Path<'_> => Path {
