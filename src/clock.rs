@@ -1,10 +1,10 @@
 //! The clock: the only part of the service that asks what time it is.
 //!
 //! It is the machine's, or a simulator's with a start and a rate of its own, or one that a test moves by
-//! hand. Whoever needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
+//! hand. Code that needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
 //!
 //! The machine's wall clock is judged by its time that only goes forward: while it has stepped away from that and
-//! nobody has confirmed it, the time goes on as it went before.
+//! no operator has confirmed it, the time goes on as it went before.
 
 mod stepped;
 
@@ -249,7 +249,7 @@ impl Clock {
 
     /// How long to wait, in the machine's time, before it is worth asking whether `instant` has come: zero
     /// when it has, and never more than 30 s, as the machine's clock may be set meanwhile. None for a
-    /// clock moved by hand, of which nobody knows; [`Clock::sleep_until`] waits for its hand.
+    /// clock moved by hand, which says nothing; [`Clock::sleep_until`] waits for its hand.
     pub fn real_duration_until(&self, instant: Timestamp) -> Option<Duration> {
         let left = instant.duration_since(self.now());
         let Ok(left) = Duration::try_from(left) else {
@@ -296,7 +296,7 @@ impl Clock {
 /// Simulated time in the machine's.
 fn scaled(left: Duration, rate: f64) -> Duration {
     let real_s = left.as_secs_f64() / rate;
-    // Rounded up, so that whoever waits does not wake a nanosecond early and waits again for nothing.
+    // Rounded up, so that a sleeper does not wake a nanosecond early and wait again for nothing.
     let real = Duration::try_from_secs_f64(real_s).unwrap_or(LONGEST_WAIT);
     real.saturating_add(Duration::from_nanos(1))
         .min(LONGEST_WAIT)
@@ -440,7 +440,7 @@ mod tests {
         hand.set(noon);
         assert_eq!(sleep.as_mut().poll(&mut context), Poll::Ready(()));
         assert_eq!(clock.real_duration_until(noon), Some(Duration::ZERO));
-        // Nobody moves the hand any more: an instant ahead never comes.
+        // The hand is not moved any more: an instant ahead never comes.
         drop(hand);
         let mut never = pin!(clock.sleep_until(noon + SignedDuration::from_secs(1)));
         assert_eq!(never.as_mut().poll(&mut context), Poll::Pending);

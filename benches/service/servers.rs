@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// How long a server may take to start.
 const START_WITHIN: Duration = Duration::from_secs(30);
-/// Settings in the environment are not those that hold where nobody says otherwise.
+/// Settings in the environment are not the defaults.
 const ENVIRONMENT_PREFIX: &str = "SKYWAY_EDGE_";
 
 /// A server in a process of its own, which ends with this value.

@@ -1,4 +1,4 @@
-//! Flying along a path: where the drone is after so many metres.
+//! Flying along a path: where the drone is after a given length.
 
 use super::map::Map;
 use crate::geo::Point;

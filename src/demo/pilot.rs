@@ -237,7 +237,7 @@ impl Pilot {
             return Ok(());
         };
         if told.plan_id.as_deref() != Some(&*mission.plan_id) {
-            // Its time is over, or somebody has cancelled it: nobody will tell this drone anything new.
+            // Its time is over, or somebody has cancelled it: this drone will be told nothing new.
             mission.hovers = false;
             return Ok(());
         }

@@ -19,9 +19,9 @@ const FAILURES: [(FailureType, f64); 6] = [
     (FailureType::Operational, 10.0),
     (FailureType::ServiceLevel, 5.0),
 ];
-/// Of so many nodes the farthest becomes the destination, so that flights cross the network.
+/// Nodes drawn, of which the farthest becomes the destination, so that flights cross the network.
 const DESTINATIONS_DRAWN: usize = 3;
-/// So many places are drawn for a zone; the operator takes the one that meets most plans.
+/// Places drawn for a zone; the operator takes the one that meets most plans.
 const PLACES_DRAWN: usize = 4;
 const ZONE_REASONS: [&str; 5] = [
     "crane at work",

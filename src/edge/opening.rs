@@ -87,7 +87,7 @@ impl Opening {
         self
     }
 
-    /// Without threads: everything happens on the thread of whoever asks, in the order in which it is asked.
+    /// Without threads: everything happens on the caller's thread, in the order in which it is asked.
     /// What is due happens with the next change, or [`Edge::tick`].
     #[must_use]
     pub fn in_place(mut self) -> Self {

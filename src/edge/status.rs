@@ -32,7 +32,7 @@ pub struct Status {
     pub proposals: usize,
     /// Removals that wait for an operator.
     pub holds: usize,
-    /// Alarms that nobody has acknowledged and whose cause has not ended.
+    /// Alarms that no operator has acknowledged and whose cause has not ended.
     pub alarms: usize,
     /// Alarms raised since the start, by kind.
     pub alarms_raised: Vec<(wire::AlarmKind, u64)>,
@@ -58,7 +58,7 @@ pub struct Status {
     pub checker_cases: u64,
     /// How often the wall clock has stepped.
     pub clock_steps: u64,
-    /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
+    /// How far it is ahead of the time, in seconds, while its last step is unconfirmed; null where it has not stepped.
     pub clock_apart_s: Option<f64>,
     /// How following the registry stands; null without one.
     pub registry: Option<SyncStatus>,

@@ -263,7 +263,7 @@ fn gate(
             zone_writes: slots(limits.in_flight_zone_writes),
             reads: slots(limits.in_flight_reads),
             other: slots(limits.in_flight_other),
-            // Nobody follows an edge by asking again and again: it has streams of events.
+            // No client follows an edge by asking again and again: it has streams of events.
             follows: 0,
             streams: slots(limits.event_streams),
             watches: slots(limits.health_streams),

@@ -355,7 +355,7 @@ def flown_cases():
             [("pad taken twice", "pads", None)],
         ),
         (
-            "flown, nobody knows the battery",
+            "flown, the battery is unknown",
             world(flown=True),
             report("operational", "bc", middle(0.4)),
             answer("diverted", "bf", on_leg("bc", 0.4, "b", 400.0)),

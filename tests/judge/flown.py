@@ -53,7 +53,7 @@ def check(case: Case) -> None:
     drone, flight = drone_of(case), case.answer.get("flight")
     battery = case.report.battery
     if case.answer.get("energy") == "checked" and case.outcome != "no_route":
-        case.expect(battery is not None or case.report.plan, "energy", "checked, and nobody knows the battery")
+        case.expect(battery is not None or case.report.plan, "energy", "checked, and the battery is unknown")
         case.expect(flight or not case.nodes, "energy", "checked, and no flight is told")
     if battery is not None and case.is_whole:
         case.expect(
@@ -357,7 +357,7 @@ def first_draw(case: Case, drone: Drone, start) -> float | None:
 
 
 def check_needless(case: Case, drone: Drone, battery: float) -> None:
-    """Where a plain way can be flown nobody is told otherwise, and nothing that is proved is worse than it."""
+    """Where a plain way can be flown the drone is told nothing else, and nothing that is proved is worse than it."""
     report, reading, capacity = case.report, case.reading, drone.airframe.battery_wh
     if reading.is_doubtful or not drone.can_fly:
         return

@@ -79,7 +79,7 @@ pub enum EndedAs {
     Diverted,
     /// It was deleted, or its way is gone.
     Cancelled,
-    /// Nobody has heard of its drone for long.
+    /// Nothing has been heard of its drone for long.
     Lost,
 }
 
@@ -89,7 +89,7 @@ pub enum EndedAs {
 pub enum PlanFlag {
     /// Something ahead of its drone has closed; a recomposed version is wanted where there is a way.
     Affected,
-    /// Nobody has heard that it has ended, some time after its arrival.
+    /// Nothing has been heard of its end, some time after its arrival.
     Overdue,
     /// A wanted version was not acknowledged in its time.
     Unacknowledged,

@@ -237,7 +237,7 @@ pub struct Answer<'a> {
     /// For `no_route` in flight: what is near, the nearest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub near: Vec<Near<'a>>,
-    /// Where nobody knows whether the drone is in the air: the answer to one that is.
+    /// Where it is unknown whether the drone is in the air: the answer to one that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub if_airborne: Option<Box<IfAirborne<'a>>>,
     /// The new part without the first stretch, in metres.

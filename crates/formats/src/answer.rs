@@ -163,11 +163,16 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
         ),
         Warning::HoldsUntil { node, until } => (
             "holds_until",
-            format!("node '{}' lies in a zone until {until}; a drone on the ground waits there", topology.node_id(*node)),
+            format!("node '{}' lies in a zone until {until}; a drone on the ground waits there",
+                topology.node_id(*node)
+            ),
         ),
         Warning::HoldsWithoutEnd { node } => (
             "holds_without_end",
-            format!("node '{}' lies in a zone, and nobody knows when that ends; a drone on the ground waits there", topology.node_id(*node)),
+            format!(
+                "node '{}' lies in a zone whose end is unknown; a drone on the ground waits there",
+                topology.node_id(*node)
+            ),
         ),
         Warning::NoSafeNode => (
             "no_safe_node",

@@ -63,7 +63,7 @@ pub(super) struct Demo {
     /// A file to write the ports to that the first edge has taken
     #[arg(long, value_name = "FILE")]
     ports_file: Option<PathBuf>,
-    /// End by itself after so many seconds
+    /// End by itself after this many seconds
     #[arg(long = "for", value_name = "SECONDS")]
     for_s: Option<u64>,
     /// Which log lines: a level, and MODULE=LEVEL for a module, with commas

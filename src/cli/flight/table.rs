@@ -128,7 +128,7 @@ fn stop_row(flight: &Flight, stop: &Stay, figures: &StopFigures) -> [String; 8] 
     ]
 }
 
-/// Prints what to do on each leg where nobody tells the drone.
+/// Prints what to do on each leg where the drone is told nothing.
 pub(super) fn print_contingencies(
     flight: &Flight,
     composition: &FlightComposition,

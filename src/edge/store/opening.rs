@@ -15,7 +15,7 @@ use std::sync::Arc;
 const EDGE: &str = "edge";
 const NETWORK: &str = "network";
 
-/// Numbers given in one start are fewer than this. Those of the next one begin after so many more, so that a
+/// Numbers given in one start are fewer than this. Those of the next one begin after as many more, so that a
 /// number that was given and could not be stored is never given again.
 const NUMBERS_OF_A_START: u64 = 1_000_000_000;
 

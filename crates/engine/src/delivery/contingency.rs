@@ -14,7 +14,7 @@ use crate::recompose::Outcome;
 const MOST_LABELS: usize = 20_000;
 const MOST_CHECKS: usize = 200_000;
 
-/// What a drone does on a leg where nobody tells it.
+/// What a drone does on a leg where it is told nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegContingency {
     /// The detour, if the leg closes while the drone is at its start.

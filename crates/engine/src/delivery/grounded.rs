@@ -62,7 +62,7 @@ pub(super) fn hold_on_the_ground(
     answer
 }
 
-/// When the last of the zones over a node ends; `None` where nobody knows.
+/// When the last of the zones over a node ends; `None` where that is unknown.
 fn end_of_zones(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> Option<Timestamp> {
     let covers = |nodes: &[NodeIx]| nodes.binary_search(&node).is_ok();
     let standing = world.skies.now().in_force();

@@ -4,14 +4,14 @@ use crate::flight::{Reentry, StretchKind};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 
-/// A property of the way told that holds and that the drone, and whoever checks the way, should know.
+/// A property of the way told that holds and that the drone, and the checker of the way, should know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Flag {
     /// The first stretch begins inside an active zone and leads out of it.
     LeavingZone,
     /// What is closed lies nearer than the drone needs to turn: it flies on into it before it does.
     CannotStop,
-    /// The first stretch is a straight line off the network: nobody knows what stands there.
+    /// The first stretch is a straight line off the network: obstacles there are unknown.
     Unverified,
     /// The plan draws on the reserve of the battery.
     ReserveUsed,
@@ -50,7 +50,7 @@ pub enum UnsafeCode {
     EndsClosed,
     /// The drone is off its leg, and every straight line to a near node crosses an active zone.
     Unverified,
-    /// Nobody knows where the drone is, and something lies on its leg.
+    /// The drone's place is unknown, and something lies on its leg.
     PlaceUnknown,
     /// No open node with a pad can be reached from there.
     NoSafeNode,
@@ -87,7 +87,7 @@ impl UnsafeCode {
                 "the drone is off its leg, and every straight line to a near node crosses an active zone"
             }
             Self::PlaceUnknown => {
-                "nobody knows where on its leg the drone is, and something lies on it: the way back may lead through that"
+                "the drone's place on its leg is unknown, and something lies on it: the way back may lead through that"
             }
             Self::NoSafeNode => "from there no open node with a pad can be reached",
             Self::BelowReserve => "the battery does not last for it",
