@@ -223,7 +223,7 @@ pub(super) fn legs(
             departs_at: instant(later(departs_at, leg.departure_s)),
             arrives_at: instant(later(departs_at, leg.arrival_s)),
             if_closed: contingency(topology, &leg.if_closed, told(ends.if_closed)),
-            nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
+            alternate: leg.safe.as_ref().map(|safe| wire::Alternate {
                 node: node_id(topology, safe.node),
                 nodes: node_ids(topology, &safe.nodes),
                 length_m: safe.length_m,

@@ -42,7 +42,7 @@ pub use id::{Id, Place, with_ids_as_text};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
     Ack, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg,
-    Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SafeNode, SentVersion,
+    Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, Alternate, SentVersion,
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{

@@ -126,7 +126,7 @@ pub struct Contingency<'a> {
 
 /// The nearest alternate: open, with pads, and reachable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct SafeNode<'a> {
+pub struct Alternate<'a> {
     /// The node.
     pub node: Id<'a>,
     /// The nodes from the leg's start to it.
@@ -175,7 +175,8 @@ pub struct Leg<'a> {
     /// The detour to take if it closes.
     pub if_closed: Contingency<'a>,
     /// Where to go when nothing else helps; null where there is none.
-    pub nearest_safe_node: Option<SafeNode<'a>>,
+    #[serde(alias = "nearest_safe_node")]
+    pub alternate: Option<Alternate<'a>>,
     /// How it is flown, with the flight model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flight: Option<LegFlight<'a>>,

@@ -174,8 +174,8 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
                 topology.node_id(*node)
             ),
         ),
-        Warning::NoSafeNode => (
-            "no_safe_node",
+        Warning::NoAlternate => (
+            "no_alternate",
             "no open node with a recharging pad can be reached".to_owned(),
         ),
         Warning::PadAssumedFree { node } => (

@@ -89,7 +89,7 @@ mirror!(wire::Contingency<'_> => Contingency {
     flight: plain,
 });
 
-mirror!(wire::SafeNode<'_> => SafeNode {
+mirror!(wire::Alternate<'_> => Alternate {
     node: plain,
     nodes: plain,
     length_m: plain,
@@ -110,7 +110,7 @@ mirror!(wire::Leg<'_> => Leg {
     departs_at: time,
     arrives_at: time,
     if_closed: message,
-    nearest_safe_node: plain,
+    alternate: plain,
     flight: plain,
 });
 

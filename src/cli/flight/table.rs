@@ -137,7 +137,7 @@ pub(super) fn print_contingencies(
     let columns = [
         ("leg", Align::Right),
         ("if it closes", Align::Left),
-        ("best safe node", Align::Left),
+        ("alternate", Align::Left),
     ];
     let mut table = titled_table(&columns);
     for (number, contingency) in (1..).zip(&composition.contingencies) {

@@ -116,7 +116,7 @@ pub enum Warning {
         node: NodeIx,
     },
     /// No node with pads can be reached, which this outcome would have led to.
-    NoSafeNode,
+    NoAlternate,
     /// Until reservations exist, a node with pads counts as having one free.
     PadAssumedFree {
         /// The node.

@@ -17,7 +17,7 @@ impl Task<'_> {
     /// Nothing can be reached.
     pub(super) fn give_up(&mut self) {
         self.answer.outcome = Outcome::NoRoute;
-        self.answer.warnings.push(Warning::NoSafeNode);
+        self.answer.warnings.push(Warning::NoAlternate);
         self.answer.unsafe_way = self.least_bad_way();
         self.tell_what_is_near();
         self.tell_what_severed();

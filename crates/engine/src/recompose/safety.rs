@@ -53,7 +53,7 @@ pub enum UnsafeCode {
     /// The drone's place is unknown, and something lies on its leg.
     PlaceUnknown,
     /// No open node with a pad can be reached from there.
-    NoSafeNode,
+    NoAlternate,
     /// The battery would fall below the reserve or the floor.
     BelowReserve,
     /// No answer passed the checker; this is the nearer end of the leg.
@@ -68,7 +68,7 @@ impl UnsafeCode {
             Self::EndsClosed => "ends_closed",
             Self::Unverified => "unverified",
             Self::PlaceUnknown => "place_unknown",
-            Self::NoSafeNode => "no_safe_node",
+            Self::NoAlternate => "no_alternate",
             Self::BelowReserve => "below_reserve",
             Self::Checker => "checker",
         }
@@ -89,7 +89,7 @@ impl UnsafeCode {
             Self::PlaceUnknown => {
                 "the drone's place on its leg is unknown, and something lies on it: the way back may lead through that"
             }
-            Self::NoSafeNode => "from there no open node with a pad can be reached",
+            Self::NoAlternate => "from there no open node with a pad can be reached",
             Self::BelowReserve => "the battery does not last for it",
             Self::Checker => "no answer passed the checker; this is the nearer end of the leg",
         }
@@ -119,7 +119,7 @@ impl UnsafeWay {
             line.push(topology.position(way.node));
         }
         Self {
-            code: UnsafeCode::NoSafeNode,
+            code: UnsafeCode::NoAlternate,
             nodes: vec![way.node],
             line,
             length_m: way.stretch.length_m,
