@@ -35,7 +35,8 @@ impl Drop for Server {
     }
 }
 
-/// The edge, with the production configuration: limits, deadlines, metrics, and logs at `info` to a file.
+/// The edge that plans by distance, with the production configuration else: limits, deadlines, metrics, and logs at
+/// `info` to a file.
 pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
     let ports_file = folder.join("edge.json");
     let mut command = cores::of_servers(env!("CARGO_BIN_EXE_skyway"));
@@ -46,6 +47,7 @@ pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
     }
     command
         .args(["edge", "--no-store", "--listen", "127.0.0.1:0"])
+        .args(["--set", "flight.airframe=none"])
         .args(["--admin-listen", "127.0.0.1:0", "--ports-file"])
         .arg(&ports_file)
         .stderr(File::create(folder.join("edge.log"))?);

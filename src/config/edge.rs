@@ -131,11 +131,11 @@ settings! {
         /// So long after its arrival, or the last sign of its drone, a plan that has not ended is lost.
         lost_after: Duration = HOUR, MINUTE..=DAY;
     }
-    /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free. Off where no
-    /// airframe is named; plans are then the shortest open ways, and the battery is not checked.
+    /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free.
     flight: Flight {
-        /// The airframe of a drone that names no other: phantom3, m100, or a JSON file as in
-        /// data/airframes; empty for none, which leaves all of this off.
+        /// The airframe of a drone that names no other: phantom3, m100, or a JSON file as in data/airframes.
+        /// With none plans are the shortest open ways, and the battery is not checked. Empty for phantom3,
+        /// or none over a store that was written when that was the default.
         airframe: Option<String> = None;
         /// Further airframes that requests may name, with commas between them: phantom3, m100, or files. Requests
         /// call the one of a file by the name that the file has.
@@ -301,11 +301,24 @@ impl Configuration for EdgeConfig {
     }
 }
 
+impl Flight {
+    /// The word for no airframe.
+    const NONE: &'static str = "none";
+    /// The airframe where nothing is said.
+    const DEFAULT: &'static str = "phantom3";
+
+    /// The airframe of a drone that names no other; `None` where plans are by distance.
+    pub fn default_airframe(&self) -> Option<&str> {
+        let named = self.airframe.as_deref().unwrap_or(Self::DEFAULT);
+        Some(named).filter(|name| *name != Self::NONE)
+    }
+}
+
 /// What is wrong with what is to fly.
 fn flight_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
     let flight = &effective.config.flight;
     let mut faults = Vec::new();
-    let default = flight.airframe.as_deref();
+    let default = flight.default_airframe();
     let named = default.map(|name| ("flight.airframe", name));
     let further = flight
         .airframes

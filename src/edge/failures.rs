@@ -239,6 +239,7 @@ impl Edge {
             plan: recomposed.plan,
             remaining_time_s: recomposed.remaining_time_s,
             dry_run,
+            by_distance: self.settings.flight.is_none(),
         };
         if !dry_run {
             let _span = traces::of_publication().entered();

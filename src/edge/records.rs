@@ -70,6 +70,8 @@ pub(super) struct AnswerRecord {
     pub(super) plan: Option<PlanChange>,
     pub(super) remaining_time_s: Option<f64>,
     pub(super) dry_run: bool,
+    /// Whether its edge plans by distance: it has no airframe.
+    pub(super) by_distance: bool,
 }
 
 impl AnswerRecord {

@@ -151,6 +151,8 @@ pub struct Settings {
     pub commit_within: Duration,
     /// What flies, where times and energy are computed; without it times are nominal and energy is not checked.
     pub flight: Option<FlightSettings>,
+    /// Whether that was named and is no default: over a store of before there was one, only what is named counts.
+    pub names_airframe: bool,
 }
 
 impl Default for Settings {
@@ -191,6 +193,7 @@ impl Default for Settings {
             degraded_after: SignedDuration::from_mins(5),
             commit_within: Duration::from_secs(2),
             flight: None,
+            names_airframe: true,
         }
     }
 }

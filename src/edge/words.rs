@@ -9,6 +9,8 @@ use jiff::Timestamp;
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 
+/// The airframe of an edge that plans by distance, in answers and settings.
+pub(super) const NO_AIRFRAME: &str = "none";
 /// Bytes of a weather's digest that are its version.
 const VERSION_BYTES: usize = 8;
 

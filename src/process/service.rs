@@ -302,6 +302,7 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
     Ok(Settings {
         commit_within: config.limits.commit,
         flight: flight(&config.flight)?,
+        names_airframe: config.flight.airframe.is_some(),
         decisions_bytes_max: config.decisions.bytes.bytes() as u64,
         decisions_age: span(config.decisions.age),
         horizon: span(config.airspace.horizon),
@@ -340,7 +341,7 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
 
 /// What flies, out of the configuration; none where the flight model is off.
 fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
-    let Some(name) = &config.airframe else {
+    let Some(name) = config.default_airframe() else {
         return Ok(None);
     };
     let further = config.airframes.iter().map(read_airframe);

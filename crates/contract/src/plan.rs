@@ -124,7 +124,7 @@ pub struct Contingency<'a> {
     pub flight: Option<DetourFlight<'a>>,
 }
 
-/// The nearest alternate: open, with pads, and reachable.
+/// An alternate: open, with pads, and reachable; the nearest, with the flight model that of most battery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Alternate<'a> {
     /// The node.
@@ -174,7 +174,7 @@ pub struct Leg<'a> {
     pub arrives_at: Cow<'a, str>,
     /// The detour to take if it closes.
     pub if_closed: Contingency<'a>,
-    /// Where to go when nothing else helps; null where there is none.
+    /// Where to go when nothing else helps; null where there is none. Stored answers of before have its old name.
     #[serde(alias = "nearest_safe_node")]
     pub alternate: Option<Alternate<'a>>,
     /// How it is flown, with the flight model.
@@ -262,7 +262,7 @@ pub struct Plan<'a> {
     pub payload_kg: f64,
     /// Airspeed in metres per second.
     pub airspeed_mps: f64,
-    /// Name of its airframe, with the flight model.
+    /// Name of its airframe; `none` where the edge plans by distance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub airframe: Option<Cow<'a, str>>,
     /// What is made least, with the flight model: `distance`, `time` or `energy`.
@@ -284,8 +284,12 @@ pub struct Plan<'a> {
     pub affected_by: Vec<Cow<'a, str>>,
     /// Other plans too near any of the versions.
     pub conflicts: Vec<Conflict<'a>>,
-    /// `checked` where the battery suffices by the flight model, `unchecked` without it.
+    /// `checked` where the battery suffices by the flight model and what the client said, `assumed` where
+    /// something in that is a default, `unchecked` where nothing is known of it.
     pub energy: Cow<'a, str>,
+    /// What is a default, where energy is `assumed`: `airframe`, `battery`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Cow<'a, str>>,
     /// `computed` by the flight model; `nominal` without it: at the airspeed, without wind, climb or stops.
     pub times: Cow<'a, str>,
     /// The world of this answer.

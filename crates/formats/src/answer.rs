@@ -57,6 +57,7 @@ pub fn answer<'a>(
         stages: stages.map(|one| stage(topology, one)).collect(),
         warnings: warnings(topology, &answer.warnings, read),
         energy: Cow::Borrowed("unchecked"),
+        assumed: Vec::new(),
     }
 }
 

@@ -162,6 +162,7 @@ mirror!(wire::Plan<'_> => Plan {
     affected_by: plain,
     conflicts: plain,
     energy: plain,
+    assumed: plain,
     times: plain,
     stamp: message,
 });

@@ -91,7 +91,10 @@ fn relative(argument: &str, folder: &Path) -> String {
         _ => (String::new(), argument),
     };
     let below = Path::new(path).strip_prefix(folder).ok();
-    match below.filter(|_| folder.is_absolute()).and_then(Path::to_str) {
+    match below
+        .filter(|_| folder.is_absolute())
+        .and_then(Path::to_str)
+    {
         None => argument.to_owned(),
         Some("") => format!("{flag}."),
         Some(below) => format!("{flag}{below}"),
@@ -105,7 +108,10 @@ mod tests {
     #[test]
     fn paths_below_the_working_folder_are_told_from_there() {
         let told = |argument: &str| relative(argument, Path::new("/home/ana/skyway"));
-        assert_eq!(told("/home/ana/skyway/target/evaluation"), "target/evaluation");
+        assert_eq!(
+            told("/home/ana/skyway/target/evaluation"),
+            "target/evaluation"
+        );
         assert_eq!(told("--out=/home/ana/skyway/target"), "--out=target");
         assert_eq!(told("/home/ana/skyway"), ".");
         assert_eq!(told("/home/ana/skyway-old/out"), "/home/ana/skyway-old/out");

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 const EDGE: &str = "edge";
 const NETWORK: &str = "network";
+const AIRFRAME: &str = "airframe";
 
 /// Numbers given in one start are fewer than this. Those of the next one begin after as many more, so that a
 /// number that was given and could not be stored is never given again.
@@ -74,6 +75,13 @@ pub(in crate::edge) fn open_identity(
     };
     let row = Row::put(Table::Facts, EDGE, write(&identity));
     Ok((identity, row))
+}
+
+/// The row of a store over which an edge has an airframe by default; `None` for a store that was written before there was
+/// a default, over which an edge has none until its settings name one.
+pub(in crate::edge) fn airframe_row(facts: &[(String, String)], is_named: bool) -> Option<Row> {
+    let is_of_before = fact(facts, EDGE).is_some() && fact(facts, AIRFRAME).is_none();
+    (is_named || !is_of_before).then(|| Row::put(Table::Facts, AIRFRAME, write(&true)))
 }
 
 pub(super) fn fact<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {

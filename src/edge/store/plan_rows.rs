@@ -6,7 +6,7 @@ use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
-use crate::compose::{Composition, Contingency, Leg, Alternate};
+use crate::compose::{Alternate, Composition, Contingency, Leg};
 use crate::edge::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
 use crate::network::Topology;
