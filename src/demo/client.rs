@@ -163,22 +163,29 @@ impl Client {
             .await
     }
 
-    /// States the weather in place of that of now.
-    pub(super) async fn put_weather(&self, weather: &wire::Weather) -> Result<(), ClientError> {
+    /// States the weather over a network at a registry in place of that of now.
+    pub(super) async fn put_weather(
+        &self,
+        network: &str,
+        weather: &wire::Weather,
+    ) -> Result<(), ClientError> {
+        let path = format!("/v1/networks/{network}/weather");
         let with_body = |request: RequestBuilder| request.json(weather);
-        self.ask_of_current(Method::PUT, "/v1/weather", with_body)
-            .await
+        self.ask_of_current(Method::PUT, &path, with_body).await
     }
 
-    /// Asks for something of the version that there is now.
+    /// Asks for something of the version that there is now, if there is one.
     async fn ask_of_current(
         &self,
         method: Method,
         path: &str,
         complete: impl FnOnce(RequestBuilder) -> RequestBuilder,
     ) -> Result<(), ClientError> {
-        let current = self.ask(Method::GET, path, |request| request).await?;
-        let etag = current.headers().get(reqwest::header::ETAG).cloned();
+        let etag = match self.ask(Method::GET, path, |request| request).await {
+            Ok(current) => current.headers().get(reqwest::header::ETAG).cloned(),
+            Err(error) if error.is_missing() => None,
+            Err(error) => return Err(error),
+        };
         let with_version = |request: RequestBuilder| match etag {
             Some(etag) => complete(request.header(reqwest::header::IF_MATCH, etag)),
             None => complete(request),

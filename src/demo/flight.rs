@@ -97,10 +97,12 @@ impl Flight {
         })
     }
 
-    /// Stays in the air on the spot for a while: all that is left happens so much later.
-    pub(super) fn hover(&mut self, time: SignedDuration) {
+    /// Waits on the spot, in the air or on a pad: all that is left happens that much later.
+    pub(super) fn wait(&mut self, now: Timestamp, time: SignedDuration) {
+        if !self.is_on_pad(now) {
+            self.hovered += time.as_secs_f64() * BATTERY_PER_S;
+        }
         self.delay += time;
-        self.hovered += time.as_secs_f64() * BATTERY_PER_S;
     }
 
     /// True at the end of the path.
@@ -238,7 +240,7 @@ mod tests {
         let mut leg = json!({
             "from": from.to_string(), "to": to.to_string(), "segment": format!("{from}-{to}"),
             "length_m": 100.0, "departs_at": at(times[0]).to_string(), "arrives_at": at(times[1]).to_string(),
-            "if_closed": {"outcome": "no_route", "path": {"nodes": [], "segments": []}}, "alternate": null,
+            "if_closed": {"outcome": "no_route", "nodes": []}, "alternate": null,
         });
         if let Some(flight) = flight {
             leg["flight"] = flight;
@@ -250,7 +252,7 @@ mod tests {
     fn version(is_flown: bool) -> wire::PlanVersion<'static> {
         let battery = |ends: [f64; 2]| is_flown.then_some(ends);
         let mut version = json!({
-            "version": 1, "epoch": "1", "token": "", "sent_at": at(0).to_string(), "outcome": "rerouted",
+            "version": 1, "epoch": 1, "token": 0, "sent_at": at(0).to_string(), "outcome": "rerouted",
             "path": {"nodes": ["0", "1", "2"], "segments": ["0-1", "1-2"]}, "length_m": 200.0,
             "flight_time_s": 400.0, "departs_at": at(0).to_string(), "arrives_at": at(400).to_string(),
             "legs": [leg(0, 1, [0, 100], battery([0.9, 0.5])), leg(1, 2, [300, 400], battery([0.8, 0.6]))],
@@ -306,7 +308,7 @@ mod tests {
         let map = Map::of(&network()).expect("a map");
         let mut flight =
             Flight::along(&map, (map.position(0), 0.9), &version(true)).expect("a flight");
-        flight.hover(SignedDuration::from_secs(20));
+        flight.wait(at(50), SignedDuration::from_secs(20));
         assert_eq!(flight.place(at(70)), Point::new(50.0, 0.0));
         assert!(flight.battery(at(70)) < 0.69);
         assert!(!flight.is_over(at(410)) && flight.is_over(at(420)));

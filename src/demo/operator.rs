@@ -25,6 +25,8 @@ pub(super) struct Operator {
     script: OperatorScript,
     map: Arc<Map>,
     client: Arc<Client>,
+    /// The registry, where the wind is stated, and the network there.
+    registry: (Client, String),
     clock: Clock,
     /// How many zones there were.
     put: u32,
@@ -36,13 +38,14 @@ impl Operator {
     pub(super) fn new(
         script: OperatorScript,
         map: Arc<Map>,
-        client: Arc<Client>,
+        (client, registry): (Arc<Client>, (Client, String)),
         clock: Clock,
     ) -> Self {
         Self {
             script,
             map,
             client,
+            registry,
             clock,
             put: 0,
             zones: VecDeque::new(),
@@ -51,9 +54,7 @@ impl Operator {
 
     /// Works until it is told to stop. What goes wrong is logged; the next zone comes all the same.
     pub(super) async fn work(mut self, stop: CancellationToken) {
-        if let Err(error) = self.turn_wind().await {
-            tracing::warn!(%error, "the demo begins without wind");
-        }
+        self.turn_wind().await;
         loop {
             let done = tokio::select! {
                 () = stop.cancelled() => return,
@@ -76,7 +77,7 @@ impl Operator {
         let due = due.unwrap_or(Timestamp::MAX);
         self.clear_until(due).await?;
         self.clock.sleep_until(due).await;
-        self.turn_wind().await?;
+        self.turn_wind().await;
         let mut chosen: Option<(usize, Value)> = None;
         self.put += 1;
         for &place in &planned.places {
@@ -98,8 +99,8 @@ impl Operator {
         Ok(())
     }
 
-    /// States the wind anew, well beyond the next time.
-    async fn turn_wind(&mut self) -> Result<(), ClientError> {
+    /// States the wind anew, well beyond the next time. While the registry is away it stays as it is.
+    async fn turn_wind(&mut self) {
         let (speed_mps, from_deg) = self.script.wind();
         let now = self.clock.now();
         let until = now.saturating_add(WIND_FOR).unwrap_or(Timestamp::MAX);
@@ -110,9 +111,11 @@ impl Operator {
             speed_mps,
             from_deg,
         };
-        self.client
-            .put_weather(&wire::Weather { wind: vec![wind] })
-            .await
+        let weather = wire::Weather { wind: vec![wind] };
+        let (registry, network) = &self.registry;
+        if let Err(error) = registry.put_weather(network, &weather).await {
+            tracing::info!(%error, "the demo's wind stays as it is");
+        }
     }
 
     /// Deletes the zones that are over, until it is time for the next one.

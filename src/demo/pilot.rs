@@ -126,8 +126,8 @@ impl Pilot {
         let now = self.moved_at;
         self.battery_fraction = match &mut self.at {
             At::Way(mission) => {
-                if mission.hovers && !mission.flight.is_on_pad(now) {
-                    mission.flight.hover(elapsed);
+                if mission.hovers {
+                    mission.flight.wait(now, elapsed);
                 }
                 mission.flight.battery(now)
             }

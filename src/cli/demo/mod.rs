@@ -244,6 +244,10 @@ impl Demo {
         let fleet = Fleet {
             drones: self.drones,
             seed: self.seed,
+            registry: (
+                format!("http://{}", world.central.address()),
+                NETWORK.to_owned(),
+            ),
         };
         let base_url = format!("http://{}", addresses.listen);
         let clock = world.first.edge().clock().clone();
