@@ -75,6 +75,7 @@ impl ReadQuestion {
             tariff: Tariff::default(),
             refuge_stay_s: self.refuge_stay_s,
             limits: Limits::default(),
+            with_contingencies: false,
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
         let failure = FlightFailure {

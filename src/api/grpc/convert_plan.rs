@@ -109,7 +109,7 @@ mirror!(wire::Leg<'_> => Leg {
     climb_m: plain,
     departs_at: time,
     arrives_at: time,
-    if_closed: message,
+    if_closed: plain,
     alternate: plain,
     flight: plain,
 });

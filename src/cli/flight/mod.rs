@@ -265,6 +265,7 @@ impl Flight {
             tariff: Tariff::default(),
             refuge_stay_s: DEFAULT_REFUGE_STAY_S,
             limits: Limits::default(),
+            with_contingencies: true,
         }
     }
 
