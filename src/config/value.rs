@@ -280,17 +280,17 @@ const SIZE_UNITS: [(&str, usize); 4] = [
 ];
 
 impl Size {
-    /// So many bytes.
+    /// A size in bytes.
     pub const fn of_bytes(bytes: usize) -> Self {
         Self(bytes)
     }
 
-    /// So many KiB.
+    /// A size in KiB.
     pub const fn of_kib(kib: usize) -> Self {
         Self(kib << 10)
     }
 
-    /// So many MiB.
+    /// A size in MiB.
     pub const fn of_mib(mib: usize) -> Self {
         Self(mib << 20)
     }

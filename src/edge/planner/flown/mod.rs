@@ -4,6 +4,7 @@
 //! of the airspace. What is kept of a plan counts from its departure instead: [`FlownVersion`].
 
 mod answering;
+mod assumed;
 mod carrying;
 mod causes;
 mod checked;
@@ -16,6 +17,7 @@ mod reported;
 mod terms;
 mod told;
 
+pub(in crate::edge) use assumed::Assumed;
 pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
 pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;
