@@ -10,11 +10,11 @@ use crate::load::{self, Asked, Flow, Pace, Reading, Source, Standing, Stop};
 use crate::measures::Seen;
 use crate::requests;
 use crate::scenario::{Arrivals, Dialect};
-use crate::transport::{Connections, Told, Wanted};
+use crate::transport::{Connections, Status, Told, Wanted};
 use crate::watch::Watch;
 use http::Method;
 use serde::Deserialize;
-use skyway::wire::{DroneFacts, FailureReport, FailureType, Id, Place, Service, ZoneAck};
+use skyway::wire::{DroneFacts, FailureReport, FailureType, Id, Place, Service, ZoneAck, ZoneList};
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
@@ -28,11 +28,15 @@ const ASKED_AT_ONCE: usize = 64;
 /// For so long it asks before the zone is posted.
 const BEFORE: Duration = Duration::from_millis(30);
 /// How long it asks at most, and how long the drones may take to be told.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(30);
 /// An edge has settled when nothing has happened for so long.
-const QUIET: Duration = Duration::from_millis(300);
+const QUIET: Duration = Duration::from_millis(500);
 /// Plans that are tried for one whose way a bystander can ask for.
 const CANDIDATES: usize = 200;
+/// Lists of zones that are asked for until all are lifted.
+const PAGES: usize = 100;
+/// The status of an answer that has not come in the edge's own time.
+const DEADLINE_EXCEEDED: u16 = 504;
 
 /// An edge with its subscriber.
 pub(crate) struct Edge {
@@ -47,8 +51,8 @@ pub(crate) struct Edge {
 pub(crate) struct Struck {
     /// From the first byte of its POST to the first answer that avoids it.
     pub(crate) in_force: Option<Duration>,
-    /// From the first byte of its POST to the answer.
-    pub(crate) answered: Duration,
+    /// From the first byte of its POST to the answer; none where that was no success.
+    pub(crate) answered: Option<Duration>,
     /// From the first byte of its POST to the last outcome; none where it meets no plan.
     pub(crate) told: Option<Duration>,
     pub(crate) met: usize,
@@ -56,7 +60,6 @@ pub(crate) struct Struck {
     /// Questions of the bystander that had no answer.
     pub(crate) unanswered: u64,
     pub(crate) events: Vec<Heard>,
-    etag: String,
 }
 
 /// The way of an answer.
@@ -86,9 +89,11 @@ impl Edge {
         self.listener.quiet(QUIET, PATIENCE).await
     }
 
-    /// A report of a drone that flies by, whose answer leads through a zone that is not there yet.
+    /// A report of a drone that flies by, whose answer leads through a zone that is not there yet, at another edge,
+    /// too.
     pub(crate) async fn bystander(
         &self,
+        other: &Self,
         world: &World,
         plans: &[Accepted],
         disc: &Disc,
@@ -111,7 +116,12 @@ impl Edge {
             let ends = [*source, beside, *destination].map(|node| world.ids[node].clone());
             let wanted = requests::failure(Dialect::Rest, &report(ends));
             let told = asked(&self.connections, &wanted).await?;
-            if leads_through(world, disc, &told) == Some(true) {
+            let told_elsewhere = asked(&other.connections, &wanted).await?;
+            let both = [told, told_elsewhere];
+            if both
+                .iter()
+                .all(|told| leads_through(world, disc, told) == Some(true))
+            {
                 return Ok(Some(wanted));
             }
         }
@@ -132,6 +142,7 @@ impl Edge {
             wanted: bystander,
             world: world.clone(),
             disc: disc.clone(),
+            posted: Cell::new(Instant::now() + PATIENCE),
             avoided: Cell::new(None),
             stop: stop.clone(),
         });
@@ -155,55 +166,52 @@ impl Edge {
             source.clone(),
             self.connections.clone(),
             pace,
-            stop.clone(),
+            stop,
             &mut watch,
         );
-        let (ran, posted) = tokio::join!(asking, self.post(world, disc, &stop));
-        let (sent, answered, ack) = posted?;
+        let (ran, ack) = tokio::join!(asking, self.post(&source));
+        let sent = source.posted.get();
+        let ack = ack?;
+        let since = |at: Instant| at.saturating_duration_since(sent);
         let mut struck = Struck {
-            in_force: source
-                .avoided
-                .get()
-                .map(|at| at.saturating_duration_since(sent)),
-            answered,
+            in_force: source.avoided.get().map(since),
+            answered: ack.as_ref().map(|ack| since(ack.at)),
             told: None,
-            met: ack.met,
+            met: ack.map_or(0, |ack| ack.met),
             untold: 0,
             unanswered: ran.recorder.all().scheduled() - ran.recorder.all().answered,
             events: events_before,
-            etag: ack.etag,
         };
         self.wait_until_told(disc, sent, &mut struck).await?;
         Ok(struck)
     }
 
-    async fn post(
-        &self,
-        world: &World,
-        disc: &Disc,
-        stop: &Stop,
-    ) -> Result<(Instant, Duration, Ack)> {
+    /// Nothing where the edge is too busy to say that the zone is in force.
+    async fn post(&self, bystander: &Bystander) -> Result<Option<Ack>> {
         sleep(BEFORE).await;
-        let body = world.feature(disc).to_string();
+        let body = bystander.world.feature(&bystander.disc).to_string();
         let wanted = requests::send(Method::POST, "/v1/zones", body);
-        let sent = Cell::new(Instant::now());
-        let told = self.operator.ask_telling(&wanted, &sent).await;
-        let answered = sent.get().elapsed();
+        let told = self.operator.ask_telling(&wanted, &bystander.posted).await;
         let ack = told.map_err(Into::into).and_then(|told| Ack::of(&told));
         if ack.is_err() {
-            stop.set(true);
+            bystander.stop.set(true);
         }
-        Ok((sent.get(), answered, ack?))
+        ack
     }
 
     async fn wait_until_told(&self, disc: &Disc, sent: Instant, struck: &mut Struck) -> Result<()> {
-        if struck.met > 0 {
-            let is_it = |heard: &Heard| {
-                let replanned = heard.replanned();
-                replanned.is_some_and(|replanned| replanned.closure_id == disc.id)
-            };
-            self.listener.has_come(PATIENCE, is_it).await?;
+        if struck.met == 0 && struck.answered.is_some() {
+            return Ok(());
         }
+        let met = Cell::new(struck.met);
+        let is_it = |heard: &Heard| {
+            let replanned = heard.replanned();
+            let replanned = replanned.filter(|replanned| replanned.closure_id == disc.id);
+            met.set(replanned.as_ref().map_or(met.get(), |all| all.plan_count));
+            replanned.is_some()
+        };
+        let are_all_told = self.listener.has_come(PATIENCE, is_it).await?;
+        let waited = sent.elapsed();
         let heard = self.listener.take();
         let mut plans = BTreeSet::new();
         for event in &heard {
@@ -214,19 +222,33 @@ impl Edge {
             plans.insert(outcome.plan.id);
             struck.told = Some(event.at.saturating_duration_since(sent));
         }
+        if !are_all_told {
+            struck.told = Some(waited);
+        }
+        struck.met = met.get();
         struck.untold = struck.met.saturating_sub(plans.len());
         struck.events.extend(heard);
         Ok(())
     }
 
-    /// Lifts a zone and waits until drones are told that.
-    pub(crate) async fn lift(&self, disc: &Disc, struck: &Struck) -> Result<()> {
-        let standing = Standing::Zone {
-            id: disc.id.clone(),
-            etag: struck.etag.clone(),
-        };
-        asked(&self.operator, &requests::removal(&standing)).await?;
-        self.settled().await
+    /// Lifts all zones.
+    pub(crate) async fn lift(&self) -> Result<()> {
+        for _ in 0..PAGES {
+            let told = asked(&self.operator, &requests::get("/v1/zones")).await?;
+            let zones: ZoneList<'_> = serde_json::from_slice(&told.body)?;
+            if zones.features.is_empty() {
+                return Ok(());
+            }
+            for (feature, etag) in zones.features.iter().zip(zones.etags) {
+                let standing = Standing::Zone {
+                    id: feature["id"].as_str().unwrap_or_default().to_owned(),
+                    etag: etag.into_owned(),
+                };
+                // One that is not lifted is in the next list.
+                self.operator.ask(&requests::removal(&standing)).await?;
+            }
+        }
+        Err("the edge does not lift its zones".into())
     }
 }
 
@@ -242,7 +264,7 @@ impl Struck {
             disc.id,
             disc.radius_m,
             ms(self.in_force),
-            ms(Some(self.answered)),
+            ms(self.answered),
             self.met,
             ms(self.told),
             self.untold
@@ -250,23 +272,26 @@ impl Struck {
     }
 }
 
-/// What the answer to a zone says.
+/// What the answer to a zone says, and when it came.
 pub(crate) struct Ack {
-    pub(crate) met: usize,
-    pub(crate) etag: String,
+    at: Instant,
+    met: usize,
 }
 
 impl Ack {
-    pub(crate) fn of(told: &Told) -> Result<Self> {
+    /// Nothing where the edge is too busy, or past its own deadline.
+    pub(crate) fn of(told: &Told) -> Result<Option<Self>> {
+        let at = Instant::now();
+        if told.status.is_shed() || told.status == Status::Rest(DEADLINE_EXCEEDED) {
+            return Ok(None);
+        }
         if !told.status.is_success() {
             let body = String::from_utf8_lossy(&told.body);
             return Err(format!("a zone was answered with {}: {body}", told.status.text()).into());
         }
         let ack: ZoneAck<'_> = serde_json::from_slice(&told.body)?;
-        Ok(Self {
-            met: ack.effect.plan_count,
-            etag: ack.etag.unwrap_or_default().into_owned(),
-        })
+        let met = ack.effect.plan_count;
+        Ok(Some(Self { at, met }))
     }
 }
 
@@ -275,6 +300,8 @@ struct Bystander {
     wanted: Wanted,
     world: Rc<World>,
     disc: Disc,
+    /// When the first byte of the zone was sent; until then a time to come.
+    posted: Cell<Instant>,
     avoided: Cell<Option<Instant>>,
     stop: Stop,
 }
@@ -290,7 +317,8 @@ impl Source for Bystander {
 
     fn read(&self, _asked: &Asked, told: &Told) -> Seen {
         let now = Instant::now();
-        if !self.stop.get() && leads_through(&self.world, &self.disc, told) == Some(false) {
+        let may_know = now > self.posted.get() && !self.stop.get();
+        if may_know && leads_through(&self.world, &self.disc, told) == Some(false) {
             self.avoided.set(Some(now));
             self.stop.set(true);
         }

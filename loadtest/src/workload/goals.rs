@@ -25,6 +25,7 @@ pub(crate) enum Measure {
     BystanderRatio,
     BystanderUnseen,
     BystanderUnanswered,
+    ZonesUnanswered,
     Met,
     ToldMs,
     ToldWorstMs,
@@ -61,6 +62,7 @@ impl Measure {
             Self::BystanderRatio => "zone in force for a bystander, beside an empty edge",
             Self::BystanderUnseen => "zones that no bystander saw in force",
             Self::BystanderUnanswered => "reports of bystanders without an answer",
+            Self::ZonesUnanswered => "zones whose POST had no answer in the edge's own time",
             Self::Met => "plans met by a large zone, median",
             Self::ToldMs => "a large zone: the last is told, median of the zones",
             Self::ToldWorstMs => "a large zone: the last is told, slowest zone",
@@ -88,6 +90,7 @@ impl Measure {
             | Self::Met
             | Self::BystanderUnseen
             | Self::BystanderUnanswered
+            | Self::ZonesUnanswered
             | Self::StormErrors => "",
             _ => " ms",
         }
@@ -179,6 +182,10 @@ impl Spread {
 
     pub(crate) fn join(&mut self, other: &Self) {
         self.0.extend_from_slice(&other.0);
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
     }
 
     pub(crate) fn is_empty(&self) -> bool {

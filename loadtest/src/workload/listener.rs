@@ -48,6 +48,7 @@ pub(crate) struct VersionOf {
 #[derive(Debug, Deserialize)]
 pub(crate) struct Replanned {
     pub(crate) closure_id: String,
+    pub(crate) plan_count: usize,
 }
 
 #[derive(Deserialize)]

@@ -26,6 +26,8 @@ use std::rc::Rc;
 /// Which part of the plans a large zone meets, and how far off the middle of the network it lies.
 const LARGE_PART: f64 = 0.5;
 const OFF_THE_MIDDLE: f64 = 0.1;
+/// Places that are drawn for a zone until a bystander flies by it.
+const DRAWS_PER_ZONE: usize = 20;
 const PAGE: usize = 100;
 
 /// How a workload is played.
@@ -55,8 +57,7 @@ struct Tallied {
     met: Vec<usize>,
     untold: usize,
     unanswered: u64,
-    /// Zones that no bystander could be found for, or that none saw in force.
-    unseen: usize,
+    zones_unanswered: usize,
 }
 
 /// A workload while it is played.
@@ -233,6 +234,15 @@ impl Run<'_> {
         }
         self.full.edge.settled().await?;
         let full = filler.when_full().await?;
+        self.tell(&format!(
+            "{} plans accepted, {} refused, p50 {:.2} ms, p99 {:.2} ms; full: p50 {:.2} ms, p99 {:.2} ms",
+            filled.plans.len(),
+            filled.refused,
+            filled.times.at_ms(0.5),
+            filled.times.at_ms(0.99),
+            full.at_ms(0.5),
+            full.at_ms(0.99)
+        ));
         let figures = &mut self.figures;
         figures.put(
             Measure::Missing,
@@ -265,27 +275,40 @@ impl Run<'_> {
     async fn strike(&mut self, filled: &Filled) -> Result<()> {
         let (mut large, mut small) = (Tallied::default(), Tallied::default());
         for number in 0..self.workload.zones.large {
-            let disc = self.large_disc(filled, format!("large-{number}"));
-            self.strike_with(filled, &disc, &mut large).await?;
+            let mut draws = 0..DRAWS_PER_ZONE;
+            while draws.next().is_some() {
+                let disc = self.large_disc(filled, format!("large-{number}"));
+                if self.strike_with(filled, &disc, &mut large).await? {
+                    break;
+                }
+            }
         }
         for number in 0..self.workload.zones.small {
-            let id = format!("small-{number}");
-            let disc = small_disc(&self.world, &filled.plans, id, &mut self.chance);
-            self.strike_with(filled, &disc, &mut small).await?;
+            let mut draws = 0..DRAWS_PER_ZONE;
+            while draws.next().is_some() {
+                let id = format!("small-{number}");
+                let disc = small_disc(&self.world, &filled.plans, id, &mut self.chance);
+                if self.strike_with(filled, &disc, &mut small).await? {
+                    break;
+                }
+            }
         }
+        let zones = self.workload.zones.large + self.workload.zones.small;
+        let unseen = zones - large.in_force.len() - small.in_force.len();
         let figures = &mut self.figures;
         let mut in_force = large.in_force.clone();
         in_force.join(&small.in_force);
         let mut at_empty = large.at_empty.clone();
         at_empty.join(&small.at_empty);
-        let unseen = (large.unseen + small.unseen) as f64;
         if !in_force.is_empty() {
             let p99_ms = in_force.at_ms(0.99);
             figures.put(Measure::BystanderP99Ms, p99_ms);
             figures.put(Measure::BystanderEmptyP99Ms, at_empty.at_ms(0.99));
             figures.put(Measure::BystanderRatio, p99_ms / at_empty.at_ms(0.99));
         }
-        figures.put(Measure::BystanderUnseen, unseen);
+        figures.put(Measure::BystanderUnseen, unseen as f64);
+        let late = large.zones_unanswered + small.zones_unanswered;
+        figures.put(Measure::ZonesUnanswered, late as f64);
         let unanswered = (large.unanswered + small.unanswered) as f64;
         figures.put(Measure::BystanderUnanswered, unanswered);
         large.met.sort_unstable();
@@ -306,29 +329,29 @@ impl Run<'_> {
         self.world.disc_over(id, centre, LARGE_PART, &filled.ways())
     }
 
+    /// False where no bystander flies by.
     async fn strike_with(
         &mut self,
         filled: &Filled,
         disc: &Disc,
         tallied: &mut Tallied,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let (full, empty) = (&self.full.edge, &self.empty.edge);
-        let world = &self.world;
-        let plans = &filled.plans;
-        let found = full.bystander(world, plans, disc, &mut self.chance).await?;
-        let Some(bystander) = found else {
-            tallied.unseen += 1;
-            return Ok(());
+        let (world, plans) = (&self.world, &filled.plans);
+        let found = full.bystander(empty, world, plans, disc, &mut self.chance);
+        let Some(bystander) = found.await? else {
+            return Ok(false);
         };
         let spins = self.spins();
         let at_empty = empty.strike(world, disc, bystander.clone(), spins).await?;
-        empty.lift(disc, &at_empty).await?;
+        empty.lift().await?;
         let struck = full.strike(world, disc, bystander, spins).await?;
         self.tell(&struck.told_of(disc));
-        full.lift(disc, &struck).await?;
+        full.lift().await?;
+        full.settled().await?;
         self.record.heard(&struck.events)?;
         tallied.add(&struck, &at_empty);
-        Ok(())
+        Ok(true)
     }
 
     /// What recompositions take, in the quiet and in a storm.
@@ -407,14 +430,14 @@ fn wanted_versions(events: &[Heard]) -> BTreeMap<String, u32> {
 
 impl Tallied {
     fn add(&mut self, struck: &Struck, at_empty: &Struck) {
-        match (struck.in_force, at_empty.in_force) {
-            (Some(in_force), Some(at_empty)) => {
-                self.in_force.add(in_force);
-                self.at_empty.add(at_empty);
-            }
-            _ => self.unseen += 1,
+        if let (Some(in_force), Some(at_empty)) = (struck.in_force, at_empty.in_force) {
+            self.in_force.add(in_force);
+            self.at_empty.add(at_empty);
         }
-        self.answered.add(struck.answered);
+        match struck.answered {
+            Some(answered) => self.answered.add(answered),
+            None => self.zones_unanswered += 1,
+        }
         self.met.push(struck.met);
         self.untold += struck.untold;
         self.unanswered += struck.unanswered;
