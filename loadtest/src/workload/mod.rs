@@ -72,6 +72,10 @@ pub(crate) struct Workload {
     pub(crate) plans: usize,
     /// Departures are uniform in this time from the start; 0: all at once.
     pub(crate) departures_s: f64,
+    /// How many times faster than the machine's the edge's clock runs, so that many drones are in the air once all
+    /// plans are accepted.
+    #[serde(default = "one")]
+    pub(crate) clock_rate: f64,
     /// Filling ends after this time, whatever is accepted by then.
     pub(crate) fill_within_s: f64,
     /// The first mark: what a plan takes is measured with so many accepted, too.
@@ -84,6 +88,10 @@ pub(crate) struct Workload {
     /// Whether it is only to be seen to work.
     #[serde(skip)]
     pub(crate) is_quick: bool,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl Workload {
@@ -134,6 +142,9 @@ impl Workload {
             .is_some_and(|mark| mark == 0 || mark >= self.plans)
         {
             return Some(("mark", "from 1 to fewer than plans"));
+        }
+        if !(self.clock_rate > 0.0 && self.clock_rate.is_finite()) {
+            return Some(("clock_rate", "more than 0"));
         }
         let has_growth = |goal: &Goal| goal.measure == Measure::ComposeGrowth;
         if self.mark.is_none() && self.goals.iter().any(has_growth) {

@@ -17,7 +17,7 @@ use crate::scenario::Servers;
 use crate::servers::{Installed, Server};
 use http::Method;
 use serde_json::{Value, json};
-use skyway::wire::CompactNetwork;
+use skyway::wire::{CompactNetwork, Plans};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -166,7 +166,10 @@ async fn start(
         network: network.to_owned(),
         store,
         registry: false,
-        settings: vec![format!("flight.airframe={airframe}")],
+        settings: vec![
+            format!("flight.airframe={airframe}"),
+            format!("clock.rate={}", workload.clock_rate),
+        ],
     };
     let server = installed.edge(&servers, None).await?;
     Ok(Started {
@@ -243,7 +246,10 @@ impl Run<'_> {
             full.at_ms(0.5),
             full.at_ms(0.99)
         ));
+        let told = asked(&self.full.edge.operator, &get("/v1/plans?page_size=1")).await?;
+        let plans: Plans<'_> = serde_json::from_slice(&told.body)?;
         let figures = &mut self.figures;
+        figures.put(Measure::Departed, f64::from(plans.counts.activated));
         figures.put(
             Measure::Missing,
             (self.workload.plans - filled.plans.len()) as f64,

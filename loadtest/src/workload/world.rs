@@ -19,6 +19,8 @@ pub(crate) struct World {
     points: Vec<Point>,
     neighbours: Vec<Vec<usize>>,
     numbers: BTreeMap<String, usize>,
+    /// The nodes between which deliveries are drawn: the largest part of the network that hangs together.
+    joined: Vec<usize>,
     /// Degrees to metres, east and north; none where coordinates are metres.
     scale: Option<Point>,
 }
@@ -53,6 +55,7 @@ impl World {
                 .map(|(number, id)| (id.text().to_owned(), number))
                 .collect(),
             ids: network.ids,
+            joined: largest_part(&neighbours),
             points,
             neighbours,
             scale,
@@ -65,11 +68,12 @@ impl World {
         known.copied().collect()
     }
 
-    /// Two different nodes.
+    /// Two different nodes that some way joins.
     pub(crate) fn ends(&self, chance: &mut Chance) -> (usize, usize) {
-        let source = chance.below(self.ids.len());
-        let beside = chance.below(self.ids.len() - 1);
-        (source, beside + usize::from(beside >= source))
+        let source = chance.below(self.joined.len());
+        let beside = chance.below(self.joined.len() - 1);
+        let destination = beside + usize::from(beside >= source);
+        (self.joined[source], self.joined[destination])
     }
 
     /// A neighbour of a node that a way does not go to.
@@ -147,6 +151,31 @@ impl Disc {
     }
 }
 
+/// The nodes of the largest part of a network in which every node can be reached.
+fn largest_part(neighbours: &[Vec<usize>]) -> Vec<usize> {
+    let mut largest = Vec::new();
+    let mut is_seen = vec![false; neighbours.len()];
+    for start in 0..neighbours.len() {
+        if std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut looked_at = 0;
+        while let Some(node) = part.get(looked_at).copied() {
+            looked_at += 1;
+            for other in &neighbours[node] {
+                if !std::mem::replace(&mut is_seen[*other], true) {
+                    part.push(*other);
+                }
+            }
+        }
+        if part.len() > largest.len() {
+            largest = part;
+        }
+    }
+    largest
+}
+
 fn minus(one: Point, other: Point) -> Point {
     [one[0] - other[0], one[1] - other[1]]
 }
@@ -200,6 +229,21 @@ mod tests {
         assert!((disc.radius_m - 4990.0).abs() < 1e-6, "{disc:?}");
         let met = ways.iter().filter(|way| disc.is_entered(&world, way));
         assert_eq!(met.count(), 50);
+    }
+
+    #[test]
+    fn deliveries_are_drawn_where_ways_lead() {
+        let parts = [vec![1], vec![0], vec![3], vec![2, 4], vec![3], vec![]];
+        assert_eq!(largest_part(&parts), [2, 3, 4]);
+        let mut chance = Chance::of(1);
+        let world = line(3);
+        let draws: Vec<_> = (0..50).map(|_| world.ends(&mut chance)).collect();
+        assert!(
+            draws
+                .iter()
+                .all(|(source, destination)| source != destination)
+        );
+        assert!((0..3).all(|node| draws.iter().any(|(_, destination)| *destination == node)));
     }
 
     #[test]
