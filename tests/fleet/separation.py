@@ -127,7 +127,7 @@ def at_crossings(moves: list[Move], from_s: float, until_s: float) -> list[Fault
         for one, other in near_ones(airborne, at_s):
             fault = too_near(one, other, at_s, at_s + LOOK_S)
             if fault is not None:
-                faults.setdefault((fault.plans, one.segment, other.segment), fault)
+                faults.setdefault(fault.plans, fault)
         at_s += LOOK_S
     return list(faults.values())
 

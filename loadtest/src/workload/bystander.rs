@@ -204,10 +204,14 @@ impl Edge {
             return Ok(());
         }
         let met = Cell::new(struck.met);
+        let to_tell = Cell::new(struck.met);
         let is_it = |heard: &Heard| {
             let replanned = heard.replanned();
             let replanned = replanned.filter(|replanned| replanned.closure_id == disc.id);
-            met.set(replanned.as_ref().map_or(met.get(), |all| all.plan_count));
+            if let Some(replanned) = &replanned {
+                met.set(replanned.plan_count);
+                to_tell.set(replanned.to_tell());
+            }
             replanned.is_some()
         };
         let are_all_told = self.listener.has_come(PATIENCE, is_it).await?;
@@ -226,7 +230,7 @@ impl Edge {
             struck.told = Some(waited);
         }
         struck.met = met.get();
-        struck.untold = struck.met.saturating_sub(plans.len());
+        struck.untold = to_tell.get().saturating_sub(plans.len());
         struck.events.extend(heard);
         Ok(())
     }

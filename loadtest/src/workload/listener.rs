@@ -7,6 +7,7 @@ use http_body_util::BodyExt;
 use hyper::body::Incoming;
 use serde::Deserialize;
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -49,6 +50,16 @@ pub(crate) struct VersionOf {
 pub(crate) struct Replanned {
     pub(crate) closure_id: String,
     pub(crate) plan_count: usize,
+    outcomes: BTreeMap<String, usize>,
+}
+
+impl Replanned {
+    /// Plans of which there was something to tell: what met them was not over or behind them when their turn came.
+    pub(crate) fn to_tell(&self) -> usize {
+        let silent = ["unaffected", "ended"].map(|outcome| self.outcomes.get(outcome));
+        let silent: usize = silent.into_iter().flatten().sum();
+        self.plan_count.saturating_sub(silent)
+    }
 }
 
 #[derive(Deserialize)]

@@ -1,7 +1,7 @@
 //! Plays a workload: an edge fills with plans, zones close over it, drones are told; beside it an empty edge.
 
 use super::bystander::{Edge, Struck};
-use super::filling::{Filled, Filler};
+use super::filling::{Accepted, Filled, Filler};
 use super::goals::{Figures, Measure, Spread};
 use super::listener::Heard;
 use super::record::Record;
@@ -18,7 +18,7 @@ use crate::servers::{Installed, Server};
 use http::Method;
 use serde_json::{Value, json};
 use skyway::wire::{CompactNetwork, Plans};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::rc::Rc;
@@ -101,7 +101,6 @@ pub(crate) async fn play(workload: &Workload, options: &PlayOptions) -> Result<F
     run.strike(&filled).await?;
     run.tell("recompositions, and a storm of zones");
     run.report(&filled).await?;
-    run.take_over(&filled).await?;
     let Run {
         record,
         mut figures,
@@ -293,7 +292,8 @@ impl Run<'_> {
             let mut draws = 0..DRAWS_PER_ZONE;
             while draws.next().is_some() {
                 let id = format!("small-{number}");
-                let disc = small_disc(&self.world, &filled.plans, id, &mut self.chance);
+                let plans: Vec<&Accepted> = filled.plans.iter().collect();
+                let disc = small_disc(&self.world, &plans, id, &mut self.chance);
                 if self.strike_with(filled, &disc, &mut small).await? {
                     break;
                 }
@@ -360,56 +360,71 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// What recompositions take, in the quiet and in a storm.
+    /// What recompositions take, in the quiet and, of those who fly on as they were, in a storm.
     async fn report(&mut self, filled: &Filled) -> Result<()> {
+        let spins = self.spins();
         let reporters = Reporters {
             edge: &self.full.edge,
             world: &self.world,
-            plans: &filled.plans,
-            spins: self.spins(),
+            plans: filled.plans.iter().collect(),
+            spins,
         };
-        let figures = &mut self.figures;
         reporters
-            .quiet(self.workload, &mut self.chance, figures)
+            .quiet(self.workload, &mut self.chance, &mut self.figures)
             .await;
-        if self.workload.zones.storm > 0 {
+        let has_changed = self.take_over(filled).await?;
+        let fly_on = |plan: &&Accepted| !has_changed.contains(&plan.id);
+        let reporters = Reporters {
+            edge: &self.full.edge,
+            world: &self.world,
+            plans: filled.plans.iter().filter(fly_on).collect(),
+            spins,
+        };
+        if self.workload.zones.storm > 0 && !reporters.plans.is_empty() {
             reporters
-                .storm(self.workload, &mut self.chance, figures)
+                .storm(self.workload, &mut self.chance, &mut self.figures)
                 .await?;
         }
-        self.record.heard(&self.full.edge.listener.take())
+        self.record.heard(&self.full.edge.listener.take())?;
+        self.write_plans().await
     }
 
-    /// A last zone stays, and every drone takes over what it is told: what is flown from then on is in the record.
-    async fn take_over(&mut self, filled: &Filled) -> Result<()> {
-        if !self.record.is_kept() {
-            return Ok(());
-        }
+    /// A last large zone, and every drone takes over what it is told; gives the plans of those that did.
+    async fn take_over(&mut self, filled: &Filled) -> Result<BTreeSet<String>> {
         let disc = self.large_disc(filled, "last".to_owned());
         let edge = &self.full.edge;
         let body = self.world.feature(&disc).to_string();
-        asked(
-            &edge.operator,
-            &requests::send(Method::POST, "/v1/zones", body),
-        )
-        .await?;
+        let zone = requests::send(Method::POST, "/v1/zones", body);
+        // Where the edge is too busy to answer in time, the zone is in force all the same.
+        edge.operator.ask(&zone).await?;
         edge.settled().await?;
         let told = edge.listener.take();
+        let mut has_changed = BTreeSet::new();
         for (plan, version) in wanted_versions(&told) {
             let path = format!("/v1/plans/{plan}/ack");
             let body = json!({ "version": version }).to_string();
-            // Where it is too late, the record tells that the drone has not taken it over.
-            edge.operator
-                .ask(&requests::send(Method::POST, path, body))
-                .await?;
+            let ack = requests::send(Method::POST, path, body);
+            // Where it is too late the drone flies on.
+            if edge.operator.ask(&ack).await?.status.is_success() {
+                has_changed.insert(plan);
+            }
         }
+        edge.lift().await?;
         edge.settled().await?;
         self.record.heard(&told)?;
         self.record.heard(&edge.listener.take())?;
+        Ok(has_changed)
+    }
+
+    /// How every plan stands at the end.
+    async fn write_plans(&mut self) -> Result<()> {
+        if !self.record.is_kept() {
+            return Ok(());
+        }
         let mut page = String::new();
         loop {
             let path = format!("/v1/plans?page_size={PAGE}{page}");
-            let told = asked(&edge.operator, &get(path)).await?;
+            let told = asked(&self.full.edge.operator, &get(path)).await?;
             let plans: Value = serde_json::from_slice(&told.body)?;
             for plan in plans["plans"].as_array().into_iter().flatten() {
                 self.record.stands(plan)?;

@@ -63,7 +63,7 @@ impl Source for Reports {
 pub(crate) struct Reporters<'a> {
     pub(crate) edge: &'a Edge,
     pub(crate) world: &'a Rc<World>,
-    pub(crate) plans: &'a [Accepted],
+    pub(crate) plans: Vec<&'a Accepted>,
     pub(crate) spins: bool,
 }
 
@@ -95,7 +95,7 @@ impl Reporters<'_> {
             .await;
         let stop: Stop = Rc::default();
         let zones: Vec<Wanted> = (0..workload.zones.storm)
-            .map(|number| zone(self.world, self.plans, number, chance))
+            .map(|number| zone(self.world, &self.plans, number, chance))
             .collect();
         let begun = Instant::now();
         let running = self.run(PATIENCE, &stop, chance);
@@ -115,12 +115,11 @@ impl Reporters<'_> {
         figures.put(Measure::StormErrors, unanswered as f64 + refused as f64);
         let told = last.map_or(Duration::ZERO, |at| at.saturating_duration_since(ended));
         figures.put(Measure::StormToldS, told.as_secs_f64());
-        self.edge.lift().await?;
-        self.edge.settled().await
+        Ok(())
     }
 
     async fn run(&self, measured: Duration, stop: &Stop, chance: &mut Chance) -> Ran {
-        let draw = |_| report(self.world, self.plans, chance);
+        let draw = |_| report(self.world, &self.plans, chance);
         let wanted = (0..REPORTS_PER_S as usize).map(draw).collect();
         let pace = Pace {
             flow: Flow::Open {
@@ -176,7 +175,7 @@ impl Reporters<'_> {
 /// A small zone over a leg of a plan.
 pub(crate) fn small_disc(
     world: &World,
-    plans: &[Accepted],
+    plans: &[&Accepted],
     id: String,
     chance: &mut Chance,
 ) -> Disc {
@@ -190,14 +189,14 @@ pub(crate) fn small_disc(
     }
 }
 
-fn zone(world: &World, plans: &[Accepted], number: usize, chance: &mut Chance) -> Wanted {
+fn zone(world: &World, plans: &[&Accepted], number: usize, chance: &mut Chance) -> Wanted {
     let disc = small_disc(world, plans, format!("storm-{number}"), chance);
     let body = world.feature(&disc).to_string();
     requests::send(Method::POST, "/v1/zones", body)
 }
 
 /// The dry run of a drone at the start of a leg of its plan that it cannot fly.
-fn report(world: &World, plans: &[Accepted], chance: &mut Chance) -> Wanted {
+fn report(world: &World, plans: &[&Accepted], chance: &mut Chance) -> Wanted {
     let plan = &plans[chance.below(plans.len())];
     let leg = chance.below(plan.way.len().saturating_sub(1));
     let report = FailureReport {
