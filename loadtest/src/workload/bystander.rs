@@ -3,15 +3,16 @@
 use super::filling::Accepted;
 use super::listener::{Heard, Listener};
 use super::world::{Disc, World};
-use crate::Result;
 use crate::arrivals::Chance;
 use crate::fleet::asked;
 use crate::load::{self, Asked, Flow, Pace, Reading, Source, Standing, Stop};
 use crate::measures::Seen;
 use crate::requests;
 use crate::scenario::{Arrivals, Dialect};
+use crate::servers::Server;
 use crate::transport::{Connections, Status, Told, Wanted};
 use crate::watch::Watch;
+use crate::{Result, cores};
 use http::Method;
 use serde::Deserialize;
 use skyway::wire::{DroneFacts, FailureReport, FailureType, Id, Place, Service, ZoneAck, ZoneList};
@@ -29,8 +30,10 @@ const ASKED_AT_ONCE: usize = 64;
 const BEFORE: Duration = Duration::from_millis(30);
 /// How long it asks at most, and how long the drones may take to be told.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// An edge has settled when nothing has happened for so long.
-const QUIET: Duration = Duration::from_millis(500);
+/// An edge has settled when it tells nothing and works less than this part of so long a time.
+const QUIET: Duration = Duration::from_millis(300);
+const IDLE_PART: u32 = 10;
+const SETTLED_WITHIN: Duration = Duration::from_secs(15);
 /// Plans that are tried for one whose way a bystander can ask for.
 const CANDIDATES: usize = 200;
 /// Lists of zones that are asked for until all are lifted.
@@ -41,6 +44,7 @@ const DEADLINE_EXCEEDED: u16 = 504;
 /// An edge with its subscriber.
 pub(crate) struct Edge {
     pub(crate) address: SocketAddr,
+    pid: String,
     pub(crate) connections: Rc<Connections>,
     /// What operators do goes another way than what drones ask.
     pub(crate) operator: Connections,
@@ -76,17 +80,29 @@ struct Nodes<'a> {
 }
 
 impl Edge {
-    pub(crate) async fn at(address: SocketAddr) -> Result<Self> {
+    pub(crate) async fn of(server: &Server) -> Result<Self> {
+        let address = server.address;
         Ok(Self {
             address,
+            pid: server.pid().to_string(),
             connections: Rc::new(Connections::new(address, ASKED_AT_ONCE, 1)),
             operator: Connections::new(address, 1, 1),
             listener: Listener::of(address).await?,
         })
     }
 
+    /// Waits until the edge has nothing more to do and to tell, or for as long as there is patience.
     pub(crate) async fn settled(&self) -> Result<()> {
-        self.listener.quiet(QUIET, PATIENCE).await
+        let begun = Instant::now();
+        while begun.elapsed() < SETTLED_WITHIN {
+            let before = (self.listener.last(), cores::processor_time(&self.pid)?);
+            sleep(QUIET).await;
+            let worked = cores::processor_time(&self.pid)?.saturating_sub(before.1);
+            if worked < QUIET / IDLE_PART && self.listener.last() == before.0 {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// A report of a drone that flies by, whose answer leads through a zone that is not there yet, at another edge,
@@ -230,7 +246,9 @@ impl Edge {
             struck.told = Some(waited);
         }
         struck.met = met.get();
-        struck.untold = to_tell.get().saturating_sub(plans.len());
+        // Where the edge does not even say how many there are, one at least is not told.
+        let untold = to_tell.get().saturating_sub(plans.len());
+        struck.untold = untold.max(usize::from(!are_all_told));
         struck.events.extend(heard);
         Ok(())
     }

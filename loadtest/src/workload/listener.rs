@@ -70,11 +70,10 @@ struct Event<T> {
 impl Heard {
     /// What a plan's drone is told by this event.
     pub(crate) fn outcome(&self) -> Option<Outcome> {
-        self.tells_outcome().then(|| self.data())?
-    }
-
-    fn tells_outcome(&self) -> bool {
-        matches!(self.kind.as_str(), "plan_affected" | "plan_relieved")
+        match self.kind.as_str() {
+            "plan_affected" | "plan_relieved" => self.data(),
+            _ => None,
+        }
     }
 
     pub(crate) fn replanned(&self) -> Option<Replanned> {
@@ -116,11 +115,9 @@ impl Listener {
         })
     }
 
-    /// When a plan was last told something, of what was not taken yet.
-    pub(crate) fn last_outcome(&self) -> Option<Instant> {
-        let heard = self.heard.borrow();
-        let mut outcomes = heard.iter().rev().filter(|heard| heard.tells_outcome());
-        outcomes.next().map(|heard| heard.at)
+    /// When something was last heard, of what was not taken yet.
+    pub(crate) fn last(&self) -> Option<Instant> {
+        self.heard.borrow().last().map(|heard| heard.at)
     }
 
     /// What was heard since this was last asked.
@@ -149,20 +146,6 @@ impl Listener {
             self.still_listens()?;
             if begun.elapsed() > patience {
                 return Ok(false);
-            }
-            sleep(LOOK_AGAIN).await;
-        }
-    }
-
-    /// Waits until nothing has happened for a while.
-    pub(crate) async fn quiet(&self, quiet: Duration, patience: Duration) -> Result<()> {
-        let begun = Instant::now();
-        loop {
-            let last = self.heard.borrow().last().map(|heard| heard.at);
-            let since = last.map_or(begun, |at| at.max(begun));
-            self.still_listens()?;
-            if since.elapsed() > quiet || begun.elapsed() > patience {
-                return Ok(());
             }
             sleep(LOOK_AGAIN).await;
         }

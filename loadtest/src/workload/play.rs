@@ -172,7 +172,7 @@ async fn start(
     };
     let server = installed.edge(&servers, None).await?;
     Ok(Started {
-        edge: Edge::at(server.address).await?,
+        edge: Edge::of(&server).await?,
         _server: server,
         _folder: folder,
     })

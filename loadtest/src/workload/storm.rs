@@ -103,7 +103,7 @@ impl Reporters<'_> {
         let posted = posted?;
         let ended = Instant::now();
         self.edge.settled().await?;
-        let last = self.edge.listener.last_outcome();
+        let last = self.edge.listener.last();
         let (quiet, all) = (quiet.recorder.all(), ran.recorder.all());
         let p99s_ms = [&quiet, &all].map(|tally| tally.from_intended.at_ms(0.99));
         let unanswered = all.scheduled() - all.answered + quiet.scheduled() - quiet.answered;
