@@ -2,10 +2,10 @@
 
 use super::drones::Drones;
 use super::plan_entry::PlanEntry;
-use super::planner::{Answer, OccupationKey, Planner, Scene, Version};
+use super::planner::{Answer, Planner, Scene, occupation};
 use super::progress::{Progress, leg_ahead};
 use super::snapshot::Snapshot;
-use crate::compose::{Conflict, Occupation, conflicts};
+use crate::compose::{Conflict, conflicts};
 use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::Point;
 use crate::network::Topology;
@@ -146,24 +146,6 @@ pub(super) fn detour_for(
     detour
 }
 
-/// A version's place in the index of what is on which segment when.
-pub(super) fn occupations(
-    plan: &Arc<str>,
-    version: &Version,
-) -> impl Iterator<Item = (OccupationKey, Occupation)> {
-    let (plan, number) = (plan.clone(), version.number);
-    let all = version.occupations().into_iter();
-    all.map(move |occupation| {
-        let key = OccupationKey {
-            segment: occupation.segment.0,
-            plan: plan.clone(),
-            version: number,
-            leg: u32::try_from(occupation.leg).unwrap_or(u32::MAX),
-        };
-        (key, occupation)
-    })
-}
-
 /// Another active plan that comes too near, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlanConflict {
@@ -180,12 +162,13 @@ pub(super) fn conflicts_of(
 ) -> Vec<PlanConflict> {
     let mut found: Vec<PlanConflict> = Vec::new();
     for own in plan.versions().flat_map(|version| version.occupations()) {
-        let there = snapshot.traffic().on(own.segment);
-        for (key, other) in there.filter(|(key, _)| key.plan != plan.id) {
-            let [own, other] = [std::slice::from_ref(&own), std::slice::from_ref(other)];
+        let there = snapshot.traffic().on(own.segment).iter();
+        for taken in there.filter(|taken| taken.plan != plan.id) {
+            let other = occupation(own.segment, taken);
+            let [own, other] = [std::slice::from_ref(&own), std::slice::from_ref(&other)];
             let met = conflicts(own, other, headway_s).into_iter();
             let met = met.map(|conflict| PlanConflict {
-                plan: key.plan.clone(),
+                plan: taken.plan.clone(),
                 conflict,
             });
             for conflict in met {

@@ -7,12 +7,11 @@ use super::entries::AlarmEntry;
 pub(super) use super::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
 use super::network_documents::NetworkDocuments;
 use super::plan_entry::{LandedOn, PlanEntry};
-use super::planner::{OccupationKey, Own, PadKey, Scene, Traffic};
+use super::planner::{Own, Scene, Traffic};
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor};
 use crate::airspace::Airspace;
-use crate::compose::Occupation;
-use crate::flight::Reservation;
+use crate::itinerary::Occupancy;
 use crate::network::Topology;
 use crate::wire;
 use imbl::OrdMap;
@@ -48,9 +47,8 @@ pub struct Snapshot {
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
     /// The ended plan with which each drone has landed that still stands on its pad.
     pub(super) landed: OrdMap<Arc<str>, Arc<str>>,
-    pub(super) occupations: OrdMap<OccupationKey, Occupation>,
-    /// Who has which pad when, in seconds of Unix time.
-    pub(super) reservations: OrdMap<PadKey, Reservation>,
+    /// Who is on which segment and on which pad when, in seconds of Unix time.
+    pub(super) occupancy: Occupancy,
     /// What closures from reports close.
     pub(super) reported: Reported,
     /// How many closures of each drone's reports are alive.
@@ -94,8 +92,7 @@ impl Snapshot {
             pending: OrdMap::new(),
             flown_by: OrdMap::new(),
             landed: OrdMap::new(),
-            occupations: OrdMap::new(),
-            reservations: OrdMap::new(),
+            occupancy: Occupancy::default(),
             reported: Reported::default(),
             alive_reports: OrdMap::new(),
             alive_by_subject: OrdMap::new(),
@@ -180,8 +177,7 @@ impl Snapshot {
     /// What all plans take of the air and of the pads.
     pub(super) fn traffic(&self) -> Traffic<'_> {
         Traffic {
-            occupations: &self.occupations,
-            reservations: &self.reservations,
+            occupancy: &self.occupancy,
             landed: &self.landed,
         }
     }

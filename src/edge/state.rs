@@ -10,7 +10,7 @@ use super::events::Happening;
 use super::fleet::Detour;
 use super::guard::Guard;
 use super::new_network::Succession;
-use super::planner::{Concern, OccupationKey, Planner};
+use super::planner::{Concern, Planner};
 use super::replanning::Look;
 use super::replanning::{Queue, Wave};
 use super::settings::Settings;
@@ -21,6 +21,7 @@ use super::timers::{Due, Timers};
 use super::upstream::{Ended, Told};
 use crate::airspace::{Airspace, Change, Closure};
 use crate::intake::Expected;
+use crate::network::SegmentIx;
 use crate::refusal::Refusal;
 use crate::wire::AlarmKind;
 use crate::wire::Author;
@@ -65,7 +66,7 @@ pub(super) struct State {
     pub(super) touched_plans: BTreeSet<Arc<str>>,
     /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
     /// plan.
-    pub(super) guarded: BTreeMap<Arc<str>, Vec<OccupationKey>>,
+    pub(super) guarded: BTreeMap<Arc<str>, Vec<SegmentIx>>,
     /// Closures that close other things since the network changed in this batch.
     pub(super) relaid: Vec<Arc<Closure>>,
     /// The plans whose drones are to be answered.

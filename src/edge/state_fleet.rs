@@ -2,9 +2,9 @@
 
 use super::commands::Done;
 use super::events::Happening;
-use super::fleet::{self, Detour};
+use super::fleet::Detour;
 use super::plan_entry::PlanEntry;
-use super::planner::{Concern, Version, stays};
+use super::planner::{Concern, Version, legs, stays};
 use super::progress;
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
@@ -244,20 +244,22 @@ impl State {
     }
 
     pub(super) fn occupy(&mut self, plan: &Arc<str>, version: &Version) {
-        for (key, stay) in fleet::occupations(plan, version) {
-            self.next.occupations.insert(key, stay);
+        let occupancy = &mut self.next.occupancy;
+        for (segment, leg) in legs(plan, version) {
+            occupancy.put_leg(segment, leg);
         }
-        for (key, stay) in stays(plan, version) {
-            self.next.reservations.insert(key, stay);
+        for (node, stay) in stays(plan, version) {
+            occupancy.put_stay(node, stay);
         }
     }
 
     pub(super) fn vacate(&mut self, plan: &Arc<str>, version: &Version) {
-        for (key, _) in fleet::occupations(plan, version) {
-            self.next.occupations.remove(&key);
+        let occupancy = &mut self.next.occupancy;
+        for (segment, leg) in legs(plan, version) {
+            occupancy.remove_leg(segment, plan, leg.version, leg.leg);
         }
-        for (key, _) in stays(plan, version) {
-            self.next.reservations.remove(&key);
+        for (node, stay) in stays(plan, version) {
+            occupancy.remove_stay(node, plan, stay.version, stay.number);
         }
     }
 

@@ -3,7 +3,7 @@
 //! heard of both are taken.
 
 use super::plan_entry::PlanEntry;
-use super::planner::{OccupationKey, Version};
+use super::planner::{Version, occupied};
 use super::progress;
 use super::state::State;
 use crate::compose::{Leg, Occupation};
@@ -19,8 +19,9 @@ impl State {
         let is_due = plan.is_active() && plan.flags.unacknowledged;
         if !is_due {
             let taken = self.guarded.remove(&plan.id);
-            for key in taken.into_iter().flatten() {
-                self.next.occupations.remove(&key);
+            for (number, segment) in (0..).zip(taken.into_iter().flatten()) {
+                let occupancy = &mut self.next.occupancy;
+                occupancy.remove_leg(segment, &plan.id, OF_NO_VERSION, number);
             }
             return;
         }
@@ -31,18 +32,14 @@ impl State {
         let progress = progress::progress(&topology, plan, &self.drones, self.now);
         let from_leg = progress.map_or(0, |progress| progress.leg);
         let taken = contingent(&topology, &plan.reported, from_leg, plan.airspeed_mps);
-        let mut keys = Vec::with_capacity(taken.len());
-        for (number, occupation) in (0..).zip(taken) {
-            let key = OccupationKey {
-                segment: occupation.segment.0,
-                plan: plan.id.clone(),
-                version: OF_NO_VERSION,
-                leg: number,
-            };
-            self.next.occupations.insert(key.clone(), occupation);
-            keys.push(key);
+        let mut segments = Vec::with_capacity(taken.len());
+        for (number, leg) in taken.into_iter().enumerate() {
+            let leg = Occupation { leg: number, ..leg };
+            let taken = occupied(&leg, plan.id.clone(), OF_NO_VERSION);
+            self.next.occupancy.put_leg(leg.segment, taken);
+            segments.push(leg.segment);
         }
-        self.guarded.insert(plan.id.clone(), keys);
+        self.guarded.insert(plan.id.clone(), segments);
     }
 }
 

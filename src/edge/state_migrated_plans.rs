@@ -16,10 +16,10 @@ use crate::compose::{Change, Composition};
 use crate::flight::Location;
 use crate::formats::{Known, resolve_report};
 use crate::geo::Point;
+use crate::itinerary::Occupancy;
 use crate::network::{Correspondence, NodeIx, Topology};
 use crate::recompose::{Outcome, Request};
 use crate::wire::{self, EventKind, PlanState};
-use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
@@ -33,9 +33,8 @@ impl State {
         change: &Change<'_>,
         now: Timestamp,
     ) {
-        self.next.occupations = OrdMap::new();
+        self.next.occupancy = Occupancy::default();
         self.guarded.clear();
-        self.next.reservations = OrdMap::new();
         for plan in before.plans.values() {
             if plan.is_active() && plan.is_quote() {
                 self.end_with_network(plan, before, "network_changed");

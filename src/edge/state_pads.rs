@@ -6,9 +6,9 @@
 //! says so.
 
 use super::plan_entry::{LandedOn, PlanEntry};
-use super::planner::{Concern, PadKey, stays};
+use super::planner::{Concern, stays};
 use super::state::State;
-use crate::flight::Reservation;
+use crate::itinerary::OccupiedPad;
 use crate::network::NodeIx;
 use crate::wire::{AlarmKind, EndedAs};
 use jiff::Timestamp;
@@ -25,12 +25,12 @@ impl State {
         for version in plan.versions() {
             let last = stays(&plan.id, version);
             let last = last.max_by(|left, right| left.1.until_s.total_cmp(&right.1.until_s));
-            if let Some((key, stay)) = last {
-                let stay = Reservation {
+            if let Some((node, stay)) = last {
+                let stay = OccupiedPad {
                     until_s: stay.until_s + FOR_LONG_S,
                     ..stay
                 };
-                self.next.reservations.insert(key, stay);
+                self.next.occupancy.put_stay(node, stay);
             }
         }
     }
@@ -45,8 +45,8 @@ impl State {
         let now_s = unix_s(self.now);
         let pads = self.next.topology().pads(node);
         let is_taken = |pad: u16| {
-            let mut there = self.next.traffic().stays_at(node);
-            there.any(|(_, stay)| stay.pad == pad && stay.from_s <= now_s && now_s < stay.until_s)
+            let mut there = self.next.traffic().stays_at(node).iter();
+            there.any(|stay| stay.pad == pad && stay.from_s <= now_s && now_s < stay.until_s)
         };
         if pads == 0 || !(0..pads).all(is_taken) {
             return;
@@ -69,17 +69,14 @@ impl State {
         let mut stays = plan.reported.reservations().into_iter();
         let own = stays.rfind(|stay| stay.node == node);
         let wanted_from = |pad: u16| {
-            let others = self.next.traffic().stays_at(node);
-            let others = others.filter(|(key, stay)| {
-                stay.pad == pad && stay.until_s > now_s && key.plan != plan.id
-            });
-            others
-                .map(|(_, stay)| stay.from_s)
-                .fold(f64::INFINITY, f64::min)
+            let others = self.next.traffic().stays_at(node).iter();
+            let others = others
+                .filter(|stay| stay.pad == pad && stay.until_s > now_s && stay.plan != plan.id);
+            others.map(|stay| stay.from_s).fold(f64::INFINITY, f64::min)
         };
         let is_stood_on = |pad: &u16| {
-            let mut there = self.next.traffic().stays_at(node);
-            there.any(|(key, stay)| key.version == OF_NO_VERSION && stay.pad == *pad)
+            let mut there = self.next.traffic().stays_at(node).iter();
+            there.any(|stay| stay.version == OF_NO_VERSION && stay.pad == *pad)
         };
         let pads = 0..self.next.topology().pads(node);
         let free = pads.filter(|pad| !is_stood_on(pad));
@@ -116,15 +113,15 @@ impl State {
         };
         self.next.landed.insert(drone.clone(), plan.id.clone());
         let from_s = unix_s(landed.since);
-        let stay = Reservation {
-            node: landed.node,
+        let stay = OccupiedPad {
+            plan: plan.id.clone(),
+            version: OF_NO_VERSION,
+            number: 0,
             pad: landed.pad,
             from_s,
             until_s: from_s + FOR_LONG_S,
         };
-        self.next
-            .reservations
-            .insert(key_of(&plan.id, landed.node), stay);
+        self.next.occupancy.put_stay(landed.node, stay);
     }
 
     /// The pad of an ended plan's drone is free, if it has one.
@@ -132,9 +129,8 @@ impl State {
         let (Some(landed), Some(drone)) = (plan.landed_on, &plan.drone_id) else {
             return;
         };
-        self.next
-            .reservations
-            .remove(&key_of(&plan.id, landed.node));
+        let occupancy = &mut self.next.occupancy;
+        occupancy.remove_stay(landed.node, &plan.id, OF_NO_VERSION, 0);
         if self.next.landed.get(drone) == Some(&plan.id) {
             self.next.landed.remove(drone);
         }
@@ -168,15 +164,6 @@ impl State {
         for plan in held {
             self.amend_end(&plan, EndedAs::Cancelled, None);
         }
-    }
-}
-
-fn key_of(plan: &Arc<str>, node: NodeIx) -> PadKey {
-    PadKey {
-        node: node.0,
-        plan: plan.clone(),
-        version: OF_NO_VERSION,
-        number: 0,
     }
 }
 

@@ -43,12 +43,12 @@ impl Snapshot {
             .collect();
         let mut plans = BTreeSet::new();
         for segment in segments {
-            let there = self.traffic().on(segment);
-            plans.extend(there.map(|(key, _)| key.plan.clone()));
+            let there = self.traffic().on(segment).iter();
+            plans.extend(there.map(|leg| leg.plan.clone()));
         }
         for &node in &closure.pads {
-            let there = self.traffic().stays_at(node);
-            plans.extend(there.map(|(key, _)| key.plan.clone()));
+            let there = self.traffic().stays_at(node).iter();
+            plans.extend(there.map(|stay| stay.plan.clone()));
         }
         plans
     }

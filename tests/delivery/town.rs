@@ -142,7 +142,7 @@ impl Town {
             self.payload_kg,
             WindField::uniform(self.wind),
             self.rules,
-            skies.situation().clone(),
+            &skies.situation(),
         )
     }
 
@@ -260,7 +260,7 @@ impl Town {
                 payload_kg: self.payload_kg,
                 wind: &WindField::uniform(self.wind),
                 rules: &self.rules,
-                situation: skies.situation(),
+                situation: &skies.situation(),
                 starts: &[held.start],
                 destination: held.destination,
                 began_s: held.began_s,

@@ -24,7 +24,7 @@ pub(crate) fn setting(world: &World) -> FlightSetting {
         world.payload_kg,
         world.wind.clone(),
         world.rules,
-        world.situation.clone(),
+        &world.situation,
     )
 }
 
@@ -245,7 +245,8 @@ fn every_kind_of_cause_is_named() {
         "{of_taken:?}"
     );
     assert_eq!(causes(&late), [FlightCause::Deadline]);
-    assert_eq!(causes(&met), [FlightCause::Traffic(0)]);
+    let other = met.situation.traffic[0];
+    assert_eq!(causes(&met), [FlightCause::Traffic(other)]);
     let there = decision(&apart, Objective::Distance, false);
     assert_eq!(there.outcome, FlightOutcome::Planned);
 }

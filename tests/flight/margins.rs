@@ -48,7 +48,7 @@ fn is_flown(world: &World) -> bool {
         world.payload_kg,
         world.wind.clone(),
         world.rules,
-        world.situation.clone(),
+        &world.situation,
     );
     let met = setting.in_the_way(&as_timed, world.began_s, 0);
     match answer.plan.is_some() {

@@ -182,7 +182,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
     let complete = entries <= ENTRIES_MAX;
     let nothing = Situation::default();
     let told = match complete {
-        true => situation,
+        true => &situation,
         false => &nothing,
     };
     let writer = Writer {
@@ -292,7 +292,7 @@ impl Written {
         });
         Ok(ReadQuestion {
             landing: landing.transpose()?,
-            setting: self.setting(airspace, situation.clone(), zero)?,
+            setting: self.setting(airspace, &situation, zero)?,
             skies: self.skies(airspace, situation, zero),
             at_s: self.at_s,
             battery: match self.battery {
@@ -311,7 +311,7 @@ impl Written {
     fn setting(
         &self,
         airspace: &Airspace,
-        situation: Situation,
+        situation: &Situation,
         zero: Timestamp,
     ) -> Result<FlightSetting, FlightDocumentFault> {
         let airframe = Airframe::from_json(&self.airframe.to_string());

@@ -67,12 +67,9 @@ pub fn flight_cause_text(skies: &FlightEnvironment, cause: &FlightCause) -> (&'s
             ("battery", text)
         }
         FlightCause::Pads(at) => ("pads", format!("the pads of node {}, all taken", node(*at))),
-        FlightCause::Traffic(number) => {
-            let leg = skies.situation().traffic.get(*number);
-            let segment = leg.map_or_else(String::new, |leg| {
-                format!(" on segment '{}'", topology.segment_id(leg.segment))
-            });
-            ("traffic", format!("another plan{segment}"))
+        FlightCause::Traffic(leg) => {
+            let segment = topology.segment_id(leg.segment);
+            ("traffic", format!("another plan on segment '{segment}'"))
         }
         FlightCause::BelowReserve => (
             "below_reserve",

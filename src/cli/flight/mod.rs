@@ -214,7 +214,7 @@ impl FlightArguments {
             100.0 * battery,
             table::wind_text(wind.base)
         ));
-        let situation = skies.situation().clone();
+        let situation = skies.situation();
         Ok(Flight {
             setting: FlightSetting::new(
                 topology.clone(),
@@ -222,7 +222,7 @@ impl FlightArguments {
                 payload_kg,
                 wind,
                 rules,
-                situation,
+                &situation,
             ),
             skies,
             tables: FlightTables::new(TABLE_BYTES),

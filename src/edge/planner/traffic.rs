@@ -3,56 +3,35 @@
 use super::Version;
 use crate::compose::{Occupation, conflicts};
 use crate::edge::plan_entry::PlanEntry;
-use crate::flight::{Reservation, TrafficLeg};
+use crate::flight::Reservation;
+use crate::itinerary::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy};
 use crate::network::{NodeIx, SegmentIx};
 use imbl::OrdMap;
 use jiff::Timestamp;
 use std::sync::Arc;
 
-/// What ended so long ago, in seconds, is in nobody's way any more.
-const OVER_S: f64 = 600.0;
 /// Stays on a pad that overlap by less, in seconds, are one behind the other: instants are rounded.
 const OVERLAP_S: f64 = 1e-3;
 
-/// Where a plan is on a segment: ordered by segment, then plan, version and leg.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::edge) struct OccupationKey {
-    pub(in crate::edge) segment: u32,
-    pub(in crate::edge) plan: Arc<str>,
-    pub(in crate::edge) version: u32,
-    pub(in crate::edge) leg: u32,
+/// A version's legs on segments, in seconds of Unix time.
+pub(in crate::edge) fn legs(
+    plan: &Arc<str>,
+    version: &Version,
+) -> impl Iterator<Item = (SegmentIx, OccupiedLeg)> {
+    let (plan, number) = (plan.clone(), version.number);
+    let all = version.occupations().into_iter();
+    all.map(move |leg| (leg.segment, occupied(&leg, plan.clone(), number)))
 }
 
-impl OccupationKey {
-    /// Before all that are on a segment.
-    pub(in crate::edge) fn first_of(segment: SegmentIx) -> Self {
-        Self {
-            segment: segment.0,
-            plan: Arc::from(""),
-            version: 0,
-            leg: 0,
-        }
-    }
-}
-
-/// A plan's stay on a pad: ordered by node, then plan, version and number.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::edge) struct PadKey {
-    pub(in crate::edge) node: u32,
-    pub(in crate::edge) plan: Arc<str>,
-    pub(in crate::edge) version: u32,
-    pub(in crate::edge) number: u32,
-}
-
-impl PadKey {
-    /// Before all stays at a node.
-    pub(in crate::edge) fn first_of(node: u32) -> Self {
-        Self {
-            node,
-            plan: Arc::from(""),
-            version: 0,
-            number: 0,
-        }
+/// A leg as plans take it.
+pub(in crate::edge) fn occupied(leg: &Occupation, plan: Arc<str>, version: u32) -> OccupiedLeg {
+    OccupiedLeg {
+        plan,
+        version,
+        leg: u32::try_from(leg.leg).unwrap_or(u32::MAX),
+        from: leg.from,
+        enters_s: leg.enters_s,
+        leaves_s: leg.leaves_s,
     }
 }
 
@@ -60,17 +39,19 @@ impl PadKey {
 pub(in crate::edge) fn stays(
     plan: &Arc<str>,
     version: &Version,
-) -> impl Iterator<Item = (PadKey, Reservation)> {
+) -> impl Iterator<Item = (NodeIx, OccupiedPad)> {
     let (plan, number_of_version) = (plan.clone(), version.number);
     let all = version.reservations().into_iter().zip(0..);
     all.map(move |(stay, number)| {
-        let key = PadKey {
-            node: stay.node.0,
+        let occupied = OccupiedPad {
             plan: plan.clone(),
             version: number_of_version,
             number,
+            pad: stay.pad,
+            from_s: stay.from_s,
+            until_s: stay.until_s,
         };
-        (key, stay)
+        (stay.node, occupied)
     })
 }
 
@@ -92,10 +73,8 @@ impl Own<'_> {
 /// What all plans take of the air and of the pads.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::edge) struct Traffic<'a> {
-    /// Who is on which segment when.
-    pub(in crate::edge) occupations: &'a OrdMap<OccupationKey, Occupation>,
-    /// Who has which pad when, in seconds of Unix time.
-    pub(in crate::edge) reservations: &'a OrdMap<PadKey, Reservation>,
+    /// Who is on which segment and on which pad when, in seconds of Unix time.
+    pub(in crate::edge) occupancy: &'a Occupancy,
     /// The ended plan with which each drone has landed that still stands on its pad.
     pub(in crate::edge) landed: &'a OrdMap<Arc<str>, Arc<str>>,
 }
@@ -116,21 +95,19 @@ impl<'a> Traffic<'a> {
     }
 
     /// All stays at a node.
-    pub(in crate::edge) fn stays_at(
-        self,
-        node: NodeIx,
-    ) -> impl Iterator<Item = (&'a PadKey, &'a Reservation)> {
-        let there = self.reservations.range(PadKey::first_of(node.0)..);
-        there.take_while(move |(key, _)| key.node == node.0)
+    pub(in crate::edge) fn stays_at(self, node: NodeIx) -> &'a [OccupiedPad] {
+        self.occupancy.stays_at(node)
     }
 
-    /// All that are on a segment.
-    pub(in crate::edge) fn on(
-        self,
-        segment: SegmentIx,
-    ) -> impl Iterator<Item = (&'a OccupationKey, &'a Occupation)> {
-        let there = self.occupations.range(OccupationKey::first_of(segment)..);
-        there.take_while(move |(key, _)| key.segment == segment.0)
+    /// All legs on a segment.
+    pub(in crate::edge) fn on(self, segment: SegmentIx) -> &'a [OccupiedLeg] {
+        self.occupancy.legs_on(segment)
+    }
+
+    /// What all plans take but the drone's own, in seconds from an instant.
+    pub(super) fn others(self, own: Own<'_>, zero: Timestamp) -> OthersOccupancy {
+        let own = [own.plan, own.landed].map(|plan| plan.map(Arc::from));
+        OthersOccupancy::of(self.occupancy.clone(), own, unix_s(zero))
     }
 
     /// The plan that has a pad at a time at which this version of a plan would take it too.
@@ -140,23 +117,25 @@ impl<'a> Traffic<'a> {
         version: &Version,
     ) -> Option<(Reservation, Arc<str>)> {
         version.reservations().into_iter().find_map(|wanted| {
-            let mut others = self.stays_at(wanted.node);
-            let met = others.find(|(key, stay)| {
-                !own.has(&key.plan)
+            let mut others = self.stays_at(wanted.node).iter();
+            let met = others.find(|stay| {
+                !own.has(&stay.plan)
                     && stay.pad == wanted.pad
                     && wanted.from_s + OVERLAP_S < stay.until_s
                     && stay.from_s + OVERLAP_S < wanted.until_s
             });
-            met.map(|(key, _)| (wanted, key.plan.clone()))
+            met.map(|stay| (wanted, stay.plan.clone()))
         })
     }
 
     /// Whether a version of a plan would meet another one in the air, or on a pad.
     pub(in crate::edge) fn meets(self, own: Own<'_>, version: &Version, headway_s: f64) -> bool {
         let meets_in_the_air = |leg: &Occupation| {
-            let mut others = self.on(leg.segment).filter(|(key, _)| !own.has(&key.plan));
-            others.any(|(_, other)| {
-                let [leg, other] = [std::slice::from_ref(leg), std::slice::from_ref(other)];
+            let others = self.on(leg.segment).iter();
+            let mut others = others.filter(|other| !own.has(&other.plan));
+            others.any(|other| {
+                let other = occupation(leg.segment, other);
+                let [leg, other] = [std::slice::from_ref(leg), std::slice::from_ref(&other)];
                 !conflicts(leg, other, headway_s).is_empty()
             })
         };
@@ -165,43 +144,17 @@ impl<'a> Traffic<'a> {
     }
 }
 
-/// The same for a drone, in the seconds of the flight model.
-pub(super) struct Others {
-    pub(super) reservations: Vec<Reservation>,
-    pub(super) traffic: Vec<TrafficLeg>,
-    /// The plans that the traffic is of, one for each leg.
-    pub(super) traffic_of: Vec<Arc<str>>,
+/// A leg that a plan takes, as conflicts are looked for.
+pub(in crate::edge) fn occupation(segment: SegmentIx, leg: &OccupiedLeg) -> Occupation {
+    Occupation {
+        segment,
+        from: leg.from,
+        leg: leg.leg as usize,
+        enters_s: leg.enters_s,
+        leaves_s: leg.leaves_s,
+    }
 }
 
-impl Others {
-    /// In seconds from `zero`, as far as it is not long over and not a drone's own.
-    pub(super) fn of(traffic: Traffic<'_>, own: Own<'_>, zero: Timestamp, now: Timestamp) -> Self {
-        let unix_s = |instant: Timestamp| instant.as_microsecond() as f64 / 1e6;
-        let (zero_s, over_s) = (unix_s(zero), unix_s(now) - OVER_S);
-        let reserved = traffic.reservations.iter();
-        let reserved = reserved.filter(|(key, stay)| !own.has(&key.plan) && stay.until_s > over_s);
-        let reservations = reserved.map(|(_, stay)| Reservation {
-            from_s: stay.from_s - zero_s,
-            until_s: stay.until_s - zero_s,
-            ..*stay
-        });
-        let flown = traffic.occupations.iter();
-        let flown = flown.filter(|(key, leg)| !own.has(&key.plan) && leg.leaves_s > over_s);
-        let (traffic, traffic_of) = flown
-            .map(|(key, leg)| {
-                let traffic = TrafficLeg {
-                    segment: leg.segment,
-                    from: leg.from,
-                    enters_s: leg.enters_s - zero_s,
-                    leaves_s: leg.leaves_s - zero_s,
-                };
-                (traffic, key.plan.clone())
-            })
-            .unzip();
-        Self {
-            reservations: reservations.collect(),
-            traffic,
-            traffic_of,
-        }
-    }
+fn unix_s(instant: Timestamp) -> f64 {
+    instant.as_microsecond() as f64 / 1e6
 }

@@ -30,6 +30,20 @@ impl Bits {
         is_new
     }
 
+    /// The same where the length is not known before.
+    pub fn insert_growing(&mut self, index: u32) -> bool {
+        let needed = (index >> 6) as usize + 1;
+        self.words.resize(self.words.len().max(needed), 0);
+        self.insert(index)
+    }
+
+    /// True when the set holds the index, which may lie beyond its length.
+    #[inline]
+    pub fn holds(&self, index: u32) -> bool {
+        let word = self.words.get((index >> 6) as usize);
+        word.is_some_and(|word| word >> (index & 63) & 1 == 1)
+    }
+
     /// Removes an index; true when it was there.
     #[inline]
     pub fn remove(&mut self, index: u32) -> bool {
@@ -68,5 +82,7 @@ mod tests {
         assert!(bits.remove(0) && !bits.remove(0));
         assert_eq!(bits.iter().collect::<Vec<_>>(), [64, 129]);
         assert!(bits.contains(129) && !bits.contains(0));
+        let mut growing = Bits::default();
+        assert!(growing.insert_growing(200) && growing.holds(200) && !growing.holds(1_000));
     }
 }

@@ -29,8 +29,9 @@ impl OwnWorld {
         if closures.is_empty() && taken.is_empty() {
             return Self::default();
         }
-        let skies = world.skies.with(closures, taken);
-        let setting = world.setting.with_situation(skies.situation().clone());
+        let skies = world.skies.with(closures, &taken);
+        let closed = world.setting.with_situation(skies.closed());
+        let setting = closed.beside(&closed, skies.others().clone());
         Self {
             changed: Some((skies, setting)),
         }
@@ -124,7 +125,7 @@ pub(super) fn causes_of_leg(
         let meets_end = closure.nodes.contains(&from) || closure.nodes.contains(&to);
         is_now && (meets_leg || meets_end)
     };
-    let closures = skies.situation().closures.iter().enumerate();
+    let closures = skies.closed().closures.iter().enumerate();
     let closing = closures.filter(|(_, closure)| meets(closure));
     let mut causes: Vec<FlightCause> = closing
         .map(|(number, _)| FlightCause::Closure(number))

@@ -3,7 +3,7 @@
 use super::world::DEFAULT_DEADLINE_S;
 use crate::airspace::{Airspace, Change};
 use crate::flight::{FlightRules, Reservation, Situation, TimedClosure, TrafficLeg};
-use crate::itinerary::timed_closures;
+use crate::itinerary::{OthersOccupancy, timed_closures};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Severance;
 use jiff::{SignedDuration, Timestamp};
@@ -28,8 +28,10 @@ pub struct FlightEnvironment {
     airspace: Arc<Airspace>,
     /// What is closed at the airspace's time, whatever closes later.
     now: Arc<Airspace>,
-    situation: Arc<Situation>,
-    /// The causes of the situation's closures, one for each.
+    /// What is closed when, and what nodes offer; no plans.
+    closed: Arc<Situation>,
+    others: OthersOccupancy,
+    /// The causes of the closures, one for each.
     causes: Arc<Vec<Severance>>,
 }
 
@@ -62,11 +64,11 @@ impl FlightEnvironment {
             zero,
             now: Arc::new(closed_now(airspace, rules.time_margin_s)),
             airspace: Arc::new(airspace.clone()),
-            situation: Arc::new(Situation {
+            others: OthersOccupancy::from_facts(&others.reservations, &others.traffic),
+            closed: Arc::new(Situation {
                 closures,
-                reservations: others.reservations,
-                traffic: others.traffic,
                 swap_stations: others.swap_stations,
+                ..Situation::default()
             }),
             causes: Arc::new(causes),
         }
@@ -85,34 +87,33 @@ impl FlightEnvironment {
             zero,
             now: Arc::new(closed_now(begun, rules.time_margin_s)),
             airspace: Arc::new(airspace.clone()),
-            situation: Arc::new(situation),
+            others: OthersOccupancy::from_facts(&situation.reservations, &situation.traffic),
+            closed: Arc::new(Situation {
+                reservations: Vec::new(),
+                traffic: Vec::new(),
+                ..situation
+            }),
             causes: Arc::new(causes),
         }
     }
 
-    /// The same closures among other plans.
+    /// The same closures among what other plans take, in the seconds of this state.
     #[must_use]
-    pub fn among(&self, others: OtherPlans) -> Self {
+    pub fn among(&self, others: OthersOccupancy) -> Self {
         Self {
-            situation: Arc::new(Situation {
-                closures: self.situation.closures.clone(),
-                reservations: others.reservations,
-                traffic: others.traffic,
-                swap_stations: others.swap_stations,
-            }),
+            others,
             ..self.clone()
         }
     }
 
     /// The same with closures and taken pads that a report brings for its own request.
     #[must_use]
-    pub(super) fn with(&self, closures: Vec<TimedClosure>, taken: Vec<Reservation>) -> Self {
+    pub(super) fn with(&self, closures: Vec<TimedClosure>, taken: &[Reservation]) -> Self {
         let mut more = self.clone();
         let reported = closures.iter().map(|_| Severance::Report);
         Arc::make_mut(&mut more.causes).extend(reported);
-        let situation = Arc::make_mut(&mut more.situation);
-        situation.closures.extend(closures);
-        situation.reservations.extend(taken);
+        Arc::make_mut(&mut more.closed).closures.extend(closures);
+        more.others = more.others.with_taken(taken);
         more
     }
 
@@ -131,12 +132,26 @@ impl FlightEnvironment {
         &self.now
     }
 
-    /// What is closed when, and what other plans take, as plain facts.
-    pub fn situation(&self) -> &Arc<Situation> {
-        &self.situation
+    /// What is closed when, and what nodes offer beside recharging; no plans.
+    pub fn closed(&self) -> &Situation {
+        &self.closed
     }
 
-    /// The causes of the situation's closures, one for each.
+    /// What other plans take.
+    pub fn others(&self) -> &OthersOccupancy {
+        &self.others
+    }
+
+    /// All of it as plain facts, copied.
+    pub fn situation(&self) -> Situation {
+        Situation {
+            reservations: self.others.reservations(),
+            traffic: self.others.traffic(),
+            ..(*self.closed).clone()
+        }
+    }
+
+    /// The causes of the closures, one for each.
     pub fn causes(&self) -> &[Severance] {
         &self.causes
     }

@@ -7,7 +7,7 @@ use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
 use super::setting::FlightSetting;
-use crate::flight::Unflyable;
+use crate::flight::{TrafficLeg, Unflyable};
 use crate::network::{NodeIx, SegmentIx};
 use std::collections::BTreeSet;
 
@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 pub enum FlightCause {
     /// A closure: its place in the situation.
     Closure(usize),
-    /// Another plan's leg: its place in the situation.
-    Traffic(usize),
+    /// Another plan's leg.
+    Traffic(TrafficLeg),
     /// A segment that the request itself closes.
     Request(SegmentIx),
     /// Wind or payload: the first leg that cannot be flown, and how many there are for the same kind of reason.
@@ -139,7 +139,7 @@ fn reached(terms: &Expander<'_>, scratch: &ItineraryScratch) -> Vec<Option<Reach
 #[derive(Debug, Default)]
 struct Found {
     closures: BTreeSet<usize>,
-    traffic: BTreeSet<usize>,
+    traffic: Vec<TrafficLeg>,
     segments: BTreeSet<SegmentIx>,
     pads: BTreeSet<NodeIx>,
     unflyable: Vec<FlightCause>,
@@ -268,9 +268,7 @@ impl ReachableBoundary<'_> {
                     Forbids::Closure(closure) if is_met => {
                         found.closures.insert(closure);
                     }
-                    Forbids::Traffic(leg) if is_met => {
-                        found.traffic.insert(leg);
-                    }
+                    Forbids::Traffic(leg) if is_met => found.traffic.push(leg),
                     Forbids::Closure(_) | Forbids::Traffic(_) => {}
                 }
             });
@@ -299,7 +297,13 @@ impl Found {
         let mut causes: Vec<FlightCause> = Vec::new();
         causes.extend(self.closures.into_iter().map(FlightCause::Closure));
         causes.extend(self.segments.into_iter().map(FlightCause::Request));
-        causes.extend(self.traffic.into_iter().map(FlightCause::Traffic));
+        let mut traffic = self.traffic;
+        traffic.sort_by(|one, other| {
+            let by_segment = one.segment.cmp(&other.segment);
+            by_segment.then(one.enters_s.total_cmp(&other.enters_s))
+        });
+        traffic.dedup();
+        causes.extend(traffic.into_iter().map(FlightCause::Traffic));
         causes.extend(self.pads.into_iter().map(FlightCause::Pads));
         causes.extend(self.unflyable);
         causes.extend(self.energy);

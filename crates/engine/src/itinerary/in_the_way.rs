@@ -41,7 +41,7 @@ impl FlightSetting {
                 if is_met {
                     met.push(match forbids {
                         Forbids::Closure(number) => FlightCause::Closure(number),
-                        Forbids::Traffic(number) => FlightCause::Traffic(number),
+                        Forbids::Traffic(leg) => FlightCause::Traffic(leg),
                     });
                 }
             });

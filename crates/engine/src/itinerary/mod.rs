@@ -17,6 +17,8 @@ mod in_the_way;
 mod memory;
 mod near;
 mod obstacles;
+mod occupancy;
+mod pad_stays;
 mod pads;
 mod potentials;
 mod release_times;
@@ -36,6 +38,7 @@ pub use figures::{LegFigures, PlanFigures, StopFigures};
 pub use memory::ItineraryScratch;
 pub use near::{Nearby, find_near};
 pub use obstacles::Obstacles;
+pub use occupancy::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy};
 pub use pads::PadTimes;
 pub use potentials::Potentials;
 pub use request::{

@@ -5,10 +5,12 @@
 //! landing at its last, whether the drone does so or passes.
 
 use super::grouped::Grouped;
+use super::occupancy::OthersOccupancy;
 use super::request::FlightWorld;
-use crate::flight::{FlightRules, Situation};
-use crate::network::{NodeIx, Topology};
+use crate::flight::{FlightRules, Situation, TimedClosure, TrafficLeg};
+use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::planted::{self, Bug};
+use std::sync::Arc;
 
 /// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
 /// seconds, does not.
@@ -24,24 +26,20 @@ struct ClosedWindow {
     widened: bool,
 }
 
-/// Another plan on a segment.
-#[derive(Clone, Copy, Debug)]
-struct Traffic {
-    /// Which leg of the situation's traffic, counted from 0.
-    number: u32,
-    from: NodeIx,
-    enters_s: f64,
-    leaves_s: f64,
-}
-
-/// Closures and traffic of a situation, compiled for searches.
-#[derive(Clone, Debug)]
-pub struct Obstacles {
+/// The windows of closures, by what they close.
+#[derive(Debug)]
+struct ClosedWindows {
     by_segment: Grouped<ClosedWindow>,
     by_node: Grouped<ClosedWindow>,
-    traffic: Grouped<Traffic>,
     /// Segments whose entry may be forbidden at some time, rising.
     segments: Vec<u32>,
+}
+
+/// Closures of a situation and the legs of other plans, compiled for searches. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Obstacles {
+    closed: Arc<ClosedWindows>,
+    others: OthersOccupancy,
 }
 
 /// A leg that a drone may want to enter.
@@ -79,12 +77,12 @@ impl Leaving {
 }
 
 /// What forbids an entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Forbids {
     /// A closure of the situation.
     Closure(usize),
-    /// A leg of the situation's traffic.
-    Traffic(usize),
+    /// A leg of another plan.
+    Traffic(TrafficLeg),
 }
 
 /// What a leg occupies around its entry.
@@ -122,24 +120,21 @@ impl Span {
     }
 }
 
-impl Traffic {
-    /// The entry times at which a leg would come too near.
-    fn forbidden(&self, entry: Entry, headway_s: f64) -> (f64, f64) {
-        match self.from == entry.from {
-            true => {
-                let apart_s = headway_s + HEADWAY_STEP_S;
-                (self.enters_s - apart_s, self.enters_s + apart_s)
-            }
-            false => (self.enters_s - entry.time_s, self.leaves_s),
+/// The entry times at which a leg would come too near to one of another plan.
+fn too_near(other: &TrafficLeg, entry: Entry, headway_s: f64) -> (f64, f64) {
+    match other.from == entry.from {
+        true => {
+            let apart_s = headway_s + HEADWAY_STEP_S;
+            (other.enters_s - apart_s, other.enters_s + apart_s)
         }
+        false => (other.enters_s - entry.time_s, other.leaves_s),
     }
 }
 
-impl Obstacles {
-    /// Compiles the closures and the traffic of a situation.
-    pub fn of(topology: &Topology, situation: &Situation) -> Self {
+impl ClosedWindows {
+    fn of(topology: &Topology, closures: &[TimedClosure]) -> Self {
         let (mut segments, mut nodes) = (Vec::new(), Vec::new());
-        for (number, closure) in situation.closures.iter().enumerate() {
+        for (number, closure) in closures.iter().enumerate() {
             let window = ClosedWindow {
                 closure: number as u32,
                 from_s: closure.from_s,
@@ -149,32 +144,52 @@ impl Obstacles {
             segments.extend(closure.segments.iter().map(|segment| (segment.0, window)));
             nodes.extend(closure.nodes.iter().map(|node| (node.0, window)));
         }
-        let traffic = situation.traffic.iter().enumerate().map(|(number, leg)| {
-            let traffic = Traffic {
-                number: number as u32,
-                from: leg.from,
-                enters_s: leg.enters_s,
-                leaves_s: leg.leaves_s,
-            };
-            (leg.segment.0, traffic)
-        });
-        let mut obstacles = Self {
+        let mut closed = Self {
             by_segment: Grouped::of(topology.segment_count(), segments),
             by_node: Grouped::of(topology.node_count(), nodes),
-            traffic: Grouped::of(topology.segment_count(), traffic.collect()),
             segments: Vec::new(),
         };
-        obstacles.segments = obstacles.all_segments(topology);
-        obstacles
+        closed.segments = closed.all_segments(topology);
+        closed
+    }
+
+    fn all_segments(&self, topology: &Topology) -> Vec<u32> {
+        let mut segments: Vec<u32> = self.by_segment.indices().collect();
+        for node in self.by_node.indices() {
+            let arcs = topology.arcs(NodeIx(node)).iter();
+            segments.extend(arcs.map(|arc| arc.segment.0));
+        }
+        segments.sort_unstable();
+        segments.dedup();
+        segments
+    }
+}
+
+impl Obstacles {
+    /// Compiles the closures and the traffic of a situation.
+    pub fn of(topology: &Topology, situation: &Situation) -> Self {
+        Self {
+            closed: Arc::new(ClosedWindows::of(topology, &situation.closures)),
+            others: OthersOccupancy::from_facts(&[], &situation.traffic),
+        }
+    }
+
+    /// The same closures among what other plans take.
+    #[must_use]
+    pub(super) fn among(&self, others: OthersOccupancy) -> Self {
+        Self {
+            closed: self.closed.clone(),
+            others,
+        }
     }
 
     /// True when nothing is ever in the way of a leg.
     #[inline]
     pub(super) fn is_clear(&self, segment: u32, from: NodeIx, to: NodeIx) -> bool {
-        !self.by_segment.has(segment)
-            && !self.by_node.has(from.0)
-            && !self.by_node.has(to.0)
-            && !self.traffic.has(segment)
+        !self.closed.by_segment.has(segment)
+            && !self.closed.by_node.has(from.0)
+            && !self.closed.by_node.has(to.0)
+            && !self.others.is_busy(segment)
     }
 
     /// Adds the forbidden entry times of a leg, as open intervals in any order.
@@ -211,13 +226,18 @@ impl Obstacles {
                 }
             }
         };
-        close(self.by_segment.of_index(entry.segment), Leaving::OnItsWay);
-        close(self.by_node.of_index(entry.to.0), Leaving::OnItsWay);
-        close(self.by_node.of_index(entry.from.0), entry.leaving);
-        if world.rules.headway_s > 0.0 {
-            for other in self.traffic.of_index(entry.segment) {
-                let (from_s, until_s) = other.forbidden(entry, world.rules.headway_s);
-                take(Forbids::Traffic(other.number as usize), from_s, until_s);
+        let ClosedWindows {
+            by_segment,
+            by_node,
+            ..
+        } = &*self.closed;
+        close(by_segment.of_index(entry.segment), Leaving::OnItsWay);
+        close(by_node.of_index(entry.to.0), Leaving::OnItsWay);
+        close(by_node.of_index(entry.from.0), entry.leaving);
+        if world.rules.headway_s > 0.0 && self.others.is_busy(entry.segment) {
+            for other in self.others.legs_on(SegmentIx(entry.segment)) {
+                let (from_s, until_s) = too_near(&other, entry, world.rules.headway_s);
+                take(Forbids::Traffic(other), from_s, until_s);
             }
         }
     }
@@ -235,7 +255,7 @@ impl Obstacles {
             takes_off_s: 0.0,
             occupied_s: world.legs.vertical_s(node),
         };
-        let windows = self.by_node.of_index(node.0).iter();
+        let windows = self.closed.by_node.of_index(node.0).iter();
         windows
             .map(|window| span.forbidden(window, world.rules))
             .any(|(from_s, until_s)| from_s < at_s && at_s < until_s)
@@ -262,25 +282,16 @@ impl Obstacles {
             let begins_s = window.from_s - margin_s;
             from_s < begins_s && begins_s - grown_s < leaves_s
         };
-        let over = self.by_segment.of_index(segment).iter();
-        let mut windows = over.chain(self.by_node.of_index(to.0));
+        let over = self.closed.by_segment.of_index(segment).iter();
+        let mut windows = over.chain(self.closed.by_node.of_index(to.0));
         windows.any(begins_meanwhile)
     }
 
-    /// The segments whose entry may be forbidden at some time.
-    pub(super) fn segments(&self) -> &[u32] {
-        &self.segments
-    }
-
-    fn all_segments(&self, topology: &Topology) -> Vec<u32> {
-        let mut segments: Vec<u32> = self.by_segment.indices().collect();
-        segments.extend(self.traffic.indices());
-        for node in self.by_node.indices() {
-            let arcs = topology.arcs(NodeIx(node)).iter();
-            segments.extend(arcs.map(|arc| arc.segment.0));
-        }
-        segments.sort_unstable();
-        segments.dedup();
-        segments
+    /// The segments whose entry may be forbidden at some time, each once.
+    pub(super) fn segments(&self) -> impl Iterator<Item = u32> + '_ {
+        let closed = &self.closed.segments;
+        let others = self.others.busy_segments();
+        let others = others.filter(|segment| closed.binary_search(segment).is_err());
+        closed.iter().copied().chain(others)
     }
 }

@@ -79,7 +79,7 @@ impl ReleaseTimes {
         best: Value,
     ) {
         let mut intervals = std::mem::take(&mut self.intervals);
-        for &segment in world.obstacles.segments() {
+        for segment in world.obstacles.segments() {
             let ends = world.topology.segment(crate::network::SegmentIx(segment));
             for (from, to) in [(ends.from, ends.to), (ends.to, ends.from)] {
                 intervals.clear();

@@ -1,6 +1,7 @@
 //! Everything that a request flies in, compiled once and shared: network, drone, wind, rules, what is in the way.
 
 use super::obstacles::Obstacles;
+use super::occupancy::OthersOccupancy;
 use super::pads::PadTimes;
 use super::potentials::Potentials;
 use super::request::{FlightWorld, Objective};
@@ -18,9 +19,8 @@ pub struct FlightSetting {
     rules: FlightRules,
     vertical: Arc<Vertical>,
     legs: Arc<FlightLegs>,
-    situation: Arc<Situation>,
-    obstacles: Arc<Obstacles>,
-    pads: Arc<PadTimes>,
+    obstacles: Obstacles,
+    pads: PadTimes,
 }
 
 impl FlightSetting {
@@ -31,17 +31,15 @@ impl FlightSetting {
         payload_kg: f64,
         wind: WindField,
         rules: FlightRules,
-        situation: impl Into<Arc<Situation>>,
+        situation: &Situation,
     ) -> Self {
-        let situation = situation.into();
         Self {
             vertical: Arc::new(Vertical::of(&topology, rules.unknown_climb_m)),
             legs: Arc::new(FlightLegs::of(
                 &topology, &airframe, payload_kg, &wind, &rules,
             )),
-            obstacles: Arc::new(Obstacles::of(&topology, &situation)),
-            pads: Arc::new(PadTimes::of(&topology, &situation)),
-            situation,
+            obstacles: Obstacles::of(&topology, situation),
+            pads: PadTimes::of(&topology, situation),
             topology,
             airframe,
             payload_kg,
@@ -50,25 +48,23 @@ impl FlightSetting {
         }
     }
 
-    /// The same drone in the same wind among other things in the way: the table of legs is shared.
+    /// The same drone in the same wind with other things in the way: the table of legs is shared.
     #[must_use]
-    pub fn with_situation(&self, situation: impl Into<Arc<Situation>>) -> Self {
-        let situation = situation.into();
+    pub fn with_situation(&self, situation: &Situation) -> Self {
         Self {
-            obstacles: Arc::new(Obstacles::of(&self.topology, &situation)),
-            pads: Arc::new(PadTimes::of(&self.topology, &situation)),
-            situation,
+            obstacles: Obstacles::of(&self.topology, situation),
+            pads: PadTimes::of(&self.topology, situation),
             ..self.clone()
         }
     }
 
-    /// The same drone in the same wind among what is in the way of another one on this network: nothing is compiled.
+    /// The same drone in the same wind with the closures of another setting on this network, among what other plans take:
+    /// nothing is compiled.
     #[must_use]
-    pub fn beside(&self, other: &Self) -> Self {
+    pub fn beside(&self, closed: &Self, others: OthersOccupancy) -> Self {
         Self {
-            obstacles: other.obstacles.clone(),
-            pads: other.pads.clone(),
-            situation: other.situation.clone(),
+            obstacles: closed.obstacles.among(others.clone()),
+            pads: closed.pads.among(others),
             ..self.clone()
         }
     }
@@ -125,11 +121,6 @@ impl FlightSetting {
     /// What legs take.
     pub fn legs(&self) -> &FlightLegs {
         &self.legs
-    }
-
-    /// What is in the way.
-    pub fn situation(&self) -> &Situation {
-        &self.situation
     }
 
     /// Which pads are free when.

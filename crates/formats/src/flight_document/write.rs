@@ -25,6 +25,7 @@ pub fn write_flight_document(
     let writer = Writer {
         topology: skies.topology(),
     };
+    let situation = skies.situation();
     let written = Written {
         format: FORMAT.to_owned(),
         network_sha256: sha256(writer.topology),
@@ -33,10 +34,10 @@ pub fn write_flight_document(
         payload_kg: setting.payload_kg(),
         wind: winds(setting.wind())?,
         rules: WrittenRules::of(setting.rules()),
-        closures: writer.closures(setting.situation(), skies.causes()),
-        reservations: writer.reservations(setting.situation()),
-        traffic: writer.traffic(setting.situation()),
-        swap_stations: writer.ids(&setting.situation().swap_stations),
+        closures: writer.closures(&situation, skies.causes()),
+        reservations: writer.reservations(&situation),
+        traffic: writer.traffic(&situation),
+        swap_stations: writer.ids(&situation.swap_stations),
         start: writer.start(&composition.plan.start),
         destination: writer.id(composition.destination),
         began_s: composition.began_s,

@@ -23,7 +23,7 @@ impl Ground {
     fn cause(&self, cause: &FlightCause) -> wire::FlightCause<'static> {
         let topology = self.skies.topology();
         let (code, message) = flight_cause_text(&self.skies, cause);
-        let situation = self.skies.situation();
+        let closures = &self.skies.closed().closures;
         let mut told = wire::FlightCause {
             code: Cow::Borrowed(code),
             message: Cow::Owned(message),
@@ -42,16 +42,16 @@ impl Ground {
                 if let Some(Severance::Closure(id)) = severance(&self.skies, cause) {
                     told.id = Some(Cow::Owned(id));
                 }
-                let window = situation.closures.get(*number);
+                let window = closures.get(*number);
                 told.from = window.and_then(|window: &TimedClosure| time(window.from_s));
                 told.until = window.and_then(|window| time(window.until_s));
             }
-            FlightCause::Traffic(number) => {
-                told.plan_id = self.traffic_of.get(*number).map(|plan| text(plan));
-                let leg = situation.traffic.get(*number);
-                told.segment = leg.map(|leg| segment(leg.segment));
-                told.from = leg.and_then(|leg| time(leg.enters_s));
-                told.until = leg.and_then(|leg| time(leg.leaves_s));
+            FlightCause::Traffic(leg) => {
+                let plan = self.skies.others().plan_of(leg);
+                told.plan_id = plan.map(|plan| text(plan));
+                told.segment = Some(segment(leg.segment));
+                told.from = time(leg.enters_s);
+                told.until = time(leg.leaves_s);
             }
             FlightCause::Request(closed) => told.segment = Some(segment(*closed)),
             FlightCause::Unflyable {

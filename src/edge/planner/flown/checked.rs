@@ -94,7 +94,8 @@ impl Flights {
             .closed_times
             .get_or_init(|| ClosedTimes::of(sky.skies.airspace(), self.zero));
         let zero_s = self.zero.as_microsecond() as f64 / 1e6;
-        let swaps = |node: NodeIx| sky.swap_stations.contains(&node);
+        let swap_stations = &sky.skies.closed().swap_stations;
+        let swaps = |node: NodeIx| swap_stations.contains(&node);
         let is_taken = |node: NodeIx, pad: u16, from_s: f64, until_s: f64| {
             let instants = (zero_s + from_s, zero_s + until_s);
             is_taken(scene.traffic, own, (node, pad), instants)
@@ -125,7 +126,7 @@ fn is_taken(
     (node, pad): (NodeIx, u16),
     (from_s, until_s): (f64, f64),
 ) -> bool {
-    traffic.stays_at(node).any(|(key, stay)| {
-        !own.has(&key.plan) && stay.pad == pad && from_s < stay.until_s && stay.from_s < until_s
+    traffic.stays_at(node).iter().any(|stay| {
+        !own.has(&stay.plan) && stay.pad == pad && from_s < stay.until_s && stay.from_s < until_s
     })
 }

@@ -21,7 +21,6 @@ pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;
 pub(in crate::edge) use terms::{FlightOrder, FlightTerms};
 
-use super::traffic::Others;
 use super::{Own, Scene};
 use crate::airspace::Airspace;
 use crate::checker::ClosedTimes;
@@ -31,8 +30,8 @@ use crate::delivery::{
 use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
-use crate::itinerary::{FlightSetting, Limits};
-use crate::network::{NodeIx, Topology};
+use crate::itinerary::{FlightSetting, Limits, OthersOccupancy};
+use crate::network::Topology;
 use jiff::Timestamp;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -67,7 +66,6 @@ struct Sky {
     setting: OnceLock<FlightSetting>,
     /// What is closed when, for the checker.
     closed_times: OnceLock<ClosedTimes>,
-    swap_stations: Vec<NodeIx>,
     /// When something closes or opens that is closed or open now.
     until: Option<Timestamp>,
 }
@@ -97,8 +95,6 @@ pub(super) struct Ground {
     compiled: Arc<Compiled>,
     pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
-    /// The plans that the situation's traffic is of, one for each leg.
-    pub(super) traffic_of: Vec<Arc<str>>,
     settings: FlightSettings,
     is_alone: bool,
 }
@@ -145,18 +141,13 @@ impl Flights {
     /// the plans of the scene but its own.
     fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>) -> Ground {
         let sky = self.sky(scene);
-        let others = Others::of(scene.traffic, own, self.zero, scene.now);
-        let skies = sky.skies.among(OtherPlans {
-            reservations: others.reservations,
-            traffic: others.traffic,
-            swap_stations: sky.swap_stations.clone(),
-        });
         let compiled = self.compiled(scene, kind);
+        let others = scene.traffic.others(own, self.zero);
+        let closed = sky.closed(&compiled);
         Ground {
-            setting: compiled.setting.with_situation(skies.situation().clone()),
-            skies,
+            setting: compiled.setting.beside(closed, others.clone()),
+            skies: sky.skies.among(others),
             compiled,
-            traffic_of: others.traffic_of,
             settings: self.settings.clone(),
             is_alone: self.is_alone,
         }
@@ -165,11 +156,9 @@ impl Flights {
     /// A kind of drone in an airspace where no other plan is flown.
     fn bare(&self, scene: Scene<'_>, kind: &DroneKind) -> (Arc<Sky>, FlightSetting) {
         let sky = self.sky(scene);
-        let setting = &self.compiled(scene, kind).setting;
-        let any = sky
-            .setting
-            .get_or_init(|| setting.with_situation(sky.skies.situation().clone()));
-        let setting = setting.beside(any);
+        let compiled = self.compiled(scene, kind);
+        let closed = sky.closed(&compiled);
+        let setting = compiled.setting.beside(closed, OthersOccupancy::default());
         (sky, setting)
     }
 
@@ -188,17 +177,19 @@ impl Flights {
             return sky;
         }
         let at_now = airspace.apply(&[], now.max(airspace.as_of()));
-        let others = OtherPlans::default();
-        let skies = FlightEnvironment::since(self.zero, &at_now, others, &self.settings.rules);
         let topology = airspace.topology();
         let stations = self.settings.swap_stations.iter();
+        let nodes = OtherPlans {
+            swap_stations: stations.filter_map(|id| topology.node(id)).collect(),
+            ..OtherPlans::default()
+        };
+        let skies = FlightEnvironment::since(self.zero, &at_now, nodes, &self.settings.rules);
         let sky = Arc::new(Sky {
             airspace: airspace.clone(),
             until: skies.now().next_change(),
             skies,
             setting: OnceLock::new(),
             closed_times: OnceLock::new(),
-            swap_stations: stations.filter_map(|id| topology.node(id)).collect(),
         });
         let mut kept = self.lock();
         kept.skies
@@ -235,7 +226,7 @@ impl Flights {
                 kind.payload_kg,
                 self.wind(weather, topology),
                 self.settings.rules,
-                Situation::default(),
+                &Situation::default(),
             ),
             tables: FlightTables::new(TABLE_BYTES),
             kind: kind.clone(),
@@ -280,6 +271,14 @@ impl Flights {
     // Both lists are whole after every call, so a panic elsewhere cannot spoil them.
     fn lock(&self) -> MutexGuard<'_, FlightCaches> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Sky {
+    /// The closures, compiled for any kind of drone: what is closed is the same for all.
+    fn closed(&self, compiled: &Compiled) -> &FlightSetting {
+        let closed = || compiled.setting.with_situation(self.skies.closed());
+        self.setting.get_or_init(closed)
     }
 }
 
