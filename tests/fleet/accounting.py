@@ -36,7 +36,7 @@ def judge(record: Record) -> list[Fault]:
 
 
 def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
-    """A version that its drone flew when a zone came leads through it later, and no outcome names the zone."""
+    """What a drone flew when a zone came leads through it later, and no outcome names the zone."""
     faults = []
     for zone in record.zones.values():
         # What was lifted before all were told needs to be told to nobody any more.
@@ -55,7 +55,7 @@ def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
 
 
 def is_met(version: Version, zone: Zone) -> bool:
-    """Whether the version surely leads through the zone after it came: as it was to be flown then."""
+    """Whether the version, as it was to be flown then, surely leads through the zone."""
     box = zone.shape.box()
     for move in version.moves:
         if move.segment is None or move.leaves_s <= zone.put_s:
@@ -92,7 +92,8 @@ def named_in_vain(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]
             for cause in told.causes:
                 zone = record.zones.get(cause)
                 if zone is None or told.at_s < zone.put_s:
-                    faults.append(Fault("named_in_vain", told.at_s, plan, f"{told.outcome} for {cause}, which is not there"))
+                    text = f"{told.outcome} for {cause}, which is not there"
+                    faults.append(Fault("named_in_vain", told.at_s, plan, text))
     return faults
 
 

@@ -1,7 +1,7 @@
-"""Reads a record of `skyway-loadtest fleet`: what every drone flew, nominally, and what was told when.
+"""Reads a record of `skyway-loadtest fleet`: what each drone flew, nominally, and was told.
 
-Nothing here asks the edge. A drone flies its first version from when it was composed, and a later one from the event
-that says that it was acknowledged.
+Nothing here asks the edge. A drone flies its first version from when it was composed, and a later
+one from the event that says that it was acknowledged.
 """
 
 import dataclasses
@@ -153,7 +153,7 @@ class Record:
         return [version for version in every if version.from_s < version.until_s]
 
     def near(self, zone: Zone) -> list[Version]:
-        """Flown versions with a line whose box meets a zone's: lines are looked at once for all that fly them."""
+        """Flown versions with a line whose box meets a zone's; each line is looked at once."""
         if self._lines is None:
             self._lines = {}
             for version in self.flown():
@@ -255,7 +255,7 @@ class Record:
         return Zone(feature["id"], shape, told.get("margin_m", MARGIN_M), windows, at_s, has_band=has_band)
 
     def _set_times(self, plan: str, versions: dict[int, Version]) -> None:
-        """Each version is flown from when it was taken over until the next one is, or the plan ends."""
+        """Each is flown from when it was taken over until the next one is, or the plan ends."""
         first = min(versions)
         turns = [(versions[first].sent_s, first)] if first == 1 else []
         turns += sorted(self._acknowledged.get(plan, []))

@@ -35,8 +35,8 @@ WORDS = {
     "miscounted": "zones whose count of plans is not that of the outcomes",
     "standing_untold": "plans affected at the end that were not told",
 }
-# The service keeps its drones apart on segments and pads, not yet at nodes and crossings; and none that fly by
-# distance, whose traffic it names and does not avoid.
+# The service keeps its drones apart on segments and pads, not yet at nodes and crossings; and none
+# that fly by distance, whose traffic it names and does not avoid.
 TOLD_ONLY = ("node", "crossing")
 TOLD_BY_DISTANCE = ("headway", "head_on", "pad")
 
@@ -68,8 +68,8 @@ def judge(record: Record, minutes: list[float] | None) -> int:
     for fault in found:
         faults[fault.rule].append(fault)
     print(f"### {record.run.get('workload')}, judged from its record\n")
-    print(f"{len(record.versions)} plans, {len(flown)} versions flown, {len(record.zones)} zones, {len(record.told)} outcomes,")
-    print(f"{len(record.alarms)} alarms, {record.refused} requests refused.\n")
+    print(f"{len(record.versions)} plans, {len(flown)} versions flown, {len(record.zones)} zones,")
+    print(f"{len(record.told)} outcomes, {len(record.alarms)} alarms, {record.refused} requests refused.\n")
     print("| | goal | found | |\n|---|---:|---:|---|")
     missed = 0
     for rule, words in WORDS.items():

@@ -1,4 +1,4 @@
-"""Whether drones that fly what they were told keep apart: on segments, at pads, at nodes, and where ways cross."""
+"""Whether drones that fly what they were told keep apart: on segments, pads, nodes, crossings."""
 
 import dataclasses
 import math
@@ -12,7 +12,8 @@ HORIZONTAL_M, VERTICAL_M = 20.0, 10.0
 SHARED_NODE_M = 50.0
 # Two that were planned to be exactly so far apart are.
 DOUBT_S = 0.01
-# Positions are looked at so often, and drones that are nearer than this then may come too near before the next look.
+# Positions are looked at so often; drones that are nearer than this then may come too near before
+# the next look.
 LOOK_S, NEAR_M = 1.0, 60.0
 
 
@@ -27,7 +28,7 @@ class Fault:
 
 
 def judge(record: Record, from_s: float = -math.inf, until_s: float = math.inf) -> list[Fault]:
-    """All pairs that come too near each other within a stretch of time, each once by each rule and place."""
+    """All pairs that come too near each other within a stretch of time, by each rule and place."""
     flown = record.flown()
     moves = [move for version in flown for move in version.flown() if move.enters_s < until_s and move.until_s > from_s]
     faults = on_segments(moves) + on_pads(flown) + at_nodes(moves) + at_crossings(moves, from_s, until_s)
@@ -149,7 +150,7 @@ def near_ones(airborne: list[Move], at_s: float):
 
 
 def too_near(one: Move, other: Move, from_s: float, until_s: float) -> Fault | None:
-    """Their least distance while both fly these lines, as far as it is no matter of a segment or a node."""
+    """Whether they are too near while both fly these lines, where no segment or node is shared."""
     if one.plan == other.plan or (one.segment is not None and one.segment == other.segment):
         return None
     from_s = max(from_s, one.enters_s, other.enters_s)

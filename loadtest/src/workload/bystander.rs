@@ -91,7 +91,8 @@ impl Edge {
         })
     }
 
-    /// Waits until the edge has nothing more to do and to tell, or for as long as there is patience.
+    /// Waits until the edge has nothing more to do and to tell, or for as long as there is
+    /// patience.
     pub(crate) async fn settled(&self) -> Result<()> {
         let begun = Instant::now();
         while begun.elapsed() < SETTLED_WITHIN {
@@ -105,8 +106,8 @@ impl Edge {
         Ok(())
     }
 
-    /// A report of a drone that flies by, whose answer leads through a zone that is not there yet, at another edge,
-    /// too.
+    /// A report of a drone that flies by, whose answer leads through a zone that is not there yet,
+    /// at another edge, too.
     pub(crate) async fn bystander(
         &self,
         other: &Self,

@@ -24,11 +24,12 @@ pub(crate) struct FleetArguments {
     /// The skyway binary to measure; figures want one of the profile `dist`
     #[arg(long, value_name = "FILE")]
     server: PathBuf,
-    /// Write what happened to this file, as NDJSON for judges; with several workloads each to its own,
-    /// with its name before the ending
+    /// Write what happened to this file, as NDJSON for judges; with several workloads each to its
+    /// own, with its name before the ending
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// A few plans and zones of some workloads: whether it works. Goals of time are told and not enforced
+    /// A few plans and zones of some workloads: whether it works. Goals of time are told and not
+    /// enforced
     #[arg(long)]
     quick: bool,
     /// What the tables say was measured

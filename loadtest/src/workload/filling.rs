@@ -1,4 +1,5 @@
-//! An edge that fills with plans, one request after the other, and what a plan takes once it is full.
+//! An edge that fills with plans, one request after the other, and what a plan takes once it is
+//! full.
 
 use super::Workload;
 use super::goals::Spread;
@@ -87,7 +88,8 @@ impl Filler<'_> {
         Ok(filled)
     }
 
-    /// Plans that are composed and cancelled again, one after the other: what each took to be composed.
+    /// Plans that are composed and cancelled again, one after the other: what each took to be
+    /// composed.
     pub(crate) async fn when_full(&mut self) -> Result<Spread> {
         let mut times = Spread::default();
         for _ in 0..self.workload.samples {

@@ -54,7 +54,8 @@ pub(crate) struct Replanned {
 }
 
 impl Replanned {
-    /// Plans of which there was something to tell: what met them was not over or behind them when their turn came.
+    /// Plans of which there was something to tell: what met them was not over or behind them when
+    /// their turn came.
     pub(crate) fn to_tell(&self) -> usize {
         let silent = ["unaffected", "ended"].map(|outcome| self.outcomes.get(outcome));
         let silent: usize = silent.into_iter().flatten().sum();
@@ -211,7 +212,9 @@ mod tests {
 
     #[test]
     fn an_event_has_its_kind_and_its_text() {
-        let text = Bytes::from_static(b"id: 1-2\nevent: plan_affected\ndata: {\"data\":{\"plan\":{\"id\":\"p\"},\"causes\":[\"z\"]}}\n\n");
+        let text = b"id: 1-2\nevent: plan_affected\n\
+            data: {\"data\":{\"plan\":{\"id\":\"p\"},\"causes\":[\"z\"]}}\n\n";
+        let text = Bytes::from_static(text);
         assert_eq!(end_of_event(&text, 0), Some(text.len()));
         let heard = event_of(&text, Instant::now()).expect("an event");
         let outcome = heard.outcome().expect("an outcome");

@@ -1,4 +1,5 @@
-//! Workloads of fleets: how many plans are accepted over which network, flown how, what then closes, and the goals.
+//! Workloads of fleets: how many plans are accepted over which network, flown how, what then
+//! closes, and the goals.
 //!
 //! Read as strictly as scenarios are.
 
@@ -32,7 +33,8 @@ const QUICK_SAMPLES: usize = 5;
 pub(crate) enum Ground {
     /// One that the program brings with it.
     Bundled(String),
-    /// One that `skyway network generate` makes of these, the rest as it is where nobody says otherwise.
+    /// One that `skyway network generate` makes of these, the rest as it is where nobody says
+    /// otherwise.
     Generated {
         nodes: usize,
         map_size_m: u32,
@@ -72,8 +74,8 @@ pub(crate) struct Workload {
     pub(crate) plans: usize,
     /// Departures are uniform in this time from the start; 0: all at once.
     pub(crate) departures_s: f64,
-    /// How many times faster than the machine's the edge's clock runs, so that many drones are in the air once all
-    /// plans are accepted.
+    /// How many times faster than the machine's the edge's clock runs, so that many drones are in
+    /// the air once all plans are accepted.
     #[serde(default = "one")]
     pub(crate) clock_rate: f64,
     /// Filling ends after this time, whatever is accepted by then.

@@ -1,4 +1,5 @@
-//! Plays a workload: an edge fills with plans, zones close over it, drones are told; beside it an empty edge.
+//! Plays a workload: an edge fills with plans, zones close over it, drones are told; beside it an
+//! empty edge.
 
 use super::bystander::{Edge, Struck};
 use super::filling::{Accepted, Filled, Filler};
@@ -389,7 +390,8 @@ impl Run<'_> {
         self.write_plans().await
     }
 
-    /// A last large zone, and every drone takes over what it is told; gives the plans of those that did.
+    /// A last large zone, and every drone takes over what it is told; gives the plans of those that
+    /// did.
     async fn take_over(&mut self, filled: &Filled) -> Result<BTreeSet<String>> {
         let disc = self.large_disc(filled, "last".to_owned());
         let edge = &self.full.edge;

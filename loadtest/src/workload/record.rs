@@ -1,8 +1,8 @@
 //! The record of a run: one line of JSON for each thing that happened, for judges to read.
 //!
-//! `run` and `network` come first, then in the order in which they were known: `version` (a plan's version as it is
-//! to be flown), `refused` (a request without a plan), `event` (as the edge told it), and at the end `plan` (how each
-//! plan stands).
+//! `run` and `network` come first, then in the order in which they were known: `version` (a plan's
+//! version as it is to be flown), `refused` (a request without a plan), `event` (as the edge told
+//! it), and at the end `plan` (how each plan stands).
 
 use super::Workload;
 use super::listener::Heard;
@@ -110,7 +110,8 @@ impl Record {
         self.version(&plan, &plan["reported"])
     }
 
-    /// How a plan stands at the end, and the version that its drone flies where that is not the first.
+    /// How a plan stands at the end, and the version that its drone flies where that is not the
+    /// first.
     pub(crate) fn stands(&mut self, plan: &Value) -> Result<()> {
         for (version, is_new) in [(&plan["reported"], false), (&plan["wanted"], true)] {
             if is_new && version.is_null() {

@@ -143,7 +143,8 @@ impl Reporters<'_> {
         load::run(source, connections, pace, stop.clone(), &mut watch).await
     }
 
-    /// Sends zones evenly over the time of the storm, if the edge takes them so fast; tells how many it took.
+    /// Sends zones evenly over the time of the storm, if the edge takes them so fast; tells how
+    /// many it took.
     async fn post(&self, zones: Vec<Wanted>, stop: &Stop) -> Result<usize> {
         let connections = Rc::new(Connections::new(self.edge.address, ZONES_AT_ONCE, 1));
         let gap = STORM / u32::try_from(zones.len().max(1))?;

@@ -1,4 +1,5 @@
-//! The network as the load sees it: places on a plane, ways over them, and round zones that meet some of these.
+//! The network as the load sees it: places on a plane, ways over them, and round zones that meet
+//! some of these.
 
 use crate::arrivals::Chance;
 use serde_json::{Value, json};
@@ -19,7 +20,8 @@ pub(crate) struct World {
     points: Vec<Point>,
     neighbours: Vec<Vec<usize>>,
     numbers: BTreeMap<String, usize>,
-    /// The nodes between which deliveries are drawn: the largest part of the network that hangs together.
+    /// The nodes between which deliveries are drawn: the largest part of the network that hangs
+    /// together.
     joined: Vec<usize>,
     /// Degrees to metres, east and north; none where coordinates are metres.
     scale: Option<Point>,
