@@ -222,7 +222,7 @@ fn a_search_with_time_and_battery_allocates_its_plan_alone() {
                 deadline_s: 9_000.0,
                 reserve: 0.2,
                 closed_segments: &[],
-                limits: Limits::default(),
+                limits: Limits::THOROUGH,
             };
             let counted = measure(|| {
                 black_box(find(&world, &request, &potentials, &mut scratch));

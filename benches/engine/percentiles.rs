@@ -29,9 +29,15 @@ impl Percentiles {
                 times.push(start.elapsed().as_nanos() as f64);
             }
         }
-        let mut medians: Vec<f64> = times.into_iter().map(median).collect();
-        medians.sort_by(f64::total_cmp);
-        Self { sorted_ns: medians }
+        Self::taken(times.into_iter().map(median).collect())
+    }
+
+    /// Of times that were taken elsewhere, in nanoseconds.
+    pub(crate) fn taken(mut times_ns: Vec<f64>) -> Self {
+        times_ns.sort_by(f64::total_cmp);
+        Self {
+            sorted_ns: times_ns,
+        }
     }
 
     /// The time that a share of the queries stays within, in microseconds.

@@ -15,9 +15,9 @@ use skyway::itinerary::{
 use skyway::network::{Components, Generated, Joining, NodeIx, SegmentIx, Topology};
 use std::sync::Arc;
 
-const SEED: u64 = 1;
+pub(crate) const SEED: u64 = 1;
 const MAP_SIZE_M: f64 = 40_000.0;
-const PAYLOAD_KG: f64 = 0.5;
+pub(crate) const PAYLOAD_KG: f64 = 0.5;
 const STATION_SHARE: f64 = 0.3;
 const ZONES: usize = 50;
 const ZONE_SHARE: f64 = 0.003;
@@ -62,7 +62,7 @@ pub(crate) struct Workload {
 impl Workload {
     /// With tables for some objectives; distance has to be among them.
     pub(crate) fn new(nodes: usize, requests: usize, objectives: &[Objective]) -> Self {
-        let mut random = Random(ChaCha8Rng::seed_from_u64(SEED));
+        let mut random = Random::of(SEED);
         let topology = network(nodes, &mut random);
         let airframe = Airframe::phantom3();
         let wind = WindField::uniform(Wind::coming_from(270.0, 5.0));
@@ -137,7 +137,7 @@ impl Workload {
             deadline_s: began_s + DEADLINE_S,
             reserve: self.rules.reserve,
             closed_segments: &query.closed,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
         }
     }
 
@@ -306,11 +306,15 @@ fn situation(topology: &Topology, nodes: usize, random: &mut Random) -> Situatio
 pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
-    fn pick<T: Copy>(&mut self, things: &[T]) -> T {
+    pub(crate) fn of(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    pub(crate) fn pick<T: Copy>(&mut self, things: &[T]) -> T {
         things[(self.0.next_u64() % things.len() as u64) as usize]
     }
 
-    fn share(&mut self) -> f64 {
+    pub(crate) fn share(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

@@ -8,7 +8,7 @@ use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
 use super::tokens::read_bearer;
-use super::value::{HttpUrl, LogFilter, LogFormat, Names, Size, Value};
+use super::value::{ClockMover, HttpUrl, LogFilter, LogFormat, Names, Size, Value};
 use crate::flight::{FigureRange, FlightRules};
 use crate::itinerary::Objective;
 use jiff::Timestamp;
@@ -255,8 +255,12 @@ settings! {
         /// The part of the requests that is traced where the client does not decide.
         share: f64 = 1.0, 0.0..=1.0;
     }
-    /// A clock for simulators, on loopback only. Every answer then says that it is simulated.
+    /// A clock for simulators, on loopback only. Every answer then says what clock it is.
     clock: ClockConfig {
+        /// What moves it: machine; or external, so that it stands still until a client moves it (POST
+        /// /v1/clock:advance). The edge then has a store of its own, in which it goes on where it ended, and follows
+        /// no registry.
+        kind: ClockMover = ClockMover::Machine;
         /// What it shows at the start; empty for the machine's time.
         start: Option<Timestamp> = None;
         /// How many times faster than the machine's it runs.
@@ -283,6 +287,7 @@ impl Configuration for EdgeConfig {
             admin_listen: self.admin_listen,
             tokens_file: self.tokens_file.as_deref(),
             allow_plaintext: self.allow_plaintext,
+            is_clock_external: self.clock.kind == ClockMover::External,
             clock_start: self.clock.start,
             clock_rate: self.clock.rate,
         }
@@ -297,8 +302,27 @@ impl Configuration for EdgeConfig {
         }
         faults.extend(flight_faults(effective));
         faults.extend(registry_faults(effective));
+        faults.extend(clock_faults(effective));
         faults
     }
+}
+
+/// What does not go with a clock that clients move.
+fn clock_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
+    let config = &effective.config;
+    let mut faults = Vec::new();
+    if config.clock.kind != ClockMover::External {
+        return faults;
+    }
+    if config.registry.url.is_some() {
+        let origin = effective.origin("registry.url");
+        faults.push(ConfigFault::RegistryOfAnotherClock { origin });
+    }
+    if config.clock.rate != 1.0 {
+        let origin = effective.origin("clock.rate");
+        faults.push(ConfigFault::RateOfExternalClock { origin });
+    }
+    faults
 }
 
 /// What is wrong with what is to fly.

@@ -162,16 +162,37 @@ pub enum ConfigFault {
     },
     /// Real drones would be served in a time that is not theirs.
     #[error(
-        "{origin}: a simulated clock is for loopback only, and {listener} = {address} is not; leave clock.start and \
-         clock.rate out"
+        "{origin}: {kind} clock is for loopback only, and {listener} = {address} is not; leave {settings} out"
     )]
-    SimulatedClock {
+    OwnClock {
         /// Who asked for the clock.
         origin: Origin,
+        /// What clock it is, with its article.
+        kind: &'static str,
         /// The setting with the address.
         listener: &'static str,
         /// The address.
         address: SocketAddr,
+        /// What makes it such a clock.
+        settings: &'static str,
+    },
+    /// What a registry tells is of its own time.
+    #[error(
+        "{}names a registry, which has another clock than clock.kind = external; leave one of the two out",
+        said(origin, "registry.url", " ")
+    )]
+    RegistryOfAnotherClock {
+        /// Who named the registry.
+        origin: Origin,
+    },
+    /// A clock that clients move has no rate.
+    #[error(
+        "{}is of no use with clock.kind = external, which passes as clients move it; leave one of the two out",
+        said(origin, "clock.rate", " ")
+    )]
+    RateOfExternalClock {
+        /// Who stated the rate.
+        origin: Origin,
     },
     /// One threshold is beyond the other.
     #[error(
@@ -293,6 +314,12 @@ pub enum ConfigWarning {
         "the clock is simulated: every answer says so, and windows of zones open and close by it"
     )]
     SimulatedClock,
+    /// Time does not pass by itself.
+    #[error(
+        "the clock is external and stands still until a client moves it: every answer says so, and windows of zones \
+         open and close by it"
+    )]
+    ExternalClock,
 }
 
 impl ConfigFault {

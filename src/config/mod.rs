@@ -31,4 +31,4 @@ pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;
 pub use tokens::{NewToken, Tokens, TokensError, read_bearer};
-pub use value::{HttpUrl, Kind, LogFilter, LogFormat, Names, Size};
+pub use value::{ClockMover, HttpUrl, Kind, LogFilter, LogFormat, Names, Size};

@@ -150,6 +150,7 @@ impl Configuration for RegistryConfig {
             admin_listen: self.admin_listen,
             tokens_file: self.tokens_file.as_deref(),
             allow_plaintext: self.allow_plaintext,
+            is_clock_external: false,
             clock_start: self.clock.start,
             clock_rate: self.clock.rate,
         }

@@ -322,6 +322,35 @@ impl Value for Size {
     }
 }
 
+/// What moves a daemon's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockMover {
+    /// The machine's clock, at a rate of its own or not.
+    Machine,
+    /// Clients, as far as they want.
+    External,
+}
+
+impl Value for ClockMover {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str = "machine or external";
+
+    fn read(text: &str) -> Option<Self> {
+        match text {
+            "machine" => Some(Self::Machine),
+            "external" => Some(Self::External),
+            _ => None,
+        }
+    }
+
+    fn write(&self) -> String {
+        match self {
+            Self::Machine => "machine".to_owned(),
+            Self::External => "external".to_owned(),
+        }
+    }
+}
+
 /// How a log line is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogFormat {

@@ -6,6 +6,8 @@
 
 use std::cell::Cell;
 use std::time::Duration;
+use tokio::runtime::{Handle, RuntimeFlavor};
+use tokio::task::block_in_place;
 
 /// Who gives way may get the core back a good millisecond later, so it is not done for every piece: where answers never leave
 /// the core free, a thread gets about a quarter of it this way.
@@ -38,6 +40,15 @@ pub(super) fn give_way() {
     }
 }
 
+/// Does on this thread what may take long or wait for others; where it has other tasks, another thread takes them over.
+pub(super) fn in_place<T>(work: impl FnOnce() -> T) -> T {
+    let runtime = Handle::try_current();
+    match runtime.map(|runtime| runtime.runtime_flavor()) {
+        Ok(RuntimeFlavor::MultiThread) => block_in_place(work),
+        _ => work(),
+    }
+}
+
 #[expect(
     clippy::disallowed_methods,
     reason = "how long a thread has had its core is real time"
@@ -49,6 +60,8 @@ fn now() -> Moment {
 /// What a thread does, from the least to the most that can wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
+    /// Replanning: drones wait for it, and what has closed is in force already.
+    Replanning,
     /// Storing: whoever writes waits for it where it is behind.
     Storing,
     /// Making tables: without one a search takes longer, and nobody waits.
@@ -56,10 +69,11 @@ pub enum Background {
 }
 
 impl Background {
-    /// How far it steps back, as `nice` counts it: a tenth of the weight of those that answer, and an eightieth.
+    /// How far it steps back, as `nice` counts it: a third of the weight of those that answer, a tenth, and an eightieth.
     #[cfg(target_os = "linux")]
     const fn steps(self) -> i32 {
         match self {
+            Self::Replanning => 5,
             Self::Storing => 10,
             Self::Tables => 19,
         }

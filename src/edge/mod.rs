@@ -81,6 +81,7 @@ mod traces;
 mod upstream;
 mod validity;
 mod views;
+mod waves;
 mod weather;
 mod words;
 mod writer;
@@ -118,11 +119,13 @@ use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
+use background::in_place;
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
 use guard::Guard;
+use opened::Listener;
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
@@ -162,6 +165,8 @@ pub struct Edge {
     tables: Tables,
     next_number: AtomicU64,
     contact: Contact,
+    /// Where a client moves the clock: whether there may be better plans to offer.
+    opened: Mutex<Option<Listener>>,
     /// The storekeeper, until it is waited for.
     keeper: Mutex<Option<JoinHandle<()>>>,
 }
@@ -315,7 +320,7 @@ impl Edge {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         if self.is_in_place {
-            return Ok(work());
+            return Ok(in_place(work));
         }
         let done = tokio::task::spawn_blocking(work).await;
         done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))

@@ -5,8 +5,8 @@ use super::answered_lately::OffPlan;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
-use super::opened;
-use super::planner::{Concern, planner_of};
+use super::opened::{self, Listener, Opened};
+use super::planner::{Concern, Planner, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::settings::Settings;
@@ -14,13 +14,14 @@ use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
 use super::store::{
     Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
-    open_identity, restore, stored_network,
+    check_clock, open_identity, restore, stored_network,
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
-use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
+use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
+use crate::wire::ClockKind;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use jiff::Timestamp;
@@ -72,9 +73,10 @@ impl Opening {
             geojson,
             epoch,
             settings,
-            clock,
             fresh_id: format!("edge-{epoch}"),
-            is_in_place: false,
+            // Threads of its own would make of one run of a client's clock another each time.
+            is_in_place: clock.kind() == ClockKind::External,
+            clock,
             storekeepers_place: None,
             watch: Watch::default(),
         }
@@ -131,7 +133,11 @@ impl Opening {
             self.topology = topology;
             self.geojson = geojson;
         }
+        let clock_row = check_clock(&facts, self.clock.kind())?;
         let mut restored = restore(&mut *file, &facts, &self.topology).await?;
+        if let Some(as_of) = restored.as_of {
+            self.clock.resume_at(as_of);
+        }
         let replies = std::mem::take(&mut restored.replies);
         let (tables, maker) = Tables::new(self.settings.trees_bytes);
         let mut state = self.state(&identity, &tables);
@@ -139,7 +145,8 @@ impl Opening {
         let stored = Arc::new(state.next.clone());
         // Remembered before anything is told under the new epoch.
         let network_row = super::store::network_row(&stored.network, &self.topology);
-        let rows: Vec<Row> = vec![identity_row, network_row];
+        let mut rows: Vec<Row> = vec![identity_row, network_row];
+        rows.extend(clock_row);
         let number = number + 1;
         let writer = identity.epoch;
         let first = Transaction {
@@ -194,9 +201,7 @@ impl Opening {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
         let guard = state.guard.clone();
-        let bounds = (settings.events_max, settings.events_bytes_max);
-        let events = Events::new(epoch, bounds, settings.event_streams_max);
-        let events = Arc::new(events);
+        let events = Arc::new(events_of(epoch, &clock, &settings));
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -209,8 +214,7 @@ impl Opening {
             let world = world.clone();
             maker.start(move || world.load().airspace().clone())?;
         }
-        let looks_for_offers = planner.minds(Concern::Improvement, None) && !self.is_in_place;
-        let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
+        let (opened, mut listener) = word_of_openings(&*planner, &clock, self.is_in_place);
         let desk = WriterLoop {
             opened,
             state,
@@ -220,6 +224,9 @@ impl Opening {
             events: events.clone(),
             tables: tables.clone(),
             watch: self.watch,
+            workers: None,
+            wave: WaveState::default(),
+            has_new_airspace: false,
             waiting: Unanswered::default(),
         };
         let writer = match self.is_in_place {
@@ -248,11 +255,29 @@ impl Opening {
             planner,
             guard,
             off_plan: OffPlan::default(),
+            opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)
     }
+}
+
+fn events_of(epoch: u64, clock: &Clock, settings: &Settings) -> Events {
+    let bounds = (settings.events_max, settings.events_bytes_max);
+    Events::new((epoch, clock.kind()), bounds, settings.event_streams_max)
+}
+
+/// Where it is told that something has opened, and the other end, which a thread hears, or in place a client that moves
+/// the clock; nothing where nobody does.
+fn word_of_openings(
+    planner: &dyn Planner,
+    clock: &Clock,
+    is_in_place: bool,
+) -> (Option<Opened>, Option<Listener>) {
+    let is_heard = !is_in_place || clock.kind() == ClockKind::External;
+    let leads_to_offers = planner.minds(Concern::Improvement, None) && is_heard;
+    leads_to_offers.then(opened::channel).unzip()
 }
 
 /// The state with what has become due while the edge was away, and what is told of it.
@@ -264,9 +289,9 @@ fn caught_up(
     let enforced = state.enforce(Vec::new(), now);
     state.look_up(&enforced.look, now);
     // The writer goes on with the rest.
-    state.replan(now, &mut || true);
+    state.replan(now, &mut || {});
     while is_in_place && state.has_waiting() {
-        state.replan(now, &mut || true);
+        state.replan(now, &mut || {});
     }
     state.told()
 }

@@ -3,7 +3,7 @@
 use crate::airspace::DEFAULT_MARGIN_M;
 use crate::delivery::DEFAULT_REFUGE_STAY_S;
 use crate::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
-use crate::itinerary::Objective;
+use crate::itinerary::{Limits, Objective};
 use jiff::SignedDuration;
 use std::sync::Arc;
 use std::time::Duration;
@@ -57,6 +57,8 @@ pub struct FlightSettings {
     pub late_tolerance_s: f64,
     /// And one whose battery is lower than planned by this fraction.
     pub battery_tolerance: f64,
+    /// How many checks a search does in a second here: what bounds searches in time.
+    pub checks_per_s: f64,
 }
 
 impl FlightSettings {
@@ -73,6 +75,7 @@ impl FlightSettings {
             base_wind: Wind::CALM,
             late_tolerance_s: 60.0,
             battery_tolerance: 0.1,
+            checks_per_s: Limits::CHECKS_PER_S,
         }
     }
 

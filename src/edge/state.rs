@@ -12,7 +12,7 @@ use super::guard::Guard;
 use super::new_network::Succession;
 use super::planner::{Concern, Planner};
 use super::replanning::Look;
-use super::replanning::{Queue, Wave};
+use super::replanning::{Queue, Tally};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::store::Health;
@@ -55,6 +55,8 @@ pub(super) struct State {
     pub(super) timers: Timers,
     /// The instant of the batch being carried out.
     pub(super) now: Timestamp,
+    /// How many timers and windows came due in it.
+    pub(super) fired: u64,
     /// Counts writes; versions of things are numbers of writes.
     pub(super) writes: u64,
     /// What the commands of this batch change of the airspace.
@@ -72,7 +74,11 @@ pub(super) struct State {
     /// The plans whose drones are to be answered.
     pub(super) queue: Queue,
     /// How the plans of each closure have been answered so far.
-    pub(super) waves: BTreeMap<String, Wave>,
+    pub(super) tallies: BTreeMap<String, Tally>,
+    /// Plans whose contingencies are to be worked out.
+    pub(super) lacking_contingencies: BTreeSet<Arc<str>>,
+    /// Plans that have taken something since the last wave began.
+    pub(super) occupied_since: BTreeSet<Arc<str>>,
     /// Whether a closure has been lifted or changed in this batch.
     pub(super) has_opened: bool,
     /// Whether the weather has changed in this batch.
@@ -108,6 +114,7 @@ impl State {
             store: Arc::default(),
             timers: Timers::default(),
             now,
+            fired: 0,
             writes: 0,
             changes: Vec::new(),
             events: Vec::new(),
@@ -116,7 +123,9 @@ impl State {
             guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),
-            waves: BTreeMap::new(),
+            tallies: BTreeMap::new(),
+            lacking_contingencies: BTreeSet::new(),
+            occupied_since: BTreeSet::new(),
             has_opened: false,
             weather_turned: false,
             succession: None,
@@ -142,6 +151,7 @@ impl State {
     pub(super) fn enforce(&mut self, commands: Vec<Command>, now: Timestamp) -> Enforced {
         let revision = self.next.airspace.revision();
         self.now = now;
+        self.fired = 0;
         let done: Vec<Result<Done, Refusal>> = commands
             .into_iter()
             .map(|order| self.carry_out(order, now))
@@ -245,6 +255,7 @@ impl State {
                 reason,
                 command,
             } => self.carry_out_by((author, reason), *command, now),
+            Command::AdvanceTo(to) => Ok(self.advanced(to)),
             Command::Tick | Command::Settle => Ok(Done::Nothing),
         }
     }
@@ -329,6 +340,7 @@ impl State {
             }
         }
         if !began.is_empty() || !ended.is_empty() {
+            self.fired += (began.len() + ended.len()) as u64;
             let data = serde_json::json!({"began": began, "ended": ended});
             let kind = crate::wire::EventKind::WindowsTurned;
             self.events.push(Happening::new(kind, data));
@@ -339,6 +351,7 @@ impl State {
         // All that is due here opens something, or lets it go: not before both clocks say so.
         let now = now.saturating_add(self.clock.behind()).unwrap_or(now);
         while let Some(due) = self.timers.pop(now) {
+            self.fired += 1;
             match due {
                 Due::Closure(id) => self.end_closure(&id, now),
                 Due::Proposal(number) => self.expire_proposal(number, now),
@@ -360,6 +373,7 @@ impl State {
                 let latest = self.next.plans.get(&plan.id).cloned();
                 Done::Plan(latest.unwrap_or(plan))
             }
+            Done::Advanced { to, .. } => self.advanced(to),
             other => other,
         }
     }

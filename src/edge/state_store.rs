@@ -107,6 +107,7 @@ impl State {
         } else {
             self.over.push_back(id.clone());
         }
+        self.note_contingencies(&plan);
         self.next.plans.insert(id, Arc::new(plan));
     }
 
@@ -136,6 +137,7 @@ impl State {
             | Command::OfferVersion { .. }
             | Command::RaiseAlarm(_)
             | Command::SeePlan { .. }
+            | Command::AdvanceTo(_)
             | Command::Tick
             | Command::Settle => true,
             Command::DeleteZone { .. }

@@ -15,6 +15,7 @@ use crate::api::rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, QueueWait, ServerConfig, Services, Slots, serve,
 };
+use crate::clock::Clock;
 use crate::config::{
     AirframeError, Configuration, EdgeConfig, Flight, Tokens, read_airframe, read_authorities,
     read_bearer,
@@ -24,6 +25,7 @@ use crate::edge::{
     ClosureLives, Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile,
 };
 use crate::flight::{FlightRules, Tariff, Wind};
+use crate::itinerary::{Limits, Yardstick};
 use crate::network::Topology;
 use bytes::Bytes;
 use jiff::SignedDuration;
@@ -369,5 +371,21 @@ fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
         base_wind: Wind::coming_from(config.wind_from_deg, config.wind_speed_mps),
         late_tolerance_s: config.late_tolerance.as_secs_f64(),
         battery_tolerance: config.battery_tolerance_fraction,
+        checks_per_s: checks_per_s(),
     }))
+}
+
+/// How many checks a search does in a second on this machine, within a tenth and ten times of what is usual: one that is busy
+/// at this moment must not be bound by that for good.
+fn checks_per_s() -> f64 {
+    let usual = Limits::CHECKS_PER_S;
+    let Ok(mut yardstick) = Yardstick::new() else {
+        return usual;
+    };
+    // The first one touches its memory.
+    yardstick.run();
+    let watch = Clock::real().stopwatch();
+    let checks = yardstick.run();
+    let measured = checks as f64 / watch.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
+    measured.clamp(0.1 * usual, 10.0 * usual)
 }

@@ -333,7 +333,8 @@ pub(crate) fn world<'a>(
         tables,
         tariff: Tariff::default(),
         refuge_stay_s: DEFAULT_REFUGE_STAY_S,
-        limits: Limits::default(),
+        limits: Limits::THOROUGH,
+        with_contingencies: true,
     }
 }
 

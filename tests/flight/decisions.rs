@@ -41,7 +41,7 @@ fn decision(world: &World, objective: Objective, in_flight: bool) -> FlightDecis
         in_flight,
         explain: true,
         refuge_stay_s: STAY_S,
-        limits: Limits::default(),
+        limits: Limits::THOROUGH,
     };
     let mut scratch = ItineraryScratch::new(&world.topology);
     let decision = decide(&setting, &order, &potentials, &mut scratch);

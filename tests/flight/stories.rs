@@ -246,21 +246,21 @@ fn past_a_bound_the_answer_says_that_it_is_not_proved() {
         (
             Limits {
                 labels: 40,
-                ..Limits::default()
+                ..Limits::THOROUGH
             },
             Unproved::Labels,
         ),
         (
             Limits {
                 checks: 10,
-                ..Limits::default()
+                ..Limits::THOROUGH
             },
             Unproved::Checks,
         ),
         (
             Limits {
                 is_over: Some(&|| true),
-                ..Limits::default()
+                ..Limits::THOROUGH
             },
             Unproved::Time,
         ),

@@ -139,13 +139,13 @@ impl World {
             deadline_s: self.deadline_s,
             reserve: self.reserve,
             closed_segments: &self.closed_segments,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
         }
     }
 
     /// The answer of the search, by its three steps or plainly.
     pub(crate) fn answer(&self, objective: Objective, plainly: bool) -> FlightAnswer {
-        self.answer_within(objective, plainly, Limits::default())
+        self.answer_within(objective, plainly, Limits::THOROUGH)
     }
 
     pub(crate) fn answer_within(
@@ -190,6 +190,45 @@ pub(crate) fn world(seed: u64, kind: Kind) -> World {
     let mut draw = Draw::new(seed);
     let nodes = 4 + draw.below(3);
     world_of(seed, kind, nodes, draw)
+}
+
+/// A world where a drone comes flying and the segments at the destination are full of others. In half of these worlds no pad is
+/// free, so that it has to come later by flying more.
+pub(crate) fn crowded(seed: u64, mut world: World) -> World {
+    let mut draw = Draw::new(!seed);
+    world.rules.headway_s = draw.between(5.0, 40.0);
+    // With every change of wind brute force takes many times as long.
+    world.wind.patches.clear();
+    world.starts.truncate(1);
+    world.starts[0].on_ground = false;
+    world.starts[0].battery = draw.between(0.6, 1.0);
+    let topology = world.topology.clone();
+    if draw.chance(0.5) {
+        world.situation.closures.push(TimedClosure {
+            from_s: f64::NEG_INFINITY,
+            until_s: f64::INFINITY,
+            segments: Vec::new(),
+            nodes: Vec::new(),
+            pads: topology.nodes().collect(),
+            widened: false,
+        });
+    }
+    for arc in topology.arcs(world.destination) {
+        let mut enters_s = world.began_s;
+        while enters_s < world.deadline_s {
+            enters_s += draw.between(5.0, 4.0 * world.rules.headway_s);
+            world.situation.traffic.push(TrafficLeg {
+                segment: arc.segment,
+                from: match draw.chance(0.05) {
+                    true => world.destination,
+                    false => arc.to,
+                },
+                enters_s,
+                leaves_s: enters_s + arc.length_m / 14.0,
+            });
+        }
+    }
+    world
 }
 
 /// The world of a seed with a number of nodes.

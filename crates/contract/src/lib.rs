@@ -56,8 +56,8 @@ pub use registry::{
     PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
 };
 pub use status::{
-    ClockKind, ClockReading, ClockSource, ClockState, Freshness, NetworkName, RegistryRevision,
-    Stamp,
+    ClockAdvance, ClockAdvanced, ClockKind, ClockReading, ClockState, Freshness, NetworkName,
+    RegistryRevision, Stamp,
 };
 pub use weather::{Weather, WeatherAnswer, Wind};
 pub use weight::{text_bytes, value_bytes};

@@ -11,11 +11,10 @@ mirror_enum!(Freshness {
     Stale,
     Degraded
 });
-mirror_enum!(ClockKind { Real, Simulated });
-mirror_enum!(ClockSource {
+mirror_enum!(ClockKind {
     Real,
     Simulated,
-    Manual
+    External
 });
 mirror_enum!(Outcome {
     Rerouted,
@@ -70,6 +69,12 @@ mirror!(wire::ClockReading<'_> => GetClockResponse {
     rate: plain,
 });
 
+mirror!(wire::ClockAdvanced<'_> => AdvanceToResponse {
+    time: time,
+    fired: plain,
+    stamp: message,
+});
+
 mirror!(wire::Path<'_> => Path {
     nodes: plain,
     segments: plain,
@@ -109,7 +114,7 @@ mirror!(wire::Leg<'_> => Leg {
     climb_m: plain,
     departs_at: time,
     arrives_at: time,
-    if_closed: message,
+    if_closed: plain,
     nearest_safe_node: plain,
     flight: plain,
 });

@@ -66,7 +66,7 @@ export function showStamp() {
   if (!stamp) return;
   $("revision").textContent = stamp.revision;
   $("freshness").textContent = stamp.freshness;
-  $("clock-kind").textContent = stamp.clock === "simulated" ? "clock: simulated" : stamp.clock;
+  $("clock-kind").textContent = stamp.clock === "real" ? stamp.clock : `clock: ${stamp.clock}`;
   $("clock-kind").dataset.kind = stamp.clock;
 }
 

@@ -264,7 +264,8 @@ impl Flight {
             tables: &self.tables,
             tariff: Tariff::default(),
             refuge_stay_s: DEFAULT_REFUGE_STAY_S,
-            limits: Limits::default(),
+            limits: Limits::THOROUGH,
+            with_contingencies: true,
         }
     }
 

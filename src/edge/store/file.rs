@@ -71,6 +71,18 @@ pub enum StoreFault {
         /// The name of the network that was given.
         given: String,
     },
+    /// A client moved the clock of what it keeps.
+    #[error(
+        "the store was written by a clock that clients move, and clock.kind names another one; name another file with \
+         --store, or start with --clock external"
+    )]
+    OfExternalClock,
+    /// A client is to move the clock, and another clock has written what it keeps.
+    #[error(
+        "clock.kind is external, and another clock has written the store; name another file with --store, or keep \
+         nothing with --no-store"
+    )]
+    NotOfExternalClock,
 }
 
 impl StoreFault {

@@ -8,12 +8,15 @@ use crate::edge::words::hex;
 use crate::formats::load_network;
 use crate::network::Topology;
 use crate::planted::{self, Bug};
+use crate::wire::ClockKind;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 const EDGE: &str = "edge";
 const NETWORK: &str = "network";
+/// The fact of a clock that clients move; no other one is noted.
+const CLOCK: &str = "clock";
 
 /// Numbers given in one start are fewer than this. Those of the next one begin after so many more, so that a
 /// number that was given and could not be stored is never given again.
@@ -74,6 +77,25 @@ pub(in crate::edge) fn open_identity(
     };
     let row = Row::put(Table::Facts, EDGE, write(&identity));
     Ok((identity, row))
+}
+
+/// Checks that what is stored was written by a clock of this kind, as far as that matters: what a client's clock has
+/// written is no world that another one may go on with, nor the other way round. Gives the row that remembers it.
+///
+/// # Errors
+/// When another clock has written it.
+pub(in crate::edge) fn check_clock(
+    facts: &[(String, String)],
+    kind: ClockKind,
+) -> Result<Option<Row>, StoreFault> {
+    let is_external = kind == ClockKind::External;
+    if fact(facts, EDGE).is_some() && fact(facts, CLOCK).is_some() != is_external {
+        return Err(match is_external {
+            true => StoreFault::NotOfExternalClock,
+            false => StoreFault::OfExternalClock,
+        });
+    }
+    Ok(is_external.then(|| Row::put(Table::Facts, CLOCK, write(&kind))))
 }
 
 pub(super) fn fact<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {

@@ -9,7 +9,7 @@ use crate::itinerary::{FlightOutcome, FlightRequest, Limits, find_alternate};
 use crate::network::{NodeIx, SegmentIx};
 use crate::recompose::Outcome;
 
-/// A detour's search takes at most this many labels and comparisons: a plan has dozens of them, and where none is found a safe
+/// Each search takes at most this many labels and checks: a plan has dozens of them, and where no detour is found a safe
 /// node is told.
 const MOST_LABELS: usize = 20_000;
 const MOST_CHECKS: usize = 200_000;
@@ -91,6 +91,16 @@ pub(super) fn contingency(
         closed_segments: &closed,
         ..from_here
     };
+    // All legs together take no more than a few searches, however many there are.
+    let share = world.limits.share(plan.legs.len());
+    let world = &DeliveryWorld {
+        limits: Limits {
+            labels: share.labels.min(MOST_LABELS),
+            checks: share.checks.min(MOST_CHECKS),
+            ..share
+        },
+        ..*world
+    };
     LegContingency {
         if_closed: if_closed(world, &around, plan, leg, scratch),
         safe: alternate(world, &from_here, scratch),
@@ -117,15 +127,7 @@ fn if_closed(
     leg: usize,
     scratch: &mut DeliveryScratch,
 ) -> FlownDetour {
-    let bounded = DeliveryWorld {
-        limits: Limits {
-            labels: world.limits.labels.min(MOST_LABELS),
-            checks: world.limits.checks.min(MOST_CHECKS),
-            ..world.limits
-        },
-        ..*world
-    };
-    let decision = bounded.decide(around, scratch);
+    let decision = world.decide(around, scratch);
     let (outcome, reserve_used) = match decision.outcome {
         FlightOutcome::Planned => (Outcome::Rerouted, false),
         FlightOutcome::Hold { .. } => (Outcome::Hold, false),

@@ -6,7 +6,7 @@ use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, Objective, Step, Unproved, Value, close, reopen,
 };
-use super::run::{Goal, Mode, Run};
+use super::run::{Goal, Mode, Run, RunEnd};
 use super::setting::FlightSetting;
 use super::trace::plan;
 use crate::network::NodeIx;
@@ -66,10 +66,10 @@ fn find_landing(
     let mut effort = Effort::default();
     let standing = standing_safely(&terms, goal);
     scratch.best.clear();
-    let (value, reason) = match standing {
+    let (value, lower_bound, reason) = match standing {
         Some((number, value)) => {
             scratch.best.push(How::Start(number));
-            (value, None)
+            (value, value, None)
         }
         None => fly_on(&terms, goal, scratch, &mut effort),
     };
@@ -88,7 +88,7 @@ fn find_landing(
             plan: Some(plan(&terms, &scratch.best, value)),
             value,
             proved: reason.is_none(),
-            lower_bound: value,
+            lower_bound,
             reason,
             step: Step::Exact,
             effort,
@@ -96,41 +96,47 @@ fn find_landing(
     })
 }
 
-/// The search for an alternate; its best steps are in the scratch.
+/// The search for an alternate: first with earlier as better, so that there is one where the other search reaches a bound. The value,
+/// its lower bound, and the limit that was reached; the best steps are in the scratch.
 fn fly_on(
     terms: &Expander<'_>,
     goal: Goal,
     scratch: &mut ItineraryScratch,
     effort: &mut Effort,
-) -> (Value, Option<Unproved>) {
-    let Expander {
-        world,
-        request,
-        potentials,
-        ..
-    } = *terms;
+) -> (Value, Value, Option<Unproved>) {
+    let request = terms.request;
     close(&mut scratch.closed, request.closed_segments);
-    let mut openings = std::mem::take(&mut scratch.openings);
-    openings.collect(world, request, potentials, Value::NONE);
-    scratch.openings = openings;
-    let mut run = Run {
-        terms: *terms,
-        mode: Mode::Exact,
-        goal,
-        scratch,
-        effort,
-        best: Value::NONE,
-        improved: false,
-        doubt: Value::NONE,
-        may_tie: false,
-        target: Value::LEAST,
-        most_labels: request.limits.labels,
-        walks: false,
+    let (labels, checks) = (request.limits.labels, request.limits.checks);
+    let mut best = Value::NONE;
+    let mut end = RunEnd {
+        bound: best,
+        stopped_by: None,
     };
-    let end = run.search();
-    let best = run.best;
+    for (mode, share) in [(Mode::Earlier, 2), (Mode::Exact, 1)] {
+        let mut run = Run {
+            terms: *terms,
+            mode,
+            goal,
+            scratch: &mut *scratch,
+            effort: &mut *effort,
+            best,
+            improved: false,
+            doubt: Value::NONE,
+            may_tie: false,
+            target: Value::LEAST,
+            most_labels: labels / share,
+            most_checks: checks / share,
+            walks: false,
+        };
+        end = run.search();
+        best = run.best;
+        let is_certain = end.stopped_by.is_none() && !run.doubt.beats(best);
+        if is_certain {
+            break;
+        }
+    }
     reopen(&mut scratch.closed, request.closed_segments);
-    (best, end.stopped_by)
+    (best, end.bound, end.stopped_by)
 }
 
 /// A drone that stands on a pad that stays free is safe where it is; where pads do not matter, one that stands.

@@ -63,7 +63,7 @@ struct Reached {
 }
 
 /// What cuts a drone off from a destination that it cannot reach: closures, other plans and taken pads first, then wind, energy
-/// and the deadline.
+/// and the deadline. Past a bound of the request, those that are known by then.
 pub(super) fn causes(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
@@ -94,23 +94,33 @@ pub(super) fn causes(
         may_tie: false,
         target: Value::LEAST,
         most_labels: request.limits.labels,
+        most_checks: request.limits.checks,
         walks: false,
     };
-    run.search();
+    let is_whole = run.search().stopped_by.is_none();
     let reached = reached(&terms, scratch);
+    // Beyond a label that was not taken nothing has been looked at.
+    let mut looked_beyond = vec![true; reached.len()];
+    let waiting = scratch.queue.iter().filter(|_| !is_whole);
+    for queued in waiting {
+        let node = scratch.labels[queued.label as usize].node;
+        looked_beyond[node.at()] = false;
+    }
     let mut boundary = ReachableBoundary {
         setting,
         terms: &terms,
         found: Found::default(),
     };
     for (at, there) in reached.iter().enumerate() {
-        if let Some(there) = there {
+        if let Some(there) = there
+            && looked_beyond[at]
+        {
             boundary.look_around(NodeIx(at as u32), there, &reached, scratch);
         }
     }
     let found = boundary.found;
     reopen(&mut scratch.closed, request.closed_segments);
-    found.into_causes()
+    found.into_causes(is_whole)
 }
 
 /// By node, what the labels of a search amount to.
@@ -293,7 +303,8 @@ impl ReachableBoundary<'_> {
 }
 
 impl Found {
-    fn into_causes(self) -> Vec<FlightCause> {
+    /// The causes; none at all where none is known because a bound was reached.
+    fn into_causes(self, is_whole: bool) -> Vec<FlightCause> {
         let mut causes: Vec<FlightCause> = Vec::new();
         causes.extend(self.closures.into_iter().map(FlightCause::Closure));
         causes.extend(self.segments.into_iter().map(FlightCause::Request));
@@ -310,7 +321,7 @@ impl Found {
         if self.deadline {
             causes.push(FlightCause::Deadline);
         }
-        if causes.is_empty() {
+        if causes.is_empty() && is_whole {
             causes.push(FlightCause::Network);
         }
         causes

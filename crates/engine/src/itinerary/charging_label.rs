@@ -100,6 +100,12 @@ impl ChargingLabel {
         1.0 - self.drawn - self.missing * (-charged_s / tau_s).exp()
     }
 
+    /// True where it weighs no more than the other and arrives no later.
+    #[inline]
+    pub(super) fn is_no_worse_at_first(&self, other: &Self) -> bool {
+        self.weight <= other.weight && self.lo_s <= other.lo_s
+    }
+
     /// Battery on the earliest arrival.
     #[inline]
     pub(super) fn battery_lo(&self) -> f64 {

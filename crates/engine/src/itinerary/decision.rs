@@ -15,6 +15,9 @@ const LEAST_HOLD_S: f64 = 1.0;
 /// Where no plan keeps the deadline, one that lands up to this much later, in seconds, is looked for.
 const LOOK_AHEAD_S: f64 = 86_400.0;
 
+/// Where there is no plan: when there would be one, why there is none, and two alternates.
+const SEARCHES_WITHOUT_PLAN: usize = 4;
+
 /// What is asked for: a request that takes its margins from the setting's rules.
 #[derive(Clone, Debug)]
 pub struct FlightOrder<'a> {
@@ -37,7 +40,7 @@ pub struct FlightOrder<'a> {
     pub explain: bool,
     /// An alternate's pad has to be free for so many seconds from the landing on.
     pub refuge_stay_s: f64,
-    /// How much each search may spend.
+    /// How much the search may spend. Where it finds no plan, what is looked for then may spend as much again, in all.
     pub limits: Limits<'a>,
 }
 
@@ -121,6 +124,10 @@ pub fn decide(
             opens: None,
         };
     }
+    let request = FlightRequest {
+        limits: order.limits.share(SEARCHES_WITHOUT_PLAN),
+        ..request
+    };
     let (opens, causes) = match order.explain {
         true => (
             opening(setting, &request, potentials, scratch),

@@ -24,7 +24,7 @@ pub(super) struct Expander<'a> {
     pub(super) potentials: &'a Potentials,
     pub(super) tau_s: f64,
     /// Seconds from the crossing altitude to the destination's landing site.
-    landing_s: f64,
+    pub(super) landing_s: f64,
     /// The lowest level at which a drone lands; charging is fastest there.
     lowest: f64,
     has_swaps: bool,
@@ -47,6 +47,17 @@ pub(super) struct SearchBuffers<'r> {
     pub(super) closed: &'r Bits,
     pub(super) intervals: &'r mut Vec<(f64, f64)>,
     pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
+}
+
+/// What flying a family over a leg takes, in comparisons of two labels.
+const CHECKS_PER_FLIGHT: usize = 8;
+
+impl SearchBuffers<'_> {
+    /// What the last flight over a leg took, in checks: more where other plans have it.
+    #[inline]
+    pub(super) fn checks_of_flight(&self) -> usize {
+        CHECKS_PER_FLIGHT + self.intervals.len()
+    }
 }
 
 impl<'a> Expander<'a> {
@@ -126,6 +137,45 @@ impl<'a> Expander<'a> {
             Objective::Distance => FlightLegs::rounded_m(start.flown_m),
             Objective::Energy => energy_weight(start.drawn),
             Objective::Time => 0.0,
+        }
+    }
+
+    /// What a metre of straight line weighs at least.
+    pub(super) fn weight_per_m(&self) -> f64 {
+        let legs = self.world.legs;
+        match self.request.objective {
+            Objective::Distance => self.world.topology.straight_line_scale(),
+            // A second of flight draws at least so much, and covers at most so many metres.
+            Objective::Energy => {
+                legs.least_draw_per_s() / legs.fastest_mps().max(f64::MIN_POSITIVE)
+            }
+            Objective::Time => 0.0,
+        }
+    }
+
+    /// What a second of flight between two stops weighs at least.
+    pub(super) fn weight_per_s(&self) -> f64 {
+        match self.request.objective {
+            Objective::Distance => self.potentials.slowest_mps(),
+            Objective::Energy => self.world.legs.least_draw_per_s(),
+            Objective::Time => 0.0,
+        }
+    }
+
+    /// The least that charging takes, at stops that are still ahead, where so much of a battery is missing.
+    pub(super) fn stops_s(&self, missing: f64) -> f64 {
+        match missing > 1e-9 {
+            true => self.least_stops_s(missing, false),
+            false => 0.0,
+        }
+    }
+
+    /// Seconds on a pad of a node before a battery charges, or until it is swapped.
+    pub(super) fn handling_s(&self, node: NodeIx) -> f64 {
+        let rules = self.world.rules;
+        match self.world.pads.swaps(node) {
+            true => rules.swap_s,
+            false => rules.stop_s,
         }
     }
 
@@ -215,6 +265,7 @@ impl<'a> Expander<'a> {
     pub(super) fn fly(&self, departure: Departure<'_>, leg: u32, room: &mut SearchBuffers<'_>) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
+        room.intervals.clear();
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
             return;
         }
@@ -330,15 +381,13 @@ impl<'a> Expander<'a> {
         stays_until_s: f64,
         room: &mut SearchBuffers<'_>,
     ) {
-        let rules = self.world.rules;
         let vertical_s = self.world.legs.vertical_s(node);
         let arrived_s = lands_s - vertical_s;
         let climb = self.world.legs.climb_energy(node);
         let weight = family.weight + self.energy_weight(climb);
         let until_s = (stays_until_s + vertical_s).min(self.latest_s(node));
         let swaps = self.world.pads.swaps(node);
-        let handling_s = if swaps { rules.swap_s } else { rules.stop_s };
-        let ready_s = lands_s + handling_s + vertical_s;
+        let ready_s = lands_s + self.handling_s(node) + vertical_s;
         if ready_s > until_s {
             return;
         }
@@ -362,6 +411,7 @@ impl<'a> Expander<'a> {
     ) {
         let legs = self.world.legs;
         let flight = legs.leg(leg);
+        room.intervals.clear();
         if !flight.least.is_flyable() || room.closed.contains(flight.segment.0) {
             return;
         }
@@ -377,7 +427,6 @@ impl<'a> Expander<'a> {
                 time_s: cost.time_s,
                 leaving: departure.leaving,
             };
-            room.intervals.clear();
             obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
             room.intervals
                 .sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -419,12 +468,8 @@ impl<'a> Expander<'a> {
         room: &mut SearchBuffers<'_>,
     ) {
         let pads = self.world.pads;
-        let rules = self.world.rules;
         let lands_s = family.lo_s + self.world.legs.vertical_s(node);
-        let handling_s = match pads.swaps(node) {
-            true => rules.swap_s,
-            false => rules.stop_s,
-        };
+        let handling_s = self.handling_s(node);
         let suffices = |lands_s: f64, until_s: f64| until_s >= lands_s + handling_s;
         let at_once = suffices(lands_s, pads.stay_until_s(node, lands_s)).then_some(lands_s);
         let lands_s = at_once.or_else(|| {

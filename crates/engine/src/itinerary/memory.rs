@@ -32,7 +32,7 @@ pub(super) struct Label {
     /// Tells ways apart, whatever the stops on them.
     pub(super) way: u64,
     /// The next label at the node.
-    next: u32,
+    pub(super) next: u32,
     /// Dominated by a later one.
     pub(super) is_dead: bool,
 }
@@ -152,6 +152,7 @@ impl ItineraryScratch {
     pub(super) fn clear(&mut self) {
         self.labels.clear();
         self.queue.clear();
+        self.openings.clear();
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
             self.marks.fill(0);
@@ -168,15 +169,9 @@ impl ItineraryScratch {
         }
     }
 
-    /// The label after another one at its node.
-    #[inline]
-    pub(super) fn after(&self, label: u32) -> u32 {
-        self.labels[label as usize].next
-    }
-
     /// Takes a label out of its node's list; `before` is the one in front of it.
     pub(super) fn unlink(&mut self, before: u32, label: u32) {
-        let after = self.after(label);
+        let after = self.labels[label as usize].next;
         self.labels[label as usize].is_dead = true;
         match self.labels.get_mut(before as usize) {
             Some(before) => before.next = after,

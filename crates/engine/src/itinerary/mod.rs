@@ -30,6 +30,7 @@ mod timed;
 mod trace;
 mod under_way;
 mod walk;
+mod yardstick;
 
 pub use alternate::{Alternate, find_alternate, find_nearest};
 pub use blocking_causes::FlightCause;
@@ -47,6 +48,7 @@ pub use request::{
 pub use search::{find, find_plainly};
 pub use setting::FlightSetting;
 pub use timed::timed_closures;
+pub use yardstick::Yardstick;
 
 /// A plan begins at one of at most this many starts; more are not looked at.
 pub const MAX_STARTS: usize = 16;

@@ -50,9 +50,6 @@ pub fn find_near(
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
     close(&mut scratch.closed, request.closed_segments);
-    let mut openings = std::mem::take(&mut scratch.openings);
-    openings.collect(&world, &request, &potentials, Value::NONE);
-    scratch.openings = openings;
     let mut effort = Effort::default();
     let mut run = Run {
         terms,
@@ -66,6 +63,7 @@ pub fn find_near(
         may_tie: false,
         target: Value::LEAST,
         most_labels: request.limits.labels.min(MOST_LABELS),
+        most_checks: request.limits.checks,
         walks: false,
     };
     run.search();

@@ -42,6 +42,7 @@ pub struct Potentials {
     remaining: Vec<Remaining>,
     /// Nodes from which two ways have the least weight.
     tied: Bits,
+    slowest_mps: f64,
 }
 
 impl Potentials {
@@ -82,6 +83,7 @@ impl Potentials {
             objective,
             remaining,
             tied,
+            slowest_mps: slowest_mps(legs),
         }
     }
 
@@ -108,6 +110,7 @@ impl Potentials {
             objective,
             remaining: vec![nothing; nodes],
             tied: Bits::empty(nodes),
+            slowest_mps: 0.0,
         }
     }
 
@@ -125,7 +128,13 @@ impl Potentials {
             objective: self.objective,
             remaining: remaining.collect(),
             tied: self.tied.clone(),
+            slowest_mps: self.slowest_mps,
         }
+    }
+
+    /// No leg takes longer for its metres than at this ground speed, in any wind, changes of altitude included.
+    pub(super) fn slowest_mps(&self) -> f64 {
+        self.slowest_mps
     }
 
     /// Bytes held in memory.
@@ -151,6 +160,19 @@ impl Potentials {
     pub(super) fn is_only_way(&self, node: NodeIx) -> bool {
         self.objective != Objective::Time && !self.tied.contains(node.0)
     }
+}
+
+/// The least metres per second of any leg in any period.
+fn slowest_mps(legs: &FlightLegs) -> f64 {
+    let periods = 0..=legs.changes_s().len();
+    let costs = periods.flat_map(|period| {
+        let of_leg = move |leg| (legs.leg(leg).length_m, legs.cost(leg, period));
+        (0..legs.len() as u32).map(of_leg)
+    });
+    costs
+        .filter(|(_, cost)| cost.is_flyable())
+        .map(|(length_m, cost)| length_m / cost.time_s)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// The weight of a leg, as far as it does not depend on when it is flown.

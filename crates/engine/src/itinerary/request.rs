@@ -55,24 +55,77 @@ impl FlightRequest<'_> {
     pub const NO_RESERVE: f64 = -1_000.0;
 }
 
+/// A label takes at least so many checks, with the flights over the legs from its node.
+const CHECKS_PER_LABEL: usize = 40;
+/// No search is bounded by fewer labels.
+const LEAST_LABELS: usize = 256;
+
 /// What bounds a search; past a bound the best plan so far is the answer.
 #[derive(Clone, Copy)]
 pub struct Limits<'a> {
     /// Labels taken from the queue, in all steps together.
     pub labels: usize,
-    /// Comparisons of two labels, and of labels with openings.
+    /// Comparisons of two labels, of labels with openings, and what flights over legs take in such comparisons.
     pub checks: usize,
     /// Asked now and then; true ends the search. What knows the time stands above the pure half.
     pub is_over: Option<&'a dyn Fn() -> bool>,
 }
 
-impl Default for Limits<'_> {
-    fn default() -> Self {
+impl Limits<'_> {
+    /// For who can wait for a proof: seconds at the worst.
+    pub const THOROUGH: Self = Self {
+        labels: 200_000,
+        checks: 20_000_000,
+        is_over: None,
+    };
+
+    /// Checks that a search does in a second, at least, on a core of a server of 2020. A
+    /// [`Yardstick`](super::Yardstick) tells how many another one does.
+    pub const CHECKS_PER_S: f64 = 40e6;
+
+    /// Bounds that a search reaches after about so many seconds on a core that does so many checks in a second.
+    ///
+    /// Checks bound the time: whatever takes any is counted in them. Labels bound the memory.
+    pub fn within(seconds: f64, checks_per_s: f64) -> Self {
+        let checks = (seconds * checks_per_s) as usize;
         Self {
-            labels: 200_000,
-            checks: 20_000_000,
+            labels: (checks / CHECKS_PER_LABEL).max(LEAST_LABELS),
+            checks: checks.max(LEAST_LABELS * CHECKS_PER_LABEL),
             is_over: None,
         }
+    }
+
+    /// Bounds for a request that a client waits for.
+    pub fn of_request(objective: Objective, checks_per_s: f64) -> Self {
+        let seconds = match objective {
+            Objective::Distance | Objective::Energy => 0.02,
+            Objective::Time => 0.05,
+        };
+        Self::within(seconds, checks_per_s)
+    }
+
+    /// Bounds for one of many plans that are made anew together.
+    pub fn of_replanning(checks_per_s: f64) -> Self {
+        Self::within(0.005, checks_per_s)
+    }
+
+    /// One part in so many, for each of several searches; enough to find a plan where little is in the way.
+    #[must_use]
+    pub fn share(self, parts: usize) -> Self {
+        let parts = parts.max(1);
+        let least = Self::within(0.0, 0.0);
+        Self {
+            labels: (self.labels / parts).max(least.labels.min(self.labels)),
+            checks: (self.checks / parts).max(least.checks.min(self.checks)),
+            is_over: self.is_over,
+        }
+    }
+}
+
+/// As [`Limits::of_request`] by time, without having measured.
+impl Default for Limits<'_> {
+    fn default() -> Self {
+        Self::of_request(Objective::Time, Self::CHECKS_PER_S)
     }
 }
 
@@ -157,7 +210,7 @@ pub enum Step {
 pub struct Effort {
     /// Labels taken from the queue.
     pub labels: usize,
-    /// Comparisons of labels.
+    /// Checks, as [`Limits::checks`] counts them.
     pub checks: usize,
     /// Ways walked down the destination's tree.
     pub walks: usize,

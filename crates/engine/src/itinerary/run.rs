@@ -69,6 +69,8 @@ pub(super) struct Run<'a, 's> {
     pub(super) target: Value,
     /// Labels that may be taken, in all runs together.
     pub(super) most_labels: usize,
+    /// Checks, likewise.
+    pub(super) most_checks: usize,
     /// Whether ways are walked down the tree.
     pub(super) walks: bool,
 }
@@ -96,6 +98,7 @@ impl Run<'_, '_> {
                 continue;
             }
             if let Some(limit) = self.limit_reached() {
+                self.scratch.queue.push(Queued { key, label });
                 return RunEnd {
                     bound: key,
                     stopped_by: Some(limit),
@@ -140,7 +143,7 @@ impl Run<'_, '_> {
         if self.effort.labels >= self.most_labels {
             return Some(Unproved::Labels);
         }
-        if self.effort.checks >= limits.checks {
+        if self.effort.checks >= self.most_checks {
             return Some(Unproved::Checks);
         }
         let is_time_to_ask = self.effort.labels.is_multiple_of(LABELS_BETWEEN_QUESTIONS);
@@ -310,6 +313,7 @@ impl Run<'_, '_> {
                 Mode::Hovering => self.terms.fly_relaxed(departure, leg, &mut room),
                 Mode::Earlier | Mode::Exact => self.terms.fly(departure, leg, &mut room),
             }
+            self.effort.checks += room.checks_of_flight();
             let to = self.terms.world.legs.leg(leg).to;
             let way = next_way(taken.way, leg);
             self.offer_all(&offers, to, label, way);
@@ -348,40 +352,44 @@ impl Run<'_, '_> {
         }
         let (mut before, mut other) = (NO_LABEL, self.scratch.head(label.node));
         while other != NO_LABEL {
-            let after = self.scratch.after(other);
-            let there = self.scratch.labels[other as usize];
-            if self.dominates(&there, &label) {
-                if self.mode == Mode::Hovering {
-                    let is_as_heavy = there.family.weight == label.family.weight;
-                    self.may_tie |= is_as_heavy && there.way != label.way;
+            self.effort.checks += 1;
+            let there = &self.scratch.labels[other as usize];
+            let after = there.next;
+            let may_be_needless = there.family.is_no_worse_at_first(&label.family);
+            let may_stand_for = label.family.is_no_worse_at_first(&there.family);
+            if may_be_needless || may_stand_for {
+                let there = *there;
+                if may_be_needless && self.dominates(&there, &label) {
+                    self.note_tie(&there, &label);
+                    return;
                 }
-                return;
-            }
-            if self.dominates(&label, &there) {
-                if self.mode == Mode::Hovering {
-                    let is_as_heavy = there.family.weight == label.family.weight;
-                    self.may_tie |= is_as_heavy && there.way != label.way;
+                if may_stand_for && self.dominates(&label, &there) {
+                    self.note_tie(&there, &label);
+                    self.scratch.unlink(before, other);
+                    other = after;
+                    continue;
                 }
-                self.scratch.unlink(before, other);
-            } else {
-                before = other;
             }
-            other = after;
+            (before, other) = (other, after);
         }
         self.scratch.push(label, key);
     }
 
-    /// True where every plan that goes on from `other` has one from `one` that is as good.
+    /// Of two labels one is dropped for the other one: two ways may have the same weight.
+    fn note_tie(&mut self, one: &Label, other: &Label) {
+        let is_as_heavy = one.family.weight == other.family.weight;
+        self.may_tie |= self.mode == Mode::Hovering && is_as_heavy && one.way != other.way;
+    }
+
+    /// True where every plan that goes on from `other` has one from `one` that is as good; `one` is no worse at first.
     fn dominates(&mut self, one: &Label, other: &Label) -> bool {
-        self.effort.checks += 1;
         let is_start = |label: &Label| matches!(label.how, How::Start(_));
         if is_start(other) && !is_start(one) {
             // A closed node lets out who begins there, and nobody else.
             return false;
         }
         let (earlier, later) = (&one.family, &other.family);
-        let may_be = earlier.weight <= later.weight && earlier.lo_s <= later.lo_s;
-        if !may_be || !earlier.has_battery_of(later, self.terms.tau_s) {
+        if !earlier.has_battery_of(later, self.terms.tau_s) {
             return false;
         }
         match self.mode {
@@ -420,12 +428,11 @@ impl Run<'_, '_> {
 
     /// True where an opening lies between the two.
     fn parted(&mut self, one: &Label, other: &Label) -> bool {
-        let place = self.terms.world.topology.position(one.node);
         self.scratch.openings.part(
-            place,
+            &self.terms,
+            one.node,
             &one.family,
             &other.family,
-            self.terms.request.reserve,
             self.best,
             &mut self.effort.checks,
         )

@@ -11,11 +11,13 @@ use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
 use crate::network::NodeIx;
 
-/// Shares of the labels that the first two steps may take.
+/// Of labels and checks, each of the first two steps may take one part in so many.
 const STEP_SHARE: usize = 4;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
+/// It takes at most one check in so many.
+const PROBE_SHARE: usize = 8;
 
 /// Finds the best plan of a request.
 ///
@@ -97,7 +99,7 @@ impl Search<'_, '_> {
             return;
         }
         self.step = Step::Earlier;
-        if self.earlier(PROBE_LABELS) {
+        if self.earlier(PROBE_LABELS, PROBE_SHARE) {
             self.bound = self.best;
             return;
         }
@@ -107,7 +109,7 @@ impl Search<'_, '_> {
             return;
         }
         self.step = Step::Earlier;
-        if self.earlier(self.terms.request.limits.labels / STEP_SHARE) {
+        if self.earlier(self.terms.request.limits.labels / STEP_SHARE, STEP_SHARE) {
             self.bound = self.best;
             return;
         }
@@ -234,8 +236,8 @@ impl Search<'_, '_> {
 
     /// The relaxation, and its plan held against the windows; true where that settles it.
     fn hovering(&mut self) -> bool {
-        let limit = self.terms.request.limits.labels / STEP_SHARE;
-        let mut run = self.run(Mode::Hovering, limit, true);
+        let labels = self.terms.request.limits.labels / STEP_SHARE;
+        let mut run = self.run(Mode::Hovering, labels, STEP_SHARE, true);
         let end = run.search();
         let (relaxed, improved, may_tie) = (run.best, run.improved, run.may_tie);
         // Stopped early, the run may have been looking at later plans of the weight it has found.
@@ -291,9 +293,9 @@ impl Search<'_, '_> {
     }
 
     /// The search for which earlier is better; true where its plan is certainly the best.
-    fn earlier(&mut self, labels: usize) -> bool {
-        let limit = self.effort.labels + labels.min(self.terms.request.limits.labels);
-        let mut run = self.run(Mode::Earlier, limit, true);
+    fn earlier(&mut self, labels: usize, share: usize) -> bool {
+        let labels = self.effort.labels + labels.min(self.terms.request.limits.labels);
+        let mut run = self.run(Mode::Earlier, labels, share, true);
         let end = run.search();
         let (best, doubt) = (run.best, run.doubt);
         self.best = best;
@@ -302,16 +304,8 @@ impl Search<'_, '_> {
     }
 
     fn exact(&mut self, walks: bool) {
-        let Expander {
-            world,
-            request,
-            potentials,
-            ..
-        } = self.terms;
-        let mut openings = std::mem::take(&mut self.scratch.openings);
-        openings.collect(world, request, potentials, self.best);
-        self.scratch.openings = openings;
-        let mut run = self.run(Mode::Exact, request.limits.labels, walks);
+        let labels = self.terms.request.limits.labels;
+        let mut run = self.run(Mode::Exact, labels, 1, walks);
         let RunEnd { bound, stopped_by } = run.search();
         self.best = run.best;
         self.reason = stopped_by;
@@ -325,7 +319,10 @@ impl Search<'_, '_> {
         }
     }
 
-    fn run(&mut self, mode: Mode, most_labels: usize, walks: bool) -> Run<'_, '_> {
+    /// A run that may go on to a number of labels in all, and for one part in so many of the checks.
+    fn run(&mut self, mode: Mode, most_labels: usize, share: usize, walks: bool) -> Run<'_, '_> {
+        let checks = self.terms.request.limits.checks;
+        let most_checks = checks.min(self.effort.checks + checks / share);
         Run {
             terms: self.terms,
             mode,
@@ -341,6 +338,7 @@ impl Search<'_, '_> {
                 Mode::Earlier | Mode::Exact => self.bound,
             },
             most_labels,
+            most_checks,
             walks,
         }
     }

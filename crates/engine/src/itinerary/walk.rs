@@ -72,7 +72,7 @@ pub(super) fn walk(
         intervals,
         offers,
     };
-    if let Some(end) = without_stops(terms, from, along, walked, &mut room) {
+    if let Some(end) = without_stops(terms, from, along, walked, &mut room, checks) {
         return Some(end);
     }
     with_stops(terms, from, along, best, walked, &mut room, checks)
@@ -85,6 +85,7 @@ fn without_stops(
     along: Along<'_>,
     walked: &mut Vec<Descent>,
     room: &mut SearchBuffers<'_>,
+    checks: &mut usize,
 ) -> Option<WalkEnd> {
     let reserve = terms.request.reserve;
     if let Along::Tree = along {
@@ -110,6 +111,7 @@ fn without_stops(
             leaving: terms.leaving(how),
         };
         terms.fly(departure, leg, room);
+        *checks += room.checks_of_flight();
         let &[(flown, how)] = room.offers.as_slice() else {
             return None;
         };
@@ -242,6 +244,9 @@ impl Pass<'_, '_, '_> {
         let end = walked.len();
         let to = terms.world.legs.leg(leg).to;
         for parent in first..end {
+            if self.is_spent() {
+                break;
+            }
             let Descent { family, how, .. } = walked[parent];
             room.offers.clear();
             let departure = Departure {
@@ -250,6 +255,7 @@ impl Pass<'_, '_, '_> {
                 leaving: terms.leaving(how),
             };
             terms.fly(departure, leg, room);
+            *self.checks += room.checks_of_flight();
             for &(flown, how) in room.offers.iter() {
                 if terms.key(&flown, to).beats(self.best) {
                     let parent = parent as u32;
@@ -280,6 +286,9 @@ impl Pass<'_, '_, '_> {
     ) {
         let end = walked.len();
         for parent in first..end {
+            if self.is_spent() {
+                break;
+            }
             let family = walked[parent].family;
             room.offers.clear();
             self.terms.stop(&family, node, room);
@@ -295,6 +304,13 @@ impl Pass<'_, '_, '_> {
                 }
             }
         }
+    }
+
+    /// True once the bound on checks is reached; then families are left out.
+    fn is_spent(&mut self) -> bool {
+        let is_spent = *self.checks >= self.terms.request.limits.checks;
+        self.is_complete &= !is_spent;
+        is_spent
     }
 
     /// Adds a family unless one from `first` on can do all that it can, in place of those that it can stand for. All have

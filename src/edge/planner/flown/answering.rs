@@ -2,7 +2,7 @@
 
 use super::reported::ReportingDrone;
 use super::terms::DroneKind;
-use super::{Flights, FlownVersion, Ground};
+use super::{Budget, Flights, FlownVersion, Ground};
 use crate::delivery::BatteryNow;
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
@@ -124,6 +124,7 @@ impl Flights {
             planned_stops: None,
             stand: None,
             landing: None,
+            budget: Budget::Wave,
             plan: Some(plan.id.clone()),
             drone_id: plan.drone_id.clone(),
         }
@@ -132,7 +133,7 @@ impl Flights {
     /// What the drone of a plan flies in.
     pub(super) fn ground_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> Ground {
         let own = scene.traffic.own_of_plan(plan);
-        self.ground(scene, &self.kind_of(plan), own)
+        self.ground(scene, &self.kind_of(plan), own, Budget::Wave)
     }
 
     pub(super) fn objective_of(&self, plan: &PlanEntry) -> Objective {

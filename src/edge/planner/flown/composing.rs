@@ -2,7 +2,7 @@
 
 use super::kept::Told;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
-use super::{Flights, FlownVersion};
+use super::{Budget, Flights, FlownVersion};
 use crate::delivery::{DeliveryRequest, compose};
 use crate::edge::planner::{Course, Scene, Stated, Wanted};
 use crate::intake::Faults;
@@ -74,7 +74,8 @@ impl Flights {
             battery,
         } = terms;
         let own = scene.traffic.own(None, wanted.drone_id);
-        let ground = self.ground(scene, kind, own);
+        let budget = Budget::Request(order.objective);
+        let ground = self.ground(scene, kind, own, budget);
         let ground = if wanted.plainly {
             ground.without_tables()
         } else {

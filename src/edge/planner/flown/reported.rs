@@ -2,7 +2,7 @@
 
 use super::answering::{AT_NODE_M, Stand, stops_ahead};
 use super::terms::DroneKind;
-use super::{Flights, FlownVersion, Ground};
+use super::{Budget, Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
     self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
@@ -52,6 +52,7 @@ pub(super) struct ReportingDrone {
     pub(super) stand: Option<Stand>,
     /// Where it has to land, of which nothing that it reports shows that it can fly on.
     pub(super) landing: Option<Landing>,
+    pub(super) budget: Budget,
     /// Its plan, whose legs and pads are in nobody's way but its own.
     pub(super) plan: Option<Arc<str>>,
     /// The drone of that plan.
@@ -97,7 +98,7 @@ impl Flight {
     /// computed in.
     pub(in crate::edge) fn question(&self, scene: Scene<'_>, request: &Request) -> Value {
         let (flights, drone) = (&self.flights, &self.drone);
-        let ground = flights.ground(scene, &drone.kind, drone.own(scene));
+        let ground = flights.ground(scene, &drone.kind, drone.own(scene), drone.budget);
         write_flight_question(&FlightQuestion {
             skies: &ground.skies,
             setting: &ground.setting,
@@ -105,6 +106,7 @@ impl Flight {
             failure: &flights.failure(drone, request, scene.now),
             stand: drone.stand.map(|stand| flights.in_seconds(stand)),
             refuge_stay_s: flights.settings.refuge_stay_s,
+            limits: ground.limits,
         })
     }
 }
@@ -166,10 +168,12 @@ impl Flights {
             battery: stated.unwrap_or(stand.battery),
             ..stand
         });
+        let objective = self.objective_of_report(report, plan, read);
         Some(ReportingDrone {
             kind: self.kind_of_reporter(&facts, plan, read),
             battery,
-            objective: self.objective_of_report(report, plan, read),
+            objective,
+            budget: Budget::Request(objective),
             deadline_s: self.deadline_of_report(report, plan, scene.now, read),
             planned_stops: plan.zip(leg).and_then(|(plan, leg)| stops_ahead(plan, leg)),
             stand,
@@ -293,7 +297,7 @@ impl Flights {
         drone: ReportingDrone,
         request: &Request,
     ) -> Answer {
-        let ground = self.ground(scene, &drone.kind, drone.own(scene));
+        let ground = self.ground(scene, &drone.kind, drone.own(scene), drone.budget);
         self.answer_on(&ground, scene, drone, request)
     }
 
@@ -304,7 +308,7 @@ impl Flights {
         drone: ReportingDrone,
         request: &Request,
     ) -> Answer {
-        let ground = self.ground(scene, &drone.kind, drone.own(scene));
+        let ground = self.ground(scene, &drone.kind, drone.own(scene), drone.budget);
         self.answer_on(&ground.without_tables(), scene, drone, request)
     }
 
