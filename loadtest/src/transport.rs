@@ -5,6 +5,7 @@
 use bytes::Bytes;
 use http::{HeaderValue, Method, Request, header};
 use http_body_util::{BodyExt, Full};
+use hyper::body::Incoming;
 use hyper::client::conn::{http1, http2};
 use hyper_util::rt::{TokioExecutor, TokioIo};
 use std::cell::{Cell, RefCell};
@@ -257,6 +258,17 @@ impl Drop for Connections {
         // Each knows the list that it is in, so that neither would go by itself.
         drop(self.rest.idle.take());
     }
+}
+
+/// What a path tells for as long as the server has something to tell, over a connection of its own.
+pub(crate) async fn stream(address: SocketAddr, path: &str) -> Result<Incoming, Broken> {
+    let stream = connected(address).await?;
+    let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
+    tokio::spawn(connection);
+    let request = Request::get(path)
+        .header(header::HOST, address.to_string())
+        .body(Full::<Bytes>::default())?;
+    Ok(sender.send_request(request).await?.into_body())
 }
 
 async fn connected(address: SocketAddr) -> Result<TcpStream, Broken> {
