@@ -1,6 +1,5 @@
 //! Who wins, what is refused and how, what the sample says, and with what an edge may start.
 
-use super::value::Value as _;
 use super::*;
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -493,16 +492,4 @@ fn the_clock_is_simulated_only_when_asked_for() {
         kind(&[("clock.start", "2026-05-04T08:00:00Z")]),
         ClockKind::Simulated
     );
-}
-
-#[test]
-fn what_a_database_remarks_is_for_those_who_ask_for_it() {
-    use tracing::Level;
-    let tells = |filter: &str, level: Level| {
-        let filter = LogFilter::read(filter).expect("a filter");
-        filter.targets().would_enable("sqlx::query", &level)
-    };
-    assert!(!tells("info", Level::INFO) && tells("info", Level::WARN));
-    assert!(!tells("debug", Level::INFO) && !tells("error", Level::WARN));
-    assert!(tells("info,sqlx=debug", Level::DEBUG));
 }

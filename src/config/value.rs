@@ -451,3 +451,21 @@ impl Value for LogFilter {
         self.text.clone()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::LogFilter;
+    use super::Value as _;
+    use tracing::Level;
+
+    #[test]
+    fn what_a_database_remarks_is_for_those_who_ask_for_it() {
+        let tells = |filter: &str, level: Level| {
+            let filter = LogFilter::read(filter).expect("a filter");
+            filter.targets().would_enable("sqlx::query", &level)
+        };
+        assert!(!tells("info", Level::INFO) && tells("info", Level::WARN));
+        assert!(!tells("debug", Level::INFO) && !tells("error", Level::WARN));
+        assert!(tells("info,sqlx=debug", Level::DEBUG));
+    }
+}

@@ -193,10 +193,7 @@ impl Edge {
         let stopwatch = self.clock.stopwatch();
         let now = self.clock.now();
         let snapshot = self.on_network()?;
-        let ParsedReport {
-            report,
-            warnings: mut read,
-        } = parsed;
+        let (report, mut read) = (parsed.report, parsed.warnings);
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
         let own = drone_of(caller, &report, plan.as_deref(), &mut read);
         let settled = traces::of_settling().in_scope(|| {
@@ -205,13 +202,13 @@ impl Edge {
             resolve_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
-        let is_quote = plan.as_ref().is_some_and(|plan| plan.is_quote());
+        let is_told_only = dry_run || manner == ReplyMode::Suppressed;
         let case = Case {
             snapshot: &snapshot,
             report: &report,
             request: &settled.request,
             plan: plan.as_ref(),
-            may_change: !dry_run && manner != ReplyMode::Suppressed && !is_quote,
+            may_change: !is_told_only && plan.as_ref().is_none_or(|plan| !plan.is_quote()),
             drone_id: own.as_deref(),
             now,
         };

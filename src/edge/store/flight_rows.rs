@@ -273,13 +273,7 @@ fn store_legs(flown: &FlownVersion) -> Vec<StoredFlownLeg> {
     let figures = composition.figures.legs.iter();
     let legs = composition.plan.legs.iter().zip(figures);
     // Contingencies that are still to be worked out have no ends yet.
-    let ends = flown
-        .ends
-        .iter()
-        .copied()
-        .map(Some)
-        .chain(std::iter::repeat(None));
-    let ends = ends.map(Option::unwrap_or_default);
+    let ends = (0..).map(|leg: usize| flown.ends.get(leg).copied().unwrap_or_default());
     let told = legs.zip(&composition.leg_costs_usd).zip(ends);
     let end = |end: DetourEnd| StoredEnd(end.arrives_s, end.battery, end.reserve_used);
     told.map(|(((leg, figures), &cost_usd), ends)| StoredFlownLeg {

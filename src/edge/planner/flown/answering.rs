@@ -1,6 +1,6 @@
 //! What the drone of a plan is to fly when the world has changed, by the flight model.
 
-use super::assumed::Assumed;
+use super::known::assumed_of;
 use super::reported::ReportingDrone;
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
@@ -125,7 +125,7 @@ impl Flights {
         ReportingDrone {
             kind: self.kind_of(plan),
             battery: BatteryNow::Given(0.0),
-            assumed: Assumed::of_drone(Some(plan), sighting, scene.now),
+            assumed: assumed_of(Some(plan), sighting, scene.now),
             objective: self.objective_of(plan),
             deadline_s: self.deadline_s(plan, scene.now),
             planned_stops: None,

@@ -1,12 +1,6 @@
 //! What of a flight is a default, as neither client nor telemetry said it.
 
-use crate::edge::drones::Sighting;
-use crate::edge::plan_entry::PlanEntry;
-use jiff::{SignedDuration, Timestamp};
 use std::borrow::Cow;
-
-/// A battery that was told longer ago is not known any more.
-pub(super) const SEEN_WITHIN: SignedDuration = SignedDuration::from_mins(5);
 
 /// What a flight rests on that is a default: neither the client said it, nor telemetry lately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,22 +10,6 @@ pub(in crate::edge) struct Assumed {
 }
 
 impl Assumed {
-    /// What is a default of a drone, by its plan and its telemetry. A plan that has departed says of no battery what is left.
-    pub(super) fn of_drone(
-        plan: Option<&PlanEntry>,
-        sighting: Option<&Sighting>,
-        now: Timestamp,
-    ) -> Self {
-        let order = plan.and_then(|plan| plan.order.as_ref());
-        let waiting = plan.filter(|plan| now < plan.reported.departs_at);
-        let waiting = waiting.and_then(|plan| plan.reported.flight.as_deref());
-        let is_said = waiting.is_some_and(|flown| !flown.assumed.battery);
-        Self {
-            airframe: order.is_none_or(|order| !order.is_airframe_named),
-            battery: !is_said && seen_lately(plan, sighting, now).is_none(),
-        }
-    }
-
     /// The same where a report names the airframe, or states the battery.
     pub(super) fn but_for(self, is_airframe_named: bool, is_battery_stated: bool) -> Self {
         Self {
@@ -61,17 +39,4 @@ impl Assumed {
         };
         (Cow::Borrowed(energy), names)
     }
-}
-
-/// The battery by the telemetry of the last minutes, of the flight that its drone is on.
-pub(super) fn seen_lately(
-    plan: Option<&PlanEntry>,
-    sighting: Option<&Sighting>,
-    now: Timestamp,
-) -> Option<f64> {
-    let lately = sighting.filter(|sighting| {
-        let is_of_plan = plan.is_none_or(|plan| sighting.seen_at >= plan.reported.departs_at);
-        is_of_plan && now.duration_since(sighting.seen_at) <= SEEN_WITHIN
-    });
-    lately?.battery_fraction
 }

@@ -1,7 +1,8 @@
 //! Deliveries that are flown: what is asked for, read strictly, and the plan that comes of it.
 
-use super::assumed::{Assumed, SEEN_WITHIN};
+use super::assumed::Assumed;
 use super::kept::Told;
+use super::known::SEEN_WITHIN;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
 use super::{Budget, Flights, FlownVersion};
 use crate::delivery::{DeliveryRequest, compose};

@@ -3,6 +3,7 @@
 //! All seconds here count from one instant, the edge's start, so that tables of legs in a wind that changes outlive the states
 //! of the airspace. What is kept of a plan counts from its departure instead: [`FlownVersion`].
 
+mod answered;
 mod answering;
 mod assumed;
 mod carrying;
@@ -12,6 +13,7 @@ mod composing;
 mod expected;
 mod flown_version;
 mod kept;
+mod known;
 mod planner;
 mod reported;
 mod terms;

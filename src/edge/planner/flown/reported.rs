@@ -1,14 +1,16 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
+use super::answered::without_flight;
 use super::answering::{AT_NODE_M, Stand, stops_ahead};
-use super::assumed::{Assumed, seen_lately};
+use super::assumed::Assumed;
 use super::kept::Told;
+use super::known::{assumed_of, seen_lately};
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
     self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
-    answer_failure, severance,
+    answer_failure,
 };
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
@@ -19,8 +21,7 @@ use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
 use crate::itinerary::Objective;
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
-use crate::recompose::{Recomposition, Request, Severance};
-use crate::routing::Path;
+use crate::recompose::Request;
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -176,7 +177,7 @@ impl Flights {
         Some(ReportingDrone {
             kind: self.kind_of_reporter(&facts, plan, read),
             battery,
-            assumed: Assumed::of_drone(plan, sighting.as_ref(), scene.now)
+            assumed: assumed_of(plan, sighting.as_ref(), scene.now)
                 .but_for(is_named, stated.is_some()),
             objective,
             budget: Budget::Request(objective),
@@ -456,49 +457,4 @@ fn battery(
         before: leg.battery_before,
         after: leg.battery_after,
     })
-}
-
-/// An answer in the terms that those without a flight have, too.
-fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition {
-    let airborne = told.if_airborne.as_deref();
-    let airborne = airborne.map(|airborne| Box::new(without_flight(ground, airborne)));
-    let topology = ground.skies.topology();
-    let plan = told.composition.as_ref();
-    let path = plan.map(|plan| Path {
-        nodes: plan.nodes(),
-        segments: plan.plan.legs.iter().map(|leg| leg.segment).collect(),
-    });
-    let remaining_length_m = plan.map(|plan| plan.plan.distance_m);
-    let causes = told.causes.iter();
-    let severed_by = causes.filter_map(|cause| severance(&ground.skies, cause));
-    let mut severed_by: Vec<Severance> = severed_by.collect();
-    severed_by.sort();
-    severed_by.dedup();
-    Recomposition {
-        outcome: told.outcome,
-        path: path.unwrap_or_default(),
-        recomposed_length_m: remaining_length_m.map(|length_m| length_m - told.first_stretch_m),
-        remaining_length_m,
-        first_stretch_m: told.first_stretch_m,
-        reentry: plan.and_then(|plan| plan.plan.start.reentry()),
-        flags: told.flags.clone(),
-        unsafe_way: told.unsafe_way.clone(),
-        near: told.near.clone(),
-        if_airborne: airborne,
-        strategy: told.strategy,
-        strategy_used: told.strategy_used,
-        fallback: told.fallback.clone(),
-        stage: told.stage,
-        searches: 1,
-        area_nodes: topology.node_count(),
-        area_segments: topology.segment_count(),
-        settled_nodes: told.proof.effort.labels,
-        local_optimum_m: None,
-        global_optimum_m: None,
-        remaining_optimum_m: None,
-        repairs: Vec::new(),
-        warnings: told.warnings.clone(),
-        severed_by,
-        stages: Vec::new(),
-    }
 }
