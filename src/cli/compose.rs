@@ -239,7 +239,9 @@ fn print(
 }
 
 fn detour_text(topology: &Topology, leg: &Leg) -> String {
-    let detour = &leg.if_closed;
+    let Some(detour) = &leg.if_closed else {
+        return "not worked out".to_owned();
+    };
     if let Some(extra_m) = detour.extra_m {
         let via = detour.nodes.get(1);
         let via = via.map_or("", |&node| topology.node_id(node));
@@ -297,7 +299,15 @@ fn json(
 
 fn leg_json(topology: &Topology, leg: &Leg) -> Value {
     let id = |node| node_id_json(topology, node);
-    let detour = &leg.if_closed;
+    let detour = leg.if_closed.as_ref().map(|detour| {
+        json!({
+            "outcome": detour.outcome,
+            "nodes": ids(topology, &detour.nodes),
+            "rejoins": detour.rejoins.map(id),
+            "remaining_length_m": detour.remaining_length_m,
+            "extra_m": detour.extra_m,
+        })
+    });
     let safe = leg.safe.as_ref().map(|safe| {
         json!({
             "node": id(safe.node),
@@ -312,13 +322,7 @@ fn leg_json(topology: &Topology, leg: &Leg) -> Value {
         "length_m": leg.length_m,
         "departure_s": leg.departure_s,
         "arrival_s": leg.arrival_s,
-        "if_closed": {
-            "outcome": detour.outcome,
-            "nodes": ids(topology, &detour.nodes),
-            "rejoins": detour.rejoins.map(id),
-            "remaining_length_m": detour.remaining_length_m,
-            "extra_m": detour.extra_m,
-        },
+        "if_closed": detour,
         "nearest_safe_node": safe,
     })
 }

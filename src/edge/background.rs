@@ -49,6 +49,8 @@ fn now() -> Moment {
 /// What a thread does, from the least to the most that can wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
+    /// Replanning: drones wait for it, and what has closed is in force already.
+    Replanning,
     /// Storing: whoever writes waits for it where it is behind.
     Storing,
     /// Making tables: without one a search takes longer, and nobody waits.
@@ -56,10 +58,11 @@ pub enum Background {
 }
 
 impl Background {
-    /// How far it steps back, as `nice` counts it: a tenth of the weight of those that answer, and an eightieth.
+    /// How far it steps back, as `nice` counts it: a third of the weight of those that answer, a tenth, and an eightieth.
     #[cfg(target_os = "linux")]
     const fn steps(self) -> i32 {
         match self {
+            Self::Replanning => 5,
             Self::Storing => 10,
             Self::Tables => 19,
         }

@@ -81,6 +81,7 @@ mod traces;
 mod upstream;
 mod validity;
 mod views;
+mod waves;
 mod weather;
 mod words;
 mod writer;

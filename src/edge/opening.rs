@@ -18,7 +18,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
-use super::writer::{Unanswered, Watch, Writer, WriterLoop, WriterStep};
+use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
 use arc_swap::ArcSwap;
@@ -220,6 +220,9 @@ impl Opening {
             events: events.clone(),
             tables: tables.clone(),
             watch: self.watch,
+            workers: None,
+            wave: WaveState::default(),
+            has_new_airspace: false,
             waiting: Unanswered::default(),
         };
         let writer = match self.is_in_place {
@@ -264,9 +267,9 @@ fn caught_up(
     let enforced = state.enforce(Vec::new(), now);
     state.look_up(&enforced.look, now);
     // The writer goes on with the rest.
-    state.replan(now, &mut || true);
+    state.replan(now, &mut || {});
     while is_in_place && state.has_waiting() {
-        state.replan(now, &mut || true);
+        state.replan(now, &mut || {});
     }
     state.told()
 }

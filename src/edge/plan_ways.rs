@@ -34,7 +34,7 @@ impl PlanWays {
         let ahead = &composition.way.nodes[number..];
         Some(Self {
             reported: Some(ahead.to_vec()),
-            if_closed: rejoined(&leg.if_closed, ahead),
+            if_closed: leg.if_closed.as_ref().and_then(|it| rejoined(it, ahead)),
             alternate: leg.safe.as_ref().map(|safe| safe.nodes.clone()),
         })
     }

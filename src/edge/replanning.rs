@@ -32,6 +32,8 @@ pub(super) struct Task {
     pub(super) place: Place,
     /// Ids of the new closures that meet it.
     pub(super) causes: Vec<String>,
+    /// How often what was found for it had been overtaken.
+    pub(super) lost: u8,
 }
 
 impl Task {
@@ -53,6 +55,10 @@ impl Queue {
         self.order.is_empty()
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.order.len()
+    }
+
     /// Queues a plan; one that waits already keeps the earlier place, and has the causes of both. Gives the causes
     /// that are new to it.
     pub(super) fn add(&mut self, task: Task) -> Vec<String> {
@@ -72,6 +78,7 @@ impl Queue {
             .filter(|cause| !waiting.causes.contains(cause))
             .collect();
         waiting.causes.extend(new.iter().cloned());
+        waiting.lost = waiting.lost.max(task.lost);
         new
     }
 
@@ -89,7 +96,7 @@ impl Queue {
 
 /// How a closure's plans have been answered so far.
 #[derive(Debug, Default)]
-pub(super) struct Wave {
+pub(super) struct Tally {
     pub(super) plan_count: usize,
     pub(super) left: usize,
     pub(super) outcomes: BTreeMap<&'static str, usize>,
@@ -108,6 +115,7 @@ mod tests {
                 plan: Arc::from(plan),
             },
             causes: causes.iter().map(|cause| (*cause).to_owned()).collect(),
+            lost: 0,
         }
     }
 

@@ -12,7 +12,7 @@ use super::guard::Guard;
 use super::new_network::Succession;
 use super::planner::{Concern, Planner};
 use super::replanning::Look;
-use super::replanning::{Queue, Wave};
+use super::replanning::{Queue, Tally};
 use super::settings::Settings;
 use super::snapshot::{Snapshot, revision_text};
 use super::store::Health;
@@ -72,7 +72,11 @@ pub(super) struct State {
     /// The plans whose drones are to be answered.
     pub(super) queue: Queue,
     /// How the plans of each closure have been answered so far.
-    pub(super) waves: BTreeMap<String, Wave>,
+    pub(super) tallies: BTreeMap<String, Tally>,
+    /// Plans whose contingencies are to be worked out.
+    pub(super) lacking_contingencies: BTreeSet<Arc<str>>,
+    /// Plans that have taken something since the last wave began.
+    pub(super) occupied_since: BTreeSet<Arc<str>>,
     /// Whether a closure has been lifted or changed in this batch.
     pub(super) has_opened: bool,
     /// Whether the weather has changed in this batch.
@@ -116,7 +120,9 @@ impl State {
             guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),
-            waves: BTreeMap::new(),
+            tallies: BTreeMap::new(),
+            lacking_contingencies: BTreeSet::new(),
+            occupied_since: BTreeSet::new(),
             has_opened: false,
             weather_turned: false,
             succession: None,

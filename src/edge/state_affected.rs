@@ -2,11 +2,12 @@
 
 use super::fleet::{self, Detour, DetourMeans};
 use super::plan_entry::{PlanEntry, PlanFlags};
-use super::planner::{Occasion, Sent, Version};
+use super::planner::{Concern, Occasion, Sent, Version};
 use super::progress::{self, Ahead, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use crate::airspace::Airspace;
+use crate::checked::Known;
 use crate::recompose::Outcome;
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
@@ -22,6 +23,16 @@ pub(super) enum Affected {
     Kept(&'static str),
     /// Its drone is told this.
     Told(Box<Detour>),
+    /// What was found for it has been overtaken.
+    Overtaken,
+}
+
+/// What a wave has found for a plan.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) detour: Option<Box<Detour>>,
+    /// What it was found on.
+    pub(super) airspace: Arc<Airspace>,
 }
 
 impl State {
@@ -62,7 +73,7 @@ impl State {
         &mut self,
         plan: &Arc<PlanEntry>,
         airspace: &Arc<Airspace>,
-        causes: &[String],
+        (causes, found): (&[String], Option<Found>),
         now: Timestamp,
     ) -> Affected {
         let topology = airspace.topology();
@@ -91,7 +102,52 @@ impl State {
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
-        self.recompose_plan(plan, &progress, airspace, affected_by, now)
+        let alone = found.is_none();
+        let detour = match found {
+            Some(found) => self.not_overtaken(found, plan, now),
+            None => Some(fleet::detour(plan, &progress, &self.means(airspace, now))),
+        };
+        let Some(detour) = detour else {
+            return Affected::Overtaken;
+        };
+        let checked = self.checked(detour, airspace, now);
+        let version = self.version_of(&checked, airspace, now);
+        if !alone
+            && version
+                .as_ref()
+                .is_some_and(|it| self.is_in_newcomers_way(plan, it))
+        {
+            return Affected::Overtaken;
+        }
+        self.take_detour(plan, checked, version, affected_by, now)
+    }
+
+    /// What a wave has found for a plan, unless the plan or the airspace is another one now and the answer does not fit any more.
+    fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>, now: Timestamp) -> Option<Detour> {
+        let detour = *found.detour?;
+        if !Arc::ptr_eq(&detour.plan, plan) {
+            return None;
+        }
+        if Arc::ptr_eq(&found.airspace, &self.next.airspace) {
+            return Some(detour);
+        }
+        let scene = self.next.scene(now);
+        let (request, answer) = (&detour.request, &detour.answer);
+        let has_way = !detour.way().nodes.is_empty();
+        let known = Known::default();
+        let fits = has_way && self.planner.check(scene, request, &known, answer).is_ok();
+        fits.then_some(detour)
+    }
+
+    /// Whether a version would come too near to what others have taken since the wave began.
+    fn is_in_newcomers_way(&self, plan: &PlanEntry, version: &Version) -> bool {
+        if !self.planner.minds(Concern::Traffic, Some(version)) {
+            return false;
+        }
+        let traffic = self.next.traffic();
+        let is_new = |other: &str| self.occupied_since.contains(other);
+        let headway_s = self.settings.headway_s;
+        traffic.meets_any(traffic.own_of_plan(plan), version, headway_s, &is_new)
     }
 
     /// The drone of a plan has been told a way that is still open, and may be about to take it over.
@@ -113,17 +169,15 @@ impl State {
         Affected::Kept(wanted.outcome.map_or("composed", Outcome::name))
     }
 
-    /// Works out what the drone of a plan is to fly instead, and tells it.
-    fn recompose_plan(
+    /// Tells the drone of a plan what it is to fly instead.
+    fn take_detour(
         &mut self,
         plan: &Arc<PlanEntry>,
-        progress: &Progress,
-        airspace: &Arc<Airspace>,
+        mut detour: Detour,
+        version: Option<Version>,
         affected_by: Vec<String>,
         now: Timestamp,
     ) -> Affected {
-        let detour = fleet::detour(plan, progress, &self.means(airspace, now));
-        let mut detour = self.checked(detour, airspace, now);
         let marked = Arc::new(PlanEntry {
             affected_by,
             ..(**plan).clone()
@@ -138,7 +192,6 @@ impl State {
         }
         let was_without_way = plan.flags.affected && plan.wanted.is_none();
         let is_as_told = was_without_way && plan.affected_by == marked.affected_by;
-        let version = self.version_of(&detour, airspace, now);
         detour.version = version.as_ref().map(|version| version.number);
         let plan = self.replace_wanted(&marked, version);
         let plan = self.contingent_without_way(plan);

@@ -19,10 +19,6 @@ impl State {
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> Detour {
-        // Nothing becomes a version where a drone stays: there is nothing to fly.
-        if detour.answer.is_without_flight() {
-            return detour;
-        }
         let (plan, request) = (&detour.plan, &detour.request);
         let scene = self.next.scene_in(airspace, now);
         let known = Known::default();

@@ -83,6 +83,7 @@ impl State {
         self.time_arrival(&plan.id, &plan.reported);
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
+        self.note_contingencies(&plan);
         // It was composed on an earlier snapshot, perhaps.
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanComposed, &plan);
@@ -240,10 +241,12 @@ impl State {
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
         self.guard(&plan);
+        self.note_contingencies(&plan);
         plan
     }
 
     pub(super) fn occupy(&mut self, plan: &Arc<str>, version: &Version) {
+        self.occupied_since.insert(plan.clone());
         let occupancy = &mut self.next.occupancy;
         for (segment, leg) in legs(plan, version) {
             occupancy.put_leg(segment, leg);

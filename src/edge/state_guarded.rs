@@ -55,7 +55,8 @@ fn contingent(
     let ahead = legs.filter(|(number, _)| *number >= from_leg);
     let taken = ahead.flat_map(|(number, leg)| {
         let safe = leg.safe.as_ref().map(|safe| safe.nodes.as_slice());
-        let ways = [leg.if_closed.nodes.as_slice(), safe.unwrap_or_default()];
+        let detour = leg.if_closed.as_ref().map(|detour| detour.nodes.as_slice());
+        let ways = [detour.unwrap_or_default(), safe.unwrap_or_default()];
         let begun = Begun::of(leg, departs_s);
         let back = Occupation {
             segment: leg.segment,

@@ -70,12 +70,12 @@ impl State {
         };
         match (current, proposed) {
             (Some(current), None) => {
-                let current = self.with_contingencies_of(current, plan, now);
+                let current = flown_as_it_was(current);
                 self.fly_on(plan_over(current, None));
             }
             (Some(current), Some(Some(proposed))) => {
-                let current = self.with_contingencies_of(current, plan, now);
-                let proposed = self.with_contingencies_of(proposed, plan, now);
+                let current = flown_as_it_was(current);
+                let proposed = flown_as_it_was(proposed);
                 self.fly_on(plan_over(current, Some(proposed)));
             }
             (Some((current, _)), Some(None)) => {
@@ -106,20 +106,6 @@ impl State {
         }
         let plan = self.keep_plan(plan);
         self.touched_plans.insert(plan.id.clone());
-    }
-
-    /// A version that is flown as it was, with contingencies that can be flown.
-    fn with_contingencies_of(
-        &self,
-        (version, contingencies_hold): (Version, bool),
-        plan: &PlanEntry,
-        now: Timestamp,
-    ) -> Version {
-        if contingencies_hold {
-            return version;
-        }
-        self.planner
-            .with_contingencies(self.next.scene(now), plan, version)
     }
 
     /// What is left of the way of a plan around its drone; `None` where the leg that it is on is gone.
@@ -265,7 +251,6 @@ impl State {
         made_on: &Topology,
         correspondence: &Correspondence,
     ) -> Option<Command> {
-        let now = self.now;
         let plan = self.next.plans.get(id).cloned()?;
         let topology = self.next.topology().clone();
         let change = Change {
@@ -280,8 +265,16 @@ impl State {
         };
         Some(Command::ProposeVersion {
             plan: id.clone(),
-            version: Box::new(self.with_contingencies_of(carried, &plan, now)),
+            version: Box::new(flown_as_it_was(carried)),
         })
+    }
+}
+
+/// A version that is flown as it was; contingencies that cannot be flown are worked out anew.
+fn flown_as_it_was((version, contingencies_hold): (Version, bool)) -> Version {
+    match contingencies_hold {
+        true => version,
+        false => version.without_contingencies(),
     }
 }
 

@@ -6,27 +6,24 @@
 use super::events::Happening;
 use super::fleet::Detour;
 use super::plan_entry::PlanEntry;
-use super::planner::Concern;
+use super::planner::{Concern, Version};
 use super::progress::{self, Progress};
 use super::replanning::Look;
-use super::replanning::{Place, Task, Turn, Wave};
+use super::replanning::{Place, Tally, Task, Turn};
 use super::snapshot::Snapshot;
 use super::state::State;
-use super::state_affected::Affected;
+use super::state_affected::{Affected, Found};
+use super::waves::{Finding, Job, Means, WAVE_SIZE, Wave};
 use crate::airspace::{Airspace, Closure};
-use crate::network::SegmentIx;
+use crate::network::{NodeIx, SegmentIx};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// How much is done in a slice of the queue, in looks at a plan.
-const SLICE: usize = 1_024;
-/// What a recomposition costs, in looks.
-const RECOMPOSED_COST: usize = 16;
-/// And one that avoids other plans.
-const COST_AMONG_TRAFFIC: usize = 64;
+/// A plan whose findings have been overtaken so often is looked at alone, while the next wave waits.
+const LOST_MAX: u8 = 3;
 
 impl Snapshot {
     /// The plans that take any of what a closure closes, by their ids.
@@ -80,14 +77,15 @@ impl Snapshot {
 }
 
 impl State {
-    /// Whether any plan waits for its answer.
+    /// Whether any plan waits for its answer, or for its contingencies.
     pub(super) fn has_waiting(&self) -> bool {
-        !self.queue.is_empty()
+        !self.queue.is_empty() || !self.lacking_contingencies.is_empty()
     }
 
     /// Finds the plans that something new meets and those that may be free again, and queues them. Nothing is
-    /// recomposed yet.
-    pub(super) fn look_up(&mut self, look: &Look, now: Timestamp) {
+    /// recomposed yet. Tells whether plans wait now that did not before.
+    pub(super) fn look_up(&mut self, look: &Look, now: Timestamp) -> bool {
+        let before = self.queue.len();
         let airspace = self.next.airspace.clone();
         for id in std::mem::take(&mut self.touched_plans) {
             self.look_at_touched(&id, &airspace, now);
@@ -104,6 +102,7 @@ impl State {
         if look.has_opened || look.announcements || look.has_turned_wind {
             self.look_at_others(look);
         }
+        self.queue.len() > before
     }
 
     /// A plan that is new, or whose drone flies something else now, was made on an earlier state, perhaps.
@@ -159,7 +158,12 @@ impl State {
         }
         if let Some(leg) = nearest {
             self.queue_plan(&plan, leg, Some(&progress), causes, now);
-            let known = self.queue.causes(&plan.id).unwrap_or_default();
+            let known = self.next.pending.get(&plan.id);
+            let mut known: Vec<String> = known.map_or_else(Vec::new, |known| known.to_vec());
+            let waiting = self.queue.causes(&plan.id).unwrap_or_default().iter();
+            let new = waiting.filter(|cause| !known.contains(cause)).cloned();
+            let new: Vec<String> = new.collect();
+            known.extend(new);
             self.next.pending.insert(plan.id.clone(), Arc::from(known));
         }
     }
@@ -191,6 +195,7 @@ impl State {
                     plan: plan.id.clone(),
                 },
                 causes: Vec::new(),
+                lost: 0,
             });
         }
     }
@@ -212,95 +217,194 @@ impl State {
                 plan: plan.id.clone(),
             },
             causes,
+            lost: 0,
         });
         for cause in new {
-            let wave = self.waves.entry(cause).or_default();
-            wave.plan_count += 1;
-            wave.left += 1;
+            let tally = self.tallies.entry(cause).or_default();
+            tally.plan_count += 1;
+            tally.left += 1;
         }
     }
 
-    /// Answers the drones of plans from the queue, as many as a slice has room for or as long as `may_go_on`. Gives what
-    /// they are told.
-    pub(super) fn replan(
-        &mut self,
-        now: Timestamp,
-        may_go_on: &mut dyn FnMut() -> bool,
-    ) -> Vec<Detour> {
-        let airspace = self.next.airspace.clone();
+    /// Notes whether the contingencies of a plan are still to be worked out.
+    pub(super) fn note_contingencies(&mut self, plan: &PlanEntry) {
+        let versions = std::iter::once(&plan.reported).chain(&plan.wanted);
+        let mut lacking = versions.filter(|version| version.composition.lacks_contingencies());
+        if plan.is_active() && lacking.next().is_some() {
+            self.lacking_contingencies.insert(plan.id.clone());
+        } else {
+            self.lacking_contingencies.remove(&plan.id);
+        }
+    }
+
+    /// The plans that are looked at next, on a state: those that something new meets, and only then those that lack
+    /// contingencies. `None` where no plan waits.
+    pub(super) fn next_wave(&mut self, snapshot: Arc<Snapshot>, now: Timestamp) -> Option<Wave> {
+        let queue = &mut self.queue;
+        let tasks = std::iter::from_fn(|| queue.pop());
+        let mut jobs: Vec<Job> = tasks.take(WAVE_SIZE).map(Job::Replan).collect();
+        if jobs.is_empty() {
+            let lacking = &mut self.lacking_contingencies;
+            let plans = std::iter::from_fn(|| lacking.pop_first());
+            jobs = plans.take(WAVE_SIZE).map(Job::Contingencies).collect();
+        }
+        self.occupied_since.clear();
+        (!jobs.is_empty()).then(|| Wave::new(snapshot, now, jobs))
+    }
+
+    /// What waves are worked on with.
+    pub(super) fn means_of_waves(&self) -> Means {
+        Means {
+            planner: self.planner.clone(),
+            drones: self.drones.clone(),
+        }
+    }
+
+    /// A wave on this thread, with all that comes of it. Gives what drones are told.
+    pub(super) fn replan(&mut self, now: Timestamp, told: &mut dyn FnMut()) -> Vec<Detour> {
         let mut detours = Vec::new();
-        let mut room = SLICE;
-        while room > 0
-            && let Some(task) = self.queue.pop()
-        {
-            let spent = self.carry_out_task(&task, &airspace, now, &mut detours);
-            room = room.saturating_sub(spent);
-            if !may_go_on() {
-                break;
-            }
+        let Some(wave) = self.next_wave(Arc::new(self.next.clone()), now) else {
+            return detours;
+        };
+        wave.work(&self.means_of_waves());
+        for number in 0..wave.jobs().len() {
+            self.commit(&wave, number, now, &mut detours);
+            told();
         }
         detours
     }
 
-    /// Answers the drone of one plan; tells what that cost.
+    /// Commits what a wave has found for one of its plans.
+    pub(super) fn commit(
+        &mut self,
+        wave: &Wave,
+        number: usize,
+        now: Timestamp,
+        detours: &mut Vec<Detour>,
+    ) {
+        let found = wave.take(number);
+        match (wave.jobs().get(number), found) {
+            (Some(Job::Replan(task)), found) => {
+                let detour = match found {
+                    Some(Finding::Detour(detour)) => Some(detour),
+                    _ => None,
+                };
+                let airspace = wave.snapshot.airspace.clone();
+                let found = (task.lost < LOST_MAX).then_some(Found { detour, airspace });
+                self.carry_out_task(task, found, now, detours);
+            }
+            (Some(Job::Contingencies(plan)), Some(Finding::Contingencies(versions))) => {
+                self.take_contingencies(plan, versions, &wave.snapshot.airspace);
+            }
+            (Some(Job::Contingencies(plan)), None) => {
+                tracing::error!(%plan, "the contingencies of a plan could not be worked out");
+            }
+            _ => {}
+        }
+    }
+
+    /// Answers the drone of one plan.
     fn carry_out_task(
         &mut self,
         task: &Task,
-        airspace: &Arc<Airspace>,
+        found: Option<Found>,
         now: Timestamp,
         detours: &mut Vec<Detour>,
-    ) -> usize {
-        let was_shown = self.next.pending.remove(&task.place.plan).is_some();
+    ) {
+        let airspace = &self.next.airspace.clone();
+        let shown = self.next.pending.remove(&task.place.plan);
         let plan = self.next.plans.get(&task.place.plan).cloned();
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             self.settle(&task.causes, "ended");
-            return 1;
+            return;
         };
         let affected = match task.may_be_cut() {
-            true => self.affect(&plan, airspace, &task.causes, now),
+            true => self.affect(&plan, airspace, (&task.causes, found), now),
             false => Affected::Not,
         };
-        let (outcome, cost) = match affected {
+        let outcome = match affected {
             Affected::Not => {
                 let is_told = plan.flags.affected && self.relieve(&plan, airspace, now);
-                if !is_told && was_shown && !plan.flags.affected {
+                if !is_told && shown.is_some() && !plan.flags.affected {
                     self.tell_relieved(&plan, &task.causes);
                 }
-                ("unaffected", 1)
+                "unaffected"
             }
-            Affected::Kept(outcome) => (outcome, 1),
+            Affected::Kept(outcome) => outcome,
             Affected::Told(detour) => {
                 let outcome = detour.outcome().name();
                 detours.push(*detour);
-                let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
-                let cost = if minds_traffic {
-                    COST_AMONG_TRAFFIC
-                } else {
-                    RECOMPOSED_COST
-                };
-                (outcome, cost)
+                outcome
+            }
+            Affected::Overtaken => {
+                self.queue_again(task, shown);
+                return;
             }
         };
         self.settle(&task.causes, outcome);
-        cost
+    }
+
+    /// Queues a plan again whose finding was overtaken; it stays shown as it was.
+    fn queue_again(&mut self, task: &Task, shown: Option<Arc<[String]>>) {
+        if let Some(shown) = shown {
+            self.next.pending.insert(task.place.plan.clone(), shown);
+        }
+        let new = self.queue.add(Task {
+            lost: task.lost + 1,
+            ..task.clone()
+        });
+        // A cause for which the plan was queued meanwhile is answered once.
+        let causes = task.causes.iter();
+        for cause in causes.filter(|cause| !new.contains(cause)) {
+            if let Some(tally) = self.tallies.get_mut(cause) {
+                tally.plan_count = tally.plan_count.saturating_sub(1);
+                tally.left = tally.left.saturating_sub(1);
+            }
+        }
+    }
+
+    /// Puts contingencies beside the legs of the versions that lacked them, unless what has closed since meets one: then
+    /// they are worked out again.
+    fn take_contingencies(&mut self, plan: &Arc<str>, versions: Vec<Version>, on: &Arc<Airspace>) {
+        let Some(plan) = self.next.plans.get(plan).cloned() else {
+            return;
+        };
+        let airspace = self.next.airspace.clone();
+        let is_same_airspace = Arc::ptr_eq(&airspace, on);
+        let mut filled = (*plan).clone();
+        for version in versions {
+            if !is_same_airspace && crosses_closed(&airspace, &version) {
+                continue;
+            }
+            let is_it = |kept: &Version| {
+                let is_same = (kept.number, kept.epoch) == (version.number, version.epoch);
+                is_same && kept.composition.way == version.composition.way
+            };
+            if is_it(&filled.reported) {
+                filled.reported = Arc::new(version);
+            } else if filled.wanted.as_deref().is_some_and(is_it) {
+                filled.wanted = Some(Arc::new(version));
+            }
+        }
+        self.keep_plan(filled);
     }
 
     /// Counts an answer for the closures that asked for it, and tells when all have theirs.
     fn settle(&mut self, causes: &[String], outcome: &'static str) {
         for cause in causes {
-            let Some(wave) = self.waves.get_mut(cause) else {
+            let Some(tally) = self.tallies.get_mut(cause) else {
                 continue;
             };
-            *wave.outcomes.entry(outcome).or_default() += 1;
-            wave.left = wave.left.saturating_sub(1);
-            if wave.left > 0 {
+            *tally.outcomes.entry(outcome).or_default() += 1;
+            tally.left = tally.left.saturating_sub(1);
+            if tally.left > 0 {
                 continue;
             }
-            if let Some(Wave {
+            if let Some(Tally {
                 plan_count,
                 outcomes,
                 ..
-            }) = self.waves.remove(cause)
+            }) = self.tallies.remove(cause)
             {
                 let data = json!({
                     "closure_id": cause,
@@ -311,6 +415,23 @@ impl State {
             }
         }
     }
+}
+
+/// Whether a contingency of a version crosses something that is closed.
+fn crosses_closed(airspace: &Airspace, version: &Version) -> bool {
+    let topology = airspace.topology();
+    let is_closed = |nodes: &[NodeIx]| {
+        nodes.windows(2).any(|ends| {
+            let segment = topology.segment_between(ends[0], ends[1]);
+            segment.is_none_or(|segment| airspace.closed().blocks(segment))
+        })
+    };
+    let legs = version.composition.legs.iter();
+    let ways = legs.flat_map(|leg| {
+        let detour = leg.if_closed.iter().map(|detour| &detour.nodes);
+        detour.chain(leg.safe.iter().map(|safe| &safe.nodes))
+    });
+    ways.into_iter().any(|nodes| is_closed(nodes))
 }
 
 fn turn_of(plan: &PlanEntry) -> Turn {

@@ -107,6 +107,7 @@ impl State {
         } else {
             self.over.push_back(id.clone());
         }
+        self.note_contingencies(&plan);
         self.next.plans.insert(id, Arc::new(plan));
     }
 

@@ -222,7 +222,10 @@ pub(super) fn legs(
             climb_m: course.climb_m,
             departs_at: instant(later(departs_at, leg.departure_s)),
             arrives_at: instant(later(departs_at, leg.arrival_s)),
-            if_closed: contingency(topology, &leg.if_closed, told(ends.if_closed)),
+            if_closed: leg
+                .if_closed
+                .as_ref()
+                .map(|detour| contingency(topology, detour, told(ends.if_closed))),
             nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
                 node: node_id(topology, safe.node),
                 nodes: node_ids(topology, &safe.nodes),

@@ -5,14 +5,14 @@
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
 use super::background::{begin_turn, give_way};
-use super::commands::{Command, Reply};
+use super::commands::{Command, Done, Reply};
 use super::events::Events;
-use super::fleet::Detour;
 use super::opened::Opened;
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::store::{Store, Waiting};
 use super::tables::Tables;
+use super::waves::{Wave, Workers};
 use crate::clock::Clock;
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
@@ -30,6 +30,14 @@ const BATCH: usize = 256;
 /// The writer looks at the clock at least this often, as a clock may be set.
 const LONGEST_SLEEP: Duration = Duration::from_secs(1);
 
+/// What the writer is handed.
+#[derive(Debug)]
+pub(super) enum Letter {
+    Command(QueuedCommand),
+    /// The wave that was begun has ended.
+    WaveEnded,
+}
+
 /// A command, and who waits for what becomes of it.
 #[derive(Debug)]
 pub(super) struct QueuedCommand {
@@ -41,7 +49,7 @@ pub(super) struct QueuedCommand {
 #[derive(Clone, Debug)]
 pub(super) enum Writer {
     /// A thread takes them.
-    Thread(SyncSender<QueuedCommand>),
+    Thread(Arc<SyncSender<Letter>>),
     /// They are carried out at once.
     InPlace(Arc<Mutex<WriterLoop>>),
 }
@@ -51,7 +59,7 @@ pub(super) enum Writer {
 pub enum WriterStep {
     /// What a batch of commands has changed is in force; no plan has been looked at.
     Enforced,
-    /// A plan has been looked at.
+    /// What was found for a plan has been committed.
     LookedAtPlan,
 }
 
@@ -92,22 +100,66 @@ pub(super) struct WriterLoop {
     /// Where better plans are looked for, if anywhere.
     pub(super) opened: Option<Opened>,
     pub(super) watch: Watch,
+    /// The threads that look at plans; none where the writer works in place.
+    pub(super) workers: Option<Workers>,
+    pub(super) wave: WaveState,
+    /// Whether the airspace has changed since tables were last made.
+    pub(super) has_new_airspace: bool,
     pub(super) waiting: Unanswered,
+}
+
+/// The wave that plans are in, if any.
+#[derive(Debug, Default)]
+pub(super) enum WaveState {
+    #[default]
+    Idle,
+    /// Threads work on it.
+    Begun(Arc<Wave>),
+    /// It has ended; what was found is committed from this job on.
+    Committing(Arc<Wave>, usize),
 }
 
 /// What the writer has yet to come to.
 #[derive(Debug, Default)]
 pub(super) struct Unanswered {
-    /// Orders that came in while plans were replanned.
-    letters: Vec<QueuedCommand>,
+    /// Letters that came in while findings were committed.
+    letters: Vec<Letter>,
+    /// Batches whose answers tell something of the plans that they meet: they wait for the next wave.
+    for_next_wave: Vec<Batch>,
+    /// And those that wait for the one that has begun.
+    for_this_wave: Vec<Batch>,
     /// Who waits until all plans are.
     for_all_plans: Vec<(Asker, Reply)>,
 }
 
+/// What a batch of commands came to, and who waits for that.
+#[derive(Debug)]
+struct Batch {
+    done: Vec<Result<Done, Refusal>>,
+    askers: Vec<Waiter>,
+}
+
+/// Who waits for a command, if anyone.
+#[derive(Debug)]
+struct Waiter {
+    asker: Option<Asker>,
+    is_change: bool,
+    waits_for_plans: bool,
+}
+
 impl Writer {
     /// Starts the thread. It ends when the last handle to it is dropped.
-    pub(super) fn start(desk: WriterLoop) -> std::io::Result<Self> {
+    pub(super) fn start(mut desk: WriterLoop) -> std::io::Result<Self> {
         let (commands, inbox) = sync_channel(QUEUE);
+        let commands = Arc::new(commands);
+        // Weak, as the writer ends with the last who may hand in a command.
+        let writer = Arc::downgrade(&commands);
+        let means = desk.state.means_of_waves();
+        desk.workers = Some(Workers::start(&means, move || {
+            if let Some(writer) = writer.upgrade() {
+                let _ = writer.send(Letter::WaveEnded);
+            }
+        })?);
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
         builder.spawn(move || desk.work(&inbox))?;
         Ok(Self::Thread(commands))
@@ -142,17 +194,19 @@ impl Writer {
             Self::InPlace(desk) => {
                 // A batch is applied whole or panics before it is published.
                 let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
-                desk.carry_out(vec![letter], None);
+                desk.carry_out(vec![letter]);
                 return Ok(());
             }
         };
-        commands.try_send(letter).map_err(|error| match error {
-            TrySendError::Full(_) => {
-                let detail = format!("{QUEUE} changes are waiting already");
-                Refusal::new(Code::Overloaded, detail).retry_after_s(1)
-            }
-            TrySendError::Disconnected(_) => stopped(),
-        })
+        commands
+            .try_send(Letter::Command(letter))
+            .map_err(|error| match error {
+                TrySendError::Full(_) => {
+                    let detail = format!("{QUEUE} changes are waiting already");
+                    Refusal::new(Code::Overloaded, detail).retry_after_s(1)
+                }
+                TrySendError::Disconnected(_) => stopped(),
+            })
     }
 }
 
@@ -164,7 +218,7 @@ fn stopped() -> Refusal {
 }
 
 impl WriterLoop {
-    fn work(mut self, inbox: &Receiver<QueuedCommand>) {
+    fn work(mut self, inbox: &Receiver<Letter>) {
         loop {
             let mut letters = std::mem::take(&mut self.waiting.letters);
             if letters.is_empty() {
@@ -176,115 +230,173 @@ impl WriterLoop {
             }
             let room = BATCH.saturating_sub(letters.len());
             letters.extend(inbox.try_iter().take(room));
+            let mut commands = Vec::with_capacity(letters.len());
+            for letter in letters {
+                match letter {
+                    Letter::Command(command) => commands.push(command),
+                    Letter::WaveEnded => self.end_wave(),
+                }
+            }
             let reading = self.clock.reading();
             let is_due = self.state.has_clock_news(&reading)
                 || self.state.next_due().is_some_and(|due| due <= reading.now);
-            if !letters.is_empty() || is_due || self.state.has_waiting() {
-                self.carry_out(letters, Some(inbox));
+            if !commands.is_empty() || is_due {
+                self.carry_out(commands);
             }
+            self.go_on(inbox);
         }
     }
 
     /// How long nothing can happen by itself.
     fn patience(&self) -> Duration {
-        if self.state.has_waiting() {
-            return Duration::ZERO;
+        match self.wave {
+            WaveState::Committing(..) => return Duration::ZERO,
+            WaveState::Idle if self.state.has_waiting() => return Duration::ZERO,
+            WaveState::Idle | WaveState::Begun(_) => {}
         }
         let due = self.state.next_due();
         let until = due.and_then(|instant| self.clock.real_duration_until(instant));
         until.map_or(LONGEST_SLEEP, |until| until.min(LONGEST_SLEEP))
     }
 
-    /// Carries out letters in batches: one, unless some of them replace the network, which begin batches of their own.
-    fn carry_out(
-        &mut self,
-        mut letters: Vec<QueuedCommand>,
-        inbox: Option<&Receiver<QueuedCommand>>,
-    ) {
-        let replaces = |letter: &QueuedCommand| letter.command.replaces_network();
-        while let Some(place) = letters.iter().skip(1).position(replaces) {
-            let rest = letters.split_off(place + 1);
-            self.carry_out_batch(std::mem::replace(&mut letters, rest), inbox);
+    /// Carries out commands in batches: one, unless some of them replace the network, which begin batches of their own.
+    fn carry_out(&mut self, mut commands: Vec<QueuedCommand>) {
+        let replaces = |queued: &QueuedCommand| queued.command.replaces_network();
+        while let Some(place) = commands.iter().skip(1).position(replaces) {
+            let rest = commands.split_off(place + 1);
+            self.carry_out_batch(std::mem::replace(&mut commands, rest));
         }
-        self.carry_out_batch(letters, inbox);
+        self.carry_out_batch(commands);
     }
 
-    /// Carries out letters, enforces what they change, and only then looks at plans: so many that the answers tell
-    /// something of them, and no more while other letters wait.
-    fn carry_out_batch(
-        &mut self,
-        letters: Vec<QueuedCommand>,
-        inbox: Option<&Receiver<QueuedCommand>>,
-    ) {
+    /// Carries out commands, enforces what they change, and only then looks up the plans that it meets.
+    fn carry_out_batch(&mut self, batch: Vec<QueuedCommand>) {
         begin_turn();
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;
-        let mut commands = Vec::with_capacity(letters.len());
-        let mut askers = Vec::with_capacity(letters.len());
-        for letter in letters {
-            let waits_for_plans = matches!(letter.command, Command::Settle);
-            askers.push((
-                letter.reply,
-                letter.command.changes_by_request(),
-                waits_for_plans,
-            ));
-            commands.push(letter.command);
+        let mut commands = Vec::with_capacity(batch.len());
+        let mut askers = Vec::with_capacity(batch.len());
+        for QueuedCommand { command, reply } in batch {
+            askers.push(Waiter {
+                asker: reply,
+                is_change: command.changes_by_request(),
+                waits_for_plans: matches!(command, Command::Settle),
+            });
+            commands.push(command);
         }
         let enforced = self.state.enforce(commands, now);
         // Enforced before stored, and acknowledged after both: nothing waits for a disk, or for plans, to be safe.
-        let mut snapshot = match planted::is(Bug::PlansFirst) {
+        let published = match planted::is(Bug::PlansFirst) {
             true => None,
             false => Some(self.publish(now)),
         };
         self.watch.tell(WriterStep::Enforced);
-        self.state.look_up(&enforced.look, now);
-        let detours = self.replan(now, inbox, &mut snapshot);
-        if enforced.airspace_changed {
-            self.tables.renew();
-        }
+        let has_met = self.state.look_up(&enforced.look, now);
+        // The plans that something meets are shown as affected before any is recomposed.
+        let snapshot = match published {
+            Some(snapshot) if !has_met => snapshot,
+            _ => self.publish(now),
+        };
+        self.has_new_airspace |= enforced.airspace_changed;
         if let Some(opened) = self.opened.as_ref().filter(|_| enforced.has_opened) {
             opened.tell();
         }
-        let snapshot = snapshot.unwrap_or_else(|| self.publish(now));
-        let replies = self.state.replies(enforced.done, detours);
-        self.answer(replies, askers, snapshot);
-        // On the thread of whoever hands in commands, nobody else would go on with it.
-        while inbox.is_none() && self.state.has_waiting() {
-            let mut later = None;
-            self.replan(now, None, &mut later);
-            if let Some(snapshot) = later {
-                self.answer(Vec::new(), Vec::new(), snapshot);
-            }
+        let batch = Batch {
+            done: enforced.done,
+            askers,
+        };
+        if self.workers.is_none() {
+            self.replan_in_place(batch, now);
+        } else if has_met {
+            self.waiting.for_next_wave.push(batch);
+            self.answer(Vec::new(), Vec::new(), snapshot);
+        } else {
+            let replies = self.state.replies(batch.done, Vec::new());
+            self.answer(replies, batch.askers, snapshot);
         }
     }
 
-    /// A slice of the plans that wait, and the state after it where anything has changed.
-    fn replan(
-        &mut self,
-        now: Timestamp,
-        inbox: Option<&Receiver<QueuedCommand>>,
-        snapshot: &mut Option<Arc<Snapshot>>,
-    ) -> Vec<Detour> {
-        if !self.state.has_waiting() {
-            return Vec::new();
+    /// A first wave, the answers, and then the other waves: on the thread of whoever hands in commands, no other one would
+    /// go on with them.
+    fn replan_in_place(&mut self, batch: Batch, now: Timestamp) {
+        let watch = &self.watch;
+        let detours = self
+            .state
+            .replan(now, &mut || watch.tell(WriterStep::LookedAtPlan));
+        let snapshot = self.publish(now);
+        let replies = self.state.replies(batch.done, detours);
+        self.answer(replies, batch.askers, snapshot);
+        if std::mem::take(&mut self.has_new_airspace) {
+            self.tables.renew();
         }
-        if snapshot.is_some() {
-            // The plans that something meets are shown as affected before any is recomposed.
-            *snapshot = Some(self.publish(now));
+        while self.state.has_waiting() {
+            let watch = &self.watch;
+            self.state
+                .replan(now, &mut || watch.tell(WriterStep::LookedAtPlan));
+            let snapshot = self.publish(now);
+            self.answer(Vec::new(), Vec::new(), snapshot);
         }
-        let (watch, letters) = (&self.watch, &mut self.waiting.letters);
-        let mut may_go_on = || {
-            watch.tell(WriterStep::LookedAtPlan);
-            give_way();
-            let letter = inbox.and_then(|inbox| inbox.try_recv().ok());
-            let is_alone = letter.is_none();
-            letters.extend(letter);
-            is_alone
+    }
+
+    fn end_wave(&mut self) {
+        if let WaveState::Begun(wave) = std::mem::take(&mut self.wave) {
+            self.wave = WaveState::Committing(wave, 0);
+        }
+    }
+
+    /// Commits what a wave that has ended has found, until other letters come; then begins the next one.
+    fn go_on(&mut self, inbox: &Receiver<Letter>) {
+        match std::mem::take(&mut self.wave) {
+            WaveState::Idle => {}
+            WaveState::Committing(wave, from) => self.commit(&wave, from, inbox),
+            begun @ WaveState::Begun(_) => self.wave = begun,
+        }
+        let (WaveState::Idle, Some(workers)) = (&self.wave, &self.workers) else {
+            return;
         };
-        let detours = self.state.replan(now, &mut may_go_on);
-        *snapshot = Some(self.publish(now));
-        detours
+        // Tables are made of the airspace as it is once no plan waits for the cores.
+        if !self.state.has_waiting() && std::mem::take(&mut self.has_new_airspace) {
+            self.tables.renew();
+        }
+        let now = self.clock.reading().now;
+        if let Some(wave) = self.state.next_wave(self.world.load_full(), now) {
+            let wave = Arc::new(wave);
+            workers.begin(&wave);
+            self.wave = WaveState::Begun(wave);
+            self.waiting.for_this_wave = std::mem::take(&mut self.waiting.for_next_wave);
+        }
+    }
+
+    fn commit(&mut self, wave: &Arc<Wave>, from: usize, inbox: &Receiver<Letter>) {
+        begin_turn();
+        let now = self.clock.reading().now;
+        let mut detours = Vec::new();
+        let mut next = from;
+        while next < wave.jobs().len() && self.waiting.letters.is_empty() {
+            self.state.commit(wave, next, now, &mut detours);
+            next += 1;
+            self.watch.tell(WriterStep::LookedAtPlan);
+            give_way();
+            self.waiting.letters.extend(inbox.try_recv());
+        }
+        if next < wave.jobs().len() {
+            self.wave = WaveState::Committing(wave.clone(), next);
+        }
+        let snapshot = self.publish(now);
+        let batches = std::mem::take(&mut self.waiting.for_this_wave);
+        let (mut done, mut askers) = (Vec::new(), Vec::new());
+        for batch in batches {
+            done.extend(batch.done);
+            askers.extend(batch.askers);
+        }
+        let replies = self.state.replies(done, detours);
+        self.answer(replies, askers, snapshot);
+    }
+
+    /// Whether any plan waits for its answer or its contingencies.
+    fn has_waiting(&self) -> bool {
+        !matches!(self.wave, WaveState::Idle) || self.state.has_waiting()
     }
 
     /// Makes the state as it is what everybody sees, and tells what has happened.
@@ -298,17 +410,14 @@ impl WriterLoop {
 
     /// Answers those who have asked: for what is to survive a restart once it is stored, and those who wait for all
     /// plans once all are replanned.
-    fn answer(
-        &mut self,
-        replies: Vec<Reply>,
-        askers: Vec<(Option<Asker>, bool, bool)>,
-        snapshot: Arc<Snapshot>,
-    ) {
+    fn answer(&mut self, replies: Vec<Reply>, askers: Vec<Waiter>, snapshot: Arc<Snapshot>) {
         let (mut answers, mut at_once) = (Vec::new(), Vec::new());
-        for (reply, (asker, is_change, waits_for_plans)) in replies.into_iter().zip(askers) {
-            match asker {
-                Some(asker) if waits_for_plans => self.waiting.for_all_plans.push((asker, reply)),
-                Some(asker) if is_change && reply.is_ok() => answers.push((asker, reply)),
+        for (reply, waiter) in replies.into_iter().zip(askers) {
+            match waiter.asker {
+                Some(asker) if waiter.waits_for_plans => {
+                    self.waiting.for_all_plans.push((asker, reply));
+                }
+                Some(asker) if waiter.is_change && reply.is_ok() => answers.push((asker, reply)),
                 Some(asker) => at_once.push((asker, reply)),
                 None => {}
             }
@@ -317,7 +426,7 @@ impl WriterLoop {
             answers,
             snapshot: snapshot.clone(),
         });
-        if !self.state.has_waiting() {
+        if !self.has_waiting() {
             at_once.append(&mut self.waiting.for_all_plans);
         }
         for (asker, reply) in at_once {

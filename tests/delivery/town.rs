@@ -334,6 +334,7 @@ pub(crate) fn world<'a>(
         tariff: Tariff::default(),
         refuge_stay_s: DEFAULT_REFUGE_STAY_S,
         limits: Limits::THOROUGH,
+        with_contingencies: true,
     }
 }
 

@@ -65,7 +65,10 @@ impl Stage {
         let asked = self
             .edge
             .compose_plan(&self.caller, request, Idempotency::default());
-        asked.await
+        let plan = asked.await?;
+        // Contingencies come after the answer.
+        self.settle().await;
+        Ok(self.plan(&plan.id))
     }
 
     /// The checker flies the current version of a plan that began on the ground, among the current versions of others.

@@ -181,7 +181,7 @@ fn a_detour_is_told_until_it_meets_the_plan_again() {
         .collect();
     assert_eq!(times, [(0.0, 25.0), (25.0, 50.0)]);
 
-    let first = &plan.legs[0].if_closed;
+    let first = plan.legs[0].if_closed.as_ref().expect("worked out");
     assert_eq!(first.outcome, Outcome::Rerouted);
     assert_eq!(map.letters(&first.nodes), "ACDB");
     assert_eq!(first.rejoins, Some(map.node("B")));
@@ -190,7 +190,7 @@ fn a_detour_is_told_until_it_meets_the_plan_again() {
         (Some(1_200.0), Some(400.0))
     );
 
-    let last = &plan.legs[1].if_closed;
+    let last = plan.legs[1].if_closed.as_ref().expect("worked out");
     assert_eq!(last.outcome, Outcome::NoRoute);
     assert_eq!((last.nodes.as_slice(), last.rejoins), ([].as_slice(), None));
     assert_eq!((last.remaining_length_m, last.extra_m), (None, None));
@@ -201,7 +201,7 @@ fn a_detour_is_told_until_it_meets_the_plan_again() {
 fn a_destination_cut_off_leads_to_the_nearest_safe_node() {
     let map = Map::with_pads("AD");
     let plan = map.compose("A", "E").expect("a way");
-    let last = &plan.legs[1].if_closed;
+    let last = plan.legs[1].if_closed.as_ref().expect("worked out");
     assert_eq!(last.outcome, Outcome::Diverted);
     assert_eq!(map.letters(&last.nodes), "BD");
     assert_eq!((last.remaining_length_m, last.extra_m), (Some(200.0), None));
@@ -232,7 +232,7 @@ fn a_recomposed_way_is_equipped_after_its_first_stretch() {
         (10.0, 22.5)
     );
     // The way around is the longer one: its own detour is the leg it was to avoid, if that has opened.
-    let first = &plan.legs[0].if_closed;
+    let first = plan.legs[0].if_closed.as_ref().expect("worked out");
     assert_eq!(map.letters(&first.nodes), "AB");
     assert_eq!(
         (first.rejoins, first.extra_m),
@@ -253,7 +253,8 @@ fn a_way_that_does_not_end_at_the_destination_is_not_rejoined() {
         .with_contingencies("AB", 0.0, "E")
         .legs
         .remove(0)
-        .if_closed;
+        .if_closed
+        .expect("worked out");
     assert_eq!(first.outcome, Outcome::Rerouted);
     assert_eq!(map.letters(&first.nodes), "ACDBE");
     assert_eq!((first.rejoins, first.extra_m), (None, None));
@@ -267,7 +268,8 @@ fn a_way_that_comes_to_a_leg_twice_rejoins_after_the_last_time() {
         .with_contingencies("ABABE", 0.0, "E")
         .legs
         .remove(0)
-        .if_closed;
+        .if_closed
+        .expect("worked out");
     assert_eq!(map.letters(&first.nodes), "ACDB");
     assert_eq!(
         (first.remaining_length_m, first.extra_m),

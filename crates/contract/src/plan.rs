@@ -172,8 +172,8 @@ pub struct Leg<'a> {
     pub departs_at: Cow<'a, str>,
     /// When it ends, RFC 3339.
     pub arrives_at: Cow<'a, str>,
-    /// The detour to take if it closes.
-    pub if_closed: Contingency<'a>,
+    /// The detour to take if it closes; null while that is being worked out.
+    pub if_closed: Option<Contingency<'a>>,
     /// Where to go when nothing else helps; null where there is none.
     pub nearest_safe_node: Option<SafeNode<'a>>,
     /// How it is flown, with the flight model.

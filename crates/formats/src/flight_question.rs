@@ -74,7 +74,8 @@ impl ReadQuestion {
             // What it costs changes no answer.
             tariff: Tariff::default(),
             refuge_stay_s: self.refuge_stay_s,
-            limits: Limits::THOROUGH,
+            limits: Limits::default(),
+            with_contingencies: false,
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
         let failure = FlightFailure {

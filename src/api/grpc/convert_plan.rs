@@ -109,7 +109,7 @@ mirror!(wire::Leg<'_> => Leg {
     climb_m: plain,
     departs_at: time,
     arrives_at: time,
-    if_closed: message,
+    if_closed: plain,
     nearest_safe_node: plain,
     flight: plain,
 });

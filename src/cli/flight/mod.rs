@@ -265,6 +265,7 @@ impl Flight {
             tariff: Tariff::default(),
             refuge_stay_s: DEFAULT_REFUGE_STAY_S,
             limits: Limits::THOROUGH,
+            with_contingencies: true,
         }
     }
 

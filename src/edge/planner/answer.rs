@@ -35,12 +35,6 @@ impl Answer {
         Self { told, flight: None }
     }
 
-    /// Whether it is about a flight and has none: its drone is sent nowhere.
-    pub(in crate::edge) fn is_without_flight(&self) -> bool {
-        let flight = self.flight.as_ref();
-        flight.is_some_and(|flight| flight.version.is_none())
-    }
-
     /// What the drone is to do, and how that came about.
     pub(in crate::edge) fn told(&self) -> &Recomposition {
         &self.told

@@ -116,10 +116,20 @@ impl<'a> Traffic<'a> {
         own: Own<'_>,
         version: &Version,
     ) -> Option<(Reservation, Arc<str>)> {
+        self.shares_pad_with(own, version, &|_| true)
+    }
+
+    fn shares_pad_with(
+        self,
+        own: Own<'_>,
+        version: &Version,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> Option<(Reservation, Arc<str>)> {
         version.reservations().into_iter().find_map(|wanted| {
             let mut others = self.stays_at(wanted.node).iter();
             let met = others.find(|stay| {
                 !own.has(&stay.plan)
+                    && counts(&stay.plan)
                     && stay.pad == wanted.pad
                     && wanted.from_s + OVERLAP_S < stay.until_s
                     && stay.from_s + OVERLAP_S < wanted.until_s
@@ -130,9 +140,20 @@ impl<'a> Traffic<'a> {
 
     /// Whether a version of a plan would meet another one in the air, or on a pad.
     pub(in crate::edge) fn meets(self, own: Own<'_>, version: &Version, headway_s: f64) -> bool {
+        self.meets_any(own, version, headway_s, &|_| true)
+    }
+
+    /// The same of the plans that count.
+    pub(in crate::edge) fn meets_any(
+        self,
+        own: Own<'_>,
+        version: &Version,
+        headway_s: f64,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> bool {
         let meets_in_the_air = |leg: &Occupation| {
             let others = self.on(leg.segment).iter();
-            let mut others = others.filter(|other| !own.has(&other.plan));
+            let mut others = others.filter(|other| !own.has(&other.plan) && counts(&other.plan));
             others.any(|other| {
                 let other = occupation(leg.segment, other);
                 let [leg, other] = [std::slice::from_ref(leg), std::slice::from_ref(&other)];
@@ -140,7 +161,7 @@ impl<'a> Traffic<'a> {
             })
         };
         let is_apart = headway_s <= 0.0 || !version.occupations().iter().any(meets_in_the_air);
-        !is_apart || self.shares_pad(own, version).is_some()
+        !is_apart || self.shares_pad_with(own, version, counts).is_some()
     }
 }
 

@@ -71,6 +71,18 @@ impl Version {
         Some((version, contingencies_hold))
     }
 
+    /// The same before its contingencies are worked out.
+    pub(in crate::edge) fn without_contingencies(mut self) -> Self {
+        for leg in &mut self.composition.legs {
+            leg.if_closed = None;
+            leg.safe = None;
+        }
+        if let Some(flown) = &mut self.flight {
+            Arc::make_mut(flown).ends.clear();
+        }
+        self
+    }
+
     /// Whether its drone surely stands before a leg, so many seconds after the departure: by nominal times nobody knows.
     pub(in crate::edge) fn stands_before(&self, leg: usize, elapsed_s: f64) -> bool {
         let leg = self.composition.legs.get(leg);

@@ -260,7 +260,15 @@ fn store_legs(flown: &FlownVersion) -> Vec<StoredFlownLeg> {
     let composition = &flown.composition;
     let figures = composition.figures.legs.iter();
     let legs = composition.plan.legs.iter().zip(figures);
-    let told = legs.zip(&composition.leg_costs_usd).zip(&flown.ends);
+    // Contingencies that are still to be worked out have no ends yet.
+    let ends = flown
+        .ends
+        .iter()
+        .copied()
+        .map(Some)
+        .chain(std::iter::repeat(None));
+    let ends = ends.map(Option::unwrap_or_default);
+    let told = legs.zip(&composition.leg_costs_usd).zip(ends);
     let end = |end: DetourEnd| StoredEnd(end.arrives_s, end.battery, end.reserve_used);
     told.map(|(((leg, figures), &cost_usd), ends)| StoredFlownLeg {
         battery: [leg.battery_before, leg.battery_after],

@@ -155,7 +155,9 @@ struct StoredLeg {
     length_m: f64,
     departure_s: f64,
     arrival_s: f64,
-    outcome: Outcome,
+    /// What to do if it closes; absent until that has been worked out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    outcome: Option<Outcome>,
     detour: Vec<u32>,
     rejoins: Option<u32>,
     remaining_m: Option<f64>,
@@ -239,16 +241,16 @@ fn store_version(
 }
 
 fn store_leg(leg: &Leg, dictionary: &mut Dictionary) -> StoredLeg {
-    let safe = leg.safe.as_ref();
+    let (detour, safe) = (leg.if_closed.as_ref(), leg.safe.as_ref());
     StoredLeg {
         length_m: leg.length_m,
         departure_s: leg.departure_s,
         arrival_s: leg.arrival_s,
-        outcome: leg.if_closed.outcome,
-        detour: dictionary.places(&leg.if_closed.nodes),
-        rejoins: leg.if_closed.rejoins.map(|node| dictionary.place(node)),
-        remaining_m: leg.if_closed.remaining_length_m,
-        extra_m: leg.if_closed.extra_m,
+        outcome: detour.map(|detour| detour.outcome),
+        detour: detour.map_or_else(Vec::new, |detour| dictionary.places(&detour.nodes)),
+        rejoins: detour.and_then(|detour| Some(dictionary.place(detour.rejoins?))),
+        remaining_m: detour.and_then(|detour| detour.remaining_length_m),
+        extra_m: detour.and_then(|detour| detour.extra_m),
         safe: safe.map(|safe| (dictionary.places(&safe.nodes), safe.length_m)),
     }
 }
@@ -313,6 +315,20 @@ fn read_safe(
     })
 }
 
+fn read_detour(
+    places: Places<'_>,
+    leg: &StoredLeg,
+    outcome: Outcome,
+) -> Result<Contingency, StoreFault> {
+    Ok(Contingency {
+        outcome,
+        nodes: places.nodes(&leg.detour)?,
+        rejoins: leg.rejoins.map(|place| places.node(place)).transpose()?,
+        remaining_length_m: leg.remaining_m,
+        extra_m: leg.extra_m,
+    })
+}
+
 fn read_version(
     topology: &Topology,
     places: Places<'_>,
@@ -338,13 +354,10 @@ fn read_version(
             length_m: leg.length_m,
             departure_s: leg.departure_s,
             arrival_s: leg.arrival_s,
-            if_closed: Contingency {
-                outcome: leg.outcome,
-                nodes: places.nodes(&leg.detour)?,
-                rejoins: leg.rejoins.map(|place| places.node(place)).transpose()?,
-                remaining_length_m: leg.remaining_m,
-                extra_m: leg.extra_m,
-            },
+            if_closed: leg
+                .outcome
+                .map(|outcome| read_detour(places, leg, outcome))
+                .transpose()?,
             safe: safe.transpose()?,
         });
     }

@@ -143,7 +143,7 @@ impl Case {
         let from = self.index(leg.from);
         let (_, world) = self.worlds((from, self.index(leg.to)));
         let what = format!("detour of leg {place}");
-        let detour = &leg.if_closed;
+        let detour = leg.if_closed.as_ref().expect("worked out");
         let best_m = shortest(&world, from, self.destination, None).map(|(length_m, _)| length_m);
         let found = detour.outcome == Outcome::Rerouted;
         assert_eq!(found, best_m.is_some(), "seed {}, {what}", self.seed);

@@ -24,6 +24,11 @@ pub struct Composition {
 }
 
 impl Composition {
+    /// Whether the contingencies of any leg are still to be worked out.
+    pub fn lacks_contingencies(&self) -> bool {
+        self.legs.iter().any(|leg| leg.if_closed.is_none())
+    }
+
     /// When each leg is flown if flying begins at `start_s` seconds of a clock that all plans share.
     pub fn occupations(&self, start_s: f64) -> Vec<Occupation> {
         let legs = self.legs.iter().enumerate();
@@ -53,8 +58,8 @@ pub struct Leg {
     pub departure_s: f64,
     /// When it ends, in seconds from when flying begins.
     pub arrival_s: f64,
-    /// What to do if it closes while the drone is at its start.
-    pub if_closed: Contingency,
+    /// What to do if it closes while the drone is at its start; `None` until that has been worked out.
+    pub if_closed: Option<Contingency>,
     /// Where to go from its start when nothing else helps; `None` where no alternate can be reached.
     pub safe: Option<SafeNode>,
 }
@@ -158,7 +163,7 @@ pub fn with_contingencies(
             length_m,
             departure_s,
             arrival_s: time_s,
-            if_closed: contingency(&way, place, way_m - flown_m, detour),
+            if_closed: Some(contingency(&way, place, way_m - flown_m, detour)),
             safe: safe_node(from, diversion),
         });
         flown_m += length_m;

@@ -64,7 +64,8 @@ impl Composition {
             let segment = change.correspondence.unchanged(leg.segment)?;
             let departure_s = time_s;
             time_s += leg_time_s(change.to, segment, airspeed_mps);
-            let if_closed = contingency(&leg.if_closed, change);
+            let if_closed = leg.if_closed.as_ref();
+            let if_closed = if_closed.and_then(|detour| contingency(detour, change));
             let safe = leg.safe.as_ref().map(|safe| safe_node(safe, change));
             contingencies_hold &= if_closed.is_some() && safe != Some(None);
             carried.push(Leg {
@@ -74,7 +75,7 @@ impl Composition {
                 length_m: change.to.segment(segment).length_m,
                 departure_s,
                 arrival_s: time_s,
-                if_closed: if_closed.unwrap_or_else(nowhere),
+                if_closed,
                 safe: safe.flatten(),
             });
         }
@@ -96,16 +97,6 @@ impl Composition {
             },
             contingencies_hold,
         })
-    }
-}
-
-fn nowhere() -> Contingency {
-    Contingency {
-        outcome: crate::recompose::Outcome::NoRoute,
-        nodes: Vec::new(),
-        rejoins: None,
-        remaining_length_m: None,
-        extra_m: None,
     }
 }
 

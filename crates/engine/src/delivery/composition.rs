@@ -60,7 +60,7 @@ pub struct FlightComposition {
     pub figures: PlanFigures,
     /// The delivery cost `c_ij` of each leg, in US dollars.
     pub leg_costs_usd: Vec<f64>,
-    /// What to do on each leg where nobody tells the drone.
+    /// What to do on each leg where no one tells the drone; empty where they are worked out later.
     pub contingencies: Vec<LegContingency>,
     /// How certain it is that no plan is better.
     pub proof: Proof,
@@ -260,7 +260,10 @@ pub(super) fn with_contingencies(
     let setting = world.setting;
     let payload_kg = setting.payload_kg();
     let figures = setting.figures(&plan, question.began_s, question.reserve, world.tariff);
-    let legs = 0..plan.legs.len();
+    let legs = match world.with_contingencies {
+        true => 0..plan.legs.len(),
+        false => 0..0,
+    };
     let contingencies = legs
         .map(|leg| contingency(world, question, &plan, leg, scratch))
         .collect();

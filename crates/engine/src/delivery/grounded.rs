@@ -6,11 +6,13 @@ use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
+use crate::airspace::Zone;
 use crate::flight::{FlightPlan, Reentry, StretchLeg};
 use crate::itinerary::{Effort, Step, Value};
 use crate::network::NodeIx;
 use crate::recompose::{Outcome, Request, Warning};
 use jiff::Timestamp;
+use std::sync::Arc;
 
 /// Tells a drone that stands at a node in an active zone to wait there, and what it flies then as far as that is known.
 pub(super) fn hold_on_the_ground(
@@ -34,19 +36,11 @@ pub(super) fn hold_on_the_ground(
     let flies_on =
         matches!(answer.outcome, Outcome::Hold | Outcome::Rerouted) && failure.landing.is_none();
     answer.is_energy_checked = failure.is_energy_known();
-    if !flies_on {
+    match flies_on {
+        true => hold(world, failure.request, node, &mut answer),
         // No way on is known: it stays, until it is told more.
-        answer.composition = Some(staying(world, &request, scratch));
-        answer.hold = None;
-        answer.reserve_used = false;
-        answer.flags.clear();
-        answer.unsafe_way = None;
+        false => stay(world, failure.request, &request, &mut answer, scratch),
     }
-    answer.outcome = Outcome::Hold;
-    answer.warnings = vec![match end_of_zones(world, failure.request, node) {
-        Some(until) => Warning::HoldsUntil { node, until },
-        None => Warning::HoldsWithoutEnd { node },
-    }];
     let (from, to) = failure.request.report.leg;
     let topology = world.setting.topology();
     let leg = StretchLeg {
@@ -62,21 +56,62 @@ pub(super) fn hold_on_the_ground(
     answer
 }
 
-/// When the last of the zones over a node ends; `None` where nobody knows.
+/// Makes an answer one that lets a drone stand where it is, until it is told more.
+pub(super) fn stay(
+    world: &DeliveryWorld<'_>,
+    request: &Request,
+    stands: &DeliveryRequest,
+    answer: &mut FlightRecomposition,
+    scratch: &mut DeliveryScratch,
+) {
+    answer.composition = Some(staying(world, stands, scratch));
+    answer.hold = None;
+    answer.reserve_used = false;
+    answer.flags.clear();
+    answer.unsafe_way = None;
+    hold(world, request, stands.source, answer);
+}
+
+fn hold(
+    world: &DeliveryWorld<'_>,
+    request: &Request,
+    node: NodeIx,
+    answer: &mut FlightRecomposition,
+) {
+    answer.outcome = Outcome::Hold;
+    answer.warnings = vec![match end_of_zones(world, request, node) {
+        Some(until) => Warning::HoldsUntil { node, until },
+        None => Warning::HoldsWithoutEnd { node },
+    }];
+}
+
+/// Whether a zone that is in force, or that a report brings, closes a node.
+pub(super) fn is_in_zone(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> bool {
+    zones_over(world, request, node).next().is_some()
+}
+
+/// When the last of the zones over a node ends; `None` where no one knows.
 fn end_of_zones(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> Option<Timestamp> {
-    let covers = |nodes: &[NodeIx]| nodes.binary_search(&node).is_ok();
-    let standing = world.skies.now().in_force();
-    let standing = standing.filter(|closure| covers(&closure.hits.nodes));
-    let standing = standing.filter_map(|closure| closure.zone());
-    let brought = request.zone.iter();
-    let brought = brought.filter(|brought| covers(&brought.hits.nodes));
-    let zones = standing.chain(brought.map(|brought| &brought.zone));
-    let ends = zones.flat_map(|zone| match zone.windows() {
+    let ends = zones_over(world, request, node).flat_map(|zone| match zone.windows() {
         [] => vec![None],
         windows => windows.iter().map(|window| window.until()).collect(),
     });
     let ends: Option<Vec<Timestamp>> = ends.collect();
     ends?.into_iter().max()
+}
+
+fn zones_over<'a>(
+    world: &DeliveryWorld<'a>,
+    request: &'a Request,
+    node: NodeIx,
+) -> impl Iterator<Item = &'a Arc<Zone>> {
+    let covers = move |nodes: &[NodeIx]| nodes.binary_search(&node).is_ok();
+    let standing = world.skies.now().in_force();
+    let standing = standing.filter(move |closure| covers(&closure.hits.nodes));
+    let standing = standing.filter_map(|closure| closure.zone());
+    let brought = request.zone.iter();
+    let brought = brought.filter(move |brought| covers(&brought.hits.nodes));
+    standing.chain(brought.map(|brought| &brought.zone))
 }
 
 /// A plan that stays where it is.

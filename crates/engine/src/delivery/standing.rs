@@ -3,6 +3,7 @@
 use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
 use super::flight_failure::{FlightFailure, FlightRecomposition};
+use super::grounded::{is_in_zone, stay};
 use super::landing::landed;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::Reentry;
@@ -37,6 +38,11 @@ impl Stand {
             deadline_s: failure.deadline_s,
         };
         let mut answer = answer_standing(world, &request, Some(failure), scratch);
+        // In a zone it is told to hold, as one that reports there: no operator has to find it a way.
+        let has_nowhere_to_go = answer.outcome == Outcome::NoRoute;
+        if has_nowhere_to_go && is_in_zone(world, failure.request, self.node) {
+            stay(world, failure.request, &request, &mut answer, scratch);
+        }
         if let Some(composition) = &mut answer.composition {
             let place = world.setting.topology().position(self.node);
             let stands = Reentry::at_node(self.node, place, None);

@@ -29,6 +29,9 @@ pub struct DeliveryWorld<'a> {
     pub refuge_stay_s: f64,
     /// What bounds each search.
     pub limits: Limits<'a>,
+    /// Whether a plan comes with its contingencies: two searches for each leg. Else
+    /// [`contingencies_of`](super::contingencies_of) works them out later.
+    pub with_contingencies: bool,
 }
 
 /// The memory of compositions and answers on one topology. One thread uses it at a time.

@@ -5,7 +5,6 @@
 //! every real one on the same way.
 
 use super::charging_label::ChargingLabel;
-use super::lower_bounds::best_share;
 use super::memory::How;
 use super::obstacles::{Entry, Leaving};
 use super::potentials::{Potentials, energy_weight};
@@ -13,6 +12,9 @@ use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;
 use crate::flight::{FlightLegs, FlightStart};
 use crate::network::NodeIx;
+
+/// Steps of Newton's method towards the best charge, enough for all digits.
+const NEWTON_STEPS: u32 = 5;
 
 /// A request in its world.
 #[derive(Clone, Copy, Debug)]
@@ -451,5 +453,35 @@ impl<'a> Expander<'a> {
             How::Leg { .. } => true,
             How::Stop { .. } => false,
         }
+    }
+}
+
+/// The share `x` of the room above the lowest level that makes `(c + tau ln(1 / (1 - x))) / x` least, by `c / tau`: with `u = x / (1 - x)`
+/// where `u - ln(1 + u) = c / tau`. 0 where stops take no time.
+fn best_share(stop_by_tau: f64) -> f64 {
+    let mut u = (2.0 * stop_by_tau).sqrt() + 2.0 * stop_by_tau / 3.0;
+    if u <= 0.0 {
+        return 0.0;
+    }
+    for _ in 0..NEWTON_STEPS {
+        u -= (u - u.ln_1p() - stop_by_tau) * (1.0 + u) / u;
+    }
+    u / (1.0 + u)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::best_share;
+
+    #[test]
+    fn the_best_charge_is_better_than_its_neighbours() {
+        for stop_by_tau in [1e-6, 0.01, 0.1, 1.0, 30.0] {
+            let rate = |share: f64| (stop_by_tau - (1.0 - share).ln()) / share;
+            let best = best_share(stop_by_tau);
+            for other in [0.999 * best, 1.001 * best.min(0.998)] {
+                assert!(rate(best) <= rate(other), "{stop_by_tau}: {best} {other}");
+            }
+        }
+        assert_eq!(best_share(0.0), 0.0);
     }
 }

@@ -3,9 +3,6 @@
 use super::expander::Expander;
 use super::request::Objective;
 
-/// Steps of Newton's method towards the best charge, enough for all digits.
-const NEWTON_STEPS: u32 = 5;
-
 impl Expander<'_> {
     /// What a metre of straight line weighs at least.
     pub(super) fn weight_per_m(&self) -> f64 {
@@ -62,35 +59,5 @@ impl Expander<'_> {
         };
         let best = (missing / (room * self.best_share)).max(1.0 + open);
         takes_s(best.floor()).min(takes_s(best.ceil()))
-    }
-}
-
-/// The share `x` of the room above the lowest level that makes `(c + tau ln(1 / (1 - x))) / x` least, by `c / tau`: with `u = x / (1 - x)`
-/// where `u - ln(1 + u) = c / tau`. 0 where stops take no time.
-pub(super) fn best_share(stop_by_tau: f64) -> f64 {
-    let mut u = (2.0 * stop_by_tau).sqrt() + 2.0 * stop_by_tau / 3.0;
-    if u <= 0.0 {
-        return 0.0;
-    }
-    for _ in 0..NEWTON_STEPS {
-        u -= (u - u.ln_1p() - stop_by_tau) * (1.0 + u) / u;
-    }
-    u / (1.0 + u)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::best_share;
-
-    #[test]
-    fn the_best_charge_is_better_than_its_neighbours() {
-        for stop_by_tau in [1e-6, 0.01, 0.1, 1.0, 30.0] {
-            let rate = |share: f64| (stop_by_tau - (1.0 - share).ln()) / share;
-            let best = best_share(stop_by_tau);
-            for other in [0.999 * best, 1.001 * best.min(0.998)] {
-                assert!(rate(best) <= rate(other), "{stop_by_tau}: {best} {other}");
-            }
-        }
-        assert_eq!(best_share(0.0), 0.0);
     }
 }

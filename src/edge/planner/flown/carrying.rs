@@ -46,7 +46,7 @@ impl FlownVersion {
         });
         Some(Self {
             airframe: self.airframe.clone(),
-            ends: self.ends.get(legs.clone())?.to_vec(),
+            ends: self.ends.get(legs.clone()).unwrap_or_default().to_vec(),
             hold,
             alternate: self.alternate.filter(|_| is_whole).and_then(pad_carried),
             composition: FlightComposition {

@@ -41,8 +41,6 @@ impl FlownVersion {
     ) -> (Self, Composition) {
         let departs_s = ground.skies.seconds(departs_at);
         let way = way_of(composition, departs_s);
-        let contingencies = composition.contingencies.iter();
-        let ends = contingencies.map(|leg| LegEnds::of(leg, departs_s));
         let DroneKind {
             airframe,
             payload_kg,
@@ -51,7 +49,8 @@ impl FlownVersion {
             airframe: Arc::from(airframe.name.as_str()),
             battery_wh: airframe.battery_wh,
             payload_kg: *payload_kg,
-            ends: ends.collect(),
+            // Worked out later, with the contingencies.
+            ends: Vec::new(),
             reserve_used: told.reserve_used,
             hold: told.hold.map(|hold| Hold {
                 until_s: hold.until_s - departs_s,
@@ -95,19 +94,15 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
     let plan = &composition.plan;
     let figures = composition.figures.legs.iter();
     let flown = plan.legs.iter().zip(figures);
-    let legs = flown.zip(&composition.contingencies);
-    let legs = legs.map(|((leg, figures), contingency)| Leg {
+    let legs = flown.map(|(leg, figures)| Leg {
         from: leg.from,
         to: leg.to,
         segment: leg.segment,
         length_m: figures.length_m,
         departure_s: leg.enters_s - departs_s,
         arrival_s: leg.leaves_s - departs_s,
-        if_closed: contingency.if_closed.contingency.clone(),
-        safe: contingency
-            .safe
-            .as_ref()
-            .map(|alternate| alternate.safe.clone()),
+        if_closed: None,
+        safe: None,
     });
     Composition {
         way: Path {

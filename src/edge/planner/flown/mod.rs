@@ -307,6 +307,7 @@ impl Ground {
             tariff: self.settings.tariff,
             refuge_stay_s: self.settings.refuge_stay_s,
             limits: Limits::default(),
+            with_contingencies: false,
         }
     }
 

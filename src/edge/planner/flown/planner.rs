@@ -263,7 +263,7 @@ impl Planner for Flown {
         });
         let mut composition = version.composition.clone();
         for (leg, contingency) in composition.legs.iter_mut().zip(&contingencies) {
-            leg.if_closed = contingency.if_closed.contingency.clone();
+            leg.if_closed = Some(contingency.if_closed.contingency.clone());
             leg.safe = contingency
                 .safe
                 .as_ref()
