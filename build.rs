@@ -48,8 +48,9 @@ mod proto {
     use std::path::PathBuf;
 
     const FOLDER: &str = "proto";
-    const FILES: [&str; 7] = [
+    const FILES: [&str; 8] = [
         "skyway/v1/airspace.proto",
+        "skyway/v1/clock.proto",
         "skyway/v1/drones.proto",
         "skyway/v1/flight.proto",
         "skyway/v1/network.proto",

@@ -1,16 +1,18 @@
 //! The clock: the only part of the service that asks what time it is.
 //!
-//! It is the machine's, or a simulator's with a start and a rate of its own, or one that a test moves by
-//! hand. Whoever needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
+//! It is the machine's, or a simulation's with a start and a rate of its own, or one that a client moves, or a test by
+//! hand. Code that needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
 //!
 //! The machine's wall clock is judged by its time that only goes forward: while it has stepped away from that and
-//! nobody has confirmed it, the time goes on as it went before.
+//! no operator has confirmed it, the time goes on as it went before.
 
 mod stepped;
+#[cfg(test)]
+mod tests;
 
 pub use stepped::{Reading, STEP, SteppedClock};
 
-use crate::wire::{ClockKind, ClockSource};
+use crate::wire::ClockKind;
 use jiff::{SignedDuration, Timestamp};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -34,6 +36,7 @@ enum Source {
     Real(Arc<Machine>),
     Simulated(Simulation),
     Runtime(RuntimeTime),
+    External(Arc<watch::Sender<Timestamp>>),
     ByHand(watch::Receiver<Timestamp>),
     Manual(Arc<Judged<watch::Receiver<Times>>>),
 }
@@ -163,6 +166,11 @@ impl Clock {
         }))
     }
 
+    /// A clock that shows `start` until a client moves it. How long something takes is still measured on the machine's.
+    pub fn external(start: Timestamp) -> Self {
+        Self(Source::External(Arc::new(watch::Sender::new(start))))
+    }
+
     /// A clock that shows `start` until its hand is moved.
     pub fn by_hand(start: Timestamp) -> (Self, ManualClock) {
         let (hand, clock) = watch::channel(start);
@@ -193,7 +201,22 @@ impl Clock {
                 Reading::of(simulation.after(monotonic_since(simulation.began)))
             }
             Source::Runtime(time) => Reading::of(time.now()),
+            Source::External(clock) => Reading::of(*clock.borrow()),
             Source::ByHand(clock) => Reading::of(*clock.borrow()),
+        }
+    }
+
+    /// Moves a clock that clients move, forward only; every other one goes on as it does.
+    pub(crate) fn move_to(&self, instant: Timestamp) {
+        if let Source::External(clock) = &self.0 {
+            clock.send_modify(|now| *now = instant.max(*now));
+        }
+    }
+
+    /// Sets a clock that clients move to where it was when its edge ended.
+    pub(crate) fn resume_at(&self, instant: Timestamp) {
+        if let Source::External(clock) = &self.0 {
+            clock.send_replace(instant);
         }
     }
 
@@ -202,7 +225,9 @@ impl Clock {
         match &self.0 {
             Source::Real(machine) => machine.confirm(),
             Source::Manual(clocks) => clocks.confirm(),
-            Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => None,
+            Source::Simulated(_) | Source::Runtime(_) | Source::External(_) | Source::ByHand(_) => {
+                None
+            }
         }
     }
 
@@ -211,24 +236,16 @@ impl Clock {
         match &self.0 {
             Source::Real(_) | Source::Manual(_) => ClockKind::Real,
             Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => ClockKind::Simulated,
+            Source::External(_) => ClockKind::External,
         }
     }
 
-    /// What moves this clock.
-    pub fn source(&self) -> ClockSource {
-        match &self.0 {
-            Source::Real(_) => ClockSource::Real,
-            Source::Simulated(_) | Source::Runtime(_) => ClockSource::Simulated,
-            Source::ByHand(_) | Source::Manual(_) => ClockSource::Manual,
-        }
-    }
-
-    /// How many of its seconds pass in one of the machine's; 0 for one that is moved by hand.
+    /// How many of its seconds pass in one of the machine's; 0 for one that stands still until it is moved.
     pub fn rate(&self) -> f64 {
         match &self.0 {
             Source::Real(_) | Source::Runtime(_) => 1.0,
             Source::Simulated(simulation) => simulation.rate,
-            Source::ByHand(_) | Source::Manual(_) => 0.0,
+            Source::External(_) | Source::ByHand(_) | Source::Manual(_) => 0.0,
         }
     }
 
@@ -236,7 +253,7 @@ impl Clock {
     /// the hand's.
     pub fn stopwatch(&self) -> Stopwatch {
         match &self.0 {
-            Source::Real(_) | Source::Simulated(_) | Source::Manual(_) => {
+            Source::Real(_) | Source::Simulated(_) | Source::External(_) | Source::Manual(_) => {
                 Stopwatch(Began::Machine(monotonic_now()))
             }
             Source::Runtime(_) => Stopwatch(Began::Runtime(tokio::time::Instant::now())),
@@ -249,7 +266,7 @@ impl Clock {
 
     /// How long to wait, in the machine's time, before it is worth asking whether `instant` has come: zero
     /// when it has, and never more than 30 s, as the machine's clock may be set meanwhile. None for a
-    /// clock moved by hand, of which nobody knows; [`Clock::sleep_until`] waits for its hand.
+    /// clock that is moved, which says nothing; [`Clock::sleep_until`] waits for that.
     pub fn real_duration_until(&self, instant: Timestamp) -> Option<Duration> {
         let left = instant.duration_since(self.now());
         let Ok(left) = Duration::try_from(left) else {
@@ -262,14 +279,18 @@ impl Clock {
             Source::Real(_) => Some(left.min(LONGEST_WAIT)),
             Source::Simulated(simulation) => Some(scaled(left, simulation.rate)),
             Source::Runtime(_) => Some(left),
-            Source::ByHand(_) | Source::Manual(_) => None,
+            Source::External(_) | Source::ByHand(_) | Source::Manual(_) => None,
         }
     }
 
     /// Waits until `instant` has come.
     pub async fn sleep_until(&self, instant: Timestamp) {
-        if let Source::ByHand(clock) = &self.0 {
-            let mut clock = clock.clone();
+        let moved = match &self.0 {
+            Source::External(clock) => Some(clock.subscribe()),
+            Source::ByHand(clock) => Some(clock.clone()),
+            _ => None,
+        };
+        if let Some(mut clock) = moved {
             let has_come = clock.wait_for(|now| *now >= instant).await.is_ok();
             if !has_come {
                 // Without its hand this clock stands still.
@@ -396,91 +417,4 @@ fn monotonic_now() -> Monotonic {
 )]
 fn monotonic_since(began: Monotonic) -> Duration {
     began.elapsed()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::future::Future;
-    use std::pin::pin;
-    use std::task::{Context, Poll, Waker};
-
-    fn start() -> Timestamp {
-        "2026-05-04T08:00:00Z".parse().expect("an instant")
-    }
-
-    #[test]
-    fn a_clock_by_hand_moves_when_its_hand_does() {
-        let (clock, hand) = Clock::by_hand(start());
-        let stopwatch = clock.stopwatch();
-        assert_eq!(clock.now(), start());
-        assert_eq!(clock.kind(), ClockKind::Simulated);
-        hand.advance(SignedDuration::from_millis(90));
-        assert_eq!(
-            clock.clone().now(),
-            start() + SignedDuration::from_millis(90)
-        );
-        assert_eq!(stopwatch.elapsed_us(), 90_000.0);
-        hand.set(start() - SignedDuration::from_secs(1));
-        assert_eq!(stopwatch.elapsed(), Duration::ZERO);
-        hand.advance(SignedDuration::MAX);
-        assert_eq!(clock.now(), Timestamp::MAX);
-    }
-
-    #[test]
-    fn who_sleeps_wakes_when_the_hand_reaches_the_instant_and_not_before() {
-        let (clock, hand) = Clock::by_hand(start());
-        let noon = start() + SignedDuration::from_hours(4);
-        assert_eq!(clock.real_duration_until(noon), None);
-        let mut sleep = pin!(clock.sleep_until(noon));
-        let mut context = Context::from_waker(Waker::noop());
-        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Pending);
-        hand.set(noon - SignedDuration::from_nanos(1));
-        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Pending);
-        hand.set(noon);
-        assert_eq!(sleep.as_mut().poll(&mut context), Poll::Ready(()));
-        assert_eq!(clock.real_duration_until(noon), Some(Duration::ZERO));
-        // Nobody moves the hand any more: an instant ahead never comes.
-        drop(hand);
-        let mut never = pin!(clock.sleep_until(noon + SignedDuration::from_secs(1)));
-        assert_eq!(never.as_mut().poll(&mut context), Poll::Pending);
-    }
-
-    #[test]
-    fn simulated_time_passes_at_its_rate() {
-        let simulation = |rate| Simulation {
-            start: start(),
-            rate,
-            began: monotonic_now(),
-        };
-        let minute = Duration::from_secs(60);
-        let after = |rate| simulation(rate).after(minute);
-        assert_eq!(after(1.0), start() + SignedDuration::from_mins(1));
-        assert_eq!(after(60.0), start() + SignedDuration::from_hours(1));
-        assert_eq!(after(0.5), start() + SignedDuration::from_secs(30));
-        assert_eq!(after(1e30), Timestamp::MAX);
-        assert_eq!(scaled(minute, 60.0), Duration::new(1, 1));
-        assert_eq!(scaled(minute, 0.001), LONGEST_WAIT);
-        assert_eq!(scaled(Duration::MAX, 1e-300), LONGEST_WAIT);
-    }
-
-    #[test]
-    fn a_simulated_clock_starts_where_it_is_told_and_says_what_it_is() {
-        let clock = Clock::simulated(start(), 10.0);
-        let first = clock.now();
-        assert!(first >= start() && clock.now() >= first, "{first}");
-        assert_eq!(clock.kind(), ClockKind::Simulated);
-        assert_eq!(clock.real_duration_until(start()), Some(Duration::ZERO));
-        let standing = Clock::simulated(start(), f64::NAN);
-        assert!(standing.now() < start() + SignedDuration::from_hours(1));
-    }
-
-    #[test]
-    fn nobody_waits_long_for_the_machine() {
-        let clock = Clock::real();
-        assert_eq!(clock.kind(), ClockKind::Real);
-        let wait = |instant| clock.real_duration_until(instant);
-        assert_eq!(wait(Timestamp::MAX), Some(LONGEST_WAIT));
-        assert_eq!(wait(Timestamp::MIN), Some(Duration::ZERO));
-    }
 }

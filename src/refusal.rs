@@ -39,6 +39,12 @@ pub enum Code {
     ClosureOfZone,
     /// Something that stands names what a change of the network would take away.
     NetworkInUse,
+    /// No client moves the clock.
+    ClockNotExternal,
+    /// The clock is past the instant that it is to be moved to.
+    ClockBackwards,
+    /// The clock would be moved too far at once.
+    ClockTooFar,
     /// The plan has no such version to acknowledge, or is over.
     PlanStateConflict,
     /// A write of an existing version without `If-Match`.

@@ -37,6 +37,7 @@ mod table;
 mod tests;
 mod transport;
 mod watch;
+mod workload;
 
 use clap::{Args, Parser, Subcommand};
 use report::Report;
@@ -49,6 +50,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::LocalSet;
+use workload::{FleetArguments, run_fleets};
 
 /// What may go wrong is told once, and ends the run.
 pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -63,6 +65,7 @@ Examples:
   skyway-loadtest run --server target/dist/skyway                     the standard set; about half an hour
   skyway-loadtest run --server target/dist/skyway recompositions      one scenario
   skyway-loadtest run --server target/release/skyway --quick          whether everything works, in seconds
+  skyway-loadtest fleet --server target/dist/skyway sydney            a fleet over Sydney, with the flight model
   skyway-loadtest table target/load/report.json                       the tables as Markdown
 
 Exit codes: 0 when every objective is met, 5 when one is missed, 2 for wrong arguments and scenarios, 1 for other failures.";
@@ -81,6 +84,8 @@ enum Command {
     Run(RunArguments),
     /// Name the scenarios
     List(ListArguments),
+    /// Fill an edge with plans, close half of its airspace, and hold what drones are told against goals
+    Fleet(FleetArguments),
     /// Print the tables of a report as Markdown
     Table {
         /// A report.json
@@ -135,6 +140,7 @@ struct RunArguments {
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run_scenarios(&arguments),
+        Command::Fleet(arguments) => run_fleets(&arguments),
         Command::List(arguments) => list(&arguments),
         Command::Table { report } => print_table(&report),
         Command::Echo {
@@ -230,6 +236,11 @@ fn run_scenarios(arguments: &RunArguments) -> Result<ExitCode> {
         is_quick: arguments.quick,
         target,
     };
+    until_interrupted(run_all(arguments, &scenarios, &manner))
+}
+
+/// Runs something to its end, or until this program is told to end.
+fn until_interrupted(running: impl Future<Output = Result<ExitCode>>) -> Result<ExitCode> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()?;
@@ -237,7 +248,7 @@ fn run_scenarios(arguments: &RunArguments) -> Result<ExitCode> {
     local.block_on(&runtime, async {
         let mut terminate = signal(SignalKind::terminate())?;
         tokio::select! {
-            outcome = run_all(arguments, &scenarios, &manner) => outcome,
+            outcome = running => outcome,
             // What is dropped here ends the servers.
             _ = tokio::signal::ctrl_c() => interrupted(),
             _ = terminate.recv() => interrupted(),

@@ -5,6 +5,7 @@
 use bytes::Bytes;
 use http::{HeaderValue, Method, Request, header};
 use http_body_util::{BodyExt, Full};
+use hyper::body::Incoming;
 use hyper::client::conn::{http1, http2};
 use hyper_util::rt::{TokioExecutor, TokioIo};
 use std::cell::{Cell, RefCell};
@@ -259,6 +260,17 @@ impl Drop for Connections {
     }
 }
 
+/// What a path tells for as long as the server has something to tell, over a connection of its own.
+pub(crate) async fn stream(address: SocketAddr, path: &str) -> Result<Incoming, Broken> {
+    let stream = connected(address).await?;
+    let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
+    tokio::spawn(connection);
+    let request = Request::get(path)
+        .header(header::HOST, address.to_string())
+        .body(Full::<Bytes>::default())?;
+    Ok(sender.send_request(request).await?.into_body())
+}
+
 async fn connected(address: SocketAddr) -> Result<TcpStream, Broken> {
     let stream = TcpStream::connect(address).await?;
     stream.set_nodelay(true)?;
@@ -281,7 +293,7 @@ struct Counted(Rc<RestConnections>);
 impl Drop for Counted {
     fn drop(&mut self) {
         self.0.open.set(self.0.open.get() - 1);
-        // Whoever has waited longest may open another; who gave up waiting is passed over.
+        // The caller that has waited longest may open another; one that gave up waiting is passed over.
         while let Some(waiting) = self.0.next_waiting() {
             if waiting.send(None).is_ok() {
                 return;
@@ -323,7 +335,7 @@ impl RestConnections {
         self.waiting.borrow_mut().pop_front()
     }
 
-    /// A connection that is idle goes to whoever has waited longest; who gave up waiting is passed over.
+    /// A connection that is idle goes to the caller that has waited longest; one that gave up waiting is passed over.
     fn give(&self, open: Open) {
         let mut offered = Some(open);
         while let Some(waiting) = self.next_waiting() {

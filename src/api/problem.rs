@@ -109,6 +109,12 @@ problems! {
         "The closure stands as long as its zone does. Lift the zone.";
     NetworkInUse "network_in_use" CONFLICT FailedPrecondition "the network is in use"
         "A zone or a closure names what the change of the network would take away. Lift it first. Each fault names one.";
+    ClockNotExternal "clock_not_external" CONFLICT FailedPrecondition "no client moves the clock"
+        "The edge goes by a clock that moves by itself. Only one that was started with --clock external is moved by clients.";
+    ClockBackwards "clock_backwards" UNPROCESSABLE_ENTITY OutOfRange "the clock goes forward only"
+        "The clock shows a later time already. Read it, and move it to that time or a later one.";
+    ClockTooFar "clock_too_far" UNPROCESSABLE_ENTITY OutOfRange "the clock is moved too far at once"
+        "A clock is moved by at most 24 hours at once. Move it in several steps.";
     PlanStateConflict "plan_state_conflict" CONFLICT FailedPrecondition "the plan is in another state"
         "The plan has no such version to acknowledge, or is over. Read it again.";
     PreconditionRequired "precondition_required" PRECONDITION_REQUIRED FailedPrecondition "If-Match is required"

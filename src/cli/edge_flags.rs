@@ -37,7 +37,10 @@ pub(super) struct EdgeFlags {
     /// A file to write the ports to that were taken
     #[arg(long, value_name = "FILE")]
     ports_file: Option<String>,
-    /// What a simulated clock shows at the start (RFC 3339); loopback only
+    /// What moves the clock: machine, or external, which clients move; loopback only [default: machine]
+    #[arg(long, value_name = "KIND")]
+    clock: Option<String>,
+    /// What a simulated or external clock shows at the start (RFC 3339); loopback only
     #[arg(long, value_name = "TIME")]
     clock_start: Option<String>,
     /// How many times faster than the machine's the clock runs; loopback only
@@ -86,7 +89,7 @@ impl EdgeFlags {
         config_sources::look(self.config.as_deref(), &named, &self.set)
     }
 
-    fn named<'a>(&'a self, no_store: &'a Option<String>) -> [Named<'a>; 12] {
+    fn named<'a>(&'a self, no_store: &'a Option<String>) -> [Named<'a>; 13] {
         [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
@@ -96,6 +99,7 @@ impl EdgeFlags {
             ("--no-store", "store", no_store),
             ("--tokens-file", "tokens_file", &self.tokens_file),
             ("--ports-file", "ports_file", &self.ports_file),
+            ("--clock", "clock.kind", &self.clock),
             ("--clock-start", "clock.start", &self.clock_start),
             ("--clock-rate", "clock.rate", &self.clock_rate),
             ("--log", "log.filter", &self.log),

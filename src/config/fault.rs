@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Who said what a setting is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// Nobody.
+    /// None.
     Default,
     /// A line of the file.
     File {
@@ -109,7 +109,7 @@ pub enum ConfigFault {
         /// The setting.
         name: String,
     },
-    /// Other machines would reach an edge that knows nobody.
+    /// Other machines would reach an edge that knows no callers.
     #[error(
         "{origin}: listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
     )]
@@ -140,7 +140,7 @@ pub enum ConfigFault {
         /// The address.
         address: SocketAddr,
     },
-    /// Other machines would read the metrics of an edge that knows nobody.
+    /// Other machines would read the metrics of an edge that knows no callers.
     #[error(
         "{origin}: admin_listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
     )]
@@ -162,16 +162,37 @@ pub enum ConfigFault {
     },
     /// Real drones would be served in a time that is not theirs.
     #[error(
-        "{origin}: a simulated clock is for loopback only, and {listener} = {address} is not; leave clock.start and \
-         clock.rate out"
+        "{origin}: {kind} clock is for loopback only, and {listener} = {address} is not; leave {settings} out"
     )]
-    SimulatedClock {
+    OwnClock {
         /// Who asked for the clock.
         origin: Origin,
+        /// What clock it is, with its article.
+        kind: &'static str,
         /// The setting with the address.
         listener: &'static str,
         /// The address.
         address: SocketAddr,
+        /// What makes it such a clock.
+        settings: &'static str,
+    },
+    /// What a registry tells is of its own time.
+    #[error(
+        "{}names a registry, which has another clock than clock.kind = external; leave one of the two out",
+        said(origin, "registry.url", " ")
+    )]
+    RegistryOfAnotherClock {
+        /// Who named the registry.
+        origin: Origin,
+    },
+    /// A clock that clients move has no rate.
+    #[error(
+        "{}is of no use with clock.kind = external, which passes as clients move it; leave one of the two out",
+        said(origin, "clock.rate", " ")
+    )]
+    RateOfExternalClock {
+        /// Who stated the rate.
+        origin: Origin,
     },
     /// One threshold is beyond the other.
     #[error(
@@ -214,7 +235,7 @@ pub enum ConfigFault {
         /// What is wrong.
         error: AirframeError,
     },
-    /// Nobody could say which of two is meant.
+    /// It is unclear which of two is meant.
     #[error("{origin}: two airframes have the name '{name}'; name each once")]
     AirframeTwice {
         /// Who named the second.
@@ -293,6 +314,12 @@ pub enum ConfigWarning {
         "the clock is simulated: every answer says so, and windows of zones open and close by it"
     )]
     SimulatedClock,
+    /// Time does not pass by itself.
+    #[error(
+        "the clock is external and stands still until a client moves it: every answer says so, and windows of zones \
+         open and close by it"
+    )]
+    ExternalClock,
 }
 
 impl ConfigFault {
@@ -312,7 +339,7 @@ impl ConfigFault {
     }
 }
 
-/// Who said what a setting is, and the setting, unless whoever said so has named it already.
+/// Who said what a setting is, and the setting, unless its source has been named already.
 fn said(origin: &Origin, name: &str, joint: &str) -> String {
     let told = origin.to_string();
     if told.rsplit(' ').next() == Some(name) {

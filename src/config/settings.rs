@@ -64,25 +64,34 @@ pub struct Exposure<'a> {
     pub tokens_file: Option<&'a Path>,
     /// Whether other machines may be served without encryption.
     pub allow_plaintext: bool,
-    /// What a simulated clock shows at the start.
+    /// Whether clients move its clock.
+    pub is_clock_external: bool,
+    /// What a clock of its own shows at the start.
     pub clock_start: Option<Timestamp>,
     /// How many times faster than the machine's it runs.
     pub clock_rate: f64,
 }
 
 impl Exposure<'_> {
-    /// True when the daemon has a time of its own.
-    pub fn has_simulated_clock(&self) -> bool {
-        self.clock_start.is_some() || self.clock_rate != 1.0
+    /// The setting by which the daemon has a time of its own; none where it has the machine's.
+    pub fn own_clock(&self) -> Option<&'static str> {
+        match (self.is_clock_external, self.clock_start) {
+            (true, _) => Some("clock.kind"),
+            (false, Some(_)) => Some("clock.start"),
+            (false, None) => (self.clock_rate != 1.0).then_some("clock.rate"),
+        }
     }
 
     /// Starts the clock that is configured.
     pub fn start_clock(&self) -> Clock {
-        if !self.has_simulated_clock() {
+        if self.own_clock().is_none() {
             return Clock::real();
         }
         let start = self.clock_start.unwrap_or_else(|| Clock::real().now());
-        Clock::simulated(start, self.clock_rate)
+        match self.is_clock_external {
+            true => Clock::external(start),
+            false => Clock::simulated(start, self.clock_rate),
+        }
     }
 }
 

@@ -76,18 +76,21 @@ impl<C: Configuration> EffectiveConfig<C> {
     }
 
     fn check_clock(&self, faults: &mut Vec<ConfigFault>) {
-        if !self.config.exposure().has_simulated_clock() {
+        let exposure = self.config.exposure();
+        let Some(setting) = exposure.own_clock() else {
             return;
-        }
-        let setting = match self.config.exposure().clock_start {
-            Some(_) => "clock.start",
-            None => "clock.rate",
+        };
+        let (kind, settings) = match exposure.is_clock_external {
+            true => ("an external", "clock.kind"),
+            false => ("a simulated", "clock.start and clock.rate"),
         };
         for (listener, address) in self.reachable_listeners() {
-            faults.push(ConfigFault::SimulatedClock {
+            faults.push(ConfigFault::OwnClock {
                 origin: self.origin(setting),
+                kind,
                 listener,
                 address,
+                settings,
             });
         }
     }
@@ -97,7 +100,10 @@ impl<C: Configuration> EffectiveConfig<C> {
             .reachable_listeners()
             .map(|(listener, address)| ConfigWarning::PlainText { listener, address });
         let mut warnings: Vec<ConfigWarning> = plain.collect();
-        if self.config.exposure().has_simulated_clock() {
+        let exposure = self.config.exposure();
+        if exposure.is_clock_external {
+            warnings.push(ConfigWarning::ExternalClock);
+        } else if exposure.own_clock().is_some() {
             warnings.push(ConfigWarning::SimulatedClock);
         }
         warnings

@@ -371,12 +371,20 @@ fn what_flies_is_named_once_and_can_be_read() {
         said.config.flight.airframes.iter().collect::<Vec<_>>(),
         [m100]
     );
-    insta::assert_snapshot!(flight("[flight]\nairframe = \"phantom4\"\n"), @"2: flight.airframe: cannot read the airframe phantom4: No such file or directory (os error 2); name phantom3, m100, or a file as in data/airframes");
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"phantom4\"\n"), @"2: flight.airframe: cannot read the airframe phantom4: No such file or directory (os error 2); name phantom3, m100, a file as in data/airframes, or none");
     insta::assert_snapshot!(flight("[flight]\nairframe = \"Cargo.toml\"\n"), @"2: flight.airframe: Cargo.toml: the airframe cannot be read: expected value at line 1 column 2; see data/airframes for examples");
-    insta::assert_snapshot!(flight("[flight]\nairframes = \"m100, m100\"\n"), @r"
-    2: two airframes have the name 'DJI Matrice 100'; name each once
-    2: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none
-    ");
+    insta::assert_snapshot!(flight("[flight]\nairframes = \"m100, m100\"\n"), @"2: two airframes have the name 'DJI Matrice 100'; name each once");
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"none\"\nairframes = \"m100\"\n"), @"3: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none");
+    let named = |text: &str| {
+        let flight = effective(text, &[], &[]).config.flight;
+        flight.default_airframe().map(str::to_owned)
+    };
+    assert_eq!(named("[flight]\n").as_deref(), Some("phantom3"));
+    assert_eq!(
+        named("[flight]\nairframe = \"m100\"\n").as_deref(),
+        Some("m100")
+    );
+    assert_eq!(named("[flight]\nairframe = \"none\"\n"), None);
     insta::assert_snapshot!(
         flight("[flight]\nfloor_fraction = 0.3\nobjective = \"speed\"\nreserve_fraction = 20\nairframe = 3\n"),
         @r"

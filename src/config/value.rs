@@ -280,17 +280,17 @@ const SIZE_UNITS: [(&str, usize); 4] = [
 ];
 
 impl Size {
-    /// So many bytes.
+    /// A size in bytes.
     pub const fn of_bytes(bytes: usize) -> Self {
         Self(bytes)
     }
 
-    /// So many KiB.
+    /// A size in KiB.
     pub const fn of_kib(kib: usize) -> Self {
         Self(kib << 10)
     }
 
-    /// So many MiB.
+    /// A size in MiB.
     pub const fn of_mib(mib: usize) -> Self {
         Self(mib << 20)
     }
@@ -319,6 +319,35 @@ impl Value for Size {
             .find(|(_, unit_bytes)| self.0 > 0 && self.0.is_multiple_of(*unit_bytes));
         let (unit, unit_bytes) = largest.unwrap_or(&("B", 1));
         format!("{}{unit}", self.0 / unit_bytes)
+    }
+}
+
+/// What moves a daemon's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockMover {
+    /// The machine's clock, at a rate of its own or not.
+    Machine,
+    /// Clients, as far as they want.
+    External,
+}
+
+impl Value for ClockMover {
+    const KIND: Kind = Kind::Text;
+    const EXPECTED: &'static str = "machine or external";
+
+    fn read(text: &str) -> Option<Self> {
+        match text {
+            "machine" => Some(Self::Machine),
+            "external" => Some(Self::External),
+            _ => None,
+        }
+    }
+
+    fn write(&self) -> String {
+        match self {
+            Self::Machine => "machine".to_owned(),
+            Self::External => "external".to_owned(),
+        }
     }
 }
 

@@ -145,7 +145,7 @@ pub(super) enum Command {
     },
     /// Puts another network in the place of the one in service.
     ReplaceNetwork(Box<NewNetwork>),
-    /// A command whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
+    /// A command whose nodes and segments are those of this network. A command made from a snapshot says so, as
     /// the network may be another one when the writer comes to it.
     MadeOn {
         topology: Arc<Topology>,
@@ -158,6 +158,8 @@ pub(super) enum Command {
         reason: Option<Arc<str>>,
         command: Box<Command>,
     },
+    /// A client moves the clock: to this instant, or to an earlier one at which something happens by itself.
+    AdvanceTo(Timestamp),
     /// Nothing but the time has changed.
     Tick,
     /// The same; it is answered when the drones of all plans have been told what to fly.
@@ -245,7 +247,8 @@ impl Command {
     pub(super) fn changes_by_request(&self) -> bool {
         !matches!(
             self,
-            Self::Tick
+            Self::AdvanceTo(_)
+                | Self::Tick
                 | Self::Settle
                 | Self::Follow(_)
                 | Self::Forwarded { .. }
@@ -300,6 +303,12 @@ pub(super) enum Done {
     Hold(Arc<PendingReview>),
     Plan(Arc<PlanEntry>),
     Alarm(Arc<AlarmEntry>),
+    /// How many timers came due in the batch, and whether the clock shows the instant asked for, with nothing left to do.
+    Advanced {
+        to: Timestamp,
+        fired: u64,
+        is_there: bool,
+    },
     /// What was ordered was worked out on a network that is not there any more, and has to be worked out anew.
     Outdated,
     Nothing,

@@ -1,11 +1,11 @@
-//! What happened, kept for a while and told to whoever listens.
+//! What happened, kept for a while and told to its subscribers.
 //!
 //! Events are numbered without gaps within an epoch. A listener reads on from the last number it has seen;
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
 
 use super::background::give_way;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{self, EventKind};
+use crate::wire::{self, ClockKind, EventKind};
 use jiff::Timestamp;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -62,7 +62,7 @@ impl EventRecord {
     }
 }
 
-/// An event in memory takes about so many bytes for each of its text.
+/// Bytes in memory, about, for each byte of an event's text.
 const VALUES_TO_TEXT: usize = 5;
 
 /// An event as it is told, all but its id.
@@ -76,11 +76,12 @@ struct Unnumbered {
 const WITHOUT_ID: &str = r#"{"id":"""#;
 
 impl Unnumbered {
-    fn of(happening: Happening, at: Timestamp, revision: &str) -> Self {
+    fn of(happening: Happening, (at, clock): (Timestamp, ClockKind), revision: &str) -> Self {
         let event = wire::Event {
             id: Cow::Borrowed(""),
             kind: happening.kind,
             at: Cow::Owned(at.to_string()),
+            clock,
             revision: Cow::Owned(revision.to_owned()),
             by: match happening.by {
                 Some(author) => (*author).clone(),
@@ -117,6 +118,8 @@ impl Unnumbered {
 #[derive(Debug)]
 pub(super) struct Events {
     epoch: u64,
+    /// What clock the times of events are of.
+    clock: ClockKind,
     capacity: usize,
     capacity_bytes: usize,
     streams_max: usize,
@@ -137,12 +140,13 @@ struct EventBuffer {
 
 impl Events {
     pub(super) fn new(
-        epoch: u64,
+        (epoch, clock): (u64, ClockKind),
         (capacity, capacity_bytes): (usize, usize),
         streams_max: usize,
     ) -> Self {
         Self {
             epoch,
+            clock,
             capacity,
             capacity_bytes,
             streams_max,
@@ -161,10 +165,10 @@ impl Events {
         if happenings.is_empty() {
             return;
         }
-        // Written before they have their numbers: whoever reads events does not wait for that.
+        // Written before they have their numbers: a subscriber does not wait for that.
         let written = happenings.into_iter().map(|happening| {
             give_way();
-            Unnumbered::of(happening, at, revision)
+            Unnumbered::of(happening, (at, self.clock), revision)
         });
         let written: Vec<Unnumbered> = written.collect();
         let mut kept = self.lock();
@@ -315,7 +319,7 @@ mod tests {
         reason = "the writer and the task that follows a registry are two threads"
     )]
     fn events_of_two_at_once_have_numbers_without_gaps() {
-        let events = Events::new(7, (4_000, usize::MAX), 1);
+        let events = Events::new((7, ClockKind::Real), (4_000, usize::MAX), 1);
         let add = || {
             for _ in 0..200 {
                 let happening = Happening::new(EventKind::WeatherPut, Value::Null);

@@ -119,11 +119,13 @@ use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
+use background::in_place;
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
 use guard::Guard;
+use opened::Listener;
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
@@ -146,7 +148,7 @@ pub struct Edge {
     epoch: u64,
     /// The epoch of the first start, which ids that outlive a start carry.
     lineage: u64,
-    /// Whether everything happens on the thread of whoever asks.
+    /// Whether everything happens on the caller's thread.
     is_in_place: bool,
     world: Arc<ArcSwap<Snapshot>>,
     writer: Writer,
@@ -163,6 +165,8 @@ pub struct Edge {
     tables: Tables,
     next_number: AtomicU64,
     contact: Contact,
+    /// Where a client moves the clock: whether there may be better plans to offer.
+    opened: Mutex<Option<Listener>>,
     /// The storekeeper, until it is waited for.
     keeper: Mutex<Option<JoinHandle<()>>>,
 }
@@ -316,7 +320,7 @@ impl Edge {
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         if self.is_in_place {
-            return Ok(work());
+            return Ok(in_place(work));
         }
         let done = tokio::task::spawn_blocking(work).await;
         done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))

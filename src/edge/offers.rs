@@ -1,6 +1,6 @@
 //! What opens early may make plans better: such plans are looked for beside the writer, and offered.
 //!
-//! Nobody has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
+//! No drone has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
 use super::commands::Command;
@@ -11,10 +11,11 @@ use super::planner::{Concern, Occasion, Sent, Version};
 use super::progress;
 use super::snapshot::Snapshot;
 use crate::checked::{Case, FallenBackTo, Known};
+use crate::refusal::Refusal;
 use jiff::Timestamp;
 use std::io;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, PoisonError, Weak};
 
 /// At most this many plans are looked at after each change; the others fly on as they are.
 const PLANS_MAX: usize = 200;
@@ -36,6 +37,20 @@ impl Listener {
 }
 
 impl Edge {
+    /// Where a client moves the clock: offers what has become better since this was last asked.
+    pub(super) async fn offer_what_opened(self: &Arc<Self>) -> Result<(), Refusal> {
+        let has_opened = {
+            // Hearing spoils nothing, whatever has failed elsewhere.
+            let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+            opened.as_ref().is_some_and(Listener::has_heard)
+        };
+        if !has_opened {
+            return Ok(());
+        }
+        let edge = self.clone();
+        self.aside(move || edge.offer_better_plans()).await
+    }
+
     /// Offers what is better now to plans that are flown as planned.
     fn offer_better_plans(&self) {
         let snapshot = self.snapshot();

@@ -24,6 +24,11 @@ impl Opened {
 }
 
 impl Listener {
+    /// Whether the word has come.
+    pub(super) fn has_heard(&self) -> bool {
+        self.0.try_recv().is_ok()
+    }
+
     /// Waits for the word; false where none will come.
     pub(super) fn hear(&self) -> bool {
         self.0.recv().is_ok()

@@ -5,8 +5,8 @@ use super::answered_lately::OffPlan;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
-use super::opened;
-use super::planner::{Concern, planner_of};
+use super::opened::{self, Listener, Opened};
+use super::planner::{Concern, Planner, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::settings::Settings;
@@ -14,13 +14,14 @@ use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
 use super::store::{
     Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
-    open_identity, restore, stored_network,
+    airframe_row, check_clock, open_identity, restore, stored_network,
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
 use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::network::Topology;
+use crate::wire::ClockKind;
 use arc_swap::ArcSwap;
 use bytes::Bytes;
 use jiff::Timestamp;
@@ -72,9 +73,10 @@ impl Opening {
             geojson,
             epoch,
             settings,
-            clock,
             fresh_id: format!("edge-{epoch}"),
-            is_in_place: false,
+            // Threads of its own would make of one run of a client's clock another each time.
+            is_in_place: clock.kind() == ClockKind::External,
+            clock,
             storekeepers_place: None,
             watch: Watch::default(),
         }
@@ -87,7 +89,7 @@ impl Opening {
         self
     }
 
-    /// Without threads: everything happens on the thread of whoever asks, in the order in which it is asked.
+    /// Without threads: everything happens on the caller's thread, in the order in which it is asked.
     /// What is due happens with the next change, or [`Edge::tick`].
     #[must_use]
     pub fn in_place(mut self) -> Self {
@@ -127,11 +129,23 @@ impl Opening {
         let number = file.number().await?;
         let facts = file.load(Table::Facts).await?;
         let (identity, identity_row) = open_identity(&facts, self.fresh_id.clone(), self.epoch)?;
+        let airframe_row = airframe_row(&facts, self.settings.names_airframe);
+        if airframe_row.is_none() {
+            self.settings.flight = None;
+            tracing::warn!(
+                "the store was written without an airframe, so this edge has none and plans by distance; \
+                 set flight.airframe: phantom3, another one, or none"
+            );
+        }
         if let Some((topology, geojson)) = stored_network(&facts, &self.topology)? {
             self.topology = topology;
             self.geojson = geojson;
         }
+        let clock_row = check_clock(&facts, self.clock.kind())?;
         let mut restored = restore(&mut *file, &facts, &self.topology).await?;
+        if let Some(as_of) = restored.as_of {
+            self.clock.resume_at(as_of);
+        }
         let replies = std::mem::take(&mut restored.replies);
         let (tables, maker) = Tables::new(self.settings.trees_bytes);
         let mut state = self.state(&identity, &tables);
@@ -139,7 +153,11 @@ impl Opening {
         let stored = Arc::new(state.next.clone());
         // Remembered before anything is told under the new epoch.
         let network_row = super::store::network_row(&stored.network, &self.topology);
-        let rows: Vec<Row> = vec![identity_row, network_row];
+        let rows: Vec<Row> = [identity_row, network_row]
+            .into_iter()
+            .chain(airframe_row)
+            .chain(clock_row)
+            .collect();
         let number = number + 1;
         let writer = identity.epoch;
         let first = Transaction {
@@ -194,9 +212,7 @@ impl Opening {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
         let guard = state.guard.clone();
-        let bounds = (settings.events_max, settings.events_bytes_max);
-        let events = Events::new(epoch, bounds, settings.event_streams_max);
-        let events = Arc::new(events);
+        let events = Arc::new(events_of(epoch, &clock, &settings));
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
@@ -209,8 +225,7 @@ impl Opening {
             let world = world.clone();
             maker.start(move || world.load().airspace().clone())?;
         }
-        let looks_for_offers = planner.minds(Concern::Improvement, None) && !self.is_in_place;
-        let (opened, listener) = looks_for_offers.then(opened::channel).unzip();
+        let (opened, mut listener) = word_of_openings(&*planner, &clock, self.is_in_place);
         let desk = WriterLoop {
             opened,
             state,
@@ -251,11 +266,29 @@ impl Opening {
             planner,
             guard,
             off_plan: OffPlan::default(),
+            opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)
     }
+}
+
+fn events_of(epoch: u64, clock: &Clock, settings: &Settings) -> Events {
+    let bounds = (settings.events_max, settings.events_bytes_max);
+    Events::new((epoch, clock.kind()), bounds, settings.event_streams_max)
+}
+
+/// Where it is told that something has opened, and the other end, which a thread hears, or in place a client that moves
+/// the clock; nothing where nobody does.
+fn word_of_openings(
+    planner: &dyn Planner,
+    clock: &Clock,
+    is_in_place: bool,
+) -> (Option<Opened>, Option<Listener>) {
+    let is_heard = !is_in_place || clock.kind() == ClockKind::External;
+    let leads_to_offers = planner.minds(Concern::Improvement, None) && is_heard;
+    leads_to_offers.then(opened::channel).unzip()
 }
 
 /// The state with what has become due while the edge was away, and what is told of it.

@@ -55,6 +55,8 @@ pub(super) struct State {
     pub(super) timers: Timers,
     /// The instant of the batch being carried out.
     pub(super) now: Timestamp,
+    /// How many timers and windows came due in it.
+    pub(super) fired: u64,
     /// Counts writes; versions of things are numbers of writes.
     pub(super) writes: u64,
     /// What the commands of this batch change of the airspace.
@@ -91,7 +93,7 @@ pub(super) struct State {
     pub(super) told: Told,
     /// The versions at the registry of closures that have ended by themselves.
     pub(super) ended: Ended,
-    /// Who has given the order that is being carried out; none where nobody has.
+    /// Who has given the order that is being carried out, if anyone.
     pub(super) author: Option<Arc<Author>>,
 }
 
@@ -112,6 +114,7 @@ impl State {
             store: Arc::default(),
             timers: Timers::default(),
             now,
+            fired: 0,
             writes: 0,
             changes: Vec::new(),
             events: Vec::new(),
@@ -148,6 +151,7 @@ impl State {
     pub(super) fn enforce(&mut self, commands: Vec<Command>, now: Timestamp) -> Enforced {
         let revision = self.next.airspace.revision();
         self.now = now;
+        self.fired = 0;
         let done: Vec<Result<Done, Refusal>> = commands
             .into_iter()
             .map(|order| self.carry_out(order, now))
@@ -251,6 +255,7 @@ impl State {
                 reason,
                 command,
             } => self.carry_out_by((author, reason), *command, now),
+            Command::AdvanceTo(to) => Ok(self.advanced(to)),
             Command::Tick | Command::Settle => Ok(Done::Nothing),
         }
     }
@@ -335,6 +340,7 @@ impl State {
             }
         }
         if !began.is_empty() || !ended.is_empty() {
+            self.fired += (began.len() + ended.len()) as u64;
             let data = serde_json::json!({"began": began, "ended": ended});
             let kind = crate::wire::EventKind::WindowsTurned;
             self.events.push(Happening::new(kind, data));
@@ -345,6 +351,7 @@ impl State {
         // All that is due here opens something, or lets it go: not before both clocks say so.
         let now = now.saturating_add(self.clock.behind()).unwrap_or(now);
         while let Some(due) = self.timers.pop(now) {
+            self.fired += 1;
             match due {
                 Due::Closure(id) => self.end_closure(&id, now),
                 Due::Proposal(number) => self.expire_proposal(number, now),
@@ -366,6 +373,7 @@ impl State {
                 let latest = self.next.plans.get(&plan.id).cloned();
                 Done::Plan(latest.unwrap_or(plan))
             }
+            Done::Advanced { to, .. } => self.advanced(to),
             other => other,
         }
     }

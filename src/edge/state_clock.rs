@@ -1,14 +1,16 @@
-//! What the state makes of a wall clock that steps: until somebody confirms the step, nothing opens by it.
+//! What the state makes of the clock: how far one has come that a client moves, and of a wall clock that steps, that nothing
+//! opens by it until somebody confirms the step.
 //!
 //! The time goes on as before the step. A window counts if it counts by the time or by the stepped clock; what ends
 //! by itself ends when both say so.
 
+use super::commands::Done;
 use super::events::Happening;
 use super::state::State;
 use super::timers::HeardClock;
 use crate::clock::{Reading, STEP};
 use crate::wire::EventKind;
-use jiff::SignedDuration;
+use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
 use std::sync::Arc;
 
@@ -16,6 +18,16 @@ use std::sync::Arc;
 const SAME: SignedDuration = SignedDuration::from_secs(1);
 
 impl State {
+    /// How far the clock has come that is to be moved to an instant.
+    pub(super) fn advanced(&self, to: Timestamp) -> Done {
+        let has_more = self.next_due().is_some_and(|due| due <= to);
+        Done::Advanced {
+            to,
+            fired: self.fired,
+            is_there: to <= self.now && !has_more,
+        }
+    }
+
     /// Whether a reading of the clock is news.
     pub(super) fn has_clock_news(&self, reading: &Reading) -> bool {
         match (self.clock.apart, reading.apart) {

@@ -137,6 +137,7 @@ impl State {
             | Command::OfferVersion { .. }
             | Command::RaiseAlarm(_)
             | Command::SeePlan { .. }
+            | Command::AdvanceTo(_)
             | Command::Tick
             | Command::Settle => true,
             Command::DeleteZone { .. }

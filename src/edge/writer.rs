@@ -4,7 +4,7 @@
 //! the next command or the next instant at which something happens by itself; in place it works whenever a command
 //! is handed in, on the thread of whoever hands it in, so that a simulation has one thread and one order of events.
 
-use super::background::{begin_turn, give_way};
+use super::background::{begin_turn, give_way, in_place};
 use super::commands::{Command, Done, Reply};
 use super::events::Events;
 use super::opened::Opened;
@@ -18,10 +18,10 @@ use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
 use arc_swap::ArcSwap;
 use jiff::Timestamp;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Mutex, oneshot};
 
 /// At most this many commands wait.
 const QUEUE: usize = 4_096;
@@ -192,9 +192,12 @@ impl Writer {
         let commands = match self {
             Self::Thread(commands) => commands,
             Self::InPlace(desk) => {
-                // A batch is applied whole or panics before it is published.
-                let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
-                desk.carry_out(vec![letter]);
+                in_place(|| {
+                    // Nobody overtakes who waits for it.
+                    let free = desk.try_lock();
+                    let mut desk = free.unwrap_or_else(|_| desk.blocking_lock());
+                    desk.carry_out(vec![letter]);
+                });
                 return Ok(());
             }
         };
@@ -272,6 +275,11 @@ impl WriterLoop {
     /// Carries out commands, enforces what they change, and only then looks up the plans that it meets.
     fn carry_out_batch(&mut self, batch: Vec<QueuedCommand>) {
         begin_turn();
+        if let Some(Command::AdvanceTo(to)) = batch.first().map(|queued| &queued.command) {
+            // Everything happens at its own instant: the clock never passes the next one.
+            let due = self.state.next_due().unwrap_or(*to);
+            self.clock.move_to(due.min(*to));
+        }
         let reading = self.clock.reading();
         self.state.hear_clock(&reading);
         let now = reading.now;

@@ -15,15 +15,17 @@ use crate::api::rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, QueueWait, ServerConfig, Services, Slots, serve,
 };
+use crate::clock::Clock;
 use crate::config::{
-    AirframeError, Configuration, EdgeConfig, Flight, Tokens, read_airframe, read_authorities,
-    read_bearer,
+    AirframeError, ClockMover, Configuration, EdgeConfig, Flight, Tokens, read_airframe,
+    read_authorities, read_bearer,
 };
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{
     ClosureLives, Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile,
 };
 use crate::flight::{FlightRules, Tariff, Wind};
+use crate::itinerary::{Limits, Yardstick};
 use crate::network::Topology;
 use bytes::Bytes;
 use jiff::SignedDuration;
@@ -263,7 +265,7 @@ fn gate(
             zone_writes: slots(limits.in_flight_zone_writes),
             reads: slots(limits.in_flight_reads),
             other: slots(limits.in_flight_other),
-            // Nobody follows an edge by asking again and again: it has streams of events.
+            // No client follows an edge by asking again and again: it has streams of events.
             follows: 0,
             streams: slots(limits.event_streams),
             watches: slots(limits.health_streams),
@@ -301,7 +303,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
     let reports = &config.reports;
     Ok(Settings {
         commit_within: config.limits.commit,
-        flight: flight(&config.flight)?,
+        flight: flight(&config.flight, config.clock.kind)?,
+        names_airframe: config.flight.airframe.is_some(),
         decisions_bytes_max: config.decisions.bytes.bytes() as u64,
         decisions_age: span(config.decisions.age),
         horizon: span(config.airspace.horizon),
@@ -339,8 +342,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
 }
 
 /// What flies, out of the configuration; none where the flight model is off.
-fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
-    let Some(name) = &config.airframe else {
+fn flight(config: &Flight, clock: ClockMover) -> Result<Option<FlightSettings>, AirframeError> {
+    let Some(name) = config.default_airframe() else {
         return Ok(None);
     };
     let further = config.airframes.iter().map(read_airframe);
@@ -369,5 +372,25 @@ fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
         base_wind: Wind::coming_from(config.wind_from_deg, config.wind_speed_mps),
         late_tolerance_s: config.late_tolerance.as_secs_f64(),
         battery_tolerance: config.battery_tolerance_fraction,
+        // A run that a client steps is the same on every machine.
+        checks_per_s: match clock {
+            ClockMover::Machine => checks_per_s(),
+            ClockMover::External => Limits::CHECKS_PER_S,
+        },
     }))
+}
+
+/// How many checks a search does in a second on this machine, within a tenth and ten times of what is usual: one that is busy
+/// at this moment must not be bound by that for good.
+fn checks_per_s() -> f64 {
+    let usual = Limits::CHECKS_PER_S;
+    let Ok(mut yardstick) = Yardstick::new() else {
+        return usual;
+    };
+    // The first one touches its memory.
+    yardstick.run();
+    let watch = Clock::real().stopwatch();
+    let checks = yardstick.run();
+    let measured = checks as f64 / watch.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
+    measured.clamp(0.1 * usual, 10.0 * usual)
 }

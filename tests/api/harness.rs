@@ -111,6 +111,16 @@ impl Api {
         start: Timestamp,
     ) -> (Self, ManualClock) {
         let (clock, hand) = Clock::by_hand(start);
+        (Self::by(clock, topology, text, settings).await, hand)
+    }
+
+    /// The same by a clock of one's own.
+    pub(crate) async fn by(
+        clock: Clock,
+        topology: Arc<Topology>,
+        text: Bytes,
+        settings: Settings,
+    ) -> Self {
         let edge = Edge::start(topology, text, 7, settings, clock).expect("threads");
         let drain = Drain::new();
         let (router, _) = rest::router(edge.clone(), drain.clone());
@@ -123,14 +133,13 @@ impl Api {
         let admin = listen(Listener::Admin, admin, &drain).await;
         let client = reqwest::Client::builder().no_proxy().http1_only();
         let client = client.redirect(reqwest::redirect::Policy::none());
-        let api = Self {
+        Self {
             edge,
             drain,
             address,
             admin,
             client: client.build().expect("a client"),
-        };
-        (api, hand)
+        }
     }
 
     /// Where the public listener is.

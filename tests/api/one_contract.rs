@@ -7,8 +7,10 @@ use skyway::api::grpc::DESCRIPTORS;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Messages whose schema has another name.
-const RENAMED: [(&str, &str); 12] = [
+const RENAMED: [(&str, &str); 14] = [
     ("AcknowledgePlanRequest", "Ack"),
+    ("AdvanceToRequest", "ClockAdvance"),
+    ("AdvanceToResponse", "ClockAdvanced"),
     ("CompletePlanRequest", "Completion"),
     ("CreatePlanRequest", "DeliveryRequest"),
     ("DeclinePlanRequest", "Decline"),

@@ -118,6 +118,8 @@ impl Server {
         let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
         let mut command = command(arguments);
         command.args(anywhere).args(["--ports-file", &ports_file]);
+        // Edges plan by distance unless a test says otherwise.
+        command.env("SKYWAY_EDGE_FLIGHT_AIRFRAME", "none");
         command.stdin(Stdio::null()).stderr(log);
         let mut child = command.spawn().expect("a binary that starts");
         // It writes its ports once it serves; a daemon that has ended never will.
@@ -148,6 +150,18 @@ impl Server {
         headers: &str,
         body: &str,
     ) -> String {
+        let answer = Self::exchange(address, line, headers, body);
+        assert!(answer.starts_with("HTTP/1.1 2"), "{line}: {answer}");
+        answer
+    }
+
+    /// The same, whatever is answered.
+    pub(crate) fn exchange(
+        address: std::net::SocketAddr,
+        line: &str,
+        headers: &str,
+        body: &str,
+    ) -> String {
         use std::io::Read;
         let mut stream = std::net::TcpStream::connect(address).expect("the daemon");
         let request = format!(
@@ -157,7 +171,6 @@ impl Server {
         stream.write_all(request.as_bytes()).expect("a reader");
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("an answer");
-        assert!(answer.starts_with("HTTP/1.1 2"), "{line}: {answer}");
         answer
     }
 
@@ -199,11 +212,19 @@ pub(crate) struct Workspace(TempDir);
 /// Starts an edge over a store by one of its names; gives what it says as it ends, or nothing where it serves.
 #[cfg(all(unix, feature = "edge"))]
 pub(crate) fn starts_over(desk: &Workspace, store: &str) -> Option<(i32, String)> {
+    starts_with(desk, &["--store", store])
+}
+
+/// Starts an edge with these flags; gives what it says as it ends, or nothing where it serves.
+#[cfg(all(unix, feature = "edge"))]
+pub(crate) fn starts_with(desk: &Workspace, flags: &[&str]) -> Option<(i32, String)> {
     let ports = desk.path("other-ports.json");
     let log = std::fs::File::create(desk.path("other-log")).expect("a file");
     let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
-    let mut edge = command(&["edge", "--store", store]);
-    edge.args(anywhere).args(["--ports-file", &ports]);
+    let mut edge = command(&["edge"]);
+    edge.args(flags)
+        .args(anywhere)
+        .args(["--ports-file", &ports]);
     edge.stdin(Stdio::null()).stderr(log);
     let mut edge = edge.spawn().expect("a binary that starts");
     loop {

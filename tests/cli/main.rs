@@ -2,6 +2,8 @@
 
 mod answers;
 mod binary;
+#[cfg(all(unix, feature = "edge"))]
+mod clock;
 #[cfg(feature = "edge")]
 mod config;
 #[cfg(all(target_os = "linux", feature = "edge"))]

@@ -15,6 +15,7 @@ HEALTH = "grpc.health.v1.Health"
 SERVICES = {
     HEALTH,
     "skyway.v1.Airspace",
+    "skyway.v1.Clock",
     "skyway.v1.Drones",
     "skyway.v1.Network",
     "skyway.v1.Plans",

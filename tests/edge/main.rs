@@ -6,6 +6,7 @@
 )]
 
 mod authors;
+mod clock_moved;
 mod clock_steps;
 mod earlier_store;
 mod enforcing;

@@ -20,7 +20,7 @@ pub(crate) const DAWN: &str = "2026-11-21T06:00:00Z";
 pub(crate) const EPOCH: u64 = 7;
 
 /// Longer than any disk takes that works.
-const WAIT_AT_MOST: Duration = Duration::from_secs(30);
+pub(crate) const WAIT_AT_MOST: Duration = Duration::from_secs(30);
 
 pub(crate) struct Stage {
     pub(crate) edge: Arc<Edge>,

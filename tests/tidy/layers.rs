@@ -60,7 +60,7 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "process",
-        "planted network flight clock config edge registry api",
+        "planted network flight itinerary clock config edge registry api",
     ),
     (
         "cli",

@@ -11,7 +11,7 @@ fn may(role: &str) -> Vec<&'static str> {
                  cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry";
     let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
-                    list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold confirm_clock put_weather list_drones \
+                    list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
                     watch_events";
     let follower = "registry_list_networks registry_get_network registry_follow registry_snapshot registry_list_zones \
                     registry_create_zone registry_get_zone registry_put_zone registry_delete_zone \

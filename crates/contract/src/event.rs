@@ -1,6 +1,7 @@
 //! What happened: the events of `GET /v1/events`.
 
 use super::author::Author;
+use super::status::ClockKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -86,6 +87,8 @@ pub struct Event<'a> {
     pub kind: EventKind,
     /// When, RFC 3339.
     pub at: Cow<'a, str>,
+    /// What clock that time is of.
+    pub clock: ClockKind,
     /// Revision of the edge after it.
     pub revision: Cow<'a, str>,
     /// Who has made it happen; the role `edge` where it happened by itself.

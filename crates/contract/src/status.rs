@@ -12,7 +12,7 @@ pub enum Freshness {
     Fresh,
     /// The registry has been away for a while.
     Stale,
-    /// The registry has been away for long, or the clock has stepped and nobody has confirmed it.
+    /// The registry has been away for long, or the clock has stepped and no operator has confirmed it.
     Degraded,
 }
 
@@ -22,27 +22,17 @@ pub enum Freshness {
 pub enum ClockKind {
     /// The machine's clock.
     Real,
-    /// A clock of its own, for simulations.
+    /// A clock of its own, for simulations: it began at a time and passes at a rate of its own.
     Simulated,
-}
-
-/// What moves the edge's time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ClockSource {
-    /// The machine's clock.
-    Real,
-    /// A clock that began at a time of its own and passes at a rate of its own.
-    Simulated,
-    /// A clock that stands still until it is moved.
-    Manual,
+    /// A clock that stands still until a client moves it.
+    External,
 }
 
 /// The edge's clock: the answer to `GET /v1/clock`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ClockReading<'a> {
     /// What moves it.
-    pub kind: ClockSource,
+    pub kind: ClockKind,
     /// The time by which the edge answers, RFC 3339.
     pub time: Cow<'a, str>,
     /// How many of its seconds pass in one of the machine's; 0 where it stands still until it is moved.
@@ -57,6 +47,28 @@ pub struct ClockState<'a> {
     /// How far the clock had stepped, in seconds; null where it had not, so that nothing was to be confirmed.
     pub confirmed_step_s: Option<f64>,
     /// The world it counts in.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
+}
+
+/// How far a client moves the clock: the body of `POST /v1/clock:advance`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClockAdvance {
+    /// The time that it is to show, RFC 3339: not before that which it shows, and at most 24 h after it.
+    #[schema(format = DateTime)]
+    pub to: String,
+}
+
+/// The clock after a client has moved it: the answer to `POST /v1/clock:advance`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct ClockAdvanced<'a> {
+    /// The time now, RFC 3339.
+    pub time: Cow<'a, str>,
+    /// How many timers came due on the way: ends and beginnings of windows, lives of closures, acknowledgements,
+    /// departures, arrivals and the like.
+    pub fired: u64,
+    /// The world after all that they led to.
     #[serde(flatten)]
     pub stamp: Stamp<'a>,
 }

@@ -41,6 +41,8 @@ pub struct FlightQuestion<'a> {
     pub stand: Option<Stand>,
     /// How long an alternate's pad has to be free, in seconds.
     pub refuge_stay_s: f64,
+    /// What bounded each search.
+    pub limits: Limits<'a>,
 }
 
 /// A question that has been read.
@@ -56,6 +58,7 @@ pub struct ReadQuestion {
     stand: Option<Stand>,
     landing: Option<Landing>,
     refuge_stay_s: f64,
+    limits: Limits<'static>,
 }
 
 impl ReadQuestion {
@@ -74,7 +77,7 @@ impl ReadQuestion {
             // What it costs changes no answer.
             tariff: Tariff::default(),
             refuge_stay_s: self.refuge_stay_s,
-            limits: Limits::default(),
+            limits: self.limits,
             with_contingencies: false,
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
@@ -135,6 +138,9 @@ struct Written {
     weather: Option<Value>,
     rules: WrittenRules,
     refuge_stay_s: f64,
+    /// Labels and checks; absent in questions of before searches were bounded in time.
+    #[serde(default)]
+    limits: Option<[usize; 2]>,
     closures: Vec<WrittenClosure>,
     /// Closures that counted already and had not begun.
     not_begun: Vec<String>,
@@ -221,6 +227,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
             .and_then(|text| serde_json::from_str(text).ok()),
         rules: WrittenRules::of(setting.rules()),
         refuge_stay_s: question.refuge_stay_s,
+        limits: Some([question.limits.labels, question.limits.checks]),
         closures: writer.closures(told, skies.causes()),
         not_begun: not_begun(skies),
         reservations: writer.reservations(told),
@@ -306,6 +313,13 @@ impl Written {
             planned_stops: planned_stops.transpose()?,
             stand: stand.transpose()?,
             refuge_stay_s: self.refuge_stay_s,
+            limits: self
+                .limits
+                .map_or(Limits::THOROUGH, |[labels, checks]| Limits {
+                    labels,
+                    checks,
+                    is_over: None,
+                }),
         })
     }
 

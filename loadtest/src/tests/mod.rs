@@ -2,3 +2,4 @@
 
 mod open_loop;
 mod scenarios;
+mod workloads;

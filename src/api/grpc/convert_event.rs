@@ -43,6 +43,7 @@ mirror!(wire::Event<'_> => Event {
     id: plain,
     kind: plain,
     at: time,
+    clock: plain,
     revision: plain,
     by: message,
     reason: plain,

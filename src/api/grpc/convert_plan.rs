@@ -11,11 +11,10 @@ mirror_enum!(Freshness {
     Stale,
     Degraded
 });
-mirror_enum!(ClockKind { Real, Simulated });
-mirror_enum!(ClockSource {
+mirror_enum!(ClockKind {
     Real,
     Simulated,
-    Manual
+    External
 });
 mirror_enum!(Outcome {
     Rerouted,
@@ -70,6 +69,12 @@ mirror!(wire::ClockReading<'_> => GetClockResponse {
     rate: plain,
 });
 
+mirror!(wire::ClockAdvanced<'_> => AdvanceToResponse {
+    time: time,
+    fired: plain,
+    stamp: message,
+});
+
 mirror!(wire::Path<'_> => Path {
     nodes: plain,
     segments: plain,
@@ -89,7 +94,7 @@ mirror!(wire::Contingency<'_> => Contingency {
     flight: plain,
 });
 
-mirror!(wire::SafeNode<'_> => SafeNode {
+mirror!(wire::Alternate<'_> => Alternate {
     node: plain,
     nodes: plain,
     length_m: plain,
@@ -110,7 +115,7 @@ mirror!(wire::Leg<'_> => Leg {
     departs_at: time,
     arrives_at: time,
     if_closed: plain,
-    nearest_safe_node: plain,
+    alternate: plain,
     flight: plain,
 });
 
@@ -162,6 +167,7 @@ mirror!(wire::Plan<'_> => Plan {
     affected_by: plain,
     conflicts: plain,
     energy: plain,
+    assumed: plain,
     times: plain,
     stamp: message,
 });

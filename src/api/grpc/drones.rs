@@ -1,4 +1,4 @@
-//! The service `Drones`: telemetry, and the time.
+//! The service `Drones`: telemetry.
 
 use super::Service;
 use super::convert::IntoProto;
@@ -20,13 +20,5 @@ impl drones_server::Drones for Service {
         let telemetry = wire::Telemetry { positions };
         let answer = told(self.edge.telemetry(&caller, telemetry).await)?;
         Ok(Response::new(answer.into_proto()))
-    }
-
-    async fn get_clock(
-        &self,
-        request: Request<proto::GetClockRequest>,
-    ) -> Result<Response<proto::GetClockResponse>, Status> {
-        let (caller, _) = opened(request)?;
-        Ok(Response::new(self.edge.clock_reading(&caller).into_proto()))
     }
 }

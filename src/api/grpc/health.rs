@@ -1,6 +1,7 @@
 //! Health as gRPC has it: serving, or not, for the edge as a whole and for each of its services.
 
 use super::proto::airspace_server::SERVICE_NAME as AIRSPACE;
+use super::proto::clock_server::SERVICE_NAME as CLOCK;
 use super::proto::drones_server::SERVICE_NAME as DRONES;
 use super::proto::network_server::SERVICE_NAME as NETWORK;
 use super::proto::plans_server::SERVICE_NAME as PLANS;
@@ -13,7 +14,7 @@ use tonic_health::pb::health_server::HealthServer;
 use tonic_health::server::{HealthReporter, HealthService};
 
 /// The empty name is the edge as a whole.
-const SERVICES: [&str; 6] = ["", AIRSPACE, DRONES, NETWORK, PLANS, RECOMPOSITION];
+const SERVICES: [&str; 7] = ["", AIRSPACE, CLOCK, DRONES, NETWORK, PLANS, RECOMPOSITION];
 
 /// What `grpc.health.v1.Health` tells. Clones speak of the same health.
 #[derive(Clone, Debug)]

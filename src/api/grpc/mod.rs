@@ -5,6 +5,7 @@
 //! by `api::problem` alone.
 
 mod airspace;
+mod clock;
 mod convert;
 mod convert_event;
 mod convert_flight;
@@ -32,6 +33,7 @@ use crate::api::operations::{self, Operation};
 use crate::api::server::{Answering, GrpcHandler};
 use crate::edge::Edge;
 use proto::airspace_server::AirspaceServer;
+use proto::clock_server::ClockServer;
 use proto::drones_server::DronesServer;
 use proto::network_server::NetworkServer;
 use proto::plans_server::PlansServer;
@@ -123,6 +125,7 @@ pub fn handlers(
     handlers.extend(server!(AirspaceServer));
     handlers.extend(server!(NetworkServer));
     handlers.extend(server!(DronesServer));
+    handlers.extend(server!(ClockServer));
     handlers.extend(handlers_of(health.service()));
     handlers.extend(handlers_of(reflection().build_v1()?));
     handlers.extend(handlers_of(reflection().build_v1alpha()?));

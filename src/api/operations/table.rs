@@ -125,7 +125,10 @@ operations! {
         AcknowledgeAlarm "acknowledge_alarm" [(Method::POST, "/v1/alarms/{id}/acknowledge")] None, ZoneWrite, OPERATORS, MAIN;
         /// The time that the edge goes by.
         GetClock "get_clock" [(Method::GET, "/v1/clock")]
-            Some("/skyway.v1.Drones/GetClock"), Read, READERS, MAIN;
+            Some("/skyway.v1.Clock/GetClock"), Read, READERS, MAIN;
+        /// A client moves the clock.
+        AdvanceClock "advance_clock" [(Method::POST, "/v1/clock:advance")]
+            Some("/skyway.v1.Clock/AdvanceTo"), Other, OPERATORS, MAIN;
         /// A wall clock that has stepped is believed again.
         ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")] None, ZoneWrite, OPERATORS, MAIN;
         /// The weather over the network.

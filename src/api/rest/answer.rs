@@ -96,6 +96,7 @@ pub(in crate::api) fn stamped(mut response: Response, stamp: &Stamp<'_>) -> Resp
     let clock = match stamp.clock {
         ClockKind::Real => "real",
         ClockKind::Simulated => "simulated",
+        ClockKind::External => "external",
     };
     let name = HeaderName::from_static;
     set(&mut response, name("skyway-revision"), &stamp.revision);

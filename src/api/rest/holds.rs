@@ -39,7 +39,7 @@ pub(super) async fn list_holds(
             headers(
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         (status = 409, response = refusals::Conflict),
@@ -69,7 +69,7 @@ pub(super) async fn release_hold(
             headers(
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         (status = 507, response = refusals::InsufficientStorage),

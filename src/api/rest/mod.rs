@@ -142,6 +142,7 @@ fn airspace() -> OpenApiRouter<Shared> {
         .routes(routes!(holds::reject_hold))
         .routes(routes!(weather::get_weather, weather::put_weather))
         .routes(routes!(clock::get_clock))
+        .routes(routes!(clock::advance_clock))
         .routes(routes!(clock::confirm_clock))
 }
 

@@ -80,7 +80,7 @@ pub(super) struct NetworkCollection {
                 ("ETag" = String, description = "Its version in this format."),
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         (status = 304, description = "The caller has the current version."),

@@ -39,7 +39,7 @@ pub(super) async fn list_proposals(
             headers(
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         refusals::Creation,
@@ -68,7 +68,7 @@ pub(super) async fn accept_proposal(
             headers(
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         (status = 507, response = refusals::InsufficientStorage),

@@ -66,6 +66,8 @@ groups! {
     Write ["Conflict", "UnprocessableContent", "InsufficientStorage"];
     /// What a write may meet that makes something new, of which there may be too many.
     Creation ["Conflict", "UnprocessableContent", "TooManyRequests", "InsufficientStorage"];
+    /// What may be met by who moves the clock.
+    ClockMove ["Conflict", "UnprocessableContent"];
     /// What a write may meet that names the version it takes the place of.
     Version ["PreconditionFailed", "PreconditionRequired"];
 }

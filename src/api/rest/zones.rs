@@ -232,7 +232,7 @@ pub(super) async fn preview_zone(
                 ("ETag" = String, description = "Its version, for `If-Match`."),
                 ("Skyway-Revision" = String, description = "Revision of the edge."),
                 ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real` or `simulated`."),
+                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
             ),
         ),
         (status = 304, description = "The caller has the current version."),

@@ -71,6 +71,18 @@ pub enum StoreFault {
         /// The name of the network that was given.
         given: String,
     },
+    /// A client moved the clock of what it keeps.
+    #[error(
+        "the store was written by a clock that clients move, and clock.kind names another one; name another file with \
+         --store, or start with --clock external"
+    )]
+    OfExternalClock,
+    /// A client is to move the clock, and another clock has written what it keeps.
+    #[error(
+        "clock.kind is external, and another clock has written the store; name another file with --store, or keep \
+         nothing with --no-store"
+    )]
+    NotOfExternalClock,
 }
 
 impl StoreFault {
@@ -203,7 +215,7 @@ pub trait StoreFile: Debug + Send {
     /// One row.
     fn read<'a>(&'a mut self, table: Table, key: &'a str) -> Pending<'a, Option<String>>;
 
-    /// Writes a transaction. When this fails, nobody knows whether it is in the file until it is opened anew.
+    /// Writes a transaction. When this fails, it is unknown whether it is in the file until it is opened anew.
     fn commit<'a>(&'a mut self, transaction: &'a Transaction) -> Pending<'a, ()>;
 
     /// Opens the file anew after a failure, brings what it has to the disk, and gives the number and the writer of

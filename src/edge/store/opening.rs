@@ -8,14 +8,18 @@ use crate::edge::words::hex;
 use crate::formats::load_network;
 use crate::network::Topology;
 use crate::planted::{self, Bug};
+use crate::wire::ClockKind;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 const EDGE: &str = "edge";
 const NETWORK: &str = "network";
+/// The fact of a clock that clients move; no other one is noted.
+const CLOCK: &str = "clock";
+const AIRFRAME: &str = "airframe";
 
-/// Numbers given in one start are fewer than this. Those of the next one begin after so many more, so that a
+/// Numbers given in one start are fewer than this. Those of the next one begin after as many more, so that a
 /// number that was given and could not be stored is never given again.
 const NUMBERS_OF_A_START: u64 = 1_000_000_000;
 
@@ -74,6 +78,32 @@ pub(in crate::edge) fn open_identity(
     };
     let row = Row::put(Table::Facts, EDGE, write(&identity));
     Ok((identity, row))
+}
+
+/// Checks that what is stored was written by a clock of this kind, as far as that matters: what a client's clock has
+/// written is no world that another one may go on with, nor the other way round. Gives the row that remembers it.
+///
+/// # Errors
+/// When another clock has written it.
+pub(in crate::edge) fn check_clock(
+    facts: &[(String, String)],
+    kind: ClockKind,
+) -> Result<Option<Row>, StoreFault> {
+    let is_external = kind == ClockKind::External;
+    if fact(facts, EDGE).is_some() && fact(facts, CLOCK).is_some() != is_external {
+        return Err(match is_external {
+            true => StoreFault::NotOfExternalClock,
+            false => StoreFault::OfExternalClock,
+        });
+    }
+    Ok(is_external.then(|| Row::put(Table::Facts, CLOCK, write(&kind))))
+}
+
+/// The row of a store over which an edge has an airframe by default; `None` for a store that was written before there was
+/// a default, over which an edge has none until its settings name one.
+pub(in crate::edge) fn airframe_row(facts: &[(String, String)], is_named: bool) -> Option<Row> {
+    let is_of_before = fact(facts, EDGE).is_some() && fact(facts, AIRFRAME).is_none();
+    (is_named || !is_of_before).then(|| Row::put(Table::Facts, AIRFRAME, write(&true)))
 }
 
 pub(super) fn fact<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {

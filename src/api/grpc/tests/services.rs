@@ -1,6 +1,7 @@
 //! The services over a small network, called by the client of the library.
 
 use crate::access::Caller;
+use crate::api::grpc::convert::timestamp;
 use crate::api::grpc::proto::{self, batch_entry::Entry};
 use crate::api::grpc::{Health, Limits, handlers};
 use crate::api::operations::{Daemon, Operation};
@@ -32,6 +33,11 @@ pub(super) const REPORT_FAILURE: &str = "Recomposition/ReportFailure";
 /// 4---5---6
 /// ```
 pub(super) async fn services() -> (Routes, Health) {
+    let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
+    services_by(Clock::simulated(start, 1.0)).await
+}
+
+async fn services_by(clock: Clock) -> (Routes, Health) {
     let drawing = "1 2 3\n4 5 6";
     let segments = [
         ("1", "2"),
@@ -43,8 +49,6 @@ pub(super) async fn services() -> (Routes, Health) {
         ("3", "6"),
     ];
     let topology = Arc::new(sketch(drawing, &segments));
-    let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
-    let clock = Clock::simulated(start, 1.0);
     let edge = Edge::start(topology, "{}".into(), 1, Settings::default(), clock).expect("threads");
     let health = Health::starting().await;
     (Routes::of(&edge, &health), health)
@@ -173,7 +177,7 @@ async fn a_request_that_has_not_passed_the_gate_is_refused() {
     let refused = call(&routes, REPORT_FAILURE, Request::new(report())).await;
     let refused: Result<proto::RecompositionAnswer, Status> = refused;
     assert_eq!(
-        code(&refused.expect_err("nobody knows who calls")),
+        code(&refused.expect_err("the caller is unknown")),
         Code::Internal
     );
 }
@@ -248,6 +252,34 @@ async fn a_plan_is_composed_once_its_drone_told_of_it_and_all_of_it_can_be_watch
 }
 
 #[tokio::test]
+async fn a_simulator_moves_the_clock_and_is_told_why_not() {
+    let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
+    let (routes, _) = services_by(Clock::external(start)).await;
+    let to = timestamp("2026-11-27T19:00:00Z");
+    let message = proto::AdvanceToRequest { to: to.clone() };
+    let moved = call(&routes, "Clock/AdvanceTo", passed(message)).await;
+    let moved: proto::AdvanceToResponse = moved.expect("it moves");
+    let stamp = moved.stamp.as_ref().expect("a stamp");
+    assert_eq!((&moved.time, moved.fired), (&to, 0));
+    assert_eq!(stamp.clock(), proto::ClockKind::External);
+    let asked = proto::GetClockRequest {};
+    let told = call(&routes, "Clock/GetClock", passed(asked)).await;
+    let told: proto::GetClockResponse = told.expect("the time");
+    assert_eq!((told.kind(), told.time), (proto::ClockKind::External, to));
+    let refusals = [
+        (timestamp("2026-11-27T18:59:59Z"), Code::ClockBackwards),
+        (timestamp("2026-11-28T19:00:01Z"), Code::ClockTooFar),
+        (None, Code::BodyInvalid),
+    ];
+    for (to, expected) in refusals {
+        let message = proto::AdvanceToRequest { to };
+        let refused = call(&routes, "Clock/AdvanceTo", passed(message)).await;
+        let refused: Result<proto::AdvanceToResponse, Status> = refused;
+        assert_eq!(code(&refused.expect_err("not there")), expected);
+    }
+}
+
+#[tokio::test]
 async fn the_network_is_sent_only_to_who_has_another_version() {
     let (routes, _) = services().await;
     let mut asked = proto::GetNetworkRequest::default();
@@ -317,7 +349,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 13, "{paths:?}");
+    assert_eq!(paths.len(), 14, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");

@@ -1,8 +1,9 @@
 //! What the drone of a plan is to fly when the world has changed, by the flight model.
 
+use super::assumed::Assumed;
 use super::reported::ReportingDrone;
 use super::terms::DroneKind;
-use super::{Flights, FlownVersion, Ground};
+use super::{Budget, Flights, FlownVersion, Ground};
 use crate::delivery::BatteryNow;
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
@@ -86,14 +87,14 @@ impl Flights {
         self: &Arc<Self>,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        stand: Stand,
+        (stand, sighting): (Stand, Option<&Sighting>),
         request: &Request,
     ) -> Answer {
         let drone = ReportingDrone {
             battery: BatteryNow::Given(stand.battery),
             stand: Some(stand),
             planned_stops: None,
-            ..self.drone_of(scene, plan)
+            ..self.drone_of(scene, plan, sighting)
         };
         self.answer_report(scene, drone, request)
     }
@@ -109,21 +110,28 @@ impl Flights {
         let drone = ReportingDrone {
             battery: battery_of(plan, leg, sighting),
             planned_stops: stops_ahead(plan, leg),
-            ..self.drone_of(scene, plan)
+            ..self.drone_of(scene, plan, sighting)
         };
         self.answer_report(scene, drone, request)
     }
 
     /// The drone of a plan, of which its plan says everything.
-    fn drone_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> ReportingDrone {
+    fn drone_of(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        sighting: Option<&Sighting>,
+    ) -> ReportingDrone {
         ReportingDrone {
             kind: self.kind_of(plan),
             battery: BatteryNow::Given(0.0),
+            assumed: Assumed::of_drone(Some(plan), sighting, scene.now),
             objective: self.objective_of(plan),
             deadline_s: self.deadline_s(plan, scene.now),
             planned_stops: None,
             stand: None,
             landing: None,
+            budget: Budget::Wave,
             plan: Some(plan.id.clone()),
             drone_id: plan.drone_id.clone(),
         }
@@ -132,7 +140,7 @@ impl Flights {
     /// What the drone of a plan flies in.
     pub(super) fn ground_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> Ground {
         let own = scene.traffic.own_of_plan(plan);
-        self.ground(scene, &self.kind_of(plan), own)
+        self.ground(scene, &self.kind_of(plan), own, Budget::Wave)
     }
 
     pub(super) fn objective_of(&self, plan: &PlanEntry) -> Objective {

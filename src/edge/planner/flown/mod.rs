@@ -4,6 +4,7 @@
 //! of the airspace. What is kept of a plan counts from its departure instead: [`FlownVersion`].
 
 mod answering;
+mod assumed;
 mod carrying;
 mod causes;
 mod checked;
@@ -16,6 +17,7 @@ mod reported;
 mod terms;
 mod told;
 
+pub(in crate::edge) use assumed::Assumed;
 pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
 pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;
@@ -30,7 +32,7 @@ use crate::delivery::{
 use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
-use crate::itinerary::{FlightSetting, Limits, OthersOccupancy};
+use crate::itinerary::{FlightSetting, Limits, Objective, OthersOccupancy};
 use crate::network::Topology;
 use jiff::Timestamp;
 use std::collections::VecDeque;
@@ -96,7 +98,17 @@ pub(super) struct Ground {
     pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
     settings: FlightSettings,
+    limits: Limits<'static>,
     is_alone: bool,
+}
+
+/// Who waits for a search, and so how long it may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Budget {
+    /// A client, for one answer.
+    Request(Objective),
+    /// The drones of many plans, each for its own.
+    Wave,
 }
 
 impl Flights {
@@ -139,7 +151,8 @@ impl Flights {
 
     /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
     /// the plans of the scene but its own.
-    fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>) -> Ground {
+    fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>, budget: Budget) -> Ground {
+        let checks_per_s = self.settings.checks_per_s;
         let sky = self.sky(scene);
         let compiled = self.compiled(scene, kind);
         let others = scene.traffic.others(own, self.zero);
@@ -149,6 +162,10 @@ impl Flights {
             skies: sky.skies.among(others),
             compiled,
             settings: self.settings.clone(),
+            limits: match budget {
+                Budget::Request(objective) => Limits::of_request(objective, checks_per_s),
+                Budget::Wave => Limits::of_replanning(checks_per_s),
+            },
             is_alone: self.is_alone,
         }
     }
@@ -306,7 +323,7 @@ impl Ground {
             tables: &self.compiled.tables,
             tariff: self.settings.tariff,
             refuge_stay_s: self.settings.refuge_stay_s,
-            limits: Limits::default(),
+            limits: self.limits,
             with_contingencies: false,
         }
     }

@@ -1,0 +1,123 @@
+"""Whether every plan that a zone meets was told what to do, once, and by name."""
+
+import dataclasses
+
+from record import Record, Told, Version, Zone
+from zones import times_inside
+
+# A drone that is in a zone's way for less than this after it came may have passed it.
+JUST_PAST_S = 2.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Fault:
+    """A plan that is not accounted for."""
+
+    rule: str
+    at_s: float
+    plan: str
+    text: str
+
+
+def judge(record: Record) -> list[Fault]:
+    by_plan: dict[str, list[Told]] = {}
+    by_zone: dict[str, set[str]] = {}
+    for told in record.told:
+        by_plan.setdefault(told.plan, []).append(told)
+        for cause in told.causes:
+            by_zone.setdefault(cause, set()).add(told.plan)
+    return (
+        untold(record, by_plan)
+        + told_twice(by_plan)
+        + named_in_vain(record, by_plan)
+        + miscounted(record, by_zone)
+        + standing_untold(record, by_zone)
+    )
+
+
+def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
+    """What a drone flew when a zone came leads through it later, and no outcome names the zone."""
+    faults = []
+    for zone in record.zones.values():
+        # What was lifted before all were told needs to be told to nobody any more.
+        if zone.has_band or zone.gone_s < zone.replanned_s:
+            continue
+        for version in record.near(zone):
+            is_flown_then = version.from_s <= zone.put_s < version.until_s
+            if not is_flown_then or not is_met(version, zone):
+                continue
+            named = any(zone.id in told.causes and told.at_s >= zone.put_s for told in by_plan.get(version.plan, []))
+            has_ended = record.ended.get(version.plan, float("inf")) < zone.replanned_s
+            if not named and not has_ended:
+                text = f"version {version.number} leads through zone {zone.id}, and no outcome names it"
+                faults.append(Fault("untold", zone.put_s, version.plan, text))
+    return faults
+
+
+def is_met(version: Version, zone: Zone) -> bool:
+    """Whether the version, as it was to be flown then, surely leads through the zone."""
+    box = zone.shape.box()
+    for move in version.moves:
+        if move.segment is None or move.leaves_s <= zone.put_s:
+            continue
+        whole = dataclasses.replace(move, until_s=move.leaves_s)
+        for enters_s, leaves_s in times_inside(whole, zone, box):
+            since_s = max(enters_s, zone.put_s)
+            if enters_s > zone.put_s + JUST_PAST_S and is_in_window(zone, since_s, leaves_s):
+                return True
+    return False
+
+
+def is_in_window(zone: Zone, from_s: float, until_s: float) -> bool:
+    """By its windows alone: nobody knows when it will be lifted."""
+    return any(start <= until_s and from_s <= end for start, end in zone.windows)
+
+
+def told_twice(by_plan: dict[str, list[Told]]) -> list[Fault]:
+    """Two outcomes in a row for the same closures, and airspace had not changed between them."""
+    faults = []
+    for plan, every in by_plan.items():
+        for one, other in zip(every, every[1:]):
+            if one.causes and one.causes == other.causes and one.changes == other.changes:
+                text = f"{one.outcome} and then {other.outcome} for {', '.join(sorted(one.causes))}"
+                faults.append(Fault("told_twice", other.at_s, plan, text))
+    return faults
+
+
+def named_in_vain(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
+    """An outcome names a zone that has not come yet, or that nobody put."""
+    faults = []
+    for plan, every in by_plan.items():
+        for told in every:
+            for cause in told.causes:
+                zone = record.zones.get(cause)
+                if zone is None or told.at_s < zone.put_s:
+                    text = f"{told.outcome} for {cause}, which is not there"
+                    faults.append(Fault("named_in_vain", told.at_s, plan, text))
+    return faults
+
+
+def miscounted(record: Record, by_zone: dict[str, set[str]]) -> list[Fault]:
+    """The edge says that all are told, and fewer were."""
+    faults = []
+    for zone in record.zones.values():
+        if zone.replanned is None:
+            continue
+        outcomes = zone.replanned["outcomes"]
+        silent = outcomes.get("unaffected", 0) + outcomes.get("ended", 0)
+        count, named = zone.replanned["plan_count"], len(by_zone.get(zone.id, ()))
+        if sum(outcomes.values()) != count or named < count - silent:
+            text = f"zone {zone.id}: {count} plans, outcomes {outcomes}, and {named} were told"
+            faults.append(Fault("miscounted", zone.replanned_s, "", text))
+    return faults
+
+
+def standing_untold(record: Record, by_zone: dict[str, set[str]]) -> list[Fault]:
+    """A plan says at the end what affects it, and its drone was never told."""
+    faults = []
+    for plan, standing in record.standing.items():
+        for cause in standing.get("affected_by") or []:
+            if cause in record.zones and plan not in by_zone.get(cause, ()):
+                text = f"affected by {cause} at the end, which no outcome names"
+                faults.append(Fault("standing_untold", record.zones[cause].put_s, plan, text))
+    return faults
