@@ -1,4 +1,5 @@
-//! Requests among the plans of others: deliveries composed one after another, each keeping off all that came before.
+//! Requests among the plans of others: deliveries composed one after another, each keeping off all
+//! that came before.
 
 use crate::percentiles::Percentiles;
 use crate::workload::{PAYLOAD_KG, Random, SEED};
@@ -177,7 +178,8 @@ impl Fleet {
     }
 }
 
-/// Composes so many plans that depart within a time, one after another, and prints what the searches took.
+/// Composes so many plans that depart within a time, one after another, and prints what the
+/// searches took.
 pub(crate) fn measure(
     name: &str,
     topology: &Arc<Topology>,

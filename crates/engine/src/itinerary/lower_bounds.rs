@@ -1,4 +1,5 @@
-//! What a flight weighs, and what charging takes, at least: for the keys of labels, and for openings.
+//! What a flight weighs, and what charging takes, at least: for the keys of labels, and for
+//! openings.
 
 use super::expander::Expander;
 use super::request::Objective;
@@ -26,7 +27,8 @@ impl Expander<'_> {
         }
     }
 
-    /// The least that charging takes, at stops that are still ahead, where so much of a battery is missing.
+    /// The least that charging takes, at stops that are still ahead, where so much of a battery is
+    /// missing.
     pub(super) fn stops_s(&self, missing: f64) -> f64 {
         match missing > 1e-9 {
             true => self.least_stops_s(missing, false),
@@ -34,11 +36,12 @@ impl Expander<'_> {
         }
     }
 
-    /// The least that charging what is missing takes, at one more stop or at several; at the last one too, where its departure is
-    /// open.
+    /// The least that charging what is missing takes, at one more stop or at several; at the last
+    /// one too, where its departure is open.
     ///
-    /// A charge of `x` from a level takes at least as long as from the lowest, `tau ln((1 - lowest) / (1 - lowest - x))`, which is
-    /// convex in `x`: so equal parts take least, and the sum is convex in their number. The best whole number is beside the best one.
+    /// A charge of `x` from a level takes at least as long as from the lowest, `tau ln((1 - lowest)
+    /// / (1 - lowest - x))`, which is convex in `x`: so equal parts take least, and the sum is
+    /// convex in their number. The best whole number is beside the best one.
     pub(super) fn least_stops_s(&self, missing: f64, is_open: bool) -> f64 {
         if self.has_swaps {
             return self.least_stop_s;

@@ -1,4 +1,5 @@
-//! A piece of work that always is the same: what a search can do in a second is how many checks of it a core does.
+//! A piece of work that always is the same: what a search can do in a second is how many checks of
+//! it a core does.
 
 use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
@@ -55,7 +56,8 @@ impl Yardstick {
         })
     }
 
-    /// Does the work once, which takes about a millisecond. Gives the checks that it took: always as many.
+    /// Does the work once, which takes about a millisecond. Gives the checks that it took: always
+    /// as many.
     pub fn run(&mut self) -> usize {
         let mut checks = 0;
         for table in &self.tables {
