@@ -1,9 +1,9 @@
 //! The search over position, time and battery on a fixed workload, beside plain label-setting.
 //!
-//! Beside it requests among the plans of others, on Sydney. Every answer of the fixed workload is flown again by the checker
-//! before it counts. A run over both sizes also draws the flight model to
-//! `docs/pictures/flight-model.svg`. `SKYWAY_BENCH_NODES=5000` measures one size alone;
-//! `cargo test --benches` runs a small network to show that everything works.
+//! Beside it requests among the plans of others, on Sydney. Every answer of the fixed workload is
+//! flown again by the checker before it counts. A run over both sizes also draws the flight model
+//! to `docs/pictures/flight-model.svg`. `SKYWAY_BENCH_NODES=5000` measures one size alone; `cargo
+//! test --benches` runs a small network to show that everything works.
 
 #![expect(
     clippy::disallowed_methods,

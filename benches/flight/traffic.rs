@@ -1,4 +1,5 @@
-//! Requests among the plans of others: deliveries composed one after another, each keeping off all that came before.
+//! Requests among the plans of others: deliveries composed one after another, each keeping off all
+//! that came before.
 
 use crate::percentiles::Percentiles;
 use crate::workload::{PAYLOAD_KG, Random, SEED};
@@ -75,6 +76,24 @@ struct Fleet {
 }
 
 impl Fleet {
+    fn new(topology: &Arc<Topology>, is_bounded: bool) -> Self {
+        let setting = FlightSetting::new(
+            topology.clone(),
+            Airframe::phantom3(),
+            PAYLOAD_KG,
+            WindField::uniform(Wind::coming_from(270.0, 5.0)),
+            FlightRules::default(),
+            &Situation::default(),
+        );
+        Self {
+            setting,
+            scratch: ItineraryScratch::new(topology),
+            tables: BTreeMap::new(),
+            situation: Situation::default(),
+            is_bounded,
+        }
+    }
+
     fn limits(&self, objective: Objective) -> Limits<'static> {
         match self.is_bounded {
             true => Limits::of_request(objective, Limits::CHECKS_PER_S),
@@ -183,7 +202,8 @@ impl Fleet {
     }
 }
 
-/// Composes so many plans that depart within a time, one after another, and prints what the searches took.
+/// Composes so many plans that depart within a time, one after another, and prints what the
+/// searches took.
 pub(crate) fn measure(
     name: &str,
     topology: &Arc<Topology>,
@@ -192,21 +212,7 @@ pub(crate) fn measure(
 ) {
     let mut random = Random::of(SEED);
     let connected: Vec<NodeIx> = Components::of(topology).largest().collect();
-    let setting = FlightSetting::new(
-        topology.clone(),
-        Airframe::phantom3(),
-        PAYLOAD_KG,
-        WindField::uniform(Wind::coming_from(270.0, 5.0)),
-        FlightRules::default(),
-        &Situation::default(),
-    );
-    let mut fleet = Fleet {
-        setting,
-        scratch: ItineraryScratch::new(topology),
-        tables: BTreeMap::new(),
-        situation: Situation::default(),
-        is_bounded,
-    };
+    let mut fleet = Fleet::new(topology, is_bounded);
     let mut rows: [Row; 5] = Default::default();
     for number in 0..plans {
         let [by_distance, by_time, by_energy, detours, alternates] = &mut rows;

@@ -14,6 +14,7 @@ mod expander;
 mod figures;
 mod grouped;
 mod in_the_way;
+mod lower_bounds;
 mod memory;
 mod near;
 mod obstacles;

@@ -1,8 +1,8 @@
 //! Release times: instants from which something can be flown that could not be just before.
 //!
-//! Where nothing opens, an earlier arrival can do all that a later one can. So a label that arrives earlier, but cannot
-//! wait as long, makes another one needless unless an opening lies between them that the other could
-//! still use.
+//! Where nothing opens, an earlier arrival can do all that a later one can. So a label that arrives
+//! earlier, but cannot wait as long, makes another one needless unless an opening lies between them
+//! that the other could still use.
 
 use super::charging_label::ChargingLabel;
 use super::expander::Expander;
@@ -12,14 +12,16 @@ use crate::flight::FlightLegs;
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 
-/// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to stay below them.
+/// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to
+/// stay below them.
 const ROUNDING_M: f64 = 1e-3;
 /// Sums of times in another order differ by less than this, in seconds.
 const ROUNDING_S: f64 = 1e-3;
 /// Sums of weights of energies differ by less than this, as a fraction of a battery.
 const ROUNDING_ENERGY: f64 = 1e-9;
 
-/// Of what charging takes at least there is a table, by steps of this part of a battery, up to so many.
+/// Of what charging takes at least there is a table, by steps of this part of a battery, up to so
+/// many.
 const STOPS_STEPS: f64 = 64.0;
 const STOPS_ENTRIES: usize = 256;
 /// So many nodes remember what parted families there.
@@ -28,7 +30,8 @@ const PARTED_BY: usize = 64;
 /// Something opens at a node: a leg from it, a pad, or everything where the wind changes.
 #[derive(Clone, Copy, Debug)]
 struct Opening {
-    /// Who is there at this instant or before finds it open, too; minus infinity for pads and the wind.
+    /// Who is there at this instant or before finds it open, too; minus infinity for pads and the
+    /// wind.
     shuts_s: f64,
     at_s: f64,
     /// `None` for everywhere.
@@ -47,13 +50,15 @@ struct There {
     stop_s: f64,
 }
 
-/// The openings that a request may use, by time. They are collected when the first of them is asked for.
+/// The openings that a request may use, by time. They are collected when the first of them is asked
+/// for.
 #[derive(Debug)]
 pub(super) struct ReleaseTimes {
     by_time: Vec<Opening>,
     is_collected: bool,
     intervals: Vec<(f64, f64)>,
-    /// By node, modulo the length: the opening that last parted two families there, which often parts the next two.
+    /// By node, modulo the length: the opening that last parted two families there, which often
+    /// parts the next two.
     parted_by: [u32; PARTED_BY],
     /// The least that the stops ahead take, by what is missing.
     stops_s: Vec<f64>,
@@ -119,7 +124,8 @@ impl ReleaseTimes {
                 if !may_lead_on(terms, best, from) {
                     continue;
                 }
-                // Who begins at a node is not bound by all that closes it: something may open while the node is closed.
+                // Who begins at a node is not bound by all that closes it: something may open while
+                // the node is closed.
                 let mut starts = terms.request.starts.iter();
                 let is_start = starts.any(|start| start.node == from);
                 for period in 0..=world.legs.changes_s().len() {
@@ -150,7 +156,8 @@ impl ReleaseTimes {
         self.intervals = intervals;
     }
 
-    /// Keeps an opening at a node that can be reached before the deadline and could lead to something better.
+    /// Keeps an opening at a node that can be reached before the deadline and could lead to
+    /// something better.
     fn add(
         &mut self,
         terms: &Expander<'_>,
@@ -189,15 +196,16 @@ impl ReleaseTimes {
         }
     }
 
-    /// True when the later of two families at a node could use an opening that the earlier one could not, for a plan that
-    /// beats `best`. Also counts the openings looked at.
+    /// True when the later of two families at a node could use an opening that the earlier one
+    /// could not, for a plan that beats `best`. Also counts the openings looked at.
     ///
-    /// Flying on from the node for `delta` seconds without a stop, they are there by `earlier.hi + delta` and
-    /// `later.hi + delta`. The earlier one finds it shut, and the later one can wait for it, only if
-    /// `shuts < earlier.hi + delta < opens <= later.hi + delta`. So `delta` is more than `shuts - earlier.hi`, at least
-    /// `opens - later.hi`, at least what the straight line takes and what the tables differ by, and less than `opens -
-    /// earlier.hi`. A flight of `delta` is made of whole legs: it weighs at least the least weight per second of
-    /// any leg in any wind times `delta`, climbs and descents on legs included, and draws at least the least draw times
+    /// Flying on from the node for `delta` seconds without a stop, they are there by `earlier.hi +
+    /// delta` and `later.hi + delta`. The earlier one finds it shut, and the later one can wait for
+    /// it, only if `shuts < earlier.hi + delta < opens <= later.hi + delta`. So `delta` is more
+    /// than `shuts - earlier.hi`, at least `opens - later.hi`, at least what the straight line
+    /// takes and what the tables differ by, and less than `opens - earlier.hi`. A flight of `delta`
+    /// is made of whole legs: it weighs at least the least weight per second of any leg in any wind
+    /// times `delta`, climbs and descents on legs included, and draws at least the least draw times
     /// `delta`; both are also at least what the tables differ by.
     pub(super) fn part(
         &mut self,
@@ -357,7 +365,8 @@ fn join(intervals: &mut Vec<(f64, f64)>) {
     });
 }
 
-/// True where something better could come by a node: by the straight line from a start and the tables.
+/// True where something better could come by a node: by the straight line from a start and the
+/// tables.
 fn may_lead_on(terms: &Expander<'_>, best: Value, node: NodeIx) -> bool {
     let remaining = terms.potentials.from(node);
     let place = terms.world.topology.position(node);

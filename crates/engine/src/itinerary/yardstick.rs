@@ -1,4 +1,5 @@
-//! A piece of work that always is the same: what a search can do in a second is how many checks of it a core does.
+//! A piece of work that always is the same: what a search can do in a second is how many checks of
+//! it a core does.
 
 use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
@@ -55,7 +56,8 @@ impl Yardstick {
         })
     }
 
-    /// Does the work once, which takes milliseconds. Gives the checks that it took: always as many.
+    /// Does the work once, which takes about a millisecond. Gives the checks that it took: always
+    /// as many.
     pub fn run(&mut self) -> usize {
         let mut checks = 0;
         for table in &self.tables {
@@ -158,7 +160,7 @@ mod tests {
     fn it_always_takes_as_many_checks() {
         let mut yardstick = Yardstick::new().expect("a valid network");
         let checks = yardstick.run();
-        assert!(checks > 100_000, "{checks}");
+        assert!(checks > 50_000, "{checks}");
         assert_eq!(yardstick.run(), checks);
     }
 }
