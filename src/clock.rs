@@ -1,10 +1,10 @@
 //! The clock: the only part of the service that asks what time it is.
 //!
 //! It is the machine's, or a simulation's with a start and a rate of its own, or one that a client moves, or a test by
-//! hand. Whoever needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
+//! hand. Code that needs the time is handed a [`Clock`]; a copy of it is cheap and tells the same time.
 //!
 //! The machine's wall clock is judged by its time that only goes forward: while it has stepped away from that and
-//! nobody has confirmed it, the time goes on as it went before.
+//! no operator has confirmed it, the time goes on as it went before.
 
 mod stepped;
 #[cfg(test)]
@@ -266,7 +266,7 @@ impl Clock {
 
     /// How long to wait, in the machine's time, before it is worth asking whether `instant` has come: zero
     /// when it has, and never more than 30 s, as the machine's clock may be set meanwhile. None for a
-    /// clock that is moved, of which nobody knows; [`Clock::sleep_until`] waits for that.
+    /// clock that is moved, which says nothing; [`Clock::sleep_until`] waits for that.
     pub fn real_duration_until(&self, instant: Timestamp) -> Option<Duration> {
         let left = instant.duration_since(self.now());
         let Ok(left) = Duration::try_from(left) else {

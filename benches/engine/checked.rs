@@ -1,4 +1,4 @@
-//! The checker beside what it checks: an answer by distance, at so many legs.
+//! The checker beside what it checks: an answer by distance, by its number of legs.
 
 use crate::percentiles::{Percentiles, print_head};
 use crate::workload::Workload;
@@ -7,10 +7,10 @@ use skyway::recompose::{Recomposition, Request, Scratch, World, recompose};
 
 /// How many legs the answers have that are checked.
 const LEGS: [usize; 3] = [10, 30, 100];
-/// So many answers of each length are enough.
+/// Answers of each length.
 const ANSWERS: usize = 200;
 
-/// Requests whose answers have so many legs, with those answers.
+/// Requests whose answers have a given number of legs, with those answers.
 fn answers(
     workload: &Workload,
     legs: usize,

@@ -157,6 +157,30 @@ impl Fleet {
         self.situation.reservations.extend(stays);
         self.setting = self.setting.with_situation(&self.situation);
     }
+
+    fn print(&self, name: &str, rows: [Row; 5]) {
+        let legs = self.situation.traffic.len();
+        let stays = self.situation.reservations.len();
+        let bounds = if self.is_bounded {
+            "bounded"
+        } else {
+            "thorough"
+        };
+        println!(
+            "\n| in traffic, {bounds}: {name}, {legs} legs and {stays} stays at the end | searches | µs p50 / p99 / most | labels p50 / p99 / most | checks p50 / p99 / most | checks in all | found | proved |"
+        );
+        println!("|---|---:|---:|---:|---:|---:|---:|---:|");
+        let names = [
+            "distance",
+            "time",
+            "energy",
+            "detour by distance",
+            "alternate",
+        ];
+        for (row, name) in rows.into_iter().zip(names) {
+            row.print(name);
+        }
+    }
 }
 
 /// Composes so many plans that depart within a time, one after another, and prints what the searches took.
@@ -218,23 +242,8 @@ pub(crate) fn measure(
         }
         fleet.keep(&plan);
     }
-    let (legs, stays) = (
-        fleet.situation.traffic.len(),
-        fleet.situation.reservations.len(),
+    fleet.print(
+        &format!("{name}, {plans} requests within {within_s} s"),
+        rows,
     );
-    let bounds = if is_bounded { "bounded" } else { "thorough" };
-    println!(
-        "\n| in traffic, {bounds}: {name}, {plans} requests within {within_s} s, {legs} legs and {stays} stays at the end | searches | µs p50 / p99 / most | labels p50 / p99 / most | checks p50 / p99 / most | checks in all | found | proved |"
-    );
-    println!("|---|---:|---:|---:|---:|---:|---:|---:|");
-    let names = [
-        "distance",
-        "time",
-        "energy",
-        "detour by distance",
-        "alternate",
-    ];
-    for (row, name) in rows.into_iter().zip(names) {
-        row.print(name);
-    }
 }

@@ -158,7 +158,7 @@ def print_own_p99(networks, kind):
 
 
 def print_winners(networks):
-    """Who is fastest among those who close and answer, and whoever else beats ours."""
+    """Who is fastest among those who close and answer, and who else beats ours."""
     print("\n#### Who is fastest\n")
     head(["network", *TITLES])
     for network in networks:

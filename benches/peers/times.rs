@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// So many queries are asked however long they take.
+/// Queries asked however long they take.
 const MIN_QUERIES: usize = 5;
 
 /// How much is measured.

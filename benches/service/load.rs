@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use tokio::task::{JoinSet, LocalSet};
 use tokio::time::sleep;
 
-/// One answer of so many is read as a client would read it; of the others, that they are answers.
+/// One answer of this many is read as a client would read it; of the others, that they are answers.
 const READ_EVERY: u64 = 64;
 
 /// How drones speak to the edge.

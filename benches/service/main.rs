@@ -1,7 +1,7 @@
 //! Recompositions over the wire beside an echo, and a client of its own beside sockets that say nothing.
 //!
 //! Servers run as processes on the machine's first core, the load on its second, so that neither takes time from
-//! the other. The edge is the binary as it is installed, with the configuration that holds where nobody says
+//! the other. The edge is the binary as it is installed, with the configuration that holds where nothing says
 //! otherwise. The echo is this very binary, called again: see `echo`. `SKYWAY_BENCH_PAIRS=20` changes how many
 //! pairs are measured.
 
@@ -36,7 +36,7 @@ pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
 pub(crate) struct Extent {
     /// Different failure reports.
     pub(crate) reports: usize,
-    /// Edge and echo in turns, so many times.
+    /// Edge and echo in turns, this many times.
     pub(crate) pairs: usize,
     /// Load before each measurement.
     pub(crate) warm_up: Duration,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// How long a server may take to start.
 const START_WITHIN: Duration = Duration::from_secs(30);
-/// Settings in the environment are not those that hold where nobody says otherwise.
+/// Settings in the environment are not the defaults.
 const ENVIRONMENT_PREFIX: &str = "SKYWAY_EDGE_";
 
 /// A server in a process of its own, which ends with this value.
@@ -35,7 +35,8 @@ impl Drop for Server {
     }
 }
 
-/// The edge, with the production configuration: limits, deadlines, metrics, and logs at `info` to a file.
+/// The edge that plans by distance, with the production configuration else: limits, deadlines, metrics, and logs at
+/// `info` to a file.
 pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
     let ports_file = folder.join("edge.json");
     let mut command = cores::of_servers(env!("CARGO_BIN_EXE_skyway"));
@@ -46,6 +47,7 @@ pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
     }
     command
         .args(["edge", "--no-store", "--listen", "127.0.0.1:0"])
+        .args(["--set", "flight.airframe=none"])
         .args(["--admin-listen", "127.0.0.1:0", "--ports-file"])
         .arg(&ports_file)
         .stderr(File::create(folder.join("edge.log"))?);

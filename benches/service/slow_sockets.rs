@@ -103,7 +103,7 @@ fn beside_slow(
         // A thread of its own: the client is not to wait for the slow sockets' tasks.
         std::thread::spawn(move || {
             let times = paced(address, &requests, extent.paced);
-            // Nobody waits for it any more where the run has ended.
+            // No client waits for it any more where the run has ended.
             let _ = done.send(times.map_err(|error| error.to_string()));
         });
         Ok((measured.await??, before))

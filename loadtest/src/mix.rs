@@ -11,7 +11,7 @@ use skyway::wire::{DeliveryRequest, Id, Place, TelemetryEntry};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 
-/// One answer of so many is read as a client would read it; of the others, that they are answers.
+/// One answer of this many is read as a client would read it; of the others, that they are answers.
 const READ_EVERY: u64 = 64;
 /// Different batches that are written beforehand.
 const BATCHES: usize = 100;

@@ -10,7 +10,7 @@ const TOP: f64 = 26.0;
 const BOTTOM: f64 = 40.0;
 /// Above the largest value.
 const HEADROOM: f64 = 1.05;
-/// About so many ticks on an axis.
+/// Ticks on an axis, about.
 const TICKS: f64 = 5.0;
 /// Of a logarithmic axis of times, in milliseconds.
 const LEAST_MS: f64 = 0.01;

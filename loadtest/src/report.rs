@@ -72,8 +72,8 @@ pub(crate) struct PhaseReport {
     pub(crate) server_share: Option<f64>,
     /// Which part of the time the load worked, where it has a core of its own.
     pub(crate) load_share: Option<f64>,
-    /// How much the machine's other processes worked from its warm-up to its end, as a part of one core: nobody's load, and
-    /// the more of it the less the times say.
+    /// How much the machine's other processes worked from its warm-up to its end, as a part of one
+    /// core: no one's load, and the more of it the less the times say.
     #[serde(default)]
     pub(crate) elsewhere_share: Option<f64>,
     /// How much later than meant the load sent, p99: where it is near the latencies, it is the load that is measured.

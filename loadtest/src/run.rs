@@ -360,7 +360,7 @@ pub(crate) fn faults_of_shape(scenario: &Scenario, report: &ScenarioReport) -> V
     faults
 }
 
-/// A line for whoever looks on.
+/// A line for the person who looks on.
 pub(crate) fn eprintln_line(text: &str) {
     use std::io::Write;
     // A reader that is gone is no reason to stop measuring.

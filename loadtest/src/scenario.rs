@@ -122,7 +122,7 @@ pub(crate) struct Share {
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Servers {
     pub(crate) network: String,
-    /// Keep everything in a file, as an edge does where nobody says otherwise.
+    /// Keep everything in a file, as an edge does by default.
     pub(crate) store: bool,
     pub(crate) registry: bool,
     /// What differs from the production configuration, as `name=value`.
@@ -191,7 +191,7 @@ impl Default for Client {
     }
 }
 
-/// How the capacity is found that phases are told in parts of: so many requests are under way all the time.
+/// How the capacity is found that phases are told in parts of: this many requests are under way all the time.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Capacity {
@@ -209,11 +209,11 @@ pub(crate) enum Event {
     RegistryOutage,
     /// It is there again.
     RegistryBack,
-    /// Before the phase, cut off from the edge, the registry gets so many zones; then the edge sees them all at once.
+    /// Before the phase, cut off from the edge, the registry gets this many zones; then the edge sees them all at once.
     /// The phase ends as soon as the edge has taken them over.
     ZoneStorm {
         zones: usize,
-        /// One of so many is in force now; the others begin tomorrow.
+        /// One of this many is in force now; the others begin tomorrow.
         in_force_one_of: usize,
     },
 }
@@ -243,7 +243,7 @@ pub(crate) struct Phase {
 pub(crate) struct Ramp {
     pub(crate) from_per_s: f64,
     pub(crate) to_per_s: f64,
-    /// Each step so many times the one before.
+    /// The factor from each step to the next.
     pub(crate) factor: f64,
     pub(crate) step_s: f64,
     /// A step is kept up where p99 is at most this,

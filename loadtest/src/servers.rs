@@ -15,7 +15,7 @@ use tokio::time::sleep;
 /// How long a server may take to start.
 const START_WITHIN: Duration = Duration::from_secs(30);
 const LOOK_AGAIN: Duration = Duration::from_millis(10);
-/// Settings in the environment are not those that hold where nobody says otherwise.
+/// Settings in the environment are not the defaults.
 const ENVIRONMENT_PREFIX: &str = "SKYWAY_";
 /// The registry gives way to the edge, whose core it shares: where they are deployed it has a machine of its own.
 const REGISTRY_NICENESS: &str = "19";

@@ -15,14 +15,14 @@ use std::time::{Duration, Instant};
 use tokio::task::JoinSet;
 use tokio::time::sleep;
 
-/// The network at the registry, which is the one that an edge follows where nobody says otherwise.
+/// The network at the registry, which is the one that an edge follows by default.
 const NETWORK: &str = "sydney";
 /// Writes of zones at once; the registry takes 64.
 const WRITERS: usize = 32;
 /// How often, and after how long, a zone is written again to a registry that is busy.
 const WRITE_ATTEMPTS: u32 = 60;
 const WRITE_AGAIN: Duration = Duration::from_millis(500);
-/// Zones of a storm lie over so many times the network's width and height.
+/// Zones of a storm lie over this many times the network's width and height.
 const STORM_SPREAD: f64 = 5.0;
 /// When those begin that are not in force yet.
 const TOMORROW: Duration = Duration::from_secs(86_400);

@@ -293,7 +293,7 @@ struct Counted(Rc<RestConnections>);
 impl Drop for Counted {
     fn drop(&mut self) {
         self.0.open.set(self.0.open.get() - 1);
-        // Whoever has waited longest may open another; who gave up waiting is passed over.
+        // The caller that has waited longest may open another; one that gave up waiting is passed over.
         while let Some(waiting) = self.0.next_waiting() {
             if waiting.send(None).is_ok() {
                 return;
@@ -335,7 +335,7 @@ impl RestConnections {
         self.waiting.borrow_mut().pop_front()
     }
 
-    /// A connection that is idle goes to whoever has waited longest; who gave up waiting is passed over.
+    /// A connection that is idle goes to the caller that has waited longest; one that gave up waiting is passed over.
     fn give(&self, open: Open) {
         let mut offered = Some(open);
         while let Some(waiting) = self.next_waiting() {

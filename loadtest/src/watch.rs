@@ -108,7 +108,7 @@ impl Watch {
     }
 }
 
-/// Nobody has to read it: a reader that is gone is no reason to stop measuring.
+/// No one has to read it: a reader that is gone is no reason to stop measuring.
 fn write_line(text: &str) {
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(text.as_bytes());

@@ -18,7 +18,7 @@ pub(super) struct TraceLabel {
 /// The durations of the requests of one operation.
 #[derive(Clone, Debug)]
 pub(super) enum Durations {
-    /// Nobody traces: exemplars would cost a lock and find nothing to name.
+    /// Tracing is off: exemplars would cost a lock and find nothing to name.
     Plain(Histogram),
     /// Requests are traced.
     Traced(HistogramWithExemplars<TraceLabel>),

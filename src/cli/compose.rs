@@ -1,7 +1,7 @@
 //! `skyway compose`: a plan from a source to a destination, with its contingencies.
 //!
 //! The plan is the shortest open way. Every leg has two contingencies, so that a drone that loses its edge
-//! knows what to do: the detour to take if that leg closes, and the nearest safe node.
+//! knows what to do: the detour to take if that leg closes, and the nearest alternate.
 
 use super::airspace_source::AirspaceArguments;
 use super::answer_table::node_text;
@@ -12,7 +12,7 @@ use super::output::{Align, Output, metres, titled_table};
 use super::plan;
 use super::stop::{Stop, Verdict};
 use crate::airspace::Airspace;
-use crate::compose::{Composition, Leg, SafeNode, compose};
+use crate::compose::{Alternate, Composition, Leg, compose};
 use crate::formats::{Route, RouteFormat, node_id_json, segment_id_json, write_route};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Scratch, World};
@@ -212,7 +212,7 @@ fn print(
         ("length", Align::Right),
         ("arrival", Align::Right),
         ("if it closes", Align::Left),
-        ("nearest safe node", Align::Left),
+        ("alternate", Align::Left),
     ];
     let mut table = titled_table(&columns);
     for (number, leg) in (1..).zip(&plan.legs) {
@@ -253,7 +253,7 @@ fn detour_text(topology: &Topology, leg: &Leg) -> String {
     }
 }
 
-fn safe_text(topology: &Topology, safe: Option<&SafeNode>) -> String {
+fn safe_text(topology: &Topology, safe: Option<&Alternate>) -> String {
     safe.map_or_else(
         || "none".to_owned(),
         |safe| {
@@ -323,7 +323,7 @@ fn leg_json(topology: &Topology, leg: &Leg) -> Value {
         "departure_s": leg.departure_s,
         "arrival_s": leg.arrival_s,
         "if_closed": detour,
-        "nearest_safe_node": safe,
+        "alternate": safe,
     })
 }
 

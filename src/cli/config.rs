@@ -169,7 +169,7 @@ fn told<C: Configuration>(
     let mut faults = looked.faults.clone();
     let mut warnings = Vec::new();
     match looked.effective.admit() {
-        // Of a file that is no TOML nobody knows what else it says.
+        // What else a file says that is no TOML is unknown.
         _ if !looked.is_read => {}
         Ok(admission) => warnings = admission.warnings,
         Err(found) => faults.extend(misconfigured(&found).messages()),

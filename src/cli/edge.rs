@@ -82,7 +82,7 @@ pub(super) fn prepare(
     output: &Output,
 ) -> Result<Start, Stop> {
     let name = &effective.config.network;
-    // Whoever follows a registry has the network from there, and is not ready without it.
+    // An edge that follows a registry has the network from there, and is not ready without it.
     let is_awaited =
         effective.config.registry.url.is_some() && effective.origin("network") == Origin::Default;
     let (loaded, text) = match is_awaited {

@@ -7,7 +7,7 @@ use crate::network::Topology;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-/// The word for a drone of which nobody knows where it is.
+/// The word for a drone whose place is unknown.
 const UNKNOWN: &str = "unknown";
 
 /// What failed.

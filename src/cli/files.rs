@@ -92,7 +92,7 @@ pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(),
         .map_err(|error| Stop::failed(format!("cannot write {}: {error}", path.display())))
 }
 
-/// Writes a whole file so that nobody ever finds half of it: beside its place, then moved there.
+/// Writes a whole file so that no reader ever finds half of it: beside its place, then moved there.
 #[expect(clippy::disallowed_methods, reason = "the door to files")]
 pub(super) fn replace_text(path: &Path, text: &str) -> Result<(), Stop> {
     let mut beside = path.as_os_str().to_owned();

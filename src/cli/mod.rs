@@ -173,7 +173,7 @@ fn with_exit_codes(command: clap::Command) -> clap::Command {
 
 /// Help and version are asked for and go to standard output; all else is an error of usage.
 fn refuse(refusal: &clap::Error) -> ExitCode {
-    // When nobody listens there is nobody to tell.
+    // Without a reader there is no one to tell.
     let _ = refusal.print();
     let code = u8::try_from(refusal.exit_code()).unwrap_or(u8::MAX);
     ExitCode::from(code)

@@ -95,7 +95,7 @@ impl Output {
     }
 
     fn talk(&self, text: &str) {
-        // When nobody listens there is nobody to tell.
+        // Without a reader there is no one to tell.
         let _ = writeln!(standard_error(), "{text}");
     }
 }

@@ -159,7 +159,7 @@ fn check_that_a_proof_exists(request: &Request) -> Result<(), Stop> {
         return Err(Stop::Usage(problem));
     }
     if request.report.failure == FailureType::Operational {
-        let problem = "--certificate proves the way to the destination; an operational failure leads to the nearest safe node";
+        let problem = "--certificate proves the way to the destination; an operational failure leads to the nearest alternate";
         return Err(Stop::Usage(problem.to_owned()));
     }
     Ok(())

@@ -45,7 +45,7 @@ pub(super) enum Stop {
     /// An edge cannot be reached.
     #[cfg(feature = "edge")]
     Unreachable(String),
-    /// Whoever read the output has had enough of it.
+    /// The reader of the output has had enough of it.
     OutputClosed,
 }
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 /// A wall clock that is farther than this from where it should be has stepped.
 pub const STEP: SignedDuration = SignedDuration::from_secs(5);
-/// Of the time that has passed, at most one part in so many is put down to a clock that is being adjusted. Daemons
+/// Of the time that has passed, at most one part in this many is put down to a clock that is being adjusted. Daemons
 /// that adjust clocks stay below one in twelve.
 const FOLLOWED: i32 = 10;
 
@@ -18,7 +18,7 @@ const FOLLOWED: i32 = 10;
 pub struct Reading {
     /// The time.
     pub now: Timestamp,
-    /// How far the wall clock is ahead of it, where it has stepped and nobody has confirmed that.
+    /// How far the wall clock is ahead of it, where it has stepped and no operator has confirmed that.
     pub apart: Option<SignedDuration>,
     /// How often the wall clock has stepped so far.
     pub steps: u64,

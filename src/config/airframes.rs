@@ -9,7 +9,7 @@ use thiserror::Error;
 pub enum AirframeError {
     /// It is neither bundled nor a file that can be read.
     #[error(
-        "cannot read the airframe {path}: {message}; name phantom3, m100, or a file as in data/airframes"
+        "cannot read the airframe {path}: {message}; name phantom3, m100, a file as in data/airframes, or none"
     )]
     Unreadable {
         /// The name.

@@ -19,7 +19,7 @@ use std::time::Duration;
 use tracing_subscriber::filter::LevelFilter;
 
 settings! {
-    /// The configuration of an edge. `Default` is what holds where nobody says otherwise.
+    /// The configuration of an edge. `Default` is what holds where nothing is set.
     EdgeConfig;
     {
         /// Where drones and operators reach the edge, REST and gRPC alike. Port 0 takes a free one.
@@ -45,12 +45,12 @@ settings! {
     limits: Limits {
         /// Connections.
         connections: usize = 10_000, 1..=1_000_000;
-        /// Of these, connections of one address on which nobody has shown a token yet. Where there are no tokens, or a
+        /// Of these, connections of one address that have not shown a token yet. Where there are no tokens, or a
         /// proxy keeps many connections open ahead of requests, all of one address count here.
         connections_per_address: usize = 2_500, 1..=1_000_000;
         /// Of these, connections of one subject, as its token says.
         connections_per_subject: usize = 2_500, 1..=1_000_000;
-        /// And so many more on which only probes are answered (/livez, /readyz, health), when all others are taken.
+        /// Further ones on which only probes are answered (/livez, /readyz, health), when all others are taken.
         connections_for_probes: usize = 32, 0..=10_000;
         /// Streams in a connection of HTTP/2.
         streams_per_connection: usize = 128, 1..=10_000;
@@ -62,8 +62,8 @@ settings! {
         in_flight_reads: usize = 256, 1..=100_000;
         /// Other requests being answered.
         in_flight_other: usize = 64, 1..=100_000;
-        /// How long requests wait for a worker where that stands: beyond it so many are refused that it stays there, reads
-        /// first, failure reports last. 0s switches this off.
+        /// How long requests wait for a worker where that stands: beyond it enough are refused that
+        /// it stays there, reads first, failure reports last. 0s switches this off.
         queue_wait: Duration = Duration::from_millis(5), Duration::ZERO..=MINUTE;
         /// The body of a request.
         body: Size = Size::of_mib(1), Size::of_kib(1)..=Size::of_mib(64);
@@ -81,7 +81,7 @@ settings! {
         commit: Duration = 2 * SECOND, Duration::from_millis(10)..=MINUTE;
         /// Streams of events.
         event_streams: usize = 256, 0..=100_000;
-        /// Streams of health, for which nobody has to show a token.
+        /// Streams of health, which need no token.
         health_streams: usize = 64, 0..=100_000;
     }
     /// How the edge ends when it is told to.
@@ -93,7 +93,7 @@ settings! {
     }
     /// Zones and closures.
     airspace: Airspace {
-        /// So long before it begins a zone closes already for drones of which nobody computes times: as long as they fly, so
+        /// So long before it begins a zone closes already for drones without computed times: as long as they fly, so
         /// that none meets it on its way. Zones and closures say from when (`closes_from`).
         horizon: Duration = 10 * MINUTE, MINUTE..=DAY;
         /// How far beside a segment a zone still hits it, in metres.
@@ -128,14 +128,14 @@ settings! {
         headway: Duration = 30 * SECOND, seconds(FlightRules::HEADWAY_S);
         /// How long a drone has to acknowledge a new version of its plan.
         acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
-        /// So long after its arrival, or the last sign of its drone, a plan that nobody has ended is lost.
+        /// So long after its arrival, or the last sign of its drone, a plan that has not ended is lost.
         lost_after: Duration = HOUR, MINUTE..=DAY;
     }
-    /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free. Off where no
-    /// airframe is named; plans are then the shortest open ways, and nobody checks the battery.
+    /// Plans that a drone can really fly: with its battery, in the wind, charging on pads that are free.
     flight: Flight {
-        /// The airframe of a drone of which nobody says another: phantom3, m100, or a JSON file as in
-        /// data/airframes; empty for none, which leaves all of this off.
+        /// The airframe of a drone that names no other: phantom3, m100, or a JSON file as in data/airframes.
+        /// With none plans are the shortest open ways, and the battery is not checked. Empty for phantom3,
+        /// or none over a store that was written when that was the default.
         airframe: Option<String> = None;
         /// Further airframes that requests may name, with commas between them: phantom3, m100, or files. Requests
         /// call the one of a file by the name that the file has.
@@ -173,7 +173,7 @@ settings! {
     }
     /// Recompositions that are kept to be looked up and computed again. The oldest go first.
     records: Records {
-        /// So many.
+        /// The most entries.
         count: usize = 10_000, 0..=10_000_000;
         /// And no more memory than this.
         bytes: Size = Size::of_mib(64), Size::of_bytes(0)..=Size::of_mib(16_384);
@@ -187,19 +187,19 @@ settings! {
     }
     /// Events that are kept for those who resume a stream.
     events: Events {
-        /// So many; the oldest go first.
+        /// The most that are kept; the oldest go first.
         count: usize = 10_000, 1..=10_000_000;
         /// And no more memory than this.
         bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);
     }
     /// Last known positions.
     drones: Drones {
-        /// Of so many drones; those heard least recently go first.
+        /// The most drones of which it is kept; those heard least recently go first.
         count: usize = 50_000, 1..=10_000_000;
     }
     /// Answers that are kept for requests sent again with the same idempotency key.
     idempotency: Idempotency {
-        /// So many; the oldest go first.
+        /// The most that are kept; the oldest go first.
         count: usize = 20_000, 1..=10_000_000;
         /// And no more memory than this, for failure reports and for writes each.
         bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);
@@ -325,11 +325,24 @@ fn clock_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
     faults
 }
 
+impl Flight {
+    /// The word for no airframe.
+    const NONE: &'static str = "none";
+    /// The airframe where nothing is said.
+    const DEFAULT: &'static str = "phantom3";
+
+    /// The airframe of a drone that names no other; `None` where plans are by distance.
+    pub fn default_airframe(&self) -> Option<&str> {
+        let named = self.airframe.as_deref().unwrap_or(Self::DEFAULT);
+        Some(named).filter(|name| *name != Self::NONE)
+    }
+}
+
 /// What is wrong with what is to fly.
 fn flight_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> {
     let flight = &effective.config.flight;
     let mut faults = Vec::new();
-    let default = flight.airframe.as_deref();
+    let default = flight.default_airframe();
     let named = default.map(|name| ("flight.airframe", name));
     let further = flight
         .airframes

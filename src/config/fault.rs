@@ -10,7 +10,7 @@ use thiserror::Error;
 /// Who said what a setting is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// Nobody.
+    /// None.
     Default,
     /// A line of the file.
     File {
@@ -109,7 +109,7 @@ pub enum ConfigFault {
         /// The setting.
         name: String,
     },
-    /// Other machines would reach an edge that knows nobody.
+    /// Other machines would reach an edge that knows no callers.
     #[error(
         "{origin}: listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
     )]
@@ -140,7 +140,7 @@ pub enum ConfigFault {
         /// The address.
         address: SocketAddr,
     },
-    /// Other machines would read the metrics of an edge that knows nobody.
+    /// Other machines would read the metrics of an edge that knows no callers.
     #[error(
         "{origin}: admin_listen = {address} is not loopback and there are no tokens; set tokens_file, or listen on 127.0.0.1"
     )]
@@ -235,7 +235,7 @@ pub enum ConfigFault {
         /// What is wrong.
         error: AirframeError,
     },
-    /// Nobody could say which of two is meant.
+    /// It is unclear which of two is meant.
     #[error("{origin}: two airframes have the name '{name}'; name each once")]
     AirframeTwice {
         /// Who named the second.
@@ -339,7 +339,7 @@ impl ConfigFault {
     }
 }
 
-/// Who said what a setting is, and the setting, unless whoever said so has named it already.
+/// Who said what a setting is, and the setting, unless its source has been named already.
 fn said(origin: &Origin, name: &str, joint: &str) -> String {
     let told = origin.to_string();
     if told.rsplit(' ').next() == Some(name) {

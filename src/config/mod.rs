@@ -1,7 +1,7 @@
 //! The configuration of a daemon: what it may say, who said what, and whether the daemon may start with it.
 //!
 //! `edge` and `registry` have one table each of all settings. A flag wins over the environment, that over the file, that over
-//! the default; what nobody knows is refused, all of it at once, with the place where it was said.
+//! the default; an unknown setting is refused, all of it at once, with the place where it was said.
 
 mod airframes;
 mod authorities;

@@ -14,7 +14,7 @@ use std::time::Duration;
 use tracing_subscriber::filter::LevelFilter;
 
 settings! {
-    /// The configuration of a registry. `Default` is what holds where nobody says otherwise.
+    /// The configuration of a registry. `Default` is what holds where nothing is set.
     RegistryConfig;
     {
         /// Where edges and operators reach the registry. Port 0 takes a free one.
@@ -39,12 +39,12 @@ settings! {
     limits: Limits {
         /// Connections.
         connections: usize = 10_000, 1..=1_000_000;
-        /// Of these, connections of one address on which nobody has shown a token yet. Where there are no tokens, or a
+        /// Of these, connections of one address that have not shown a token yet. Where there are no tokens, or a
         /// proxy keeps many connections open ahead of requests, all of one address count here.
         connections_per_address: usize = 2_500, 1..=1_000_000;
         /// Of these, connections of one subject, as its token says.
         connections_per_subject: usize = 2_500, 1..=1_000_000;
-        /// And so many more on which only probes are answered (/livez, /readyz, health), when all others are taken.
+        /// Further ones on which only probes are answered (/livez, /readyz, health), when all others are taken.
         connections_for_probes: usize = 32, 0..=10_000;
         /// Streams in a connection of HTTP/2.
         streams_per_connection: usize = 128, 1..=10_000;

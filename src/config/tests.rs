@@ -1,6 +1,5 @@
 //! Who wins, what is refused and how, what the sample says, and with what an edge may start.
 
-use super::value::Value as _;
 use super::*;
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -371,12 +370,20 @@ fn what_flies_is_named_once_and_can_be_read() {
         said.config.flight.airframes.iter().collect::<Vec<_>>(),
         [m100]
     );
-    insta::assert_snapshot!(flight("[flight]\nairframe = \"phantom4\"\n"), @"2: flight.airframe: cannot read the airframe phantom4: No such file or directory (os error 2); name phantom3, m100, or a file as in data/airframes");
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"phantom4\"\n"), @"2: flight.airframe: cannot read the airframe phantom4: No such file or directory (os error 2); name phantom3, m100, a file as in data/airframes, or none");
     insta::assert_snapshot!(flight("[flight]\nairframe = \"Cargo.toml\"\n"), @"2: flight.airframe: Cargo.toml: the airframe cannot be read: expected value at line 1 column 2; see data/airframes for examples");
-    insta::assert_snapshot!(flight("[flight]\nairframes = \"m100, m100\"\n"), @r"
-    2: two airframes have the name 'DJI Matrice 100'; name each once
-    2: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none
-    ");
+    insta::assert_snapshot!(flight("[flight]\nairframes = \"m100, m100\"\n"), @"2: two airframes have the name 'DJI Matrice 100'; name each once");
+    insta::assert_snapshot!(flight("[flight]\nairframe = \"none\"\nairframes = \"m100\"\n"), @"3: flight.airframes names airframes, and flight.airframe none; name the one that flies where a request names none");
+    let named = |text: &str| {
+        let flight = effective(text, &[], &[]).config.flight;
+        flight.default_airframe().map(str::to_owned)
+    };
+    assert_eq!(named("[flight]\n").as_deref(), Some("phantom3"));
+    assert_eq!(
+        named("[flight]\nairframe = \"m100\"\n").as_deref(),
+        Some("m100")
+    );
+    assert_eq!(named("[flight]\nairframe = \"none\"\n"), None);
     insta::assert_snapshot!(
         flight("[flight]\nfloor_fraction = 0.3\nobjective = \"speed\"\nreserve_fraction = 20\nairframe = 3\n"),
         @r"
@@ -485,16 +492,4 @@ fn the_clock_is_simulated_only_when_asked_for() {
         kind(&[("clock.start", "2026-05-04T08:00:00Z")]),
         ClockKind::Simulated
     );
-}
-
-#[test]
-fn what_a_database_remarks_is_for_those_who_ask_for_it() {
-    use tracing::Level;
-    let tells = |filter: &str, level: Level| {
-        let filter = LogFilter::read(filter).expect("a filter");
-        filter.targets().would_enable("sqlx::query", &level)
-    };
-    assert!(!tells("info", Level::INFO) && tells("info", Level::WARN));
-    assert!(!tells("debug", Level::INFO) && !tells("error", Level::WARN));
-    assert!(tells("info,sqlx=debug", Level::DEBUG));
 }

@@ -280,17 +280,17 @@ const SIZE_UNITS: [(&str, usize); 4] = [
 ];
 
 impl Size {
-    /// So many bytes.
+    /// A size in bytes.
     pub const fn of_bytes(bytes: usize) -> Self {
         Self(bytes)
     }
 
-    /// So many KiB.
+    /// A size in KiB.
     pub const fn of_kib(kib: usize) -> Self {
         Self(kib << 10)
     }
 
-    /// So many MiB.
+    /// A size in MiB.
     pub const fn of_mib(mib: usize) -> Self {
         Self(mib << 20)
     }
@@ -449,5 +449,23 @@ impl Value for LogFilter {
 
     fn write(&self) -> String {
         self.text.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LogFilter;
+    use super::Value as _;
+    use tracing::Level;
+
+    #[test]
+    fn what_a_database_remarks_is_for_those_who_ask_for_it() {
+        let tells = |filter: &str, level: Level| {
+            let filter = LogFilter::read(filter).expect("a filter");
+            filter.targets().would_enable("sqlx::query", &level)
+        };
+        assert!(!tells("info", Level::INFO) && tells("info", Level::WARN));
+        assert!(!tells("debug", Level::INFO) && !tells("error", Level::WARN));
+        assert!(tells("info,sqlx=debug", Level::DEBUG));
     }
 }

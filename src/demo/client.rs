@@ -43,6 +43,11 @@ impl ClientError {
         matches!(self, Self::Refused { status, .. } if *status == StatusCode::CONFLICT)
     }
 
+    /// True when there is no plan that can be flown.
+    pub(super) fn is_no_plan(&self) -> bool {
+        matches!(self, Self::Refused { code, .. } if code == "no_route")
+    }
+
     /// True when what was asked for is not there, any more or at all.
     pub(super) fn is_missing(&self) -> bool {
         matches!(self, Self::Refused { status, .. } if *status == StatusCode::NOT_FOUND)
@@ -154,13 +159,38 @@ impl Client {
     /// Deletes a zone as it is now.
     pub(super) async fn delete_zone(&self, id: &str) -> Result<(), ClientError> {
         let path = format!("/v1/zones/{id}");
-        let current = self.ask(Method::GET, &path, |request| request).await?;
-        let etag = current.headers().get(reqwest::header::ETAG).cloned();
-        let with_version = |request: RequestBuilder| match etag {
-            Some(etag) => request.header(reqwest::header::IF_MATCH, etag),
-            None => request,
+        self.ask_of_current(Method::DELETE, &path, |request| request)
+            .await
+    }
+
+    /// States the weather over a network at a registry in place of that of now.
+    pub(super) async fn put_weather(
+        &self,
+        network: &str,
+        weather: &wire::Weather,
+    ) -> Result<(), ClientError> {
+        let path = format!("/v1/networks/{network}/weather");
+        let with_body = |request: RequestBuilder| request.json(weather);
+        self.ask_of_current(Method::PUT, &path, with_body).await
+    }
+
+    /// Asks for something of the version that there is now, if there is one.
+    async fn ask_of_current(
+        &self,
+        method: Method,
+        path: &str,
+        complete: impl FnOnce(RequestBuilder) -> RequestBuilder,
+    ) -> Result<(), ClientError> {
+        let etag = match self.ask(Method::GET, path, |request| request).await {
+            Ok(current) => current.headers().get(reqwest::header::ETAG).cloned(),
+            Err(error) if error.is_missing() => None,
+            Err(error) => return Err(error),
         };
-        self.ask(Method::DELETE, &path, with_version).await?;
+        let with_version = |request: RequestBuilder| match etag {
+            Some(etag) => complete(request.header(reqwest::header::IF_MATCH, etag)),
+            None => complete(request),
+        };
+        self.ask(method, path, with_version).await?;
         Ok(())
     }
 

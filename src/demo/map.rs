@@ -12,6 +12,7 @@ pub(super) struct Map {
     ids: Vec<Id<'static>>,
     positions: Vec<Point>,
     index: BTreeMap<Id<'static>, usize>,
+    has_pads: Vec<bool>,
     /// Nodes with pads in the largest connected part, in the order of the network.
     stations: Vec<usize>,
 }
@@ -50,6 +51,7 @@ impl Map {
             frame,
             positions: coordinates.iter().map(|&at| frame.to_plane(at)).collect(),
             index: ids.iter().cloned().zip(0..).collect(),
+            has_pads: (0..ids.len()).map(|node| pads(node) > 0).collect(),
             ids,
             stations,
         })
@@ -62,6 +64,10 @@ impl Map {
 
     pub(super) fn id(&self, node: usize) -> &Id<'static> {
         &self.ids[node]
+    }
+
+    pub(super) fn has_pads(&self, node: usize) -> bool {
+        self.has_pads[node]
     }
 
     pub(super) fn position(&self, node: usize) -> Point {

@@ -27,8 +27,10 @@ use tokio_util::sync::CancellationToken;
 pub struct Fleet {
     /// How many drones, each with a pilot.
     pub drones: u32,
-    /// What determines the deliveries, the failures and the zones.
+    /// What determines the deliveries, the failures, the zones and the wind.
     pub seed: u64,
+    /// Where the registry of its edge is, such as `http://127.0.0.1:8180`, and the id of the network there.
+    pub registry: (String, String),
 }
 
 /// Flies a fleet against the edge at a base URL, such as `http://127.0.0.1:8080`, until it is told to stop.
@@ -52,7 +54,9 @@ pub async fn fly(
         let pilot = Pilot::new(number, script, map.clone(), client.clone(), clock.clone());
         crew.spawn(pilot.fly(stop.clone()));
     }
-    let operator = Operator::new(script.operator(), map, client, clock);
+    let (registry_url, network) = &fleet.registry;
+    let registry = (Client::new(registry_url)?, network.clone());
+    let operator = Operator::new(script.operator(), map, (client, registry), clock);
     crew.spawn(operator.work(stop));
     while let Some(ended) = crew.join_next().await {
         if let Err(error) = ended {

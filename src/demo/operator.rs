@@ -4,6 +4,7 @@ use super::client::{Client, ClientError};
 use super::map::Map;
 use super::script::{OperatorScript, PlannedZone};
 use crate::clock::Clock;
+use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
@@ -13,6 +14,8 @@ use tokio_util::sync::CancellationToken;
 
 /// How long a zone that is over is still shown.
 const SHOWN_AFTER: SignedDuration = SignedDuration::from_mins(1);
+/// How long a wind is stated for.
+const WIND_FOR: SignedDuration = SignedDuration::from_hours(1);
 /// Before something that went wrong is tried again, in the machine's time.
 const AGAIN_AFTER: Duration = Duration::from_secs(1);
 
@@ -22,6 +25,8 @@ pub(super) struct Operator {
     script: OperatorScript,
     map: Arc<Map>,
     client: Arc<Client>,
+    /// The registry, where the wind is stated, and the network there.
+    registry: (Client, String),
     clock: Clock,
     /// How many zones there were.
     put: u32,
@@ -33,13 +38,14 @@ impl Operator {
     pub(super) fn new(
         script: OperatorScript,
         map: Arc<Map>,
-        client: Arc<Client>,
+        (client, registry): (Arc<Client>, (Client, String)),
         clock: Clock,
     ) -> Self {
         Self {
             script,
             map,
             client,
+            registry,
             clock,
             put: 0,
             zones: VecDeque::new(),
@@ -48,6 +54,7 @@ impl Operator {
 
     /// Works until it is told to stop. What goes wrong is logged; the next zone comes all the same.
     pub(super) async fn work(mut self, stop: CancellationToken) {
+        self.turn_wind().await;
         loop {
             let done = tokio::select! {
                 () = stop.cancelled() => return,
@@ -70,6 +77,7 @@ impl Operator {
         let due = due.unwrap_or(Timestamp::MAX);
         self.clear_until(due).await?;
         self.clock.sleep_until(due).await;
+        self.turn_wind().await;
         let mut chosen: Option<(usize, Value)> = None;
         self.put += 1;
         for &place in &planned.places {
@@ -89,6 +97,25 @@ impl Operator {
         self.zones
             .push_back((self.id(), until.unwrap_or(Timestamp::MAX)));
         Ok(())
+    }
+
+    /// States the wind anew, well beyond the next time. While the registry is away it stays as it is.
+    async fn turn_wind(&mut self) {
+        let (speed_mps, from_deg) = self.script.wind();
+        let now = self.clock.now();
+        let until = now.saturating_add(WIND_FOR).unwrap_or(Timestamp::MAX);
+        let wind = wire::Wind {
+            area: None,
+            from: now.to_string(),
+            until: until.to_string(),
+            speed_mps,
+            from_deg,
+        };
+        let weather = wire::Weather { wind: vec![wind] };
+        let (registry, network) = &self.registry;
+        if let Err(error) = registry.put_weather(network, &weather).await {
+            tracing::info!(%error, "the demo's wind stays as it is");
+        }
     }
 
     /// Deletes the zones that are over, until it is time for the next one.

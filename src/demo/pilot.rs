@@ -7,17 +7,19 @@ use super::script::{Delivery, PilotScript, PlannedFailure};
 use crate::clock::Clock;
 use crate::geo::Point;
 use crate::wire;
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 
 /// How often a pilot looks around, in the machine's time.
 const TICK: Duration = Duration::from_millis(500);
-/// What is left in a battery that is full (0.98 is what its charging curve reaches).
+/// What its drone is.
+const AIRFRAME: &str = "phantom3";
+/// What is in a battery that is full (0.98 is what its charging curve reaches).
 const FULL: f64 = 0.98;
-/// What a metre takes of a battery: 3.95 Wh/km of 68.1 Wh, a DJI Phantom 3 without payload at 16 m/s.
-const BATTERY_PER_M: f64 = 3.95e-3 / 68.1;
+/// What is missing in a battery falls to 1/e of it in so many seconds on a pad.
+const CHARGE_TAU_S: f64 = 960.0;
 
 /// A pilot and its drone.
 #[derive(Debug)]
@@ -49,11 +51,10 @@ enum At {
 struct Mission {
     plan_id: String,
     version: u32,
-    airspeed_mps: f64,
     destination: wire::Id<'static>,
     flight: Flight,
-    /// What is still to fail, and how many metres before the end.
-    failure: Option<(PlannedFailure, f64)>,
+    /// What is still to fail, and when.
+    failure: Option<(PlannedFailure, Timestamp)>,
     /// True while the drone waits where it is to be told what to fly instead.
     hovers: bool,
 }
@@ -103,9 +104,9 @@ impl Pilot {
 
     async fn tick(&mut self) -> Result<(), ClientError> {
         let now = self.clock.now();
-        let elapsed_s = now.duration_since(self.moved_at).as_secs_f64();
+        let elapsed = now.duration_since(self.moved_at);
         self.moved_at = now;
-        self.advance(elapsed_s);
+        self.advance(elapsed);
         let told = self.tell_position().await?;
         if let At::Station { node, until } = self.at {
             return match now >= until {
@@ -120,27 +121,38 @@ impl Pilot {
         self.land().await
     }
 
-    fn advance(&mut self, elapsed_s: f64) {
-        let At::Way(mission) = &mut self.at else {
-            return;
+    /// Lets a battery run down in the air, and charge on a pad.
+    fn advance(&mut self, elapsed: SignedDuration) {
+        let now = self.moved_at;
+        self.battery_fraction = match &mut self.at {
+            At::Way(mission) => {
+                if mission.hovers {
+                    mission.flight.wait(now, elapsed);
+                }
+                mission.flight.battery(now)
+            }
+            At::Station { node, .. } if self.map.has_pads(*node) => {
+                let left = (-elapsed.as_secs_f64() / CHARGE_TAU_S).exp();
+                let charged = 1.0 - (1.0 - self.battery_fraction) * left;
+                charged.min(FULL).max(self.battery_fraction)
+            }
+            // Where there is no pad its crew brings another battery.
+            At::Station { .. } => FULL,
         };
-        let metres = match mission.hovers {
-            true => 0.0,
-            false => mission.airspeed_mps * elapsed_s,
-        };
-        let before_m = mission.flight.remaining_m();
-        mission.flight.advance(metres);
-        let flown_m = before_m - mission.flight.remaining_m();
-        self.battery_fraction = (self.battery_fraction - flown_m * BATTERY_PER_M).max(0.0);
     }
 
     async fn tell_position(&self) -> Result<Option<wire::Position<'static>>, ClientError> {
-        let (speed_mps, heading_deg) = match &self.at {
-            At::Way(mission) if !mission.hovers => {
-                (mission.airspeed_mps, mission.flight.heading_deg())
+        let now = self.moved_at;
+        let (speed_mps, heading_deg, airborne) = match &self.at {
+            At::Way(mission) => {
+                let flight = &mission.flight;
+                let speed_mps = match mission.hovers {
+                    true => 0.0,
+                    false => flight.ground_speed_mps(now),
+                };
+                (speed_mps, flight.heading_deg(now), !flight.is_on_pad(now))
             }
-            At::Way(mission) => (0.0, mission.flight.heading_deg()),
-            At::Station { .. } => (0.0, None),
+            At::Station { .. } => (0.0, None, false),
         };
         let entry = wire::TelemetryEntry {
             drone_id: self.drone_id.clone(),
@@ -148,7 +160,7 @@ impl Pilot {
             timestamp: None,
             altitude_m: None,
             altitude_reference: None,
-            airborne: Some(matches!(self.at, At::Way(_))),
+            airborne: Some(airborne),
             leg: None,
             fraction: None,
             battery_fraction: Some(self.battery_fraction),
@@ -161,7 +173,7 @@ impl Pilot {
     fn place(&self) -> Point {
         match &self.at {
             At::Station { node, .. } => self.map.position(*node),
-            At::Way(mission) => mission.flight.place(),
+            At::Way(mission) => mission.flight.place(self.moved_at),
         }
     }
 
@@ -176,14 +188,19 @@ impl Pilot {
             start_time: None,
             payload_kg: Some(delivery.payload_kg),
             drone_id: Some(self.drone_id.clone()),
-            airspeed_mps: Some(delivery.airspeed_mps),
-            airframe: None,
-            battery_fraction: None,
+            airspeed_mps: None,
+            airframe: Some(AIRFRAME.to_owned()),
+            battery_fraction: Some(self.battery_fraction),
             objective: None,
             deadline: None,
         };
         let plan = match self.client.compose(&request).await {
             Ok(plan) => plan,
+            // It charges, a pad becomes free, or the wind drops: the next delivery is another one.
+            Err(error) if error.is_no_plan() => {
+                self.at = self.station(node);
+                return Ok(());
+            }
             // The answer to an earlier request was lost, so there is a plan that this drone does not know.
             Err(error) if error.is_conflict() => return self.end_unknown_plans().await,
             Err(error) => return Err(error),
@@ -203,17 +220,13 @@ impl Pilot {
         delivery: Delivery,
         node: usize,
     ) -> Option<Mission> {
-        let nodes = &plan.reported.path.nodes;
-        let flight = Flight::along(&self.map, self.map.position(node), nodes)?;
-        let length_m = flight.remaining_m();
-        let failure = delivery.failure.map(|planned| {
-            let before_end_m = length_m * (1.0 - planned.after_fraction);
-            (planned, before_end_m)
-        });
+        let from = (self.map.position(node), self.battery_fraction);
+        let flight = Flight::along(&self.map, from, &plan.reported)?;
+        let failure = delivery.failure;
+        let failure = failure.map(|planned| (planned, flight.after(planned.after_fraction)));
         Some(Mission {
             plan_id: plan.id.to_string(),
             version: plan.reported.version,
-            airspeed_mps: delivery.airspeed_mps,
             destination: plan.destination.clone(),
             flight,
             failure,
@@ -237,7 +250,7 @@ impl Pilot {
             return Ok(());
         };
         if told.plan_id.as_deref() != Some(&*mission.plan_id) {
-            // Its time is over, or somebody has cancelled it: nobody will tell this drone anything new.
+            // Its time is over, or somebody has cancelled it: this drone will be told nothing new.
             mission.hovers = false;
             return Ok(());
         }
@@ -248,7 +261,8 @@ impl Pilot {
         else {
             return Ok(());
         };
-        let Some(flight) = Flight::along(&self.map, place, &wanted.path.nodes) else {
+        let from = (place, self.battery_fraction);
+        let Some(flight) = Flight::along(&self.map, from, &wanted) else {
             return Ok(());
         };
         let ack = wire::Ack {
@@ -274,16 +288,14 @@ impl Pilot {
         let At::Way(mission) = &mut self.at else {
             return Ok(());
         };
-        let Some((planned, before_end_m)) = mission.failure else {
+        let now = self.moved_at;
+        let Some((planned, _)) = mission.failure.filter(|(_, at)| now >= *at) else {
             return Ok(());
         };
-        let Some(leg) = mission.flight.leg().filter(|_| !mission.hovers) else {
+        let Some(leg) = mission.flight.leg(now).filter(|_| !mission.hovers) else {
             return Ok(());
         };
-        if mission.flight.remaining_m() > before_end_m {
-            return Ok(());
-        }
-        let location = self.map.coordinates(mission.flight.place());
+        let location = self.map.coordinates(mission.flight.place(now));
         let report = wire::FailureReport {
             id: Some(wire::Id::new(format!("{}-failure", mission.plan_id))),
             failure: Some(planned.failure),
@@ -295,8 +307,8 @@ impl Pilot {
             location: Some(wire::Place::Pair(location)),
             drone: Some(wire::DroneFacts {
                 id: Some(self.drone_id.clone()),
+                airframe: Some(AIRFRAME.to_owned()),
                 battery_fraction: Some(self.battery_fraction),
-                airspeed_mps: Some(mission.airspeed_mps),
                 ..wire::DroneFacts::default()
             }),
             destination: Some(mission.destination.clone()),
@@ -314,10 +326,10 @@ impl Pilot {
         let At::Way(mission) = &self.at else {
             return Ok(());
         };
-        if !mission.flight.is_over() {
+        if !mission.flight.is_over(self.moved_at) {
             return Ok(());
         }
-        let place = self.map.coordinates(mission.flight.place());
+        let place = self.map.coordinates(mission.flight.place(self.moved_at));
         match self.client.complete_plan(&mission.plan_id, place).await {
             Ok(()) => {}
             // Somebody has ended it before.
@@ -325,10 +337,14 @@ impl Pilot {
             Err(error) => return Err(error),
         }
         let node = mission.flight.end();
+        self.at = self.station(node);
+        Ok(())
+    }
+
+    /// On a node for a while.
+    fn station(&mut self, node: usize) -> At {
         let now = self.clock.now();
         let until = now.saturating_add(self.script.turnaround()).unwrap_or(now);
-        self.battery_fraction = FULL;
-        self.at = At::Station { node, until };
-        Ok(())
+        At::Station { node, until }
     }
 }

@@ -19,9 +19,16 @@ const FAILURES: [(FailureType, f64); 6] = [
     (FailureType::Operational, 10.0),
     (FailureType::ServiceLevel, 5.0),
 ];
-/// Of so many nodes the farthest becomes the destination, so that flights cross the network.
+/// Nodes drawn, of which the farthest becomes the destination, so that flights cross the network.
 const DESTINATIONS_DRAWN: usize = 3;
-/// So many places are drawn for a zone; the operator takes the one that meets most plans.
+/// From how many nodes deliveries go out.
+const DEPOTS: usize = 3;
+/// Each kind of drone has tables of its own at the edge, so that there are few.
+const PAYLOADS_KG: [f64; 3] = [0.0, 0.5, 1.0];
+/// Random numbers beside those of the pilots, which count from 1, and of the operator, which has 0.
+const DEPOTS_PART: u64 = u64::MAX;
+const WIND_PART: u64 = u64::MAX - 1;
+/// Places drawn for a zone; the operator takes the one that meets most plans.
 const PLACES_DRAWN: usize = 4;
 const ZONE_REASONS: [&str; 5] = [
     "crane at work",
@@ -45,12 +52,16 @@ impl Script {
 
     /// The part of a pilot; each has random numbers of its own, so that none disturbs another.
     pub(super) fn pilot(self, number: u32) -> PilotScript {
-        PilotScript(Chance::new(self.seed, u64::from(number)))
+        PilotScript {
+            chance: Chance::new(self.seed, u64::from(number)),
+            depots: Chance::new(self.seed, DEPOTS_PART),
+        }
     }
 
     pub(super) fn operator(self) -> OperatorScript {
         OperatorScript {
             chance: Chance::new(self.seed, 0),
+            wind: Chance::new(self.seed, WIND_PART),
         }
     }
 }
@@ -89,7 +100,6 @@ pub(super) struct Delivery {
     /// The node it goes to, by the map.
     pub(super) destination: usize,
     pub(super) payload_kg: f64,
-    pub(super) airspeed_mps: f64,
     /// What goes wrong on the way, if anything does.
     pub(super) failure: Option<PlannedFailure>,
 }
@@ -104,56 +114,62 @@ pub(super) struct PlannedFailure {
 
 /// What happens to one drone.
 #[derive(Debug)]
-pub(super) struct PilotScript(Chance);
+pub(super) struct PilotScript {
+    chance: Chance,
+    /// What all pilots draw the same depots from.
+    depots: Chance,
+}
 
 impl PilotScript {
     /// Where the drone is at the beginning.
     pub(super) fn home(&mut self, map: &Map) -> usize {
-        self.0.one_of(map.stations()).unwrap_or_default()
+        self.chance.one_of(map.stations()).unwrap_or_default()
     }
 
     /// How long it is before the first delivery, in simulated time: so that not all start at once.
     pub(super) fn first_wait(&mut self) -> SignedDuration {
-        self.0.seconds(0.0, 60.0)
+        self.chance.seconds(0.0, 60.0)
     }
 
     /// How long a landed drone stays.
     pub(super) fn turnaround(&mut self) -> SignedDuration {
-        self.0.seconds(15.0, 60.0)
+        self.chance.seconds(15.0, 60.0)
     }
 
     /// The next delivery from a node.
     pub(super) fn delivery(&mut self, map: &Map, from: usize) -> Delivery {
-        let others: Vec<usize> = map
-            .stations()
-            .iter()
-            .copied()
-            .filter(|&node| node != from)
-            .collect();
+        let mut depots = self.depots.clone();
+        let drawn = (0..DEPOTS).filter_map(|_| depots.one_of(map.stations()));
+        let depots: Vec<usize> = drawn.collect();
+        // Out to a customer and back to a depot, where pads fill up.
+        let ends = match depots.iter().all(|depot| *depot == from) || depots.contains(&from) {
+            true => map.stations(),
+            false => &depots,
+        };
+        let others: Vec<usize> = ends.iter().copied().filter(|&node| node != from).collect();
         let mut destination = from;
         for _ in 0..DESTINATIONS_DRAWN {
-            let drawn = self.0.one_of(&others).unwrap_or(from);
+            let drawn = self.chance.one_of(&others).unwrap_or(from);
             let distance_m = |node: usize| map.position(from).distance_m(map.position(node));
             if distance_m(drawn) > distance_m(destination) {
                 destination = drawn;
             }
         }
-        let fails = self.0.between(0.0, 1.0) < FAILING_SHARE;
+        let fails = self.chance.between(0.0, 1.0) < FAILING_SHARE;
         let failure = PlannedFailure {
             failure: self.failure(),
-            after_fraction: self.0.between(0.1, 0.6),
+            after_fraction: self.chance.between(0.1, 0.6),
         };
         Delivery {
             destination,
-            payload_kg: (self.0.between(0.2, 2.0) * 10.0).round() / 10.0,
-            airspeed_mps: self.0.between(9.0, 14.0).round(),
+            payload_kg: self.chance.one_of(&PAYLOADS_KG).unwrap_or_default(),
             failure: fails.then_some(failure),
         }
     }
 
     fn failure(&mut self) -> FailureType {
         let all: f64 = FAILURES.iter().map(|(_, weight)| weight).sum();
-        let mut drawn = self.0.between(0.0, all);
+        let mut drawn = self.chance.between(0.0, all);
         for (failure, weight) in FAILURES {
             if drawn < weight {
                 return failure;
@@ -180,9 +196,17 @@ pub(super) struct PlannedZone {
 #[derive(Debug)]
 pub(super) struct OperatorScript {
     chance: Chance,
+    wind: Chance,
 }
 
 impl OperatorScript {
+    /// The next wind, from the south-west: its speed in metres per second, and from where it comes in degrees. The airframe
+    /// flies in up to 7.1 m/s.
+    pub(super) fn wind(&mut self) -> (f64, f64) {
+        let speed_mps = self.wind.between(2.0, 6.0);
+        (speed_mps, self.wind.between(190.0, 260.0).round())
+    }
+
     pub(super) fn zone(&mut self, map: &Map) -> PlannedZone {
         let chance = &mut self.chance;
         let wait = chance.seconds(60.0, 150.0);
@@ -235,8 +259,7 @@ mod tests {
         for (delivery, turnaround) in &story {
             assert_ne!(delivery.destination, from);
             assert!(map.stations().contains(&delivery.destination));
-            assert!((0.2..=2.0).contains(&delivery.payload_kg));
-            assert!((9.0..=14.0).contains(&delivery.airspeed_mps));
+            assert!(PAYLOADS_KG.contains(&delivery.payload_kg));
             assert!(*turnaround >= SignedDuration::from_secs(15));
             from = delivery.destination;
             if let Some(planned) = delivery.failure {
@@ -267,6 +290,8 @@ mod tests {
                     && zone.life <= SignedDuration::from_mins(6)
             );
             assert!(zone.wait >= SignedDuration::from_secs(60));
+            let (speed_mps, from_deg) = operator.wind();
+            assert!((2.0..=6.0).contains(&speed_mps) && (190.0..=260.0).contains(&from_deg));
         }
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// A plan is answered so often at most.
 const APART: SignedDuration = SignedDuration::from_mins(1);
-/// So many plans are remembered before those answered long ago are forgotten.
+/// Plans remembered before those answered long ago are forgotten.
 const REMEMBERED: usize = 1_000;
 
 /// When the drone of a plan was answered last for being off it.

@@ -1,8 +1,8 @@
 //! Threads beside those that answer, and how they share a core with them.
 //!
-//! As equals they would take turns with answers. A thread that nobody waits for steps back: it gets what the others leave
+//! As equals they would take turns with answers. A background thread steps back: it gets what the others leave
 //! and a small share of its own, so that it always ends its work. That alone is not enough: who has the core keeps it until
-//! the system's next tick, milliseconds later. So whoever works for longer gives way between its pieces.
+//! the system's next tick, milliseconds later. So a longer task gives way between its pieces.
 
 use std::cell::Cell;
 use std::time::Duration;
@@ -28,8 +28,9 @@ pub(super) fn begin_turn() {
     TURN_BEGAN.set(Some(now()));
 }
 
-/// Lets whoever waits for this core go first, if the turn of this thread has lasted long enough; a thread that has begun
-/// none, such as one that answers, goes on. What is computed does not depend on it.
+/// Lets the thread that waits for this core go first, if the turn of this thread has lasted long
+/// enough; a thread that has begun none, such as one that answers, goes on. What is computed does
+/// not depend on it.
 pub(super) fn give_way() {
     let Some(began) = TURN_BEGAN.get() else {
         return;
@@ -62,9 +63,9 @@ fn now() -> Moment {
 pub enum Background {
     /// Replanning: drones wait for it, and what has closed is in force already.
     Replanning,
-    /// Storing: whoever writes waits for it where it is behind.
+    /// Storing: the writer waits for it where it is behind.
     Storing,
-    /// Making tables: without one a search takes longer, and nobody waits.
+    /// Making tables: without one a search takes longer, and no request waits.
     Tables,
 }
 

@@ -145,7 +145,7 @@ pub(super) enum Command {
     },
     /// Puts another network in the place of the one in service.
     ReplaceNetwork(Box<NewNetwork>),
-    /// A command whose nodes and segments are those of this network. Whoever makes one from a snapshot says so, as
+    /// A command whose nodes and segments are those of this network. A command made from a snapshot says so, as
     /// the network may be another one when the writer comes to it.
     MadeOn {
         topology: Arc<Topology>,

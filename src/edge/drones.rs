@@ -95,7 +95,7 @@ struct Known {
     by_time: BTreeSet<(Timestamp, Arc<str>)>,
 }
 
-/// The drones seen, at most so many: the one unseen for longest is forgotten first.
+/// The drones seen, up to a bound: the one unseen for longest is forgotten first.
 #[derive(Debug)]
 pub(super) struct Drones {
     capacity: usize,

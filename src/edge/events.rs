@@ -1,4 +1,4 @@
-//! What happened, kept for a while and told to whoever listens.
+//! What happened, kept for a while and told to its subscribers.
 //!
 //! Events are numbered without gaps within an epoch. A listener reads on from the last number it has seen;
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
@@ -62,7 +62,7 @@ impl EventRecord {
     }
 }
 
-/// An event in memory takes about so many bytes for each of its text.
+/// Bytes in memory, about, for each byte of an event's text.
 const VALUES_TO_TEXT: usize = 5;
 
 /// An event as it is told, all but its id.
@@ -165,7 +165,7 @@ impl Events {
         if happenings.is_empty() {
             return;
         }
-        // Written before they have their numbers: whoever reads events does not wait for that.
+        // Written before they have their numbers: a subscriber does not wait for that.
         let written = happenings.into_iter().map(|happening| {
             give_way();
             Unnumbered::of(happening, (at, self.clock), revision)

@@ -1,6 +1,6 @@
 //! Failure reports: read, answered on one snapshot, kept, and then published.
 //!
-//! An answer waits for nobody: the failed leg is closed for the request itself, and what is to be closed for
+//! An answer waits for nothing: the failed leg is closed for the request itself, and what is to be closed for
 //! everyone goes to the writer afterwards. A drone always gets an outcome; what it may change is decided in
 //! `publication`.
 
@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 /// Reports with longer ids are answered as if they had none.
 const REPORT_ID_BYTES_MAX: usize = 256;
-/// After so many reports of a batch others get their turn.
+/// Reports of a batch after which others get their turn.
 const BATCH_STRETCH: usize = 32;
 /// The speed that telemetry tells is believed for so long, in seconds.
 const SPEED_HOLDS_S: f64 = 5.0;
@@ -193,25 +193,22 @@ impl Edge {
         let stopwatch = self.clock.stopwatch();
         let now = self.clock.now();
         let snapshot = self.on_network()?;
-        let ParsedReport {
-            report,
-            warnings: mut read,
-        } = parsed;
+        let (report, mut read) = (parsed.report, parsed.warnings);
         let plan = self.plan_of(&snapshot, caller, &report, &mut read);
         let own = drone_of(caller, &report, plan.as_deref(), &mut read);
         let settled = traces::of_settling().in_scope(|| {
-            // Where a drone is, is nobody's business who may not speak for it.
+            // Where a drone is, only a caller learns that may speak for it.
             let known = self.known(&snapshot, &report, plan.as_ref(), own.as_deref(), now);
             resolve_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
         let dry_run = report.dry_run == Some(true);
-        let is_quote = plan.as_ref().is_some_and(|plan| plan.is_quote());
+        let is_told_only = dry_run || manner == ReplyMode::Suppressed;
         let case = Case {
             snapshot: &snapshot,
             report: &report,
             request: &settled.request,
             plan: plan.as_ref(),
-            may_change: !dry_run && manner != ReplyMode::Suppressed && !is_quote,
+            may_change: !is_told_only && plan.as_ref().is_none_or(|plan| !plan.is_quote()),
             drone_id: own.as_deref(),
             now,
         };
@@ -239,6 +236,7 @@ impl Edge {
             plan: recomposed.plan,
             remaining_time_s: recomposed.remaining_time_s,
             dry_run,
+            by_distance: self.settings.flight.is_none(),
         };
         if !dry_run {
             let _span = traces::of_publication().entered();
@@ -384,7 +382,7 @@ impl Edge {
         let who = match (plan, &drone) {
             (Some(plan), _) => format!("the drone of plan '{}'", plan.id),
             (None, Some(drone)) => format!("drone '{drone}'"),
-            (None, None) => "a drone that nobody vouches for".to_owned(),
+            (None, None) => "a drone that no caller vouches for".to_owned(),
         };
         let id = record.id();
         let message =
@@ -397,7 +395,7 @@ impl Edge {
         });
     }
 
-    /// Dry runs are not told: whoever asks what would be changes nothing.
+    /// Dry runs are not told: they change nothing.
     fn tell_recomposed(&self, caller: &Caller, record: &AnswerRecord) {
         if record.dry_run {
             return;

@@ -28,7 +28,7 @@ pub(super) struct Detour {
 }
 
 impl Detour {
-    /// Whose extra length nobody has asked for.
+    /// Whose extra length no request has asked for.
     pub(super) fn new(plan: &Arc<PlanEntry>, (request, answer): (Request, Answer)) -> Self {
         Self {
             plan: plan.clone(),
@@ -153,7 +153,7 @@ pub(super) struct PlanConflict {
     pub(super) conflict: Conflict,
 }
 
-/// The conflicts of all versions of a plan with those of all other active plans, at most so many.
+/// The conflicts of all versions of a plan with those of all other active plans, up to a bound.
 pub(super) fn conflicts_of(
     snapshot: &Snapshot,
     plan: &PlanEntry,

@@ -43,7 +43,7 @@ impl Guard {
         becomes_so
     }
 
-    /// Whether there were so many cases within the last minute that nothing of this edge should be believed.
+    /// Whether there were enough cases within the last minute that nothing of this edge should be believed.
     pub(super) fn is_degraded(&self, now: Timestamp) -> bool {
         if self.cases() <= CASES_MAX as u64 {
             return false;

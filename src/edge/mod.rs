@@ -148,7 +148,7 @@ pub struct Edge {
     epoch: u64,
     /// The epoch of the first start, which ids that outlive a start carry.
     lineage: u64,
-    /// Whether everything happens on the thread of whoever asks.
+    /// Whether everything happens on the caller's thread.
     is_in_place: bool,
     world: Arc<ArcSwap<Snapshot>>,
     writer: Writer,

@@ -16,7 +16,7 @@ use tokio_stream::StreamExt;
 
 /// At most this many nodes near a place.
 const NEAREST_MAX: u32 = 100;
-/// How often a network is looked for where nobody can be told of it.
+/// How often a network is looked for that sends no news of it.
 const READY_LOOKED_FOR: Duration = Duration::from_millis(100);
 /// When a client may ask again while there is no network, in seconds.
 const NOT_READY_RETRY_S: u32 = 1;

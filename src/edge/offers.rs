@@ -1,6 +1,6 @@
 //! What opens early may make plans better: such plans are looked for beside the writer, and offered.
 //!
-//! Nobody has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
+//! No drone has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
 use super::commands::Command;

@@ -14,7 +14,7 @@ use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
 use super::store::{
     Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
-    check_clock, open_identity, restore, stored_network,
+    airframe_row, check_clock, open_identity, restore, stored_network,
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
@@ -89,7 +89,7 @@ impl Opening {
         self
     }
 
-    /// Without threads: everything happens on the thread of whoever asks, in the order in which it is asked.
+    /// Without threads: everything happens on the caller's thread, in the order in which it is asked.
     /// What is due happens with the next change, or [`Edge::tick`].
     #[must_use]
     pub fn in_place(mut self) -> Self {
@@ -129,6 +129,14 @@ impl Opening {
         let number = file.number().await?;
         let facts = file.load(Table::Facts).await?;
         let (identity, identity_row) = open_identity(&facts, self.fresh_id.clone(), self.epoch)?;
+        let airframe_row = airframe_row(&facts, self.settings.names_airframe);
+        if airframe_row.is_none() {
+            self.settings.flight = None;
+            tracing::warn!(
+                "the store was written without an airframe, so this edge has none and plans by distance; \
+                 set flight.airframe: phantom3, another one, or none"
+            );
+        }
         if let Some((topology, geojson)) = stored_network(&facts, &self.topology)? {
             self.topology = topology;
             self.geojson = geojson;
@@ -145,8 +153,11 @@ impl Opening {
         let stored = Arc::new(state.next.clone());
         // Remembered before anything is told under the new epoch.
         let network_row = super::store::network_row(&stored.network, &self.topology);
-        let mut rows: Vec<Row> = vec![identity_row, network_row];
-        rows.extend(clock_row);
+        let rows: Vec<Row> = [identity_row, network_row]
+            .into_iter()
+            .chain(airframe_row)
+            .chain(clock_row)
+            .collect();
         let number = number + 1;
         let writer = identity.epoch;
         let first = Transaction {

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub(super) struct PlanFlags {
     /// Something ahead of its drone has closed, or the wind leaves it short.
     pub(super) affected: bool,
-    /// Nobody has heard that it has ended, some time after its arrival.
+    /// Nothing has been heard of its end, some time after its arrival.
     pub(super) overdue: bool,
     /// A wanted version was not acknowledged in its time.
     pub(super) unacknowledged: bool,
@@ -133,7 +133,7 @@ impl PlanEntry {
         is_known && !self.ends_early()
     }
 
-    /// Whether the reported version ends before the destination though nobody was told to divert.
+    /// Whether the reported version ends before the destination though no drone was told to divert.
     pub(super) fn ends_early(&self) -> bool {
         let last = self.reported.composition.way.nodes.last();
         !self.reported.is_diversion() && last != Some(&self.destination)

@@ -216,7 +216,7 @@ impl Edge {
         .await
     }
 
-    /// An operator says what became of a plan that nobody has heard of.
+    /// An operator says what became of a plan of which nothing has been heard.
     ///
     /// # Errors
     /// When there is no such plan, or it has ended otherwise.

@@ -250,7 +250,10 @@ impl Edge {
             now,
             payload_kg,
             airspeed_mps,
-            seen_battery: seen.and_then(|drone| self.drones.last(drone)?.battery_fraction),
+            seen_battery: seen.and_then(|drone| {
+                let sighting = self.drones.last(drone)?;
+                Some((sighting.battery_fraction?, sighting.seen_at))
+            }),
         };
         let terms = self.planner.read_terms(request, &stated, &mut faults);
         faults.check(Code::PlanInvalid, "delivery request")?;

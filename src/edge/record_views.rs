@@ -40,8 +40,8 @@ pub(super) fn recomposition(
         (None, None) => Vec::new(),
     };
     let mut told = answer(&record.airspace, told, &record.read);
-    if flight.is_some_and(|flight| flight.is_energy_checked) {
-        told.energy = Cow::Borrowed("checked");
+    if let Some(flight) = flight.filter(|flight| flight.is_energy_checked) {
+        (told.energy, told.assumed) = flight.assumed().told();
     }
     wire::Recomposition {
         id: Cow::Owned(record.id()),
@@ -51,6 +51,9 @@ pub(super) fn recomposition(
             Some(_) => "computed",
             None => "nominal",
         }),
+        airframe: record
+            .by_distance
+            .then_some(Cow::Borrowed(words::NO_AIRFRAME)),
         publication: wire::Publication {
             state: published.state,
             closure_id: published.closure_id.as_deref().map(Cow::Borrowed),

@@ -11,7 +11,8 @@ use serde_json::Value;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Answers keep the network that they were given on; those of networks before so many are let go, as each is large.
+/// Answers keep the network that they were given on; those of earlier networks beyond this number
+/// are let go, as each is large.
 const NETWORKS_KEPT: u64 = 3;
 
 /// What becomes of what a report closes.
@@ -69,6 +70,8 @@ pub(super) struct AnswerRecord {
     pub(super) plan: Option<PlanChange>,
     pub(super) remaining_time_s: Option<f64>,
     pub(super) dry_run: bool,
+    /// Whether its edge plans by distance: it has no airframe.
+    pub(super) by_distance: bool,
 }
 
 impl AnswerRecord {

@@ -24,9 +24,9 @@ use tokio::sync::OnceCell;
 /// What replies may take.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
-    /// So many.
+    /// The most entries.
     pub(super) count: usize,
-    /// And about so many bytes.
+    /// And about the most bytes.
     pub(super) bytes: usize,
     /// For so long.
     pub(super) age: SignedDuration,
@@ -248,7 +248,7 @@ enum Write {
     Before(Arc<str>),
 }
 
-/// An answer in memory takes about so many bytes for each of its text.
+/// Bytes in memory, about, for each byte of an answer's text.
 const ANSWER_TO_TEXT: usize = 4;
 
 type WriteKey = (Arc<str>, Cow<'static, str>, String);

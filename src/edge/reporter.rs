@@ -48,7 +48,7 @@ pub(super) fn drone_of(
         return drone;
     }
     let message = format!(
-        "'{}' may not report for the drone '{}': it is answered as a drone that nobody knows",
+        "'{}' may not report for the drone '{}': it is answered as an unknown drone",
         caller.subject,
         drone.as_deref().unwrap_or_default()
     );

@@ -4,7 +4,7 @@ use crate::network::Topology;
 use crate::recompose::Scratch;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// At most this many are kept while nobody uses them.
+/// The most that are kept unused.
 const KEPT_MAX: usize = 64;
 
 /// In a box, as a scratch is large and is handed around for every request.

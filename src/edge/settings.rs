@@ -37,7 +37,7 @@ impl ClosureLives {
 /// What flies, and by which rules.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightSettings {
-    /// What flies where nobody names an airframe.
+    /// What flies where a request names no airframe.
     pub airframe: Arc<Airframe>,
     /// What else may be named.
     pub airframes: Vec<Arc<Airframe>>,
@@ -45,7 +45,7 @@ pub struct FlightSettings {
     pub rules: FlightRules,
     /// What a delivery costs.
     pub tariff: Tariff,
-    /// What is made least where nobody says.
+    /// What is made least by default.
     pub objective: Objective,
     /// How long an alternate's pad has to be free, in seconds.
     pub refuge_stay_s: f64,
@@ -150,10 +150,12 @@ pub struct Settings {
     pub stale_after: SignedDuration,
     /// Not known to be current for so long: answers are degraded.
     pub degraded_after: SignedDuration,
-    /// A write to the disk that takes longer counts as failing: whoever waits for it is told so.
+    /// A write to the disk that takes longer counts as failing: the caller is told so.
     pub commit_within: Duration,
     /// What flies, where times and energy are computed; without it times are nominal and energy is not checked.
     pub flight: Option<FlightSettings>,
+    /// Whether that was named and is no default: over a store of before there was one, only what is named counts.
+    pub names_airframe: bool,
 }
 
 impl Default for Settings {
@@ -194,6 +196,7 @@ impl Default for Settings {
             degraded_after: SignedDuration::from_mins(5),
             commit_within: Duration::from_secs(2),
             flight: None,
+            names_airframe: true,
         }
     }
 }

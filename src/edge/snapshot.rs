@@ -67,7 +67,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Nothing closed, nobody flying.
+    /// Nothing closed, no drone flying.
     pub(super) fn empty(
         topology: Arc<Topology>,
         network: Arc<NetworkDocuments>,

@@ -93,7 +93,7 @@ pub(super) struct State {
     pub(super) told: Told,
     /// The versions at the registry of closures that have ended by themselves.
     pub(super) ended: Ended,
-    /// Who has given the order that is being carried out; none where nobody has.
+    /// Who has given the order that is being carried out, if anyone.
     pub(super) author: Option<Arc<Author>>,
 }
 

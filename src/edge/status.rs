@@ -4,6 +4,7 @@ use super::Edge;
 use super::snapshot::Snapshot;
 use super::store::StoreStatus;
 use super::sync::SyncStatus;
+use super::words::NO_AIRFRAME;
 use crate::wire;
 use serde::Serialize;
 
@@ -32,7 +33,7 @@ pub struct Status {
     pub proposals: usize,
     /// Removals that wait for an operator.
     pub holds: usize,
-    /// Alarms that nobody has acknowledged and whose cause has not ended.
+    /// Alarms that no operator has acknowledged and whose cause has not ended.
     pub alarms: usize,
     /// Alarms raised since the start, by kind.
     pub alarms_raised: Vec<(wire::AlarmKind, u64)>,
@@ -50,6 +51,10 @@ pub struct Status {
     pub table_hits: u64,
     /// Requests that did not, and were answered by A*.
     pub table_misses: u64,
+    /// What drones fly that name no airframe; `none` where plans are by distance.
+    pub airframe: String,
+    /// What says so: the `setting`, the `default`, or the `store`, which was written before there was a default.
+    pub airframe_by: &'static str,
     /// The id of this edge: random, made once, and kept with what it knows.
     pub edge_id: String,
     /// What of all this survives a restart.
@@ -58,7 +63,7 @@ pub struct Status {
     pub checker_cases: u64,
     /// How often the wall clock has stepped.
     pub clock_steps: u64,
-    /// How far it is ahead of the time, in seconds, while nobody has confirmed its last step; null where it has not stepped.
+    /// How far it is ahead of the time, in seconds, while its last step is unconfirmed; null where it has not stepped.
     pub clock_apart_s: Option<f64>,
     /// How following the registry stands; null without one.
     pub registry: Option<SyncStatus>,
@@ -76,6 +81,7 @@ impl Edge {
         let tables = self.tables.trees().figures();
         let plans = snapshot.plans.values();
         let clock = self.clock.reading();
+        let flight = self.settings.flight.as_ref();
         Status {
             version: env!("CARGO_PKG_VERSION"),
             nodes: topology.node_count(),
@@ -103,6 +109,15 @@ impl Edge {
             table_bytes: tables.bytes,
             table_hits: tables.hits,
             table_misses: tables.misses,
+            airframe: flight.map_or_else(
+                || NO_AIRFRAME.to_owned(),
+                |flight| flight.airframe.name.clone(),
+            ),
+            airframe_by: match (self.settings.names_airframe, flight) {
+                (true, _) => "setting",
+                (false, Some(_)) => "default",
+                (false, None) => "store",
+            },
             edge_id: self.id.clone(),
             store: self.store.status(),
             checker_cases: self.guard.cases(),

@@ -39,7 +39,7 @@ pub(super) struct RestoredAnswer {
     bytes: usize,
 }
 
-/// An answer in memory takes about so many bytes for each of its text.
+/// Bytes in memory, about, for each byte of an answer's text.
 const ANSWER_TO_TEXT: usize = 4;
 
 impl RestoredAnswer {
@@ -68,7 +68,7 @@ impl RestoredAnswer {
             return false;
         }
         if self.answer.times == "computed" {
-            // Nobody knows any more whether its times can be kept.
+            // It is no longer known whether its times can be kept.
             return false;
         }
         let path = &self.answer.answer.path;

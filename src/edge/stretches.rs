@@ -38,7 +38,7 @@ impl Stretch {
         let topology = airspace.topology();
         let (from, to) = report.leg;
         let [behind, ahead] = [from, to].map(|node| topology.position(node));
-        // Where nobody knows the place, it is the one farther off.
+        // Where the place is unknown, it is the one farther off.
         let begin = match report.location {
             Location::At(place) => place,
             Location::LegStart => behind,
@@ -130,8 +130,9 @@ impl Stretch {
         met.map(|closure| closure.id.clone()).collect()
     }
 
-    /// Whether a closure lies ahead of a drone that is so far on it. One with a shape lies there; of any other nobody knows
-    /// where on the leg, so that it is ahead of who flies on, and not in the way of who flies back.
+    /// Whether a closure lies ahead of a drone that is so far on it. One with a shape lies there;
+    /// of any other it is unknown where on the leg, so that it is ahead of who flies on, and not in
+    /// the way of who flies back.
     pub(super) fn is_met(&self, topology: &Topology, closure: &Closure, place: Point) -> bool {
         let node = self.reentry.node;
         if let Some(zone) = closure.zone() {

@@ -56,7 +56,7 @@ impl TableMaker {
 }
 
 impl Tables {
-    /// Tables of so many bytes at most.
+    /// Tables up to this size in bytes.
     pub(super) fn new(capacity_bytes: usize) -> (Self, TableMaker) {
         let trees = Arc::new(TreeCache::new(capacity_bytes));
         let (jobs, inbox) = sync_channel(QUEUE);
@@ -131,7 +131,7 @@ fn work(inbox: &Receiver<TreeJob>, in_service: &dyn Fn() -> Arc<Airspace>, trees
         }
         let airspace = &in_service();
         let current = airspace.topology_revision();
-        // Whoever asked on a network that is gone asks again on the next.
+        // A caller on a network that is gone asks again on the next.
         let jobs = jobs.into_iter().filter(|&(_, on)| on == current);
         let mut wanted: Vec<NodeIx> = jobs.map(|(destination, _)| destination).collect();
         let is_outdated = |bench: &TreeBuilder| !Arc::ptr_eq(&bench.topology, airspace.topology());

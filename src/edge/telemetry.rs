@@ -18,7 +18,7 @@ use serde_json::Value;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// So many drones of one batch are answered for being off their plans; the others with their next positions.
+/// Drones of one batch that are answered for being off their plans; the others with their next positions.
 const OFF_PLAN_PER_BATCH: usize = 4;
 /// How far a drone's clock may be ahead.
 const AHEAD_MAX: SignedDuration = SignedDuration::from_secs(5);

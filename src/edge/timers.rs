@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub(super) enum Due {
     /// The life of a closure that no zone causes.
     Closure(Arc<str>),
-    /// A proposal that nobody decided.
+    /// A proposal that no operator decided.
     Proposal(u64),
     /// The acknowledgement of a proposed version.
     Acknowledgement { plan: Arc<str>, version: u32 },

@@ -1,5 +1,5 @@
 //! What a recomposition tells of itself: its spans for those who trace, one log line for those who debug; nothing, and at
-//! no cost, where nobody does either.
+//! no cost, where tracing is off.
 
 use super::records::AnswerRecord;
 use tracing::Span;

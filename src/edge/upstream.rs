@@ -46,7 +46,7 @@ pub struct OutboxEntry {
     pub subject: Arc<str>,
 }
 
-/// So many things are remembered in [`Told`].
+/// Things remembered in [`Told`].
 const TOLD_MAX: usize = 10_000;
 
 /// The last versions at the registry that changes from here have made after the cursor, also of what was lifted since:

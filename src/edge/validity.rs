@@ -40,7 +40,7 @@ pub(super) fn still_holds(
 }
 
 /// A zone that has come over the drone or its first stretch since makes the way onto the path another one. Where
-/// nobody knows which zones there were, all count as come since.
+/// it is unknown which zones there were, all count as come since.
 pub(super) fn first_stretch_is_clear(
     location: Location,
     way: &Path,

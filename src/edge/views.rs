@@ -3,13 +3,13 @@
 use super::entries::{AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
 use super::fleet::{self, Detour};
 use super::plan_entry::PlanEntry;
-use super::planner::{DetourEnd, FlownVersion, Version, later};
+use super::planner::{Assumed, DetourEnd, FlownVersion, Version, later};
 use super::settings::Settings;
 use super::snapshot::Snapshot;
 use super::stretches::Stretch;
 use super::words::{
-    instant, node_id, node_ids, outcome, outcome_name, path, reference_name, segment_ids, text,
-    warning,
+    NO_AIRFRAME, instant, node_id, node_ids, outcome, outcome_name, path, reference_name,
+    segment_ids, text, warning,
 };
 use crate::airspace::{Cause, Closure};
 use crate::compose::{Composition, Contingency};
@@ -226,7 +226,7 @@ pub(super) fn legs(
                 .if_closed
                 .as_ref()
                 .map(|detour| contingency(topology, detour, told(ends.if_closed))),
-            nearest_safe_node: leg.safe.as_ref().map(|safe| wire::SafeNode {
+            alternate: leg.safe.as_ref().map(|safe| wire::Alternate {
                 node: node_id(topology, safe.node),
                 nodes: node_ids(topology, &safe.nodes),
                 length_m: safe.length_m,
@@ -307,9 +307,15 @@ pub(super) fn plan(
     let order = entry.order.as_ref();
     let flights: Vec<_> = entry.versions().map(|one| one.flight.as_deref()).collect();
     let is_flown = flights.iter().all(Option::is_some);
-    let is_checked = flights
+    let checked: Option<Vec<_>> = flights
         .iter()
-        .all(|flight| flight.is_some_and(|flight| flight.is_energy_checked));
+        .map(|flight| flight.filter(|flight| flight.is_energy_checked))
+        .collect();
+    let assumed =
+        checked.and_then(|all| all.iter().map(|flight| flight.assumed).reduce(Assumed::or));
+    let unchecked = || (Cow::Borrowed("unchecked"), Vec::new());
+    let (energy, assumed) = assumed.map_or_else(unchecked, Assumed::told);
+    let by_distance = settings.flight.is_none().then_some(NO_AIRFRAME);
     let versions = entry.versions().map(|version| wire::SentVersion {
         version: version.number,
         sent_at: instant(version.sent_at),
@@ -327,7 +333,9 @@ pub(super) fn plan(
         destination: node_id(topology, entry.destination),
         payload_kg: entry.payload_kg,
         airspeed_mps: entry.airspeed_mps,
-        airframe: order.map(|order| text(&order.airframe)),
+        airframe: order
+            .map(|order| text(&order.airframe))
+            .or(by_distance.map(Cow::Borrowed)),
         objective: order.map(|order| Cow::Borrowed(order.objective.name())),
         deadline: order.and_then(|order| order.deadline).map(instant),
         expires_at: entry.expires_at.map(instant),
@@ -342,7 +350,8 @@ pub(super) fn plan(
         },
         affected_by: affecting.map(text).collect(),
         conflicts: conflicts.collect(),
-        energy: Cow::Borrowed(if is_checked { "checked" } else { "unchecked" }),
+        energy,
+        assumed,
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),
         stamp,
     }

@@ -9,7 +9,9 @@ use jiff::Timestamp;
 use sha2::{Digest, Sha256};
 use std::borrow::Cow;
 
-/// So many bytes of the digest of a weather are its version.
+/// The airframe of an edge that plans by distance, in answers and settings.
+pub(super) const NO_AIRFRAME: &str = "none";
+/// Bytes of a weather's digest that are its version.
 const VERSION_BYTES: usize = 8;
 
 pub(super) fn node_id(topology: &Topology, node: NodeIx) -> wire::Id<'static> {

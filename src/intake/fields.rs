@@ -15,7 +15,7 @@ pub(crate) struct Faults(Vec<Fault>);
 
 impl Faults {
     pub(crate) fn add(&mut self, code: &str, pointer: &str, message: String, hint: Option<String>) {
-        // Nobody reads more than a screen of faults.
+        // A reader takes in no more than a screen of faults.
         if self.0.len() < 20 {
             self.0.push(Fault {
                 code: code.to_owned(),
@@ -116,7 +116,7 @@ impl Faults {
         }
     }
 
-    /// A text no longer than so many bytes.
+    /// A text no longer than a number of bytes.
     pub(crate) fn text(&mut self, pointer: &str, text: Option<&str>, bytes_max: usize) {
         if let Some(text) = text.filter(|text| text.len() > bytes_max) {
             let message = format!("the text has {} bytes, more than {bytes_max}", text.len());

@@ -5,7 +5,7 @@ use crate::network::NetworkError;
 use crate::refusal::{Code, Refusal};
 use crate::wire::Fault;
 
-/// Nobody reads more than a screen of faults.
+/// A reader takes in no more than a screen of faults.
 const FAULTS_TOLD: usize = 20;
 
 /// A network that cannot be loaded, as a refusal.

@@ -89,7 +89,7 @@ fn invalid(pointer: &str, message: String) -> Refusal {
     Refusal::at(Code::ParameterInvalid, fault)
 }
 
-/// The token of the page after the entry of this key: opaque, so that nobody builds on its form.
+/// The token of the page after the entry of this key: opaque, so that no client builds on its form.
 pub(crate) fn token(key: &str) -> String {
     use std::fmt::Write;
     key.bytes().fold(String::new(), |mut text, byte| {

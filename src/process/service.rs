@@ -17,8 +17,8 @@ use crate::api::server::{
 };
 use crate::clock::Clock;
 use crate::config::{
-    AirframeError, Configuration, EdgeConfig, Flight, Tokens, read_airframe, read_authorities,
-    read_bearer,
+    AirframeError, ClockMover, Configuration, EdgeConfig, Flight, Tokens, read_airframe,
+    read_authorities, read_bearer,
 };
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{
@@ -265,7 +265,7 @@ fn gate(
             zone_writes: slots(limits.in_flight_zone_writes),
             reads: slots(limits.in_flight_reads),
             other: slots(limits.in_flight_other),
-            // Nobody follows an edge by asking again and again: it has streams of events.
+            // No client follows an edge by asking again and again: it has streams of events.
             follows: 0,
             streams: slots(limits.event_streams),
             watches: slots(limits.health_streams),
@@ -303,7 +303,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
     let reports = &config.reports;
     Ok(Settings {
         commit_within: config.limits.commit,
-        flight: flight(&config.flight)?,
+        flight: flight(&config.flight, config.clock.kind)?,
+        names_airframe: config.flight.airframe.is_some(),
         decisions_bytes_max: config.decisions.bytes.bytes() as u64,
         decisions_age: span(config.decisions.age),
         horizon: span(config.airspace.horizon),
@@ -341,8 +342,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
 }
 
 /// What flies, out of the configuration; none where the flight model is off.
-fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
-    let Some(name) = &config.airframe else {
+fn flight(config: &Flight, clock: ClockMover) -> Result<Option<FlightSettings>, AirframeError> {
+    let Some(name) = config.default_airframe() else {
         return Ok(None);
     };
     let further = config.airframes.iter().map(read_airframe);
@@ -371,7 +372,11 @@ fn flight(config: &Flight) -> Result<Option<FlightSettings>, AirframeError> {
         base_wind: Wind::coming_from(config.wind_from_deg, config.wind_speed_mps),
         late_tolerance_s: config.late_tolerance.as_secs_f64(),
         battery_tolerance: config.battery_tolerance_fraction,
-        checks_per_s: checks_per_s(),
+        // A run that a client steps is the same on every machine.
+        checks_per_s: match clock {
+            ClockMover::Machine => checks_per_s(),
+            ClockMover::External => Limits::CHECKS_PER_S,
+        },
     }))
 }
 

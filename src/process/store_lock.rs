@@ -1,4 +1,4 @@
-//! One edge to a store: whoever has the lock file beside it.
+//! One edge to a store: the one that holds the lock file beside it.
 //!
 //! The store itself fences off an edge whose file another one has taken over; with the lock the other does not
 //! even begin. The system lets go of it when the process ends, however it ends. A store is what it is and not what it
@@ -11,10 +11,10 @@ use std::fs::TryLockError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// So many symbolic links may follow each other, as on Linux.
+/// Symbolic links that may follow each other, as on Linux.
 const LINKS_MAX: usize = 40;
 
-/// That nobody else uses a store, as long as this is there.
+/// That no other process uses a store, as long as this is there.
 #[derive(Debug)]
 pub(super) struct StoreLock {
     #[expect(

@@ -1,9 +1,9 @@
 //! The thread on which an edge keeps its file, behind those that answer.
 //!
 //! What was answered is noted at the rate of the answers. On a core that both share, notes would take turns with answers as
-//! equals, and drones would wait for a journal that nobody waits for. So this thread steps back: it gets what answers leave,
-//! at least a tenth. Zones are in force before they are stored, so only their acknowledgement waits longer, and only where the machine has
-//! nothing to spare.
+//! equals, and drones would wait for a journal that no request needs. So this thread steps back: it
+//! gets what answers leave, at least a tenth. Zones are in force before they are stored, so only
+//! their acknowledgement waits longer, and only where the machine has nothing to spare.
 
 use crate::edge::Background;
 use std::io;

@@ -65,11 +65,11 @@ fn tell(states: &[sd_notify::NotifyState<'_>]) {
 
 #[cfg(not(target_os = "linux"))]
 impl Supervisor {
-    /// Tells nobody: there is no service manager that listens.
+    /// Tells no one: no service manager listens.
     pub fn serving(_status: &str) -> Self {
         Self {}
     }
 
-    /// Tells nobody.
+    /// Tells no one.
     pub fn ending(&self) {}
 }

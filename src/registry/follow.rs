@@ -19,7 +19,7 @@ pub struct Follow {
     pub after: u64,
     /// The epoch of that revision; the current one where none is given.
     pub epoch: Option<u64>,
-    /// At most so many changes, except that a page has at least one whole revision.
+    /// The most changes, except that a page has at least one whole revision.
     pub limit: Option<u64>,
     /// How long to wait where there is nothing new.
     pub wait: Duration,
@@ -67,7 +67,7 @@ impl Registry {
         let mut ended = std::pin::pin!(ended);
         while read.changes.is_empty() && Instant::now() < deadline {
             let is_last = tokio::select! {
-                // An error would mean that the registry is gone, and so would be whoever asks.
+                // An error would mean that the registry is gone, and so would be the caller.
                 _ = news.changed() => false,
                 () = tokio::time::sleep_until(deadline) => true,
                 () = &mut ended => true,

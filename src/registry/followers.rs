@@ -12,7 +12,7 @@ use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// At most so many edges are noted between two visits to the store; further ones wait for the next.
+/// The most edges noted between two visits to the store; further ones wait for the next.
 const NOTED_MAX: usize = 10_000;
 /// The longest code and object of a refusal, in bytes.
 const WORD_BYTES_MAX: usize = 256;

@@ -1,4 +1,4 @@
-//! What a store says, as a refusal for whoever asked.
+//! What a store says, as a refusal for the caller.
 
 use super::store::StoreError;
 use crate::refusal::{Code, Refusal};

@@ -13,7 +13,7 @@ const OBJECTS_MAX: u64 = 2_000;
 /// Which page of a snapshot is asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SnapshotRequest {
-    /// At most so many objects besides the network.
+    /// The most objects besides the network.
     pub size: Option<u64>,
     /// Where the page begins: the `next_page_token` of the page before.
     pub token: Option<String>,

@@ -168,7 +168,7 @@ pub struct ReplyKey {
 pub struct Append {
     /// Which network.
     pub network: String,
-    /// Whether the network is new: it must not be there, and there may be at most so many afterwards.
+    /// Whether the network is new: it must not be there, and there may be at most this many afterwards.
     pub creates: Option<u64>,
     /// Who writes.
     pub subject: String,
@@ -180,7 +180,7 @@ pub struct Append {
     pub expects: Vec<Expectation>,
     /// What it changes; never empty.
     pub changes: Vec<NewChange>,
-    /// At most so many zones and closures afterwards, unless it makes them fewer.
+    /// The most zones and closures afterwards, unless it makes them fewer.
     pub zones_max: u64,
     /// See `zones_max`.
     pub closures_max: u64,
@@ -225,9 +225,9 @@ pub struct ChangesQuery {
     pub network: String,
     /// Revisions after this one.
     pub after: u64,
-    /// The page ends with the revision in which it reaches so many changes.
+    /// The page ends with the revision in which it reaches this many changes.
     pub changes: u64,
-    /// Or so many bytes of bodies.
+    /// Or this many bytes of bodies.
     pub bytes: u64,
 }
 
@@ -253,9 +253,9 @@ pub struct ObjectsQuery {
     pub kind: Option<ObjectKind>,
     /// After this kind and id, in the order of the store.
     pub after: Option<(ObjectKind, String)>,
-    /// At most so many.
+    /// The most of them.
     pub limit: u64,
-    /// And no more after so many bytes of bodies.
+    /// And no more after this many bytes of bodies.
     pub bytes: u64,
 }
 
@@ -325,7 +325,7 @@ pub trait Store: Debug + Send + Sync {
     /// Whether it answers now: at once no, where what keeps it is gone.
     fn ping(&self) -> Answer<'_, ()>;
 
-    /// Begins a new epoch, after this one where it is later than the store's own; nobody can follow from before it.
+    /// Begins a new epoch, after this one where it is later than the store's own; no edge can follow from before it.
     fn begin_epoch(&self, after: u64) -> Answer<'_, Identity>;
 
     /// All networks, by id.
@@ -365,7 +365,7 @@ pub trait Store: Debug + Send + Sync {
         key: &'a str,
     ) -> Answer<'a, Option<(String, KeptReply)>>;
 
-    /// Drops answers from before an instant, in milliseconds since 1970, and the oldest beyond so many bytes.
+    /// Drops answers from before an instant, in milliseconds since 1970, and the oldest beyond a size in bytes.
     fn forget_replies(&self, before_ms: i64, bytes_max: u64) -> Answer<'_, ()>;
 
     /// Drops what is older than a revision and superseded by then.

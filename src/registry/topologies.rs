@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::runtime::{Handle, RuntimeFlavor};
 
-/// So many networks are kept put together; the one asked for least recently goes first.
+/// Networks kept put together; the one asked for least recently goes first.
 const KEPT: usize = 8;
 
 /// A network at a version.
@@ -51,7 +51,7 @@ impl Made {
 #[derive(Debug, Default)]
 pub(super) struct Topologies {
     kept: Mutex<VecDeque<(String, Arc<Composed>)>>,
-    /// One at a time: whoever waits finds it made.
+    /// One at a time: the next caller finds it made.
     making: tokio::sync::Mutex<()>,
 }
 
@@ -77,7 +77,7 @@ impl Topologies {
 }
 
 impl Registry {
-    /// Keeps a network that has just been written: nobody has to put it together from the log.
+    /// Keeps a network that has just been written: no reader has to put it together from the log.
     pub(super) fn keep_made(&self, network: &str, made: Made, version: Version) {
         self.topologies.put(network, &Arc::new(made.at(version)));
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_util::sync::CancellationToken;
 
-/// How often the store is asked for news that nobody has told.
+/// How often the store is asked for news that no notice has told.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// How often the store gets who follows.
 const KEEP_EVERY: Duration = Duration::from_secs(5);
@@ -17,8 +17,8 @@ const KEEP_EVERY: Duration = Duration::from_secs(5);
 const PATIENCE: Duration = Duration::from_secs(5);
 
 impl Registry {
-    /// Whether the store answers now. Whoever asks while another one looks waits for one further look at most, so that a
-    /// flood of probes is no flood of questions.
+    /// Whether the store answers now. A probe that comes while another looks waits for one further
+    /// look at most, so that a flood of probes is no flood of questions.
     pub async fn probe(&self) -> bool {
         let begun_before = self.probes.begun.load(Ordering::Relaxed);
         let _turn = self.probes.turn.lock().await;

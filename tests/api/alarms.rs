@@ -8,7 +8,7 @@ use skyway::formats::load_network;
 use skyway::network::bundled::SYDNEY_CBD;
 use std::sync::Arc;
 
-/// Closes every node, so that nobody has a way.
+/// Closes every node, so that no drone has a way.
 async fn close_everything(api: &Api) -> Told {
     let topology = api.edge.topology();
     let nodes: Vec<&str> = topology
@@ -73,7 +73,10 @@ async fn an_answer_without_a_way_raises_one_alarm_until_it_is_acknowledged() {
     let mut dry = report("drone-7");
     dry["dry_run"] = json!(true);
     api.post("/v1/failures", &dry).await.is(200);
-    assert!(alarms(&api, "").await.is_empty(), "a dry run alarms nobody");
+    assert!(
+        alarms(&api, "").await.is_empty(),
+        "a dry run raises no alarm"
+    );
 
     for _ in 0..3 {
         let told = api

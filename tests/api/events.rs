@@ -5,7 +5,7 @@ use reqwest::Response;
 use serde_json::json;
 use skyway::edge::Settings;
 
-/// Reads the stream until so many frames have come.
+/// Reads the stream until a number of frames has come.
 pub(crate) async fn frames(response: &mut Response, count: usize) -> Vec<String> {
     let mut text = String::new();
     while text.matches("\n\n").count() < count {

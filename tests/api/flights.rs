@@ -12,7 +12,7 @@ pub(crate) async fn flying(dialect: Dialect) -> Town {
     let town = Town::open(dialect, "18:00").await;
     let request = json!({
         "id": "p", "source": "a", "destination": "d", "drone_id": "drone-1", "payload_kg": 0.25,
-        "battery_fraction": 0.9,
+        "battery_fraction": 0.9, "airframe": "phantom3",
     });
     let plan = town.deliver(request).await.expect("a plan");
     assert_eq!((&*plan.energy, &*plan.times), ("checked", "computed"));

@@ -1,4 +1,4 @@
-//! What an answer says to whoever reads it first: what was wrong with what was sent, and what to send.
+//! What an answer says to its first reader: what was wrong with what was sent, and what to send.
 
 use crate::harness::{self, Api};
 use serde_json::{Value, json};

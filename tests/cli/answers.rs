@@ -228,7 +228,7 @@ fn a_plan_has_contingencies_for_every_leg() {
         let detour = leg["if_closed"]["nodes"].as_array().expect("nodes");
         assert_eq!(detour.first(), Some(&leg["from"]));
         assert_eq!(detour.last(), Some(&leg["if_closed"]["rejoins"]));
-        assert!(!leg["nearest_safe_node"]["node"].is_null());
+        assert!(!leg["alternate"]["node"].is_null());
     }
     insta::assert_snapshot!(skyway(&arguments).exits(0).stdout);
     let nowhere = [&arguments[..], &["--close", "450", "--json"]].concat();

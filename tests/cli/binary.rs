@@ -118,6 +118,8 @@ impl Server {
         let anywhere = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
         let mut command = command(arguments);
         command.args(anywhere).args(["--ports-file", &ports_file]);
+        // Edges plan by distance unless a test says otherwise.
+        command.env("SKYWAY_EDGE_FLIGHT_AIRFRAME", "none");
         command.stdin(Stdio::null()).stderr(log);
         let mut child = command.spawn().expect("a binary that starts");
         // It writes its ports once it serves; a daemon that has ended never will.

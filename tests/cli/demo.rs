@@ -3,7 +3,7 @@
 use crate::binary::{Workspace, skyway};
 use serde_json::Value;
 
-/// Ports that nobody has, so that demos do not meet.
+/// Ports that no program has, so that demos do not meet.
 const FREE_PORTS: [&str; 4] = ["--listen", "127.0.0.1:0", "--admin-listen", "127.0.0.1:0"];
 
 fn demo<'a>(further: &[&'a str]) -> Vec<&'a str> {

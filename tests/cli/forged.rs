@@ -105,7 +105,7 @@ fn every_forged_premise_is_refused_or_told() {
     premises.as_object_mut().expect("an object").remove("plan");
     let mut pointers = Vec::new();
     numbers(&premises, "", &mut pointers);
-    // What has been forgotten would be tried by nobody: rules, airframe, start, winds, windows, pads, traffic.
+    // What has been forgotten would be tried by no case: rules, airframe, start, winds, windows, pads, traffic.
     assert!(pointers.len() >= 40, "{pointers:?}");
     let mut passed = Vec::new();
     for pointer in &pointers {

@@ -1,6 +1,6 @@
 //! What the log of a daemon and `skyway replay` tell its operator.
 
-#![expect(clippy::disallowed_types, reason = "a port at which nobody listens")]
+#![expect(clippy::disallowed_types, reason = "a port at which nothing listens")]
 
 use crate::binary::{Server, Workspace, skyway};
 use std::net::TcpListener;
@@ -71,7 +71,7 @@ fn an_answer_is_explained_from_its_id_alone() {
 #[test]
 fn an_edge_says_once_why_it_cannot_follow() {
     let desk = Workspace::new();
-    // Nobody listens on the port of a listener that is gone.
+    // Nothing listens on the port of a listener that is gone.
     let gone = TcpListener::bind("127.0.0.1:0").expect("a port");
     let url = format!("http://{}", gone.local_addr().expect("an address"));
     drop(gone);

@@ -1,4 +1,4 @@
-//! Traces of requests: what a collector gets, and that nobody waits for one that is away.
+//! Traces of requests: what a collector gets, and that no request waits for one that is away.
 
 #![expect(
     clippy::disallowed_methods,
@@ -134,7 +134,7 @@ fn a_collector_gets_the_drones_request_down_to_the_search() {
 #[test]
 fn nobody_waits_for_a_collector_that_is_away() {
     let desk = Workspace::new();
-    // Nobody listens on the port of a listener that is gone.
+    // Nothing listens on the port of a listener that is gone.
     let gone = TcpListener::bind("127.0.0.1:0").expect("a port");
     let setting = format!(
         "traces.endpoint=http://{}/v1/traces",

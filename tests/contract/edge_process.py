@@ -38,8 +38,9 @@ class EdgeProcess:
         self.admin_port = 0
 
     def __enter__(self) -> "EdgeProcess":
-        # Settings of whoever runs the tests are not settings of this edge.
+        # Settings of the person who runs the tests are not settings of this edge, which plans by distance unless told.
         environment = {name: value for name, value in os.environ.items() if not name.startswith("SKYWAY_")}
+        environment["SKYWAY_EDGE_FLIGHT_AIRFRAME"] = "none"
         with self.log_file.open("wb") as log:
             self._process = subprocess.Popen(self._command, stdout=log, stderr=log, env=environment)
         try:

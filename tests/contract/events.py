@@ -82,7 +82,7 @@ def come_back(checks: Checks, url: str, client: Grpc, first: str) -> None:
         again = stream.next_event()
     finally:
         stream.close()
-    checks.equal(again.get("event"), "zone_deleted", "whoever saw the first goes on with the second")
+    checks.equal(again.get("event"), "zone_deleted", "a subscriber that saw the first goes on with the second")
     watch = client.watch("skyway.v1.Airspace", "WatchEvents", {"after": first})
     told = as_dict(next(watch))
     watch.cancel()

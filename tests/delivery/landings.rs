@@ -1,4 +1,4 @@
-//! Drones that have to land, drones of which nobody knows where they are, and what those are told that have nothing safe left.
+//! Drones that have to land, drones whose place is unknown, and what those are told that have nothing safe left.
 
 use crate::town::{Failure, Town};
 use skyway::delivery::{BatteryNow, FlightRecomposition, Landing, ReportedFigures, Trouble};
@@ -67,7 +67,7 @@ fn without_a_figure_that_shows_it_nobody_flies_on() {
     assert_eq!(end, "p");
     assert!(!answer.is_energy_checked);
     assert!(answer.flags.is_empty(), "{:?}", answer.flags);
-    // What is left does not count: nobody knows.
+    // What is left does not count: it is unknown.
     let (_, end) = lands(&town, &operational(0.2, 0.1, Some(Landing::FreePad)));
     assert_eq!(end, "p");
     // A free pad it has to be.
@@ -190,7 +190,7 @@ fn whoever_stands_in_a_zone_is_not_sent_up_through_it() {
     let plan = holds.composition.expect("it stays").plan;
     assert_eq!((plan.start.node, plan.legs.len()), (node, 0));
     assert!(holds.if_airborne.is_none());
-    // Nobody knows whether it is in the air: it is told both.
+    // It is unknown whether it is in the air: it is told both.
     let both = town.answer(&at_a(Aloft::Unknown));
     assert_eq!(both.outcome, Outcome::Hold);
     let airborne = both.if_airborne.expect("the answer to one that is");

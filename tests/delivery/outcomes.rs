@@ -82,7 +82,7 @@ fn what_lies_behind_or_ahead_decides_where_the_plan_begins() {
     let on = town.answer(&half_way(Some(0.1)));
     assert_eq!(nodes(&town, &on), ["b", "c"]);
     assert_eq!(on.outcome, Outcome::Unaffected);
-    // Nobody knows where it is: the whole leg back.
+    // Its place is unknown: the whole leg back.
     let unknown = town.answer(&Failure {
         flown: None,
         ..Failure::of(FailureType::Navigational)

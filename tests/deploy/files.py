@@ -64,7 +64,7 @@ def kubernetes(haproxy: str, program: pathlib.Path, folder: pathlib.Path) -> str
             expect(name in maps | {None, "skyway-authority"}, f"there is no ConfigMap {name}")
         daemon = pod["containers"][0]
         drain_s = next(int(entry["value"].removesuffix("s")) for entry in daemon["env"] if entry["name"].endswith("_DRAIN_DELAY"))
-        # drain.timeout is 10 s where nobody says otherwise.
+        # drain.timeout is 10 s by default.
         expect(pod["terminationGracePeriodSeconds"] > drain_s + 10, "the pod is killed while the daemon drains")
         settings(program, daemon["args"][0], {entry["name"]: entry.get("value", "skyway-edge-0") for entry in daemon["env"]}, folder)
     return f"kubernetes: {len(found)} objects that fit together"

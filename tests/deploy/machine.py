@@ -1,7 +1,7 @@
 """Processes as an image, a unit or a test starts them, on a machine of their own.
 
 `scripts/check-deploy` runs these tests in a network, a process table and a view of the file system that end with them
-(`unshare`): ports and addresses are free, mounts are nobody else's, and nothing outlives a test.
+(`unshare`): ports and addresses are free, mounts are private, and nothing outlives a test.
 """
 
 import contextlib

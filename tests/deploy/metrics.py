@@ -29,7 +29,7 @@ def told_by_daemons(program: pathlib.Path, folder: pathlib.Path) -> set[str]:
         until("the edge is ready", lambda: client.ask("GET", "/readyz")[0] == 200)
         report = {"service": {"from": 379, "to": 406}, "destination": 450, "dry_run": True}
         client.done("POST", "/v1/failures", report)
-        expect(client.ask("GET", "/v1/zones/nowhere")[0] == 404, "there is a zone that nobody declared")
+        expect(client.ask("GET", "/v1/zones/nowhere")[0] == 404, "there is a zone that was never declared")
         status = client.ask("GET", "/v1/events")[0]
         expect(status in (429, 503), f"a stream beyond the limit is not shed: {status}")
         with socket.create_connection(("127.0.0.1", 18080)) as silent:

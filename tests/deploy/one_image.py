@@ -6,7 +6,7 @@ from machine import Caller, Container, Image, expect, until
 
 
 def run_all(folder: pathlib.Path, program: pathlib.Path) -> str:
-    """Starts it with the command it has where nobody says another, twice over the same volume."""
+    """Starts it with its default command, twice over the same volume."""
     image = Image(folder / "image", program)
     container = Container(image, folder / "container", "image", {})
     client = Caller("127.0.0.1", 8080)

@@ -1,6 +1,6 @@
 """Every daemon of an installation is started again, one after the other, while drones and operators go on asking.
 
-No request may fail, although nobody sends one twice; whatever was acknowledged is everywhere in the end. Zones are declared
+No request may fail, although no client sends one twice; whatever was acknowledged is everywhere in the end. Zones are declared
 at the edges and at the registry, and lifted at the registry alone: an edge that stands in for another may not know them yet.
 """
 

@@ -51,7 +51,7 @@ def main() -> int:
             except (Failed, subprocess.CalledProcessError) as error:
                 print(f"FAIL  {story}: {error}", flush=True)
                 failed += 1
-            # What nobody expected also leaves the other stories to be told, and the folder to be removed.
+            # An unexpected failure also leaves the other stories to be told, and the folder to be removed.
             except Exception:
                 print(f"FAIL  {story}: {traceback.format_exc()}", flush=True)
                 failed += 1

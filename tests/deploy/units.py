@@ -134,7 +134,7 @@ def is_set_up_by_the_page(machine: Machine) -> None:
     for name in ("tokens", "a machine, registry", "a machine, edge"):
         machine.do("bash", "-euo", "pipefail", "-c", f"cd {folder}\n{block(name)}")
     operator = machine.do("cat", f"{folder}/operator.token")
-    expect(Caller("127.0.0.1", 8080).ask("GET", "/v1/zones")[0] == 401, "the edge serves whoever asks")
+    expect(Caller("127.0.0.1", 8080).ask("GET", "/v1/zones")[0] == 401, "the edge serves any caller")
 
     def follows() -> bool:
         edges = Caller("127.0.0.1", 8180, operator).done("GET", "/v1/edges")["edges"]

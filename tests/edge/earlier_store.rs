@@ -10,8 +10,10 @@ use crate::stage::{EPOCH, names};
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{
-    Caller, Edge, Opening, PageRequest, PlanFilter, Settings, SqliteFile, StoreFile, Table,
+    Caller, Edge, FlightSettings, Opening, PageRequest, PlanFilter, Settings, SqliteFile,
+    StoreFile, Table,
 };
+use skyway::flight::Airframe;
 use skyway::formats::load_network;
 use skyway::wire::{Cancellation, EndedAs, PlanFlag, PlanState};
 use std::path::{Path, PathBuf};
@@ -29,17 +31,50 @@ fn copied(folder: &Path) -> PathBuf {
 }
 
 async fn open(path: &Path) -> Arc<Edge> {
+    open_with(path, Settings::default()).await
+}
+
+async fn open_with(path: &Path, settings: Settings) -> Arc<Edge> {
     let network = load_network(NETWORK).expect("a network");
     let (clock, _hand) = Clock::by_hand(THEN.parse().expect("an instant"));
     let opening = Opening::new(
         Arc::new(network.topology),
         NETWORK.into(),
         EPOCH,
-        Settings::default(),
+        settings,
         clock,
     );
     let file = SqliteFile::open(path).await.expect("it is opened");
     Edge::open(opening, Box::new(file)).await.expect("an edge")
+}
+
+/// An edge with an airframe, which is named or a default, and what its status says of that.
+async fn airframe(path: &Path, names_airframe: bool) -> (String, &'static str) {
+    let settings = Settings {
+        flight: Some(FlightSettings::of(Airframe::phantom3())),
+        names_airframe,
+        ..Settings::default()
+    };
+    let edge = open_with(path, settings).await;
+    let status = edge.status();
+    edge.end().await;
+    (status.airframe, status.airframe_by)
+}
+
+#[tokio::test]
+async fn a_store_of_before_keeps_no_airframe_until_one_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = copied(folder.path());
+    for _ in 0..2 {
+        assert_eq!(airframe(&path, false).await, ("none".to_owned(), "store"));
+    }
+    let phantom = || "DJI Phantom 3".to_owned();
+    assert_eq!(airframe(&path, true).await, (phantom(), "setting"));
+    assert_eq!(airframe(&path, false).await, (phantom(), "default"));
+    let fresh = folder.path().join("fresh.db");
+    for _ in 0..2 {
+        assert_eq!(airframe(&fresh, false).await, (phantom(), "default"));
+    }
 }
 
 /// What is listed, without what each start makes anew.

@@ -1,4 +1,4 @@
-//! A disk that is full, hangs, or says that it failed: airspace stays closed, and nobody is told what is not so.
+//! A disk that is full, hangs, or says that it failed: airspace stays closed, and no caller is told what is not so.
 
 use crate::stage::{Stage, circle};
 use crate::store_file::Medium;

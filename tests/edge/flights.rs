@@ -2,6 +2,7 @@
 
 use crate::flying::{at, corridor, instant, on, seconds, stops, street, windowed};
 use crate::stage::{Stage, circle};
+use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::Code;
 use skyway::wire::{self, PadReservation};
@@ -32,7 +33,8 @@ fn overlap(one: &wire::PlanVersion<'_>, other: &wire::PlanVersion<'_>) -> bool {
 async fn a_delivery_over_the_corridor_recharges_on_pads_that_the_next_one_keeps_off() {
     let stage = corridor();
     let first = stage.deliver(long_delivery("first")).await.expect("a plan");
-    assert_eq!((&*first.energy, &*first.times), ("checked", "computed"));
+    assert_eq!((&*first.energy, &*first.times), ("assumed", "computed"));
+    assert_eq!(first.assumed, ["airframe", "battery"]);
     assert_eq!(first.airframe.as_deref(), Some("DJI Phantom 3"));
     let flight = first.reported.flight.as_ref().expect("a flight");
     assert!(flight.stops.len() > 5, "{} stops", flight.stops.len());
@@ -63,6 +65,70 @@ async fn a_delivery_over_the_corridor_recharges_on_pads_that_the_next_one_keeps_
         second.reported.flight_time_s / 3600.0,
         third.reported.flight_time_s / 3600.0,
     );
+}
+
+#[tokio::test]
+async fn energy_is_checked_only_for_what_was_said() {
+    // Each drone has a segment of its own.
+    let stage = on(&street(&[2; 14]));
+    let see = async |drone: u32| {
+        let positions = vec![json!({
+            "drone_id": format!("p{drone}"), "location": {"x": 2_000 * drone, "y": 0},
+            "battery_fraction": 0.8, "airborne": false,
+        })];
+        let batch = wire::Telemetry { positions };
+        let told = stage.edge.telemetry(&stage.caller, batch).await;
+        told.expect("telemetry");
+    };
+    let told = async |drone: u32, more: Value| {
+        let (id, from) = (format!("p{drone}"), 2 * drone);
+        let mut request = json!({
+            "id": id, "drone_id": id, "source": format!("s{from}"), "destination": format!("s{}", from + 1),
+        });
+        let fields = request.as_object_mut().expect("an object");
+        fields.extend(more.as_object().expect("an object").clone());
+        let plan = stage.deliver(request).await.expect("a plan");
+        let flight = plan.reported.flight.as_ref().expect("a flight");
+        let departure = flight.battery_at_departure_fraction;
+        (plan.energy.into_owned(), plan.assumed.join(" "), departure)
+    };
+    let words = |energy: &str, assumed: &str, battery: f64| {
+        (energy.to_owned(), assumed.to_owned(), battery)
+    };
+    assert_eq!(
+        told(1, json!({})).await,
+        words("assumed", "airframe battery", 0.98)
+    );
+    let named = json!({"airframe": "phantom3"});
+    assert_eq!(
+        told(2, named.clone()).await,
+        words("assumed", "battery", 0.98)
+    );
+    let stated = json!({"battery_fraction": 0.7});
+    assert_eq!(told(3, stated).await, words("assumed", "airframe", 0.7));
+    let both = json!({"airframe": "phantom3", "battery_fraction": 0.7});
+    assert_eq!(told(4, both).await, words("checked", "", 0.7));
+    see(5).await;
+    see(6).await;
+    stage.pass(SignedDuration::from_mins(5)).await;
+    assert_eq!(told(5, named.clone()).await, words("checked", "", 0.8));
+    stage.pass(SignedDuration::from_secs(1)).await;
+    assert_eq!(told(6, named).await, words("assumed", "battery", 0.8));
+
+    // An answer in flight rests on what its plan rests on, and on what the report says.
+    let report = |battery: Value| {
+        json!({
+            "type": "navigational", "dry_run": true, "service": {"plan_id": "p1", "leg": 0},
+            "location": {"x": 2_300, "y": 0}, "drone": {"id": "p1", "battery_fraction": battery},
+        })
+    };
+    let told = stage.answer(report(json!(0.9))).await;
+    assert_eq!(
+        (&told["energy"], &told["assumed"]),
+        (&json!("assumed"), &json!(["airframe"]))
+    );
+    let told = stage.answer(report(Value::Null)).await;
+    assert_eq!(told["assumed"], json!(["airframe", "battery"]), "{told}");
 }
 
 #[tokio::test]

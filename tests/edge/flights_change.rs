@@ -218,7 +218,7 @@ async fn a_drone_in_flight_goes_on_with_the_battery_that_it_has() {
     );
     assert!(!flight.stops.is_empty(), "it waits somewhere: {flight:?}");
     assert!(instant(&proposed.arrives_at) > at("06:40"));
-    assert_eq!(met.energy, "checked");
+    assert_eq!(met.energy, "assumed");
 }
 
 #[tokio::test]

@@ -33,7 +33,7 @@ async fn an_answer_is_computed_again_from_the_file() {
         let stage = Stage::over_with(medium.open().await, settings()).await;
         stage.zone(circle("here", 250.0, 100.0, 10.0)).await;
         let answer = stage.answer(report("r1")).await;
-        assert_eq!(answer["energy"], "checked", "{answer}");
+        assert_eq!(answer["energy"], "assumed", "{answer}");
         let id = answer["id"].as_str().expect("an id").to_owned();
         let (before, is_certified) = kept(&stage, &id).await;
         assert!(is_certified);
@@ -65,7 +65,7 @@ async fn an_answer_is_given_again_only_while_its_times_can_be_kept() {
         assert_eq!(late["replayed"], false, "its pads would be taken too late");
         assert_eq!(stage.answer(report("r1")).await["replayed"], true);
         stage.edge.end().await;
-        // Nobody knows any more which plans it was given among.
+        // It is no longer known which plans it was given among.
         let stage = stage.again_with(medium.open().await, settings()).await;
         assert_eq!(stage.answer(report("r1")).await["replayed"], false);
     }

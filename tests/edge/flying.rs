@@ -29,7 +29,7 @@ pub(crate) fn corridor() -> Stage {
     Stage::on(Arc::new(topology), bundled::CORRIDOR.into(), settings())
 }
 
-/// A street of rooftops one kilometre apart, each with so many pads.
+/// A street of rooftops one kilometre apart, each with a number of pads.
 pub(crate) fn street(pads: &[u16]) -> NetworkDraft {
     let places = pads.iter().zip(0..);
     let nodes = places.map(|(&pads, place)| {

@@ -141,7 +141,7 @@ async fn a_decision_reaches_the_disk_by_itself_and_old_ones_go() {
             .await
             .expect("deleted");
     }
-    // Nobody waits for it, so it takes a moment.
+    // No request waits for it, so it takes a moment.
     let last = ids.last().expect("an id").clone();
     let number = last.split_once('-').expect("a number").1.to_owned();
     while !disk

@@ -148,7 +148,7 @@ async fn a_drone_that_flies_by_or_hovers_or_rests_elsewhere_has_not_landed() {
         (300.0, json!({"ground_speed_mps": 9.0, "airborne": false})),
         (284.0, json!({"ground_speed_mps": 0.0, "airborne": false})),
         (100.0, json!({"ground_speed_mps": 0.0, "airborne": false})),
-        // Nobody knows how high the node is.
+        // The node's height is unknown.
         (300.0, json!({"ground_speed_mps": 0.0, "altitude_m": 1.0})),
         (300.0, json!({"ground_speed_mps": 0.0})),
     ];

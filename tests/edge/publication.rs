@@ -250,7 +250,7 @@ async fn a_drone_learns_nothing_of_where_another_one_is() {
     );
 }
 
-/// A zone of so many corners around a0.
+/// A zone of a number of corners around a0.
 fn ragged(corners: usize) -> Value {
     let corner = |number: usize| {
         let angle = std::f64::consts::TAU * (number % corners) as f64 / corners as f64;

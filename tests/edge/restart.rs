@@ -228,7 +228,7 @@ async fn what_was_due_while_it_was_away_happens_at_the_start() {
     assert_eq!(
         lost.ended_as,
         Some(EndedAs::Lost),
-        "nobody has heard of it for an hour"
+        "nothing has been heard of it for an hour"
     );
     assert_eq!(stage.edge.status().active_plans, 0);
     assert!(

@@ -82,7 +82,7 @@ fn leg(kind: &str, drone: &str, place: usize) -> Value {
     })
 }
 
-/// Reports of so many drones, each on a leg of its own; gives the reasons of those that were not published.
+/// Reports of several drones, each on a leg of its own; gives the reasons of those that were not published.
 async fn told_by_many(stage: &Stage, kind: &str, count: usize) -> Vec<String> {
     let mut reasons = Vec::new();
     for place in 0..count {
@@ -207,7 +207,7 @@ async fn a_member_that_is_there_twice_is_told() {
         assert!(message.contains(pointer), "{message}");
         assert_eq!(
             answer["publication"]["state"], "proposed",
-            "nobody knows which was meant: {answer}"
+            "it is unclear which was meant: {answer}"
         );
     }
 }

@@ -60,23 +60,6 @@ async fn a_plan_whose_node_ahead_goes_is_recomposed_and_those_elsewhere_fly_on()
 }
 
 #[tokio::test]
-async fn contingencies_lead_over_nothing_that_is_gone() {
-    let stage = Stage::set();
-    let before = stage.compose("p", "d1", "a0", "a3").await;
-    let detour = |plan: &skyway::wire::Plan<'_>| {
-        let detour = plan.reported.legs[1].if_closed.as_ref();
-        names(&detour.expect("worked out").nodes)
-    };
-    assert_eq!(detour(&before), ["a1", "b1", "b2", "a2"]);
-    stage.rebuild(|draft| without(draft, "b2")).await;
-    stage.settle().await;
-    let after = stage.plan("p");
-    assert!(after.flags.is_empty(), "its own way is as it was");
-    let detour = detour(&after);
-    assert!(!detour.contains(&"b2".to_owned()), "{detour:?}");
-}
-
-#[tokio::test]
 async fn a_drone_whose_leg_is_taken_away_is_told_a_way_from_its_place() {
     let stage = Stage::set();
     stage.compose("p", "d1", "a0", "a7").await;

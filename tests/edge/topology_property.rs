@@ -1,6 +1,6 @@
 //! After any changes of the network, an edge stands as one that was started on the last network with the same zones.
 
-use crate::stage::{Stage, circle, ladder, loaded, node, segment, without};
+use crate::stage::{Stage, circle, ladder, loaded, names, node, segment, without};
 use serde_json::{Value, json};
 use skyway::edge::{PageRequest, Settings};
 use skyway::formats::read_network;
@@ -130,4 +130,21 @@ async fn an_edge_after_changes_is_as_one_started_on_the_last_network() {
         let blocked = |stage: &Stage| stage.edge.status().blocked_segments;
         assert_eq!(blocked(&changed), blocked(&fresh), "seed {seed}");
     }
+}
+
+#[tokio::test]
+async fn contingencies_lead_over_nothing_that_is_gone() {
+    let stage = Stage::set();
+    let before = stage.compose("p", "d1", "a0", "a3").await;
+    let detour = |plan: &skyway::wire::Plan<'_>| {
+        let detour = plan.reported.legs[1].if_closed.as_ref();
+        names(&detour.expect("worked out").nodes)
+    };
+    assert_eq!(detour(&before), ["a1", "b1", "b2", "a2"]);
+    stage.rebuild(|draft| without(draft, "b2")).await;
+    stage.settle().await;
+    let after = stage.plan("p");
+    assert!(after.flags.is_empty(), "its own way is as it was");
+    let detour = detour(&after);
+    assert!(!detour.contains(&"b2".to_owned()), "{detour:?}");
 }

@@ -171,7 +171,7 @@ fn every_bound_counts() {
             let Some(bound_m) = bound.as_f64() else {
                 let reachable = with(document, &pointer, 0.0);
                 let still_proved = case.proves_only_truth(&reachable, "reachable");
-                // No open segment, no condition: the bound of a node that nobody gets to is idle.
+                // No open segment, no condition: the bound of a node that no path reaches is idle.
                 assert!(
                     !still_proved || longest_m.is_none(),
                     "seed {seed}, node {id}"

@@ -11,7 +11,7 @@ mod conflicts;
 
 use super::oracle::{OracleNetwork, OracleNode, OracleSegment};
 use skyway::airspace::{Airspace, Change, Closure};
-use skyway::compose::{Composition, SafeNode, compose, flight_time_s, with_contingencies};
+use skyway::compose::{Alternate, Composition, compose, flight_time_s, with_contingencies};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, Topology};
 use skyway::recompose::{Outcome, Scratch, World};
 use skyway::routing::{Path, TreeCache};
@@ -161,7 +161,7 @@ impl Map {
             .collect()
     }
 
-    fn safe_letters(&self, safe: Option<&SafeNode>) -> Option<(String, f64)> {
+    fn safe_letters(&self, safe: Option<&Alternate>) -> Option<(String, f64)> {
         let safe = safe?;
         assert_eq!(safe.nodes.last(), Some(&safe.node));
         Some((self.letters(&safe.nodes), safe.length_m))
@@ -198,7 +198,7 @@ fn a_detour_is_told_until_it_meets_the_plan_again() {
 }
 
 #[test]
-fn a_destination_cut_off_leads_to_the_nearest_safe_node() {
+fn a_destination_cut_off_leads_to_the_nearest_alternate() {
     let map = Map::with_pads("AD");
     let plan = map.compose("A", "E").expect("a way");
     let last = plan.legs[1].if_closed.as_ref().expect("worked out");
@@ -209,7 +209,7 @@ fn a_destination_cut_off_leads_to_the_nearest_safe_node() {
 }
 
 #[test]
-fn the_way_to_a_safe_node_begins_at_the_start_of_the_leg() {
+fn the_way_to_an_alternate_begins_at_the_start_of_the_leg() {
     let first_safe = |pads| {
         let map = Map::with_pads(pads);
         let plan = map.compose("A", "E").expect("a way");

@@ -45,6 +45,7 @@ impl Edge {
             format!("registry.token_file={}", way.token),
             "registry.retry_within=200ms".to_owned(),
             "registry.poll_wait=1s".to_owned(),
+            "flight.airframe=none".to_owned(),
         ];
         let file = store.display().to_string();
         let mut what = vec!["edge", "--store", &file];

@@ -1,4 +1,4 @@
-//! The file of an edge, looked at while nobody has it open.
+//! The file of an edge, looked at while no process has it open.
 
 use crate::store_file::{check_pages, copy_file};
 use sqlx::sqlite::SqliteConnectOptions;
@@ -10,13 +10,13 @@ use tempfile::TempDir;
 /// `Table::number`.
 const HALVES: [(&str, &str); 2] = [
     (
-        "zones that the registry does not know and is not told, and that wait for nobody",
+        "zones that the registry does not know and is not told, and that wait for no operator",
         "SELECT COUNT(*) FROM entries z WHERE z.kind = 2 AND json_extract(z.body, '$.upstream') IS NULL AND NOT EXISTS \
          (SELECT 1 FROM entries o WHERE o.kind = 7 AND json_extract(o.body, '$.id') = z.key) \
          AND NOT EXISTS (SELECT 1 FROM entries h WHERE h.kind = 5 AND instr(h.body, char(34) || z.key || char(34)) > 0)",
     ),
     (
-        "closures that the registry does not know and is not told, and that wait for nobody",
+        "closures that the registry does not know and is not told, and that wait for no operator",
         "SELECT COUNT(*) FROM entries c WHERE c.kind = 3 AND json_extract(c.body, '$.upstream') IS NULL AND NOT EXISTS \
          (SELECT 1 FROM entries o WHERE o.kind = 7 AND json_extract(o.body, '$.id') = c.key) \
          AND NOT EXISTS (SELECT 1 FROM entries h WHERE h.kind = 5 AND instr(h.body, char(34) || c.key || char(34)) > 0)",

@@ -78,10 +78,10 @@ async fn reads_go_on(client: &Client) -> Vec<String> {
     wrong
 }
 
-/// Zones that this test has posted by itself are in the log, too, and were made by nobody that noted it.
+/// Zones that this test has posted by itself are in the log, too, and were made by no party that noted it.
 fn without_probes(came: &mut Came) {
     came.violations
-        .retain(|it| !it.starts_with("nobody did it") || !it.contains("probe-"));
+        .retain(|it| !it.starts_with("no party did it") || !it.contains("probe-"));
 }
 
 /// A disk of its own for a process, as small as this, and what it has to be started under.
@@ -205,7 +205,7 @@ async fn its_bug_is_found() {
     failing(Some(bug), 2).await.finds(bug);
 }
 
-/// How many of so many zones were acknowledged without anything having been put on the disk since the one before.
+/// How many of the zones written were acknowledged without anything having been put on the disk since the one before.
 async fn unsynced(bug: Option<&'static str>, zones: usize) -> usize {
     let folder = TempDir::new().expect("a folder");
     let store = folder.path().join("registry.db").display().to_string();

@@ -231,7 +231,7 @@ async fn a_failed_sync_is_no_success() {
     came.is_right(&format!("syncs of an edge failed {times} times"), times);
 }
 
-/// How many of so many zones were acknowledged without anything having been put on the disk since the one before.
+/// How many of the zones written were acknowledged without anything having been put on the disk since the one before.
 async fn unsynced(bug: Option<&'static str>, zones: usize) -> usize {
     let folder = TempDir::new().expect("a folder");
     let plan = alone(folder.path(), &folder.path().join("edge.db")).with_bug(bug);

@@ -101,7 +101,7 @@ async fn answer(
     shared: &Shared,
 ) -> Result<Response<Full<Bytes>>, Box<dyn std::error::Error + Send + Sync>> {
     let Some(real) = shared.real.get() else {
-        return Err("nobody is there".into());
+        return Err("no server is there".into());
     };
     let (head, body) = request.into_parts();
     let path = head.uri.path_and_query().map_or("/", |path| path.as_str());

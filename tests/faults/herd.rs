@@ -21,7 +21,7 @@ const EDGES: usize = 100;
 const AT_THE_HEAD: Duration = Duration::from_secs(5);
 /// How long the registry is away: long enough for waits to have grown.
 const AWAY: Duration = Duration::from_secs(3);
-/// So many may ask within [`WINDOW`] when it is back.
+/// Edges that may ask within [`WINDOW`] when it is back.
 const ASKED_MAX: usize = EDGES / 2;
 const WINDOW: Duration = Duration::from_millis(100);
 /// Waits as they are far from a restart, and as long as this story may take.
@@ -31,7 +31,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// How often it is posted.
 const POSTS: usize = 3;
 
-/// Waits until an edge has so many zones.
+/// Waits until an edge has a number of zones.
 async fn has_zones(edge: Arc<Edge>, count: usize) -> Instant {
     loop {
         let status = edge.status().await.unwrap_or_default();

@@ -18,9 +18,9 @@ use tempfile::TempDir;
 const WRITERS: u64 = 4;
 /// How long it lives each time: at least, at most.
 const LIFE: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
-/// One death takes as long as so many rounds of other stories: the database has to come back each time.
+/// One death takes as long as this many rounds of other stories: the database has to come back each time.
 const ROUNDS_EACH: usize = 5;
-/// Every so many deaths it is the whole of it.
+/// Once in this many deaths it is the whole of it.
 const WHOLE_EVERY: usize = 3;
 
 /// The process that starts all others.

@@ -100,7 +100,7 @@ pub(crate) struct Liar {
     pub(crate) of_a_hundred: u64,
 }
 
-/// So many earlier answers are remembered.
+/// Earlier answers that are remembered.
 const EARLIER: usize = 50;
 
 impl Liar {

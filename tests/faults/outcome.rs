@@ -27,7 +27,7 @@ impl Came {
             .await;
     }
 
-    /// The same where backups were restored: with the versions they ended with, and the log out of the file, as nobody
+    /// The same where backups were restored: with the versions they ended with, and the log out of the file, as no edge
     /// is told what was before the last one.
     pub(crate) async fn judge_restored(
         &mut self,

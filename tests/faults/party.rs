@@ -38,7 +38,7 @@ pub(crate) struct Party {
 }
 
 impl Party {
-    /// A writer at the registry and so many at each edge, and who looks at it.
+    /// A writer at the registry and a number at each edge, and who looks at it.
     pub(crate) fn gather(stage: &Stage, writers_each: u64) -> Self {
         let (recorder, stop) = (Recorder::default(), CancellationToken::new());
         let seen = Arc::new(Seen::default());

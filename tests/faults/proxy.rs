@@ -23,7 +23,7 @@ use tokio::task::JoinHandle;
 pub(crate) enum Line {
     /// Nothing else.
     Good,
-    /// Nothing arrives as long as it lasts, and nobody is told.
+    /// Nothing arrives as long as it lasts, and no end is told.
     BlackHole,
     /// Connections are reset.
     Reset,
@@ -117,13 +117,13 @@ impl Proxy {
 
     pub(crate) fn becomes(&self, line: Line) {
         let mut now = self.shared.line.lock();
-        *now.as_deref_mut().expect("nobody panics with it") = line;
+        *now.as_deref_mut().expect("no thread panics with it") = line;
     }
 
     /// New connections lead there; those that are there are cut.
     pub(crate) fn leads_to(&self, end: End) {
         let mut now = self.shared.end.lock();
-        *now.as_deref_mut().expect("nobody panics with it") = end;
+        *now.as_deref_mut().expect("no thread panics with it") = end;
         self.shared.turns.send_modify(|turns| *turns += 1);
     }
 

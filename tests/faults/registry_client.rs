@@ -79,7 +79,7 @@ impl Client {
     pub(crate) async fn ask(&self, line: &str, headers: &[(&str, &str)], body: &Value) -> Answer {
         let (method, path) = line.split_once(' ').expect("a method and a path");
         let Some(address) = self.address.get() else {
-            // Nobody is there: whoever asks again at once would only keep the machine busy.
+            // No registry is there: asking again at once would only keep the machine busy.
             tokio::time::sleep(Duration::from_millis(1)).await;
             return Answer::Nothing { is_sent: false };
         };

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use skyway::formats::write_network;
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 
-/// So many nodes in a row, and so many rows.
+/// Nodes in a row, and rows.
 const SIDE: u8 = 6;
 /// From one to the next, in metres.
 const STEP_M: f64 = 100.0;

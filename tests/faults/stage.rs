@@ -129,7 +129,7 @@ impl Stage {
                 return wrong;
             }
             for edge in &self.edges {
-                // Nobody changes what is somebody else's.
+                // No party changes what is another's.
                 let contested = edge.release_holds().await.into_iter();
                 wrong.extend(contested.map(|hold| format!("{} has a conflict: {hold}", edge.name)));
             }
@@ -162,7 +162,7 @@ impl Stage {
                 apart.adds(all.len(), format!("{name} does not answer in the end"));
                 continue;
             };
-            // Plans are nobody else's.
+            // Plans are the party's own.
             holding.retain(|id, _| !id.starts_with(crate::registry_client::PLAN));
             if holding != all {
                 let (without, with) = (missing(&all, &holding), missing(&holding, &all));

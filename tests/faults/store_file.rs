@@ -1,4 +1,4 @@
-//! The file of a registry's store, looked at while nobody has it open.
+//! The file of a registry's store, looked at while no process has it open.
 
 #![expect(
     clippy::disallowed_methods,

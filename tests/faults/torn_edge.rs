@@ -116,7 +116,7 @@ async fn taken_bent(times: usize) -> usize {
     let made = made().await;
     let folder = TempDir::new().expect("a folder");
     let bent = folder.path().join("edge.db");
-    // Whoever closes it moves everything into the file itself.
+    // The process that closes it moves everything into the file itself.
     opened(&made.file).await.expect("a file");
     let mut chance = Chance::of(seed(), 13_000);
     let mut taken = 0;
@@ -128,7 +128,7 @@ async fn taken_bent(times: usize) -> usize {
         let drawn = usize::try_from(chance.below(places.len() as u64)).expect("a place");
         bytes[places[drawn]] ^= 1 << chance.below(3);
         std::fs::write(&bent, bytes).expect("written");
-        // A body that stands in no row any more is nobody's.
+        // A body that stands in no row any more belongs to nothing.
         if let Ok(holding) = opened(&bent).await
             && Some(&holding) != made.states.last()
         {

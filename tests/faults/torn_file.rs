@@ -209,7 +209,7 @@ async fn served_bent(times: usize) -> usize {
         let drawn = usize::try_from(chance.below(places.len() as u64)).expect("a place");
         bytes[places[drawn]] ^= 1 << chance.below(3);
         std::fs::write(&file, bytes).expect("written");
-        // A body that stands in no row any more, or in a free page, is nobody's.
+        // A body that stands in no row any more, or in a free page, belongs to nothing.
         if let Ok(wrong) = opened(torn.path(), &all).await
             && !wrong.is_empty()
         {

@@ -49,7 +49,7 @@ pub(crate) struct Habit {
     /// At an edge there are closures and plans too. What has no answer is left alone there: what an edge shows may not
     /// be stored yet.
     pub(crate) is_at_edge: bool,
-    /// Each lets something go once it has so many.
+    /// Each lets something go once it has this many.
     pub(crate) most: usize,
     /// And rests so long after each thing done.
     pub(crate) rest: Duration,
@@ -77,7 +77,7 @@ impl Habit {
 }
 
 impl Crowd {
-    /// So many writers at a registry.
+    /// Writers at a registry.
     pub(crate) fn gather(address: &Address, seed: u64, writers: u64) -> Self {
         let recorder = Recorder::default();
         Self::of(
@@ -89,7 +89,7 @@ impl Crowd {
         )
     }
 
-    /// So many writers with this client, whose names begin so, and who note into this history.
+    /// Writers with this client, whose names begin so, and who note into this history.
     pub(crate) fn of(
         client: &Client,
         name: &str,
@@ -225,7 +225,7 @@ impl Writer {
         while key.is_some() && ended.outcome == Outcome::Unknown && !stop.is_cancelled() {
             ended = self.done(&act, None, key.as_deref()).await;
             match ended.outcome {
-                // Nobody was there.
+                // No server was there.
                 Outcome::Refused(0) => ended.outcome = Outcome::Unknown,
                 Outcome::Refused(status) => {
                     let text = format!("{act:?} again with its key is refused: {status}");

@@ -63,7 +63,7 @@ impl Refuges<'_> {
 }
 
 #[test]
-fn no_safe_node_is_reached_with_more() {
+fn no_alternate_is_reached_with_more() {
     let (mut found, mut none) = (0, 0);
     for seed in 0..1_500 {
         let world = world(seed, Kind::Continuous);

@@ -146,7 +146,7 @@ fn whoever_cannot_go_on_is_sent_to_the_pad_with_most_battery_left() {
 }
 
 #[test]
-fn the_floor_is_for_the_way_to_a_safe_node() {
+fn the_floor_is_for_the_way_to_an_alternate() {
     let mut world = along(&[2_000.0, 14_000.0], &[1, 0, 0]);
     let taken = 2.0 * 3.95 / 68.1;
     for (battery, expected) in [

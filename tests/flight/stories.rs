@@ -64,7 +64,7 @@ fn begin(source: NodeIx, payload_kg: f64) -> World {
     }
 }
 
-/// Nodes `0`, `1`, ... on a line towards the east, so far apart and with so many pads.
+/// Nodes `0`, `1`, ... on a line towards the east, with their distance and pads.
 fn line(lengths_m: &[f64], pads: &[u16]) -> Topology {
     let mut draft = NetworkDraft {
         name: "line".to_owned(),

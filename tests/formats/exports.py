@@ -91,7 +91,7 @@ def tell_routes(program, folder):
     # The fence is what the reader of fences makes of it, and what skyway reads back.
     volumes = reader.fence(told)
     assert [volume.identifier for volume in volumes] == ["polygon-1", "circle-1"]
-    alternates = {leg["nearest_safe_node"]["node"] for leg in plan["legs"] if leg["nearest_safe_node"]}
+    alternates = {leg["alternate"]["node"] for leg in plan["legs"] if leg["alternate"]}
     assert told["rallyPoints"]["version"] == 2 and len(told["rallyPoints"]["points"]) == len(alternates)
 
     waypoints = folder / "mission.waypoints"

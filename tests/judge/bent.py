@@ -106,7 +106,7 @@ def flown_answer(nodes: str, stretch: dict, begins_s: float, **more) -> dict:
     """An answer with its legs, by the judge's own model."""
     roofs, drone = network(), Drone(PHANTOM3, 0.0, None, Wind())
     heights = Heights(roofs)
-    told = answer("rerouted", nodes, stretch, energy="checked", **more)
+    told = answer("rerouted", nodes, stretch, energy="assumed", assumed=["airframe"], **more)
     taken = drone.power_w * stretch["length_m"] / 16 / 3600 / PHANTOM3.battery_wh
     battery, at_s, legs = BATTERY - taken, NOW_S + begins_s, []
     told["flight"] = {"objective": "distance", "proved": True, "battery_at_departure_fraction": battery, "stops": []}
@@ -343,6 +343,7 @@ def flown_cases():
                     lambda told: set_in(told, "legs", 1, "flight", "battery_after_fraction", 0.87),
                 ),
                 ("legs left out", "legs", lambda told: set_in(told, "legs", [])),
+                ("a default that is not told", "energy", lambda told: told | {"energy": "checked", "assumed": []}),
                 ("times before now", "time", lambda told: delayed(told, -40.0)),
                 ("needless no_route", "needless", lambda _: answer("no_route", "", None)),
             ],
@@ -355,7 +356,7 @@ def flown_cases():
             [("pad taken twice", "pads", None)],
         ),
         (
-            "flown, nobody knows the battery",
+            "flown, the battery is unknown",
             world(flown=True),
             report("operational", "bc", middle(0.4)),
             answer("diverted", "bf", on_leg("bc", 0.4, "b", 400.0)),

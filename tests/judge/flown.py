@@ -52,13 +52,16 @@ def check(case: Case) -> None:
         return
     drone, flight = drone_of(case), case.answer.get("flight")
     battery = case.report.battery
-    if case.answer.get("energy") == "checked" and case.outcome != "no_route":
-        case.expect(battery is not None or case.report.plan, "energy", "checked, and nobody knows the battery")
-        case.expect(flight or not case.nodes, "energy", "checked, and no flight is told")
+    energy, assumed = case.answer.get("energy"), case.answer.get("assumed", [])
+    if energy in ("checked", "assumed") and case.outcome != "no_route":
+        case.expect(battery is not None or case.report.plan, "energy", f"{energy}, and the battery is unknown")
+        case.expect(flight or not case.nodes, "energy", f"{energy}, and no flight is told")
+    case.expect((energy == "assumed") == bool(assumed), "energy", f"{energy}, with {assumed} assumed")
     if battery is not None and case.is_whole:
-        case.expect(
-            case.answer.get("energy") == "checked", "energy", f"{case.answer.get('energy')}, with the battery reported"
-        )
+        case.expect(energy in ("checked", "assumed"), "energy", f"{energy}, with the battery reported")
+        case.expect("battery" not in assumed, "energy", "the battery is assumed, and it was reported")
+        named = case.report.airframe is not None or case.report.plan
+        case.expect(named or "airframe" in assumed, "energy", "the airframe is not assumed, and none was named")
     if flight and case.is_whole:
         check_battery(case, drone, flight)
         check_times(case, drone)
@@ -67,7 +70,7 @@ def check(case: Case) -> None:
         check_needless(case, drone, battery)
     elif case.report.failure == "operational" and case.report.plan is None:
         case.expect(
-            case.answer.get("energy") != "checked", "operational", f"{case.outcome}, checked, without a battery"
+            energy not in ("checked", "assumed"), "operational", f"{case.outcome}, {energy}, without a battery"
         )
 
 
@@ -357,7 +360,7 @@ def first_draw(case: Case, drone: Drone, start) -> float | None:
 
 
 def check_needless(case: Case, drone: Drone, battery: float) -> None:
-    """Where a plain way can be flown nobody is told otherwise, and nothing that is proved is worse than it."""
+    """Where a plain way can be flown the drone is told nothing else, and nothing that is proved is worse than it."""
     report, reading, capacity = case.report, case.reading, drone.airframe.battery_wh
     if reading.is_doubtful or not drone.can_fly:
         return

@@ -6,7 +6,7 @@ from world import NOW_S
 
 
 def check_ground(case: Case) -> None:
-    """On the ground inside an active zone a drone stays; nobody sends it up."""
+    """On the ground inside an active zone a drone stays; it is not sent up."""
     reading = case.reading
     if reading.where != "node" or reading.report.airborne is True:
         return
@@ -16,7 +16,7 @@ def check_ground(case: Case) -> None:
         case.expect(case.outcome == "hold", "ground", f"on its pad inside a zone it is told {case.outcome}")
     elif case.outcome == "hold":
         case.expect(
-            case.answer.get("if_airborne"), "ground", "nobody knows whether it flies, and if_airborne is not told"
+            case.answer.get("if_airborne"), "ground", "it is unknown whether it flies, and if_airborne is not told"
         )
     if case.outcome == "hold" and case.nodes:
         case.expect(
@@ -141,7 +141,7 @@ def check_shortest(case: Case, clean: dict[str, float]) -> None:
 
 
 def check_diverted(case: Case, clean: dict[str, float]) -> None:
-    """It leads to a node with a pad, the nearest by length where nobody reckons with energy."""
+    """It leads to a node with a pad, the nearest by length where energy is not reckoned with."""
     reading, report, node = case.reading, case.report, case.nodes[-1]
     needs_pad = not (report.failure == "operational" and report.detail in WITHOUT_PADS)
     pads = reading.pads_at(node) if node in case.world.network.nodes else 0

@@ -135,7 +135,7 @@ class Reading:
         return self.world._covers(zone, node) if zone is self.report.zone else self.world.covers(zone, node)
 
     def pads_at(self, node: str, since_s: float | None = None, until_s: float | None = None) -> int:
-        """Pads that nothing closes, or nothing between two instants, whoever stands on them."""
+        """Pads that nothing closes, or nothing between two instants, occupied or not."""
         pads = self.world.network.nodes[node].pads
         for closure in self.world.closures:
             meets = since_s is None or closure.meets(since_s, until_s)
@@ -281,7 +281,7 @@ class Reading:
             if self.where == "leg" and self.at_m <= AT_NODE_M:
                 back = "maybe"
             if self.where == "unknown" and any(cause.interval is not None for cause in self.causes):
-                # Nobody knows on which side of that it is, or whether it is inside.
+                # It is unknown on which side of that it is, or whether it is inside.
                 back = "maybe"
             self.starts.append(Start(self.a, self.far_m, back, "leg"))
         onward = weaker(weaker(self.enterable(self.b), self.free(self.at_m, self.length_m)), self.onward_causes())

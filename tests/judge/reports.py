@@ -23,7 +23,7 @@ class Report:
     destination: str
     failure: str
     detail: str | None = None
-    # Where the report says that the drone is; none where nobody knows, or where it cannot be.
+    # Where the report says that the drone is; none where that is unknown, or where it cannot be.
     place: Point | None = None
     stands_at: str | None = None
     age_s: float = 0.0

@@ -151,7 +151,7 @@ def check_straight(case: Case) -> None:
     """No zone is crossed, and no clean start was left aside for it."""
     reading = case.reading
     if reading.report.place is None:
-        case.expect(False, "unverified", "straight from nobody knows where")
+        case.expect(False, "unverified", "straight from an unknown place")
         return
     node = case.world.network.nodes[case.nodes[0]]
     is_inside = reading.inside is not None or reading.in_zone_aside()

@@ -117,8 +117,9 @@ class Edge:
             "log.filter": "error",
             "limits.body": "16MiB",
         }
+        settings["flight.airframe"] = "phantom3" if flown else "none"
         if flown:
-            settings |= {"flight.airframe": "phantom3", "flight.airframes": "m100"}
+            settings["flight.airframes"] = "m100"
         arguments = [f"--network={network_file}"] if network_file is not None else []
         for name, value in (settings | (more or {})).items():
             arguments += ["--set", f"{name}={value}"]

@@ -160,12 +160,25 @@ def rows_stay_where_they_are(edge: Edge, page: Page) -> None:
     assert [row.id for row in again[: len(rows)]] == [row.id for row in rows]
 
 
+def wind_batteries_and_pads_are_seen(edge: Edge, page: Page) -> None:
+    wind = {"from": "2020-01-01T00:00:00Z", "until": "2100-01-01T00:00:00Z", "speed_mps": 4.25, "from_deg": 225}
+    edge.ask("PUT", "/v1/weather", json={"wind": [wind]})
+    page.until("the wind is told", lambda: "4.3 m/s from SW" in page.text("#wind-now").replace("4.2 ", "4.3 "))
+    place = edge.ask("GET", "/v1/nodes/450").json()["location"]
+    position = {"drone_id": "z-0", "location": place, "battery_fraction": 0.12, "airborne": False}
+    edge.ask("POST", "/v1/telemetry", json={"positions": [position]})
+    page.until("the battery is told", lambda: "12 %" in page.text("#drones"))
+    edge.ask("POST", "/v1/plans/z-0/complete", json={"location": place})
+    page.until("its pad is taken", lambda: " 0 pads taken" not in f" {page.text('#counts')}".replace("\n", " "))
+
+
 STORIES = (
     plans_flown_are_counted_beside_many_that_are_over,
     zones_beyond_the_first_are_found_and_lifted,
     a_click_alone_lifts_nothing,
     what_was_seen_is_lifted_and_nothing_newer,
     rows_stay_where_they_are,
+    wind_batteries_and_pads_are_seen,
 )
 
 
@@ -183,7 +196,8 @@ def prepare(edge: Edge) -> None:
 def main() -> None:
     binary = pathlib.Path(sys.argv[1])
     began = time.monotonic()
-    with EdgeProcess(binary) as process, tempfile.TemporaryDirectory(prefix="skyway-page-") as profile:
+    flown = ("--set", "flight.airframe=phantom3")
+    with EdgeProcess(binary, *flown) as process, tempfile.TemporaryDirectory(prefix="skyway-page-") as profile:
         edge = Edge(process.port)
         prepare(edge)
         page = Page(edge.url, profile)

@@ -1,5 +1,5 @@
-//! Old revisions are dropped while edges follow and take snapshots: whoever is too late is told so, and nobody misses
-//! anything.
+//! Old revisions are dropped while edges follow and take snapshots: an edge that is too late is
+//! told so, and none misses anything.
 
 use crate::drafts::NETWORK;
 use crate::harness::{Place, Served};
@@ -8,7 +8,7 @@ use skyway::registry::Settings;
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How many zones are written, while only so many revisions are kept.
+/// How many zones are written, while only this many revisions are kept.
 const ZONES: u64 = 60;
 const KEPT: u64 = 4;
 

@@ -1,5 +1,5 @@
 //! Operators: those who change zones and closures at an edge, and those who change zones at the registry. Each has
-//! zones of its own, which nobody else touches, and some that all of them change.
+//! zones of its own, which no other party touches, and some that all of them change.
 
 use crate::history::edges::Circle;
 use crate::history::{Act, Outcome, Version};
@@ -122,7 +122,7 @@ impl Operator {
         let done = doing.await;
         let is_same_life = self.outpost.begun() == life && self.outpost.edge().is_some();
         let outcome = match done {
-            // Who crashes meanwhile tells nobody.
+            // A party that crashes meanwhile tells no one.
             _ if !is_same_life => Outcome::Unknown,
             Ok(()) => Outcome::Done(None),
             Err(refusal) => refused(&refusal),

@@ -111,7 +111,7 @@ fn bend_body<'a>(bodies: impl Iterator<Item = &'a mut String>, chance: &mut Chan
     }
 }
 
-/// What another registry would say after the same revision: all right by its digests, and a zone that nobody made.
+/// What another registry would say after the same revision: all right by its digests, and a zone that no party made.
 fn foreign(page: ChangesPage, chance: &mut Chance) -> ChangesPage {
     let id = "foreign";
     let circle = places::draw_circle(id, chance);

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-/// So many revisions are kept for followers, and dropped so often.
+/// Revisions kept for followers, and how often they are dropped.
 const REVISIONS_KEPT: u64 = 30;
 const COMPACT_EVERY: Duration = Duration::from_secs(7);
 

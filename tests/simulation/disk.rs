@@ -5,7 +5,7 @@ use skyway::edge::{MemoryDisk, Pending, StoreFile, Table, Transaction};
 use std::pin::Pin;
 use std::time::Duration;
 
-/// One in so many commits takes long.
+/// One in this many commits takes long.
 const SLOW_ONE_IN: u64 = 25;
 const SLOW_MS: u64 = 500;
 const QUICK_MS: u64 = 12;

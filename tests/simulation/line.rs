@@ -20,7 +20,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// After so long without an answer nobody waits any more.
+/// After so long without an answer no party waits any more.
 const WAIT_AT_MOST: Duration = Duration::from_secs(10);
 /// Objects in a page of everything.
 const PAGE: u64 = 4;
@@ -29,7 +29,7 @@ const PAGE: u64 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Fine,
-    /// Nobody ever hears it.
+    /// It is never heard.
     LostBefore,
     /// Its answer is lost.
     LostAfter,
@@ -81,7 +81,7 @@ impl fmt::Debug for Line {
 }
 
 impl Line {
-    /// The line of one who has begun so many times.
+    /// The line of a party in its given life.
     pub(crate) fn new(world: &Arc<World>, who: Who, begun: u64, taken: &Taken) -> Self {
         let chance = |number| Mutex::new(world.chance(who, 10 + 4 * begun + number));
         Self {
@@ -142,7 +142,7 @@ impl Line {
         }
         let Some(life) = self.world.central.life() else {
             self.world.pause(self.who, back).await;
-            return Err(ClientError::Transport("nobody is there".to_owned()));
+            return Err(ClientError::Transport("no server is there".to_owned()));
         };
         let mut answer = until_its_end(&life, ask(life.registry.clone())).await;
         if fate == Fate::Twice && !is_once && answer.is_some() {

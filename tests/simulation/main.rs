@@ -18,7 +18,7 @@ mod bend;
 mod central;
 mod disk;
 mod drones;
-#[expect(dead_code, reason = "nobody waits for a machine here")]
+#[expect(dead_code, reason = "no test waits for a machine here")]
 #[path = "../faults/history/mod.rs"]
 mod history;
 mod judge;

@@ -4,7 +4,7 @@ use crate::rounds::seed;
 use crate::run::run;
 use skyway::planted::{Bug, here};
 
-/// So many seeds may go by before a bug is found.
+/// Seeds that may go by before a bug is found.
 const SEEDS: u64 = 30;
 
 #[track_caller]

@@ -130,7 +130,7 @@ impl<'a> Chaos<'a> {
         }
     }
 
-    /// Whoever is down long enough begins again.
+    /// A party that is down long enough begins again.
     async fn raise(&mut self) {
         let now_ms = self.world.now_ms();
         if self.registry_begins_ms.is_some_and(|at| at <= now_ms) {

@@ -4,7 +4,7 @@ use crate::rounds::{rounds, seed};
 use crate::run::{Came, run};
 use std::collections::BTreeMap;
 
-/// Seeds where nobody says how many.
+/// Seeds by default.
 const FEW: usize = 100;
 /// Events that a failure tells.
 const LAST: usize = 40;

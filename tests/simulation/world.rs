@@ -13,7 +13,7 @@ use std::time::Duration;
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
-/// Whoever takes part acts in milliseconds of its own, so that no two act at once: which of two is woken first at an
+/// Each party acts in milliseconds of its own, so that no two act at once: which of two is woken first at an
 /// instant is not determined by the seed.
 const TURNS: u64 = 16;
 
@@ -94,7 +94,7 @@ pub(crate) struct World {
     pub(crate) trace: Trace,
     pub(crate) recorder: Recorder,
     pub(crate) central: Central,
-    /// Nobody begins anything new any more.
+    /// No party begins anything new any more.
     pub(crate) over: CancellationToken,
     troubles: Mutex<Troubles>,
     notes: Mutex<Notes>,
@@ -119,7 +119,7 @@ impl World {
         Chance::of(self.seed, 1 + who.turn() + TURNS * number)
     }
 
-    /// A clock for whoever begins now.
+    /// A clock for the party that begins now.
     pub(crate) fn clock(&self) -> Clock {
         clock_after(self.began)
     }
@@ -128,7 +128,7 @@ impl World {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// Waits so long, and then for the next millisecond of whoever waits.
+    /// Waits so long, and then for the next millisecond of the party that waits.
     pub(crate) async fn pause(&self, who: Who, least: Duration) {
         let at_ms = self.now_ms() + u64::try_from(least.as_millis()).unwrap_or(0) + 1;
         let late = (TURNS + who.turn() - at_ms % TURNS) % TURNS;

@@ -83,7 +83,7 @@ impl Line {
             .expect("no test fails while it holds this")
     }
 
-    /// Leads to another registry, or nowhere; whoever waits for news hears nothing more.
+    /// Leads to another registry, or nowhere; an edge that waits for news hears nothing more.
     pub(crate) fn lead_to(&self, registry: Option<&Arc<Registry>>) {
         self.lock().registry = registry.cloned();
         self.moved.send_modify(|moves| *moves += 1);
@@ -104,7 +104,7 @@ impl Line {
         self.moved.send_modify(|moves| *moves += 1);
     }
 
-    /// Whoever waits for news waits without end, as on a registry where nothing happens.
+    /// An edge that waits for news waits without end, as on a registry where nothing happens.
     pub(crate) fn wait_for_ever(&self) {
         self.lock().waits_for_ever = true;
     }
@@ -201,7 +201,7 @@ impl Line {
         let reply = reply.map_err(|refusal| told(&refusal))?;
         let mut moved = self.moved.subscribe();
         while self.lock().delays_answers {
-            // Whoever ends it says so.
+            // The end that closes it says so.
             let _ = moved.changed().await;
         }
         let mut doing = self.lock();

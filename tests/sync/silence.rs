@@ -38,7 +38,7 @@ async fn say(line: &mut TcpStream, letters: &str, apart: Duration) {
         .expect("someone listens");
     for letter in letters.bytes() {
         sleep(apart).await;
-        // Whoever has given it up listens no more.
+        // The edge that has given it up listens no more.
         if line.write_all(&[letter]).await.is_err() {
             return;
         }

@@ -64,7 +64,7 @@ impl Central {
         self.store.compact(&compaction).await.expect("compacted");
     }
 
-    /// A copy of the store, while nobody writes.
+    /// A copy of the store, while nothing writes.
     #[expect(
         clippy::disallowed_methods,
         reason = "a test copies the file of a store, as a backup does"

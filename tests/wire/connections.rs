@@ -89,7 +89,7 @@ async fn a_connection_in_use_outlives_every_deadline_of_connections() {
             .await;
         assert_eq!(again.expect("an answer").status(), 200);
     }
-    // One each: nobody had to connect again.
+    // One each: no client had to connect again.
     assert_eq!(server.metric("connections"), Some(2.0));
     let closed = ["idle", "header", "stalled"]
         .map(|reason| server.metric(&format!("connections_closed_total{{reason=\"{reason}\"}}")));

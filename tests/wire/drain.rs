@@ -1,4 +1,4 @@
-//! The drain: what is in flight finishes, and nobody can hold it up.
+//! The drain: what is in flight finishes, and no client can hold it up.
 
 use crate::harness::{Options, ask, call, grpc_refusal, h2, rest};
 use crate::raw::{PREFACE, Socket, frame};

@@ -148,7 +148,7 @@ impl Server {
         format!("http://{}{path}", self.address)
     }
 
-    /// Waits until so many handlers have been entered since the last time.
+    /// Waits until a number of handlers has been entered since the last time.
     pub(crate) async fn entered(&self, count: u32) {
         let entered = tokio::time::timeout(WAIT_AT_MOST, self.handlers.entered.acquire_many(count));
         entered

@@ -11,7 +11,8 @@ use std::time::Duration;
 use tokio::task::JoinSet;
 use tokio::time::timeout;
 
-/// So many readers of each dialect that everyone waits longer than may be, and so few reporters that by themselves they would not.
+/// Enough readers of each dialect that everyone waits longer than may be, and so few reporters that
+/// by themselves they would not.
 const READERS: u32 = 20;
 const REPORTERS: u32 = 3;
 const QUEUE_WAIT: Duration = Duration::from_millis(100);

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The header that tells a registry who made a change at an edge: `ROLE:SUBJECT`.
 pub const ON_BEHALF_OF: &str = "skyway-on-behalf-of";
 
-/// The tenant where nobody says another.
+/// The tenant by default.
 pub const TENANT: &str = "local";
 
 /// Who made a change: on every event, on every row, and told to the registry with what is forwarded.

@@ -39,7 +39,7 @@ pub struct Closure<'a> {
     pub until: Option<Cow<'a, str>>,
     /// Whether it is in force now, by its windows.
     pub in_force: bool,
-    /// From when drones are led around it that nobody computes times for, which is `airspace.horizon` before it begins,
+    /// From when drones without computed times are led around it, which is `airspace.horizon` before it begins,
     /// RFC 3339; null where it is in force, or over.
     #[serde(default)]
     pub closes_from: Option<Cow<'a, str>>,

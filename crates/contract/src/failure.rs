@@ -65,7 +65,7 @@ pub struct FailureReport {
     /// What the height is above: `agl`, `amsl` or `wgs84`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub altitude_reference: Option<String>,
-    /// Nobody knows where the drone was, so the worst is assumed; `location` counts where both are given.
+    /// The drone's place is unknown, so the worst is assumed; `location` counts where both are given.
     ///
     /// Without either, the last telemetry of the drone gives its place; without telemetry it is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -244,7 +244,7 @@ fn ids_as_text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<
     Ok(entries.map(with_ids_as_text))
 }
 
-/// Reads an object or null. What is derived would also take a list of the fields in order, which nobody means.
+/// Reads an object or null. What is derived would also take a list of the fields in order, which no client means.
 fn object<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {

@@ -64,7 +64,7 @@ impl<'de> Deserialize<'de> for Waypoint {
 pub enum StretchKind {
     /// Along the leg that the drone is on.
     Leg,
-    /// In a straight line off every leg: nobody knows what stands there.
+    /// In a straight line off every leg: obstacles there are unknown.
     Straight,
     /// Nowhere: the drone is at the node.
     None,
@@ -107,7 +107,7 @@ pub enum Flag {
     LeavingZone,
     /// What is closed lies nearer than the drone needs to turn: it flies on into it before it does.
     CannotStop,
-    /// The first stretch is a straight line off the network: nobody knows what stands there.
+    /// The first stretch is a straight line off the network: obstacles there are unknown.
     Unverified,
     /// The plan draws on the reserve of the battery.
     ReserveUsed,
@@ -150,7 +150,7 @@ pub struct Near<'a> {
     pub why_not: Cow<'a, str>,
 }
 
-/// The answer to a drone that is in the air, where nobody knows whether it is.
+/// The answer to a drone that is in the air, where it is unknown whether it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct IfAirborne<'a> {
     /// What it is to do.

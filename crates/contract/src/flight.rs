@@ -1,6 +1,6 @@
 //! Plans with times and battery: what the flight model adds to plans and answers.
 //!
-//! All of it is absent where the model is off, or nobody knows the drone's battery.
+//! All of it is absent where the model is off, or the drone's battery is unknown.
 
 use super::id::Id;
 use serde::{Deserialize, Serialize};

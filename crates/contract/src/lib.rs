@@ -41,8 +41,8 @@ pub use flight::{
 pub use id::{Id, Place, with_ids_as_text};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
-    Ack, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest, EndedAs, Leg,
-    Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SafeNode, SentVersion,
+    Ack, Alternate, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest,
+    EndedAs, Leg, Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SentVersion,
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{

@@ -79,7 +79,7 @@ pub enum EndedAs {
     Diverted,
     /// It was deleted, or its way is gone.
     Cancelled,
-    /// Nobody has heard of its drone for long.
+    /// Nothing has been heard of its drone for long.
     Lost,
 }
 
@@ -89,7 +89,7 @@ pub enum EndedAs {
 pub enum PlanFlag {
     /// Something ahead of its drone has closed; a recomposed version is wanted where there is a way.
     Affected,
-    /// Nobody has heard that it has ended, some time after its arrival.
+    /// Nothing has been heard of its end, some time after its arrival.
     Overdue,
     /// A wanted version was not acknowledged in its time.
     Unacknowledged,
@@ -124,9 +124,9 @@ pub struct Contingency<'a> {
     pub flight: Option<DetourFlight<'a>>,
 }
 
-/// The nearest alternate: open, with pads, and reachable.
+/// An alternate: open, with pads, and reachable; the nearest, with the flight model that of most battery.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct SafeNode<'a> {
+pub struct Alternate<'a> {
     /// The node.
     pub node: Id<'a>,
     /// The nodes from the leg's start to it.
@@ -174,8 +174,9 @@ pub struct Leg<'a> {
     pub arrives_at: Cow<'a, str>,
     /// The detour to take if it closes; null while that is being worked out.
     pub if_closed: Option<Contingency<'a>>,
-    /// Where to go when nothing else helps; null where there is none.
-    pub nearest_safe_node: Option<SafeNode<'a>>,
+    /// Where to go when nothing else helps; null where there is none. Stored answers of before have its old name.
+    #[serde(alias = "nearest_safe_node")]
+    pub alternate: Option<Alternate<'a>>,
     /// How it is flown, with the flight model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flight: Option<LegFlight<'a>>,
@@ -261,7 +262,7 @@ pub struct Plan<'a> {
     pub payload_kg: f64,
     /// Airspeed in metres per second.
     pub airspeed_mps: f64,
-    /// Name of its airframe, with the flight model.
+    /// Name of its airframe; `none` where the edge plans by distance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub airframe: Option<Cow<'a, str>>,
     /// What is made least, with the flight model: `distance`, `time` or `energy`.
@@ -283,8 +284,12 @@ pub struct Plan<'a> {
     pub affected_by: Vec<Cow<'a, str>>,
     /// Other plans too near any of the versions.
     pub conflicts: Vec<Conflict<'a>>,
-    /// `checked` where the battery suffices by the flight model, `unchecked` without it.
+    /// `checked` where the battery suffices by the flight model and what the client said, `assumed` where
+    /// something in that is a default, `unchecked` where nothing is known of it.
     pub energy: Cow<'a, str>,
+    /// What is a default, where energy is `assumed`: `airframe`, `battery`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Cow<'a, str>>,
     /// `computed` by the flight model; `nominal` without it: at the airspeed, without wind, climb or stops.
     pub times: Cow<'a, str>,
     /// The world of this answer.

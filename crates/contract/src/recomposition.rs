@@ -237,7 +237,7 @@ pub struct Answer<'a> {
     /// For `no_route` in flight: what is near, the nearest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub near: Vec<Near<'a>>,
-    /// Where nobody knows whether the drone is in the air: the answer to one that is.
+    /// Where it is unknown whether the drone is in the air: the answer to one that is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub if_airborne: Option<Box<IfAirborne<'a>>>,
     /// The new part without the first stretch, in metres.
@@ -281,8 +281,12 @@ pub struct Answer<'a> {
     pub stages: Vec<AreaStage<'a>>,
     /// What was assumed or passed over, and what the drone should know.
     pub warnings: Vec<Warning<'a>>,
-    /// `checked` where the battery suffices by the flight model, `unchecked` without it.
+    /// `checked` where the battery suffices by the flight model and what the drone said, `assumed` where
+    /// something in that is a default, `unchecked` where nothing is known of it.
     pub energy: Cow<'a, str>,
+    /// What is a default, where energy is `assumed`: `airframe`, `battery`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<Cow<'a, str>>,
 }
 
 /// A recomposition: the edge's answer to a failure report.
@@ -297,6 +301,9 @@ pub struct Recomposition<'a> {
     pub remaining_time_s: Option<f64>,
     /// `computed` by the flight model; `nominal` without it: at the airspeed, without wind, climb or stops.
     pub times: Cow<'a, str>,
+    /// `none` where the edge plans by distance; absent elsewhere, where `flight` names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub airframe: Option<Cow<'a, str>>,
     /// What becomes of what the report closes.
     pub publication: Publication<'a>,
     /// The plan that this answer would change, where the edge knows it.

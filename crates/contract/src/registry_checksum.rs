@@ -1,4 +1,4 @@
-//! Digests of what a registry says, which whoever reads it can compute again.
+//! Digests of what a registry says, which its reader can compute again.
 //!
 //! What is digested is a sequence of netstrings: every field as its length in bytes, a colon, its bytes and a
 //! comma, numbers in decimal. That is one text for one meaning, whatever wrote the JSON around it.

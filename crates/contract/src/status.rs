@@ -12,7 +12,7 @@ pub enum Freshness {
     Fresh,
     /// The registry has been away for a while.
     Stale,
-    /// The registry has been away for long, or the clock has stepped and nobody has confirmed it.
+    /// The registry has been away for long, or the clock has stepped and no operator has confirmed it.
     Degraded,
 }
 

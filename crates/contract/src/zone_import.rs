@@ -18,7 +18,7 @@ pub enum ImportAction {
     Unchanged,
     /// It came from this feed before and is absent now: lifted.
     Removed,
-    /// The same, but it is one of so many that they wait for an operator.
+    /// The same, but with the others it is a mass change, which waits for an operator.
     Held,
     /// It came from this feed before and is refused now: its last version stays in force.
     Kept,

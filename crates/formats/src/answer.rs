@@ -57,6 +57,7 @@ pub fn answer<'a>(
         stages: stages.map(|one| stage(topology, one)).collect(),
         warnings: warnings(topology, &answer.warnings, read),
         energy: Cow::Borrowed("unchecked"),
+        assumed: Vec::new(),
     }
 }
 
@@ -163,14 +164,19 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
         ),
         Warning::HoldsUntil { node, until } => (
             "holds_until",
-            format!("node '{}' lies in a zone until {until}; a drone on the ground waits there", topology.node_id(*node)),
+            format!("node '{}' lies in a zone until {until}; a drone on the ground waits there",
+                topology.node_id(*node)
+            ),
         ),
         Warning::HoldsWithoutEnd { node } => (
             "holds_without_end",
-            format!("node '{}' lies in a zone, and nobody knows when that ends; a drone on the ground waits there", topology.node_id(*node)),
+            format!(
+                "node '{}' lies in a zone whose end is unknown; a drone on the ground waits there",
+                topology.node_id(*node)
+            ),
         ),
-        Warning::NoSafeNode => (
-            "no_safe_node",
+        Warning::NoAlternate => (
+            "no_alternate",
             "no open node with a recharging pad can be reached".to_owned(),
         ),
         Warning::PadAssumedFree { node } => (

@@ -90,7 +90,7 @@ impl Writer<'_> {
         }))
     }
 
-    /// Closed segments with their nodes, the first in node order first, so that nobody need take an id apart.
+    /// Closed segments with their nodes, the first in node order first, so that no reader need take an id apart.
     fn closed_segments(&self, segments: &[SegmentIx]) -> String {
         let rank = |node| self.topology.rank(node);
         let mut closed: Vec<(NodeIx, NodeIx, SegmentIx)> = segments

@@ -1,7 +1,7 @@
 //! A network as two CSV tables: nodes (`id` and `lon`,`lat` or `x`,`y`) and edges (`u`,`v`,`length_m`).
 //!
 //! Columns are found by name; `source`/`target` and `from`/`to` are understood for the ends, `weight` for
-//! the length, and columns nobody knows are ignored.
+//! the length, and unknown columns are ignored.
 
 use super::error::{FormatError, FormatErrors};
 use super::mark::without_mark;

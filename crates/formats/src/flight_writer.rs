@@ -180,7 +180,7 @@ impl FlightWriter<'_> {
             "energy_wh": figures.energy_wh,
             "delivery_cost_usd": cost_usd,
             "if_closed": self.detour(&contingency.if_closed),
-            "nearest_safe_node": contingency.safe.as_ref().map(|safe| self.alternate(safe)),
+            "alternate": contingency.safe.as_ref().map(|safe| self.alternate(safe)),
         })
     }
 

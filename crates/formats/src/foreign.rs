@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// So many zones of a file are looked at to find its format.
+/// Zones of a file looked at to find its format.
 const LOOKED_AT: usize = 20;
 
 /// A format of the field.

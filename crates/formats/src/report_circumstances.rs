@@ -11,7 +11,7 @@ use crate::network::{NodeIx, Topology};
 use crate::wire;
 use jiff::{SignedDuration, Timestamp};
 
-/// A drone within so many metres of a node may stand there.
+/// A drone within this many metres of a node may stand there.
 const AT_NODE_WITHIN_M: f64 = 15.0;
 /// A drone that moves faster than this, in metres per second, does not stand.
 const STANDS_BELOW_MPS: f64 = 1.0;
@@ -29,7 +29,7 @@ pub(super) enum PlaceSource {
     Stated,
     /// Telemetry has it.
     Seen,
-    /// Nobody says.
+    /// Not said.
     Nowhere,
 }
 

@@ -31,7 +31,7 @@ pub enum Unplaced {
     /// The start of the leg: so it is on the command line and in the paper.
     #[default]
     AtStart,
-    /// Nobody knows: so it is over the wire.
+    /// Unknown: so it is over the wire.
     Anywhere,
 }
 

@@ -57,7 +57,7 @@ const DRONE: [&str; 5] = [
 ];
 const PARAMETERS: [&str; 4] = ["cell_size_m", "val_ratio", "stage_skipping", "full_tree"];
 
-/// So many unknown fields of one object have a warning each; the rest are counted.
+/// Unknown fields of one object that have a warning each; the rest are counted.
 const MAX_UNKNOWN_FIELDS: usize = 8;
 
 /// A failure report as its fields say it, before anything is looked up.

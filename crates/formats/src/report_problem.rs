@@ -9,7 +9,7 @@ const LOCATING: [&str; 3] = ["remaining_path_ignored", "unknown_plan", "unknown_
 const MAX_SHOWN: usize = 64;
 /// A message has up to this many characters.
 const MAX_MESSAGE: usize = 400;
-/// So many warnings are told of a report.
+/// The most warnings told of a report.
 const MAX_WARNINGS: usize = 50;
 
 /// Something in the report that was passed over or assumed.

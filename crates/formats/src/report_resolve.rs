@@ -87,7 +87,7 @@ pub fn resolve_report(
         stated_cause.and_then(|place| find_place(topology, place, "cause_location", warnings));
     let mut failure = settle_failure_type(report, warnings);
     if leg.destination.is_none() {
-        let message = "nothing says where the delivery goes; the nearest safe node is taken";
+        let message = "nothing says where the delivery goes; the nearest alternate is taken";
         warnings.push(ReadWarning::new("destination_unknown", message));
         failure = FailureType::Operational;
     }

@@ -129,7 +129,7 @@ pub(super) fn near<'a>(topology: &'a Topology, near: &Near) -> wire::Near<'a> {
     }
 }
 
-/// The answer to a drone that is in the air, where nobody knows whether it is.
+/// The answer to a drone that is in the air, where it is unknown whether it is.
 pub(super) fn if_airborne<'a>(
     topology: &'a Topology,
     answer: &'a Recomposition,

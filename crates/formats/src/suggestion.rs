@@ -1,7 +1,7 @@
 //! Which known word an unknown one was probably meant to be.
 
 /// The candidates nearest to a word, of those near enough that a slip of the pen explains it: at
-/// most so many, the nearest first, and of equally near ones those that come first.
+/// most this many, the nearest first, and of equally near ones those that come first.
 ///
 /// Near enough is a third of the word's letters, at least one, counted as insertions, deletions,
 /// replacements and swaps of neighbours (optimal string alignment), in capitals or not.

@@ -1,10 +1,10 @@
-//! Members that a JSON object has twice: what readers make of them differs, so nobody knows which one was meant.
+//! Members that a JSON object has twice: what readers make of them differs, so it is unclear which one was meant.
 
 use serde::de::{self, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// So many are told.
+/// The most that are told.
 const TOLD_MAX: usize = 8;
 /// Objects are looked at so deep; what is deeper is nothing that anyone reads.
 const DEPTH_MAX: usize = 100;

@@ -105,7 +105,7 @@ fn pace(rate_per_s: f64, measured: Duration) -> Pace {
     }
 }
 
-/// What is counted of a load on a server of this conduct, over so many connections.
+/// What is counted of a load on a server of this conduct, over a number of connections.
 fn counted(conduct: Conduct, pace: Pace, connections: usize) -> Recorder {
     let load = move |address: SocketAddr| async move {
         let connections = Rc::new(Connections::new(address, connections, 1));

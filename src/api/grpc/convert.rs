@@ -209,7 +209,7 @@ pub(super) fn timestamp(text: &str) -> Option<proto::Timestamp> {
     })
 }
 
-/// The RFC 3339 text of an instant. One that is out of range becomes text that says so: whoever reads times
+/// The RFC 3339 text of an instant. One that is out of range becomes text that says so: a client that reads times
 /// then refuses it, or passes over it, as any other text that is no time.
 pub(super) fn instant_text(timestamp: &proto::Timestamp) -> String {
     let &proto::Timestamp { seconds, nanos } = timestamp;

@@ -94,7 +94,7 @@ mirror!(wire::Contingency<'_> => Contingency {
     flight: plain,
 });
 
-mirror!(wire::SafeNode<'_> => SafeNode {
+mirror!(wire::Alternate<'_> => Alternate {
     node: plain,
     nodes: plain,
     length_m: plain,
@@ -115,7 +115,7 @@ mirror!(wire::Leg<'_> => Leg {
     departs_at: time,
     arrives_at: time,
     if_closed: plain,
-    nearest_safe_node: plain,
+    alternate: plain,
     flight: plain,
 });
 
@@ -167,6 +167,7 @@ mirror!(wire::Plan<'_> => Plan {
     affected_by: plain,
     conflicts: plain,
     energy: plain,
+    assumed: plain,
     times: plain,
     stamp: message,
 });

@@ -162,6 +162,7 @@ mirror!(wire::Answer<'_> => Answer {
     stages: plain,
     warnings: plain,
     energy: plain,
+    assumed: plain,
 });
 
 mirror!(wire::Recomposition<'_> => RecompositionAnswer {
@@ -169,6 +170,7 @@ mirror!(wire::Recomposition<'_> => RecompositionAnswer {
     answer: message,
     remaining_time_s: plain,
     times: plain,
+    airframe: plain,
     publication: message,
     plan: plain,
     legs: plain,

@@ -27,7 +27,7 @@ pub(super) fn opened_with_id<M>(request: Request<M>) -> Result<(Caller, String, 
     }
 }
 
-// Without the gate nobody has asked who calls, so nobody may.
+// Without the gate the caller is unknown, so no caller may.
 fn without_context() -> Status {
     let detail = "the request has not passed the gate";
     grpc_status(&Refusal::new(Code::Internal, detail))
@@ -40,7 +40,7 @@ pub(super) fn told<T>(answer: Result<T, Refusal>) -> Result<T, Status> {
 
 /// The key of a request, with the fingerprint of what it is the key of.
 pub(super) fn idempotency<M: Message>(key: Option<String>, message: &M) -> Idempotency {
-    // Nobody compares the fingerprint of a request without a key.
+    // The fingerprint of a request without a key is never compared.
     let fingerprint = match key.is_some() {
         true => Sha256::digest(message.encode_to_vec()).into(),
         false => [0; 32],

@@ -1,4 +1,4 @@
-//! The table and its index agree, and let nobody do what they may not.
+//! The table and its index agree, and let no caller do what it may not.
 
 use super::*;
 

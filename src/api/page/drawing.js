@@ -3,6 +3,8 @@
 import { drawnAt, nodeAt, standing, world } from "./world.js";
 
 const INKS = ["segment", "node", "pad", "plan", "proposed", "old", "new", "failed", "zone", "over", "drone", "halo", "ink", "paper"];
+/** A battery below this, the reserve of most flights, is drawn as an alarm. */
+export const BATTERY_LOW = 0.2;
 let ink = {};
 const hatches = new Map();
 
@@ -58,6 +60,32 @@ export function drawGround(canvas, view) {
     context.lineWidth = 1.2;
     context.stroke();
   }
+}
+
+/** Fills the rings of nodes by how many of their pads are taken. */
+function drawPads(context, view) {
+  const radius = Math.min(Math.max(view.pixelsPerMetre * 5, 2.5), 5);
+  context.fillStyle = ink.pad;
+  for (const [node, taken] of world.padsTaken) {
+    const place = nodeAt(node);
+    const pads = place === undefined ? 0 : world.network.pads[place];
+    if (!pads) continue;
+    const [x, y] = view.pixels(world.network.coordinates.slice(2 * place, 2 * place + 2));
+    const share = Math.min(taken / pads, 1);
+    context.beginPath();
+    context.moveTo(x, y);
+    context.arc(x, y, radius, -Math.PI / 2, (2 * share - 0.5) * Math.PI);
+    context.fill();
+  }
+}
+
+/** A bar under a drone: what is left in its battery. */
+function drawBattery(context, [x, y], fraction) {
+  if (fraction === null || fraction === undefined) return;
+  context.fillStyle = ink.halo;
+  context.fillRect(x - 9, y + 12, 18, 5);
+  context.fillStyle = fraction < BATTERY_LOW ? ink.failed : ink.new;
+  context.fillRect(x - 8, y + 13, 16 * fraction, 3);
 }
 
 function line(context, view, places, style) {
@@ -231,6 +259,7 @@ function drawDrone(context, view, drone, place, withName) {
   }
   context.restore();
   if (!withName) return;
+  drawBattery(context, [x, y], drone.battery_fraction);
   context.font = "11px system-ui, 'DejaVu Sans', sans-serif";
   context.lineWidth = 3;
   context.strokeStyle = ink.halo;
@@ -245,6 +274,7 @@ export function drawTraffic(canvas, view, { chosen, draft, still }) {
   if (!world.network) return;
   for (const zone of world.zones.values()) drawZone(context, view, zone, ZONE_LOOKS[standing(zone)]);
   drawClosures(context, view);
+  drawPads(context, view);
   for (const plan of world.plans.values()) {
     line(context, view, placesOf(plan.reported.nodes), { colour: ink.plan, width: 2 });
     if (plan.wanted) line(context, view, placesOf(plan.wanted.nodes), { colour: ink.proposed, width: 3, dash: [8, 5] });

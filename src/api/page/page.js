@@ -4,8 +4,8 @@ import { showAirspace } from "./airspace.js";
 import { Problem, follow, read, readPages, useToken, whenUnauthorized } from "./api.js";
 import { Circle } from "./circle.js";
 import { drawGround, drawTraffic, placesOf, readInks } from "./drawing.js";
-import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp } from "./panels.js";
-import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setZone, world } from "./world.js";
+import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp, showWind } from "./panels.js";
+import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setWeather, setZone, world } from "./world.js";
 import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -75,6 +75,7 @@ async function readLists() {
     zones: await readPages("/v1/zones?", "features", LISTED_MAX, (page) => page.features.forEach((zone, place) => setZone(zone, page.etags[place]))),
     closures: await readPages("/v1/closures?", "closures", LISTED_MAX, (page) => page.closures.forEach(setClosure)),
   };
+  setWeather(await read("/v1/weather"));
   world.recompositions = [];
   answers.recompositions.reverse().forEach(addRecomposition);
   setStamp(answers);
@@ -245,6 +246,7 @@ function frame(now) {
   if (world.changed.size > 0) isDirty = true;
   world.changed.clear();
   showClock();
+  showWind();
   readDetail();
 }
 

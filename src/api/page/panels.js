@@ -1,7 +1,7 @@
 // The lists beside the map: every fact of the picture in words.
 
-import { placesOf } from "./drawing.js";
-import { LINES_MAX, edgeTime, standing, world } from "./world.js";
+import { BATTERY_LOW, placesOf } from "./drawing.js";
+import { LINES_MAX, edgeTime, standing, windNow, world } from "./world.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -79,6 +79,24 @@ export function showClock() {
   $("clock-rate").textContent = isSimulated ? `× ${rate.toPrecision(2)}` : "";
 }
 
+const QUARTERS = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
+
+export function showWind() {
+  const { everywhere, areas } = windNow();
+  const from = everywhere && QUARTERS[Math.round(everywhere.from_deg / 45) % 8];
+  const whole = everywhere ? `${everywhere.speed_mps.toFixed(1)} m/s from ${from}` : "none stated";
+  $("wind-now").textContent = areas ? `${whole}, ${counted(areas, "area")} apart` : whole;
+  $("wind-arrow").hidden = !everywhere;
+  // The arrow points where the wind blows to.
+  if (everywhere) $("wind-arrow").style.transform = `rotate(${(everywhere.from_deg + 180) % 360}deg)`;
+}
+
+/** A battery in words, and the class of the word. */
+function chargeOf(fraction) {
+  if (fraction === null || fraction === undefined) return ["–", ""];
+  return [`${Math.round(fraction * 100)} %`, fraction < BATTERY_LOW ? "bad" : ""];
+}
+
 export function showCounts() {
   const plans = [...world.plans.values()];
   const affected = plans.filter((plan) => plan.affected).length;
@@ -89,6 +107,7 @@ export function showCounts() {
     [affected, "affected"],
     [[...world.zones.values()].filter((zone) => standing(zone) === "active").length, "zones in force"],
     [world.closures.size, "closures"],
+    [[...world.padsTaken.values()].reduce((sum, taken) => sum + taken, 0), "pads taken"],
   ];
   $("counts").replaceChildren(...counts.map(([count, name]) => make("li", "", make("b", "", String(count)), name)));
 }
@@ -203,10 +222,11 @@ export function showDrones(view) {
   const rows = drones.map((drone) => {
     const plan = world.plans.get(drone.plan_id);
     const [state, look] = stateOf(drone, plan, now);
-    const charge = drone.battery_fraction === null ? "–" : `${Math.round(drone.battery_fraction * 100)} %`;
+    const [charge, low] = chargeOf(drone.battery_fraction);
+    const [atEnd, lowAtEnd] = chargeOf(plan?.reported.battery_at_arrival);
     const end = plan?.reported.nodes.at(-1);
     const left = end === undefined ? null : lengthBetween(view, [drone.location, ...placesOf([end])]);
-    return make("tr", "", make("td", "", drone.id), make("td", look, state), make("td", "", String(end ?? "–")), make("td", "", metres(left)), make("td", "", charge));
+    return make("tr", "", make("td", "", drone.id), make("td", look, state), make("td", "", String(end ?? "–")), make("td", "", metres(left)), make("td", low, charge), make("td", lowAtEnd, atEnd));
   });
   $("drones").tBodies[0].replaceChildren(...rows);
 }

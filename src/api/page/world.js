@@ -17,6 +17,8 @@ export const world = {
   etags: new Map(),
   closures: new Map(),
   inForce: new Set(),
+  wind: [],
+  padsTaken: new Map(),
   recompositions: [],
   events: [],
   stamp: null,
@@ -83,8 +85,39 @@ export function setDrones(answer) {
   }
   for (const id of world.drones.keys()) if (!seen.has(id)) world.drones.delete(id);
   world.dronesLeftOut = Boolean(answer.next_page_token);
+  world.padsTaken = padsTaken();
   setStamp(answer);
   world.changed.add("drones");
+}
+
+/** How many pads of each node are taken now: by drones that stand there, and by plans. */
+function padsTaken() {
+  const taken = new Map();
+  const standing = new Set();
+  const take = (node) => taken.set(node, (taken.get(node) ?? 0) + 1);
+  for (const drone of world.drones.values()) {
+    if (!drone.stands_at) continue;
+    standing.add(drone.id);
+    take(drone.stands_at);
+  }
+  const now = edgeTime() ?? 0;
+  for (const plan of world.plans.values()) {
+    const stop = plan.reported.stops.find(({ from, until }) => from <= now && now < until);
+    if (stop && !standing.has(plan.drone_id)) take(stop.node);
+  }
+  return taken;
+}
+
+/** Takes the answer of `GET /v1/weather`, or its event. */
+export function setWeather({ wind }) {
+  world.wind = wind;
+}
+
+/** The wind now as it is stated: of the whole network, and how many areas have another. */
+export function windNow() {
+  const now = edgeTime() ?? 0;
+  const counts = world.wind.filter(({ from, until }) => Date.parse(from) <= now && now < Date.parse(until));
+  return { everywhere: counts.find(({ area }) => !area) ?? null, areas: counts.filter(({ area }) => area).length };
 }
 
 /** Where to draw a drone now. */
@@ -98,7 +131,9 @@ export { POLL_MS };
 function brief(version) {
   if (!version) return null;
   const nodes = version.nodes ?? version.path.nodes;
-  return { version: version.version, outcome: version.outcome, nodes, length_m: version.length_m, arrives_at: version.arrives_at };
+  const { outcome, length_m, arrives_at, flight } = version;
+  const stops = (flight?.stops ?? []).map(({ node, lands_at, takes_off_at }) => ({ node, from: Date.parse(lands_at), until: Date.parse(takes_off_at) }));
+  return { version: version.version, outcome, nodes, length_m, arrives_at, stops, battery_at_arrival: flight?.battery_at_arrival_fraction ?? null };
 }
 
 /** Takes how many plans the edge has in each state: it may have more than are drawn. */
@@ -177,6 +212,7 @@ export function apply(event) {
     world.inForce.delete(data.zone_id);
     world.changed.add("zones");
   }
+  if (kind === "weather_put") setWeather(data);
   if (kind === "closure_put") setClosure(data.closure);
   if (kind === "closure_ended") {
     world.closures.delete(data.closure_id);

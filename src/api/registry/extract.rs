@@ -100,7 +100,7 @@ impl<S: Sync + Send> FromRequestParts<S> for Writing {
 }
 
 impl Writing {
-    /// For whom an edge writes; nobody else writes for others.
+    /// For whom an edge writes; no other caller writes for others.
     fn on_behalf_of(&self) -> Result<Option<String>, Refusal> {
         if !matches!(self.caller.role, Role::Edge | Role::Anyone) {
             return Ok(None);
@@ -146,7 +146,7 @@ impl Writing {
     }
 }
 
-/// Checks that a caller may speak for an edge: an edge for itself, whoever has no subject of its own for all.
+/// Checks that a caller may speak for an edge: an edge for itself, a caller without a subject of its own for all.
 pub(super) fn check_edge(caller: &Caller, edge: &str) -> Result<(), Refusal> {
     let is_itself = &*caller.subject == "*" || &*caller.subject == edge;
     if caller.role != Role::Edge || is_itself {

@@ -26,7 +26,7 @@ pub(super) struct FollowParameters {
     /// The epoch of that revision; the current one where none is given.
     #[param(value_type = u64, required = false)]
     epoch: Option<u64>,
-    /// At most so many changes, except that a page has at least one whole revision.
+    /// The most changes, except that a page has at least one whole revision.
     #[param(value_type = u64, required = false, minimum = 1, maximum = 10000)]
     limit: Option<u64>,
     /// How long to wait where there is nothing new: `30s`, `500ms`; not at all where nothing is given.

@@ -27,7 +27,7 @@ impl<S: Sync> FromRequestParts<S> for Authenticated {
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Refused> {
         match parts.extensions.get::<RequestContext>() {
             Some(context) => Ok(Self(context.caller.clone())),
-            // Without a gate nobody knows who calls, so nobody is answered.
+            // Without a gate the caller is unknown, so no caller is answered.
             None => Err(Refusal::new(Code::Internal, "the request came past the gate").into()),
         }
     }

@@ -303,7 +303,7 @@ pub(super) async fn complete_plan(
     json(&edge.say_of_plan(&caller, &id, word, idempotency).await?)
 }
 
-/// Releases a plan that nobody has heard of: an operator says what became of it, and what it takes is free.
+/// Releases a plan of which nothing has been heard: an operator says what became of it, and what it takes is free.
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/release",

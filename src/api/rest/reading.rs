@@ -18,7 +18,7 @@ use serde_path_to_error::{Path, Segment, Track};
 /// How much of a reader's message is told; it may quote what was sent.
 const MESSAGE_CHARACTERS_MAX: usize = 200;
 
-/// What clients say of a body where nobody said what it is.
+/// What clients say of a body whose type was not chosen.
 const UNCHOSEN: [&str; 4] = [
     "",
     "text/plain",
@@ -38,8 +38,9 @@ impl<S: Sync> FromRequest<S> for JsonBody {
     }
 }
 
-/// The body of a drone's request. A drone in need is not refused for a header that nobody chose: what libraries say where
-/// no type is set is read as JSON, as is a body that states none. A type of something else was chosen, and so it is not JSON.
+/// The body of a drone's request. A drone in need is not refused for a header that its program did not
+/// choose: what libraries say where no type is set is read as JSON, as is a body that states none.
+/// A type of something else was chosen, and so it is not JSON.
 pub(in crate::api) struct DroneJsonBody(pub(in crate::api) Bytes);
 
 impl<S: Sync> FromRequest<S> for DroneJsonBody {
@@ -105,7 +106,7 @@ pub(in crate::api) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Res
     Ok(read)
 }
 
-/// Reads a body as it is; a member that is there twice is refused, as nobody knows which one was meant.
+/// Reads a body as it is; a member that is there twice is refused, as it is unclear which one was meant.
 pub(in crate::api) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
     let mut reader = serde_json::Deserializer::from_slice(without_mark(bytes));
     let mut track = Track::new();
@@ -133,7 +134,7 @@ pub(in crate::api) fn check_once(bytes: &[u8]) -> Result<(), Refusal> {
     }
 }
 
-/// A derived reader would take a list of the fields in order, too, which nobody means.
+/// A derived reader would take a list of the fields in order, too, which no client means.
 fn check_object(bytes: &[u8], what: &str) -> Result<(), Refusal> {
     if bytes.trim_ascii_start().starts_with(b"{") {
         return Ok(());

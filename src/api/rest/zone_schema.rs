@@ -229,9 +229,9 @@ enum ZoneDay {
 enum ZoneKind {
     /// Closed.
     Prohibited,
-    /// Closed but for those who are authorised; nobody says here who is.
+    /// Closed but for those who are authorised; who is, is not said here.
     ReqAuthorization,
-    /// Closed but under conditions; nobody says here who meets them.
+    /// Closed but under conditions; who meets them is not said here.
     Conditional,
     /// U-space airspace.
     Uspace,

@@ -115,7 +115,7 @@ async fn serve_one(
     let is_for_probes = place.is_for_probes();
     let serving = connections.serve(stream, Arc::new(place));
     let cut = match is_for_probes {
-        // Whoever is slow would keep the next probe out.
+        // A slow caller would keep the next probe out.
         true => timeout(PROBE_WITHIN, serving)
             .await
             .unwrap_or(Some(CloseReason::Cap)),

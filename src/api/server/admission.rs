@@ -234,11 +234,11 @@ impl Admission {
         if operation.row().access == Access::Open {
             return Ok(self.anyone.clone());
         }
-        // Whoever is in front may have checked the other one.
+        // A proxy in front may have checked the other one.
         if head.headers.get_all(header::AUTHORIZATION).iter().count() > 1 {
             return Err(Refusal::new(
                 Code::Unauthenticated,
-                "there is more than one Authorization header, and nobody knows which one counts; send one",
+                "there is more than one Authorization header, and it is unclear which one counts; send one",
             ));
         }
         let Some(token) = bearer(head) else {
@@ -292,7 +292,7 @@ impl Admission {
             let detail = "as many connections are open as may be; only probes are answered on more";
             return Err(Refusal::new(Code::Overloaded, detail).retry_after_s(RETRY_AFTER_S));
         }
-        // Where there are no tokens nobody says who calls.
+        // Where there are no tokens the caller is unknown.
         if caller.role == Role::Anyone {
             return Ok(());
         }

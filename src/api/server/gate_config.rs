@@ -33,7 +33,7 @@ pub struct Slots {
     pub follows: u32,
     /// Streams of events.
     pub streams: u32,
-    /// Streams of health, for which nobody has to say who they are.
+    /// Streams of health, which need no token.
     pub watches: u32,
 }
 

@@ -35,7 +35,7 @@ use std::time::Duration;
 pub struct ServerConfig {
     /// How many connections may be open; beyond that, only probes are answered on new ones.
     pub connections_max: usize,
-    /// How many of them one address may hold on which nobody has said yet, by a token, who calls.
+    /// How many of them one address may hold that has not yet shown a token.
     pub connections_per_address: usize,
     /// How many one subject may hold, once its token was shown.
     pub connections_per_subject: usize,

@@ -11,7 +11,7 @@ use std::hash::Hash;
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-/// So many of the places for probes one address may hold.
+/// Places for probes that one address may hold.
 const PROBES_OF_AN_ADDRESS: usize = 8;
 
 /// Whom a connection counts for once somebody has said who calls.

@@ -1,8 +1,9 @@
 //! How long requests wait for a worker, and whom to refuse where that stands.
 //!
 //! A handler that never waits is done as soon as it is polled, so that no count of requests in flight tells an overload: what
-//! is not answered yet lies in sockets that nobody has come round to. A probe shows how long that takes: a byte sent to
-//! a socket of one's own goes the way of every request, through the system's list of ready sockets and the workers' queue.
+//! is not answered yet lies in sockets that no worker has come round to. A probe shows how long
+//! that takes: a byte sent to a socket of one's own goes the way of every request, through the
+//! system's list of ready sockets and the workers' queue.
 
 use super::shares::{EVERY, SHED_IN_ORDER, Shares};
 use crate::api::operations::Class;
@@ -18,7 +19,7 @@ use tokio::time::{Instant, sleep_until};
 const IDLE_EVERY: Duration = Duration::from_millis(20);
 
 /// Where fewer requests left meanwhile that could have been shed, a probe waited for the machine or for others as much as for them:
-/// its wait counts by so many parts as there were of them.
+/// its wait counts by as many parts as there were of them.
 const CROWD: u32 = 8;
 
 /// 2^64 divided by the golden ratio: its multiples, taken modulo 2^64, are spread evenly and without a period.
@@ -144,7 +145,7 @@ impl QueueWait {
         waited * counted / CROWD
     }
 
-    /// Works out the shares; whoever comes meanwhile goes by the old ones.
+    /// Works out the shares; a request that comes meanwhile goes by the old ones.
     fn look(&self, controller: &Mutex<Controller>, now_us: u64) {
         let Ok(mut controller) = controller.try_lock() else {
             return;
@@ -244,7 +245,11 @@ mod tests {
     #[test]
     fn a_probe_that_waits_tells_how_long_requests_do() {
         let (queue, now) = waiting();
-        assert_eq!(queue.wait(now), Duration::ZERO, "nobody waits before it");
+        assert_eq!(
+            queue.wait(now),
+            Duration::ZERO,
+            "no request waits before it"
+        );
         for _ in 0..CROWD / 2 {
             queue.leaves(Class::Read);
         }

@@ -66,7 +66,7 @@ impl RequestId {
     }
 }
 
-/// Writes a number in hexadecimal with at least so many digits: every answer has one, and formatting takes several
+/// Writes a number in hexadecimal with at least this many digits: every answer has one, and formatting takes several
 /// times as long.
 fn push_hex(text: &mut Vec<u8>, number: u64, digits_min: u32) {
     let digits = (u64::BITS - number.leading_zeros())

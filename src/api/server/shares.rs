@@ -32,10 +32,11 @@ const FADES_TO: f64 = 0.98;
 /// Less than this is nothing.
 const PART_MIN: f64 = 0.01;
 
-/// What is left of the weight of earlier requests at each look: so many looks make up the mix of classes.
+/// What is left of the weight of earlier requests at each look: this many looks make up the mix of classes.
 const REMEMBERED: f64 = 0.9;
 
-/// The most steps that one look makes up for, and the most where requests waited: nobody looked, so nobody was admitted meanwhile.
+/// The most steps that one look makes up for, and the most where requests waited: without a look,
+/// no request was admitted meanwhile.
 const STEPS_MAX: f64 = 100.0;
 const WAITED_STEPS_MAX: f64 = 2.0;
 
@@ -98,7 +99,7 @@ impl Shares {
             self.part = 0.0;
             self.patience = PATIENCE;
         } else if excess > 0.0 {
-            // However long nobody looked: that was one stall and no standing wait.
+            // However long the looks were missing: that was one stall and no standing wait.
             let stood = EVERY.mul_f64(counted);
             self.patience = self.patience.saturating_sub(stood);
         }
@@ -279,6 +280,6 @@ mod tests {
         worker.free_s += 0.06;
         let told = worker.serve(4_000.0, 1.0);
         assert_eq!((told.reads_shed, told.reports_shed), (0, 0));
-        assert!(told.p99_s() > TARGET_S, "nobody noticed the stall");
+        assert!(told.p99_s() > TARGET_S, "the stall went unnoticed");
     }
 }

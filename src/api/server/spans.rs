@@ -1,4 +1,4 @@
-//! The span of a request, for those who trace: nothing, and at no cost, where nobody does.
+//! The span of a request, for those who trace: nothing, and at no cost, where tracing is off.
 
 use super::request::RequestId;
 use crate::api::metrics::Dialect;

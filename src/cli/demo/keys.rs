@@ -1,4 +1,4 @@
-//! The Enter key of whoever runs the demo.
+//! The Enter key of the person who runs the demo.
 
 use super::super::stop::Stop;
 use tokio::sync::mpsc::{Receiver, channel};

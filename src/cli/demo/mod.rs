@@ -63,7 +63,7 @@ pub(super) struct Demo {
     /// A file to write the ports to that the first edge has taken
     #[arg(long, value_name = "FILE")]
     ports_file: Option<PathBuf>,
-    /// End by itself after so many seconds
+    /// End by itself after this many seconds
     #[arg(long = "for", value_name = "SECONDS")]
     for_s: Option<u64>,
     /// Which log lines: a level, and MODULE=LEVEL for a module, with commas
@@ -244,6 +244,10 @@ impl Demo {
         let fleet = Fleet {
             drones: self.drones,
             seed: self.seed,
+            registry: (
+                format!("http://{}", world.central.address()),
+                NETWORK.to_owned(),
+            ),
         };
         let base_url = format!("http://{}", addresses.listen);
         let clock = world.first.edge().clock().clone();

@@ -73,10 +73,49 @@ fn machine() -> Result<String, Stop> {
 
 #[expect(
     clippy::disallowed_methods,
-    reason = "the door to the arguments, which a report repeats as they were given"
+    reason = "the door to the arguments and the working folder, which a report repeats"
 )]
 fn command() -> String {
+    let folder = std::env::current_dir().unwrap_or_default();
     let arguments = std::env::args().skip(1);
+    let arguments = arguments.map(|argument| relative(&argument, &folder));
     let words = std::iter::once("skyway".to_owned()).chain(arguments);
     words.collect::<Vec<String>>().join(" ")
+}
+
+/// An argument as anyone can repeat it: a path below the working folder is told from there, as a
+/// report is published and the folders of its machine mean nothing elsewhere.
+fn relative(argument: &str, folder: &Path) -> String {
+    let (flag, path) = match argument.split_once('=') {
+        Some((flag, path)) if flag.starts_with("--") => (format!("{flag}="), path),
+        _ => (String::new(), argument),
+    };
+    let below = Path::new(path).strip_prefix(folder).ok();
+    match below
+        .filter(|_| folder.is_absolute())
+        .and_then(Path::to_str)
+    {
+        None => argument.to_owned(),
+        Some("") => format!("{flag}."),
+        Some(below) => format!("{flag}{below}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_below_the_working_folder_are_told_from_there() {
+        let told = |argument: &str| relative(argument, Path::new("/home/ana/skyway"));
+        assert_eq!(
+            told("/home/ana/skyway/target/evaluation"),
+            "target/evaluation"
+        );
+        assert_eq!(told("--out=/home/ana/skyway/target"), "--out=target");
+        assert_eq!(told("/home/ana/skyway"), ".");
+        assert_eq!(told("/home/ana/skyway-old/out"), "/home/ana/skyway-old/out");
+        assert_eq!(told("target/evaluation"), "target/evaluation");
+        assert_eq!(told("--fresh"), "--fresh");
+    }
 }

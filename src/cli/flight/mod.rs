@@ -98,7 +98,7 @@ fn fraction(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A fraction that the rules allow, so that whoever checks the plan allows it too.
+/// A fraction that the rules allow, so that a check of the plan allows it too.
 fn reserve(text: &str) -> Result<f64, String> {
     let reserve = fraction(text)?;
     if FlightRules::RESERVE.contains(reserve) {

@@ -128,7 +128,7 @@ fn stop_row(flight: &Flight, stop: &Stay, figures: &StopFigures) -> [String; 8] 
     ]
 }
 
-/// Prints what to do on each leg where nobody tells the drone.
+/// Prints what to do on each leg where the drone is told nothing.
 pub(super) fn print_contingencies(
     flight: &Flight,
     composition: &FlightComposition,
@@ -137,7 +137,7 @@ pub(super) fn print_contingencies(
     let columns = [
         ("leg", Align::Right),
         ("if it closes", Align::Left),
-        ("best safe node", Align::Left),
+        ("alternate", Align::Left),
     ];
     let mut table = titled_table(&columns);
     for (number, contingency) in (1..).zip(&composition.contingencies) {

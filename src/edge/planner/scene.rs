@@ -64,8 +64,8 @@ pub(in crate::edge) struct Stated {
     pub(in crate::edge) now: Timestamp,
     pub(in crate::edge) payload_kg: f64,
     pub(in crate::edge) airspeed_mps: Option<f64>,
-    /// What the telemetry of its drone said of the battery.
-    pub(in crate::edge) seen_battery: Option<f64>,
+    /// What the telemetry of its drone said of the battery last, and when.
+    pub(in crate::edge) seen_battery: Option<(f64, Timestamp)>,
 }
 
 /// How a delivery is to be flown.

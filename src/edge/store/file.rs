@@ -215,7 +215,7 @@ pub trait StoreFile: Debug + Send {
     /// One row.
     fn read<'a>(&'a mut self, table: Table, key: &'a str) -> Pending<'a, Option<String>>;
 
-    /// Writes a transaction. When this fails, nobody knows whether it is in the file until it is opened anew.
+    /// Writes a transaction. When this fails, it is unknown whether it is in the file until it is opened anew.
     fn commit<'a>(&'a mut self, transaction: &'a Transaction) -> Pending<'a, ()>;
 
     /// Opens the file anew after a failure, brings what it has to the disk, and gives the number and the writer of

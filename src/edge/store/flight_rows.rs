@@ -4,7 +4,7 @@ use super::codec::{Dictionary, Instant, Names, Places};
 use super::file::StoreFault;
 use crate::compose::Leg;
 use crate::delivery::{FlightComposition, Hold, Proof};
-use crate::edge::planner::{DetourEnd, FlightOrder, FlownVersion, LegEnds};
+use crate::edge::planner::{Assumed, DetourEnd, FlightOrder, FlownVersion, LegEnds};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop, StopKind};
 use crate::itinerary::{
     Effort, LegFigures, Objective, PlanFigures, Step, StopFigures, Unproved, Value,
@@ -18,6 +18,9 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 pub(super) struct StoredOrder {
     airframe: String,
+    /// Absent in rows of before as well, where it is not known.
+    #[serde(default, skip_serializing_if = "is_false")]
+    airframe_named: bool,
     objective: StoredObjective,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     deadline: Option<Instant>,
@@ -89,6 +92,11 @@ pub(super) struct StoredFlight {
     reserve_used: bool,
     #[serde(default, skip_serializing_if = "is_false")]
     energy_unchecked: bool,
+    /// Whether the client named the airframe, and stated the battery; absent in rows of before as well.
+    #[serde(default, skip_serializing_if = "is_false")]
+    airframe_named: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    battery_stated: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     hold: Option<StoredStay>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -185,6 +193,7 @@ enum StoredReason {
 pub(super) fn store_order(order: &FlightOrder) -> StoredOrder {
     StoredOrder {
         airframe: order.airframe.to_string(),
+        airframe_named: order.is_airframe_named,
         objective: order.objective.into(),
         deadline: order.deadline.map(Into::into),
     }
@@ -193,6 +202,7 @@ pub(super) fn store_order(order: &FlightOrder) -> StoredOrder {
 pub(super) fn read_order(stored: &StoredOrder) -> Result<FlightOrder, StoreFault> {
     Ok(FlightOrder {
         airframe: Arc::from(stored.airframe.as_str()),
+        is_airframe_named: stored.airframe_named,
         objective: stored.objective.into(),
         deadline: Instant::read_some(stored.deadline.as_ref())?,
     })
@@ -246,6 +256,8 @@ pub(super) fn store_flight(
         proof: store_proof(&composition.proof),
         reserve_used: flown.reserve_used,
         energy_unchecked: !flown.is_energy_checked,
+        airframe_named: !flown.assumed.airframe,
+        battery_stated: !flown.assumed.battery,
         hold,
         refuge,
     }
@@ -261,13 +273,7 @@ fn store_legs(flown: &FlownVersion) -> Vec<StoredFlownLeg> {
     let figures = composition.figures.legs.iter();
     let legs = composition.plan.legs.iter().zip(figures);
     // Contingencies that are still to be worked out have no ends yet.
-    let ends = flown
-        .ends
-        .iter()
-        .copied()
-        .map(Some)
-        .chain(std::iter::repeat(None));
-    let ends = ends.map(Option::unwrap_or_default);
+    let ends = (0..).map(|leg: usize| flown.ends.get(leg).copied().unwrap_or_default());
     let told = legs.zip(&composition.leg_costs_usd).zip(ends);
     let end = |end: DetourEnd| StoredEnd(end.arrives_s, end.battery, end.reserve_used);
     told.map(|(((leg, figures), &cost_usd), ends)| StoredFlownLeg {
@@ -365,6 +371,10 @@ pub(super) fn read_flight(
         alternate: read_refuge(places, stored.refuge.as_ref())?,
         is_confirmed: stored.confirmed,
         is_energy_checked: !stored.energy_unchecked,
+        assumed: Assumed {
+            airframe: !stored.airframe_named,
+            battery: !stored.battery_stated,
+        },
         composition: FlightComposition {
             destination: places.node(stored.destination)?,
             objective: stored.objective.into(),

@@ -1,4 +1,4 @@
-//! The journal: what was answered, written soon after. Nobody waits for it, and it is bounded: under trouble the
+//! The journal: what was answered, written soon after. No request waits for it, and it is bounded: under trouble the
 //! newest entries are lost and counted, never the airspace.
 
 use super::codec::number_key;
@@ -16,15 +16,15 @@ use std::sync::Arc;
 
 /// At most this many entries wait to be written; further ones are lost.
 pub(super) const ENTRIES_MAX: usize = 4_096;
-/// At most so many bytes wait for a disk that fails.
+/// The most bytes that wait for a disk that fails.
 const UNSAVED_MAX: usize = 8 << 20;
-/// Answers for requests that may be sent again take at most so many bytes of the file.
+/// Answers for requests that may be sent again take at most this many bytes of the file.
 const REPLIES_BYTES_MAX: u64 = 32 << 20;
-/// After so many entries others get their turn.
+/// Entries after which others get their turn.
 const STRETCH: usize = 32;
-/// At most so many old rows go at once.
+/// The most old rows that go at once.
 const FORGOTTEN_AT_ONCE: usize = 512;
-/// The age of the oldest decision is looked at with every so many-th writing.
+/// The age of the oldest decision is looked at once in this many writings.
 const AGE_EVERY: u64 = 64;
 
 /// The fact of the last world's number.

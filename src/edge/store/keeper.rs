@@ -40,7 +40,7 @@ impl Waiting {
     fn release(self, durable: bool) {
         for (asker, reply) in self.answers {
             let reply = reply.map(|outcome| Outcome { durable, ..outcome });
-            // Whoever asked may have gone at its deadline.
+            // The caller may have gone at its deadline.
             let _ = asker.send((reply, self.snapshot.clone()));
         }
     }
@@ -61,7 +61,7 @@ struct Inbox {
     journal: Vec<Entry>,
     questions: Vec<Question>,
     is_closing: bool,
-    /// The storekeeper is gone: nobody takes anything out any more.
+    /// The storekeeper is gone: nothing is taken out any more.
     has_ended: bool,
 }
 
@@ -160,7 +160,7 @@ impl Store {
         shared.wake.notify_one();
     }
 
-    /// Takes something for the journal. Nobody waits for it.
+    /// Takes something for the journal. No request waits for it.
     pub(in crate::edge) fn note(&self, entry: Entry) {
         let Some(Handle(shared)) = self.keeper.as_deref() else {
             return;
@@ -174,7 +174,7 @@ impl Store {
         inbox.journal.push(entry);
         let is_first = inbox.journal.len() == 1;
         drop(inbox);
-        // Whoever is awake looks for more by itself.
+        // A keeper that is awake looks for more by itself.
         if is_first {
             shared.wake.notify_one();
         }
@@ -231,7 +231,7 @@ pub(in crate::edge) struct Keeper {
     stored: Arc<Snapshot>,
     /// What it is to have.
     newest: Arc<Snapshot>,
-    /// Set after a failure: nobody knows whether the transaction with this snapshot is in the file.
+    /// Set after a failure: it is unknown whether the transaction with this snapshot is in the file.
     doubtful: Option<Arc<Snapshot>>,
     journal: Journal,
     /// What is to go into the journal.
@@ -398,7 +398,7 @@ impl Keeper {
         for Question { id, asker } in questions {
             let reading = read_decision(&mut *self.file, &id);
             let found = patiently(&self.shared, &mut Vec::new(), reading).await;
-            // Whoever asked may have gone at its deadline.
+            // The caller may have gone at its deadline.
             let _ = asker.send(found);
         }
     }
@@ -409,7 +409,7 @@ fn first_change(snapshot: &Snapshot) -> Option<u64> {
     snapshot.outbox.get_min().map(|(number, _)| *number)
 }
 
-/// Tells those who wait that nobody stores anything any more, whatever has ended the storekeeper.
+/// Tells those who wait that nothing is stored any more, whatever has ended the storekeeper.
 #[derive(Debug)]
 struct End(Arc<Shared>);
 
@@ -456,7 +456,7 @@ async fn sleep(shared: &Shared, pause: Duration) {
     }
 }
 
-/// Waits for the file. When it takes too long, whoever waits is told that nothing is stored.
+/// Waits for the file. When it takes too long, the caller is told that nothing is stored.
 async fn patiently<T>(
     shared: &Shared,
     waiting: &mut Vec<Waiting>,

@@ -27,7 +27,7 @@ struct Disk {
     number: u64,
     writer: u64,
     commits: u64,
-    /// After so many commits the disk hangs by itself.
+    /// Commits after which the disk hangs by itself.
     hangs_after: Option<u64>,
     breakage: Breakage,
     /// Counts crashes: files opened before the last one are gone.
@@ -69,13 +69,13 @@ impl MemoryDisk {
         self.mended.send_modify(|times| *times += 1);
     }
 
-    /// Lets the disk hang once it has done so many more commits.
+    /// Lets the disk hang once it has done this many more commits.
     pub fn hang_after(&self, commits: u64) {
         let mut disk = self.lock();
         disk.hangs_after = Some(disk.commits + commits);
     }
 
-    /// Ends whoever has the file open: nothing that they write from now on reaches the disk, which works again.
+    /// Ends the process that has the file open: nothing that it writes from now on reaches the disk, which works again.
     pub fn crash(&self) {
         {
             let mut disk = self.lock();

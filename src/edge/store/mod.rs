@@ -32,7 +32,9 @@ pub use health::StoreStatus;
 pub(super) use journal::Entry;
 pub(super) use keeper::{Keeper, Store, Waiting};
 pub use memory::{Breakage, MemoryDisk};
-pub(super) use opening::{Identity, check_clock, network_row, open_identity, stored_network};
+pub(super) use opening::{
+    Identity, airframe_row, check_clock, network_row, open_identity, stored_network,
+};
 pub(super) use reply_rows::{Reply, ReportReply, WriteReply};
 pub(super) use restore::{Restored, restore};
 pub use sqlite::SqliteFile;

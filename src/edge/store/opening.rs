@@ -17,8 +17,9 @@ const EDGE: &str = "edge";
 const NETWORK: &str = "network";
 /// The fact of a clock that clients move; no other one is noted.
 const CLOCK: &str = "clock";
+const AIRFRAME: &str = "airframe";
 
-/// Numbers given in one start are fewer than this. Those of the next one begin after so many more, so that a
+/// Numbers given in one start are fewer than this. Those of the next one begin after as many more, so that a
 /// number that was given and could not be stored is never given again.
 const NUMBERS_OF_A_START: u64 = 1_000_000_000;
 
@@ -96,6 +97,13 @@ pub(in crate::edge) fn check_clock(
         });
     }
     Ok(is_external.then(|| Row::put(Table::Facts, CLOCK, write(&kind))))
+}
+
+/// The row of a store over which an edge has an airframe by default; `None` for a store that was written before there was
+/// a default, over which an edge has none until its settings name one.
+pub(in crate::edge) fn airframe_row(facts: &[(String, String)], is_named: bool) -> Option<Row> {
+    let is_of_before = fact(facts, EDGE).is_some() && fact(facts, AIRFRAME).is_none();
+    (is_named || !is_of_before).then(|| Row::put(Table::Facts, AIRFRAME, write(&true)))
 }
 
 pub(super) fn fact<'a>(facts: &'a [(String, String)], name: &str) -> Option<&'a str> {

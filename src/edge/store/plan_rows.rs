@@ -6,7 +6,7 @@ use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
-use crate::compose::{Composition, Contingency, Leg, SafeNode};
+use crate::compose::{Alternate, Composition, Contingency, Leg};
 use crate::edge::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
 use crate::network::Topology;
@@ -304,11 +304,11 @@ pub(super) fn read_plan(
 fn read_safe(
     places: Places<'_>,
     (nodes, length_m): &(Vec<u32>, f64),
-) -> Result<SafeNode, StoreFault> {
+) -> Result<Alternate, StoreFault> {
     let nodes = places.nodes(nodes)?;
     let node = nodes.last().copied();
-    let node = node.ok_or_else(|| StoreFault::damaged("a plan has a way to no safe node"))?;
-    Ok(SafeNode {
+    let node = node.ok_or_else(|| StoreFault::damaged("a plan has a way to no alternate"))?;
+    Ok(Alternate {
         node,
         nodes,
         length_m: *length_m,

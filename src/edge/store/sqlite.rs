@@ -17,7 +17,7 @@ use std::time::Duration;
 
 /// How long a transaction waits for another process that has the file.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
-/// So many rows go in one statement.
+/// Rows in one statement.
 const ROWS_IN_STATEMENT: usize = 64;
 /// The schema that this version knows.
 const SCHEMA: i64 = 1;

@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// So many worlds are known again by their revision: answers given side by side are written out of order.
+/// Worlds known again by their revision: answers given side by side are written out of order.
 const RECENT: usize = 64;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -97,7 +97,7 @@ impl Contact {
         let known = SignedDuration::try_from(known).unwrap_or(SignedDuration::MAX);
         match known {
             known if known >= degraded_after => wire::Freshness::Degraded,
-            // Not heard since the start: nobody knows what has changed meanwhile.
+            // Not heard since the start: what has changed meanwhile is unknown.
             known if known >= stale_after || age.is_none() => wire::Freshness::Stale,
             _ => wire::Freshness::Fresh,
         }

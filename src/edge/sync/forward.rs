@@ -29,7 +29,7 @@ enum Sent {
     Met { code: String, detail: String },
     /// The registry will never take it.
     Refused { code: String, detail: String },
-    /// Nobody knows; to be sent again, not before so many seconds.
+    /// The outcome is unknown; to be sent again, not before this many seconds.
     Unknown(Option<u32>),
 }
 

@@ -12,7 +12,7 @@ use std::time::Duration;
 /// The longest wait for a connection.
 const CONNECT_WITHIN: Duration = Duration::from_secs(1);
 /// The longest wait for an answer to begin, beyond what it may wait for news, and for each further part of it: one that
-/// stops in the middle, or promised more than was ever sent, keeps nobody longer.
+/// stops in the middle, or promised more than was ever sent, keeps no caller longer.
 const SILENCE_MAX: Duration = Duration::from_secs(10);
 /// The longest wait for all of an answer, beyond what it may wait for news: one may bring a network.
 const ANSWER_WITHIN: Duration = Duration::from_secs(60);

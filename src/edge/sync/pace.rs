@@ -83,7 +83,7 @@ mod tests {
                 let bound = FIRST.saturating_mul(1 << attempt).min(MOST);
                 assert!(pace.failed() <= bound, "seed {seed}, attempt {attempt}");
             }
-            // The budget is used up: nobody hurries any more.
+            // The budget is used up: no request hurries any more.
             let patient = pace.failed();
             assert!(patient >= MOST / 2 && patient <= MOST, "seed {seed}");
             pace.succeeded();

@@ -114,7 +114,7 @@ impl Edge {
     }
 }
 
-/// Ends a task with whoever waits for it.
+/// Ends a task with its waiting caller.
 struct Ward(JoinHandle<()>);
 
 impl Drop for Ward {

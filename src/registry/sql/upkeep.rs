@@ -54,7 +54,7 @@ pub(super) async fn keep_reply(
     Ok(())
 }
 
-/// Drops answers from before an instant, and the oldest beyond so many bytes.
+/// Drops answers from before an instant, and the oldest beyond a size in bytes.
 pub(super) async fn forget_replies(
     connection: &mut Connection,
     before_ms: i64,

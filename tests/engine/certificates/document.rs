@@ -181,7 +181,7 @@ fn what_a_proof_does_not_need_may_change() {
     for (harmless, why) in [
         (
             with(&proof, "/h_m/F", 5000.0),
-            "all segments of F are closed: nobody gets there",
+            "all segments of F are closed: no path gets there",
         ),
         (with(&proof, "/h_m/X", 3.0), "X has no segments at all"),
         (beside, "nothing open leads from X to anywhere"),

@@ -135,7 +135,7 @@ impl Case {
     fn check_legs(&self, plan: &Composition, seen: &mut Seen) {
         for (place, leg) in plan.legs.iter().enumerate() {
             self.check_detour(plan, place, leg, seen);
-            self.check_safe_node(leg, seen);
+            self.check_alternate(leg, seen);
         }
     }
 
@@ -184,7 +184,7 @@ impl Case {
         seen.rejoined_early += usize::from(joined + 1 < nodes.len());
     }
 
-    fn check_safe_node(&self, leg: &Leg, seen: &mut Seen) {
+    fn check_alternate(&self, leg: &Leg, seen: &mut Seen) {
         let from = self.index(leg.from);
         let (world, _) = self.worlds((from, self.index(leg.to)));
         let nearest_m = self.nearest_safe_m(&world, from);
@@ -197,7 +197,7 @@ impl Case {
             );
             assert!(ours_m >= nearest_m * (1.0 - 1e-12), "seed {}", self.seed);
         } else {
-            self.assert_close(length_m, nearest_m, "nearest safe node");
+            self.assert_close(length_m, nearest_m, "alternate");
         }
         let Some(safe) = &leg.safe else { return };
         assert_eq!(
@@ -206,7 +206,7 @@ impl Case {
         );
         assert!(self.topology.pads(safe.node) > 0, "seed {}", self.seed);
         let flown_m = world.path_length_m(&self.indices(&safe.nodes));
-        self.assert_close(Some(safe.length_m), flown_m, "way to the safe node");
+        self.assert_close(Some(safe.length_m), flown_m, "way to the alternate");
         seen.safe_elsewhere += usize::from(safe.nodes.len() > 1);
     }
 }

@@ -1,12 +1,12 @@
 //! Where a path may start, read from the rules once more and in the plainest way: a drone is walked along its leg, and
-//! every cause lies on a part of the leg, or nobody knows where.
+//! every cause lies on a part of the leg, or at an unknown place.
 
 use super::ground::{DOUBT_M, Doubt, Walk};
 use super::world::{Place, PlainWorld, Spot, apart_m, between};
 
 /// Farther from its leg than this a drone is off it, in metres.
 const OFF_LEG_M: f64 = 50.0;
-/// A drone off its leg is offered so many nodes.
+/// A drone off its leg is offered this many nodes.
 const STRAIGHT_WAYS: usize = 8;
 /// How long it takes to begin to brake, and how hard a drone brakes.
 const REACTION_S: f64 = 2.0;
@@ -46,7 +46,7 @@ struct Leg<'a> {
     walk: Walk,
     /// Where the drone says that its cause is.
     known: Option<f64>,
-    /// Something closes it, and nobody knows where.
+    /// Something closes it at an unknown place.
     unknown: bool,
 }
 
@@ -257,7 +257,7 @@ impl<'a> Leg<'a> {
         Ok(expected)
     }
 
-    /// Nobody knows where it is: at the worse end for each way.
+    /// Its place is unknown: at the worse end for each way.
     fn starts_anywhere(&self) -> Expected {
         let has_zones = !self.walk.parts.is_empty();
         let mut expected = Expected::default();

@@ -111,7 +111,7 @@ impl Run {
             };
             let mut those = by_id.get(&*change.id).into_iter().flatten();
             if !those.any(|operation| by(operation)) {
-                violations.push(format!("nobody did it, or it was refused: {change:?}"));
+                violations.push(format!("no party did it, or it was refused: {change:?}"));
             }
         }
     }

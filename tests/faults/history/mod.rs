@@ -1,6 +1,6 @@
 //! What happened in a run with faults, and what must not have happened.
 //!
-//! Whoever takes part notes each operation when it begins and how it ended; an operation whose answer never came
+//! Each party notes each operation when it begins and how it ended; an operation whose answer never came
 //! may have happened or not, but not both. `log` holds the operations against the log of the registry, `edges`
 //! what edges showed and answered against it,
 //! `objects` the operations against what is there where there is no log. Nothing here knows how a run is made: processes or a simulation.
@@ -161,7 +161,7 @@ impl Recorder {
     }
 
     /// Waits until more is acknowledged than so much, so that the next fault meets work on a slow machine too; gives
-    /// how much it is. Where nothing comes any more, as with a planted bug, nobody waits again.
+    /// how much it is. Where nothing comes any more, as with a planted bug, no test waits again.
     pub(crate) async fn goes_on(&self, before: usize) -> usize {
         const LOOKS: usize = 5_000;
         const NEVER: usize = usize::MAX;

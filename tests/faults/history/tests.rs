@@ -118,7 +118,7 @@ fn what_was_not_to_happen_is_found() {
     let mut run = right();
     run.log.push(logged(6, "a", Some("5")));
     run.holding.insert("a".to_owned(), "5".to_owned());
-    finds(&run, "nobody did it, or it was refused");
+    finds(&run, "no party did it, or it was refused");
     let mut run = right();
     run.log.push(logged(6, "c", Some("3")));
     finds(&run, "made twice");

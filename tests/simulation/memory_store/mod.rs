@@ -1,5 +1,5 @@
-//! A registry's store in memory, for simulations: it takes the time that it is told to take, and whoever has it open
-//! when it crashes reaches it no more.
+//! A registry's store in memory, for simulations: it takes the time that it is told to take, and
+//! the process that has it open when it crashes reaches it no more.
 
 mod contents;
 
@@ -70,7 +70,7 @@ impl MemoryPlace {
         self.lock().slowness = slowness;
     }
 
-    /// Ends whoever has the store open.
+    /// Ends the process that has the store open.
     pub(crate) fn crash(&self) {
         self.lock().crashes += 1;
     }

@@ -299,7 +299,7 @@ mod tests {
         ] {
             assert_eq!(counts(&found, instant), is_closed, "{instant}");
         }
-        // Where the sun never rises nobody can say when the period is: the whole day counts.
+        // Where the sun never rises the period has no times: the whole day counts.
         let longyearbyen = Extent::about([[15.6, 78.2]]);
         let found = windows(
             day(SunEvent::Sunrise, SunEvent::Sunset),

@@ -12,10 +12,10 @@ pub enum ZoneKind {
     /// Closed.
     #[default]
     Prohibited,
-    /// Closed but for those who are authorised. Nobody says here who is, so that it closes for
+    /// Closed but for those who are authorised. Who is, is not said here, so that it closes for
     /// everyone.
     ReqAuthorization,
-    /// Closed but under conditions. Nobody says here who meets them, so that it closes for
+    /// Closed but under conditions. Who meets them is not said here, so that it closes for
     /// everyone.
     Conditional,
     /// U-space airspace; shown, closes nothing.

@@ -10,7 +10,7 @@ use crate::flight::{self, Aloft, FailureType, Location, Reentry};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{self, Outcome, Recomposition, Request, Warning};
 
-/// Within so many metres of a node a drone may stand there.
+/// Within this many metres of a node a drone may stand there.
 const AT_NODE_M: f64 = 15.0;
 
 /// What is known of a drone beside its request.

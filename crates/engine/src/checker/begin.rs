@@ -205,7 +205,7 @@ fn passes_nothing(way: Way, leg: &OnLeg, sky: &Sky<'_>, zones: &[(f64, f64)]) ->
         true => SAME_M / leg.length_m,
         false => 1.0,
     };
-    // Where nobody knows, the whole leg may lie on either way.
+    // Where that is unknown, the whole leg may lie on either way.
     let flown = leg.flown.unwrap_or(match way {
         Way::Back => 1.0,
         Way::On => 0.0,
@@ -221,7 +221,7 @@ fn passes_nothing(way: Way, leg: &OnLeg, sky: &Sky<'_>, zones: &[(f64, f64)]) ->
     let own = sky.own.cause.map(|cause| nearest_fraction(leg.ends, cause));
     let own = own.filter(|_| sky.own.closes_leg);
     let passes = match way {
-        // What the drone itself cannot pass does not lie behind a drone of which nobody knows where it is.
+        // What the drone itself cannot pass does not lie behind a drone whose place is unknown.
         Way::Back => leg.flown.is_some() && own.is_some_and(|cause| cause < flown - same),
         Way::On => {
             let own_ahead = sky.own.closes_leg && own.is_none_or(|cause| cause >= flown + same);

@@ -29,7 +29,7 @@ pub enum Flag {
     LeavingZone,
     /// It enters something closed before it can turn.
     CannotStop,
-    /// Nobody knows what stands on the way to the first node.
+    /// It is unknown what stands on the way to the first node.
     Unverified,
     /// It draws on the reserve of its battery.
     ReserveUsed,
@@ -123,7 +123,7 @@ pub struct Claim<'a> {
     pub length_m: Option<f64>,
     /// What the answer says of itself.
     pub flags: Flags,
-    /// Whether it also names a way that nobody is to fly.
+    /// Whether it also names a way that no drone is to fly.
     pub has_unsafe_way: bool,
     /// Until when it waits before it departs, for [`Told::Hold`] by distance, where it says so.
     pub waits_until: Option<Timestamp>,
@@ -144,7 +144,7 @@ pub struct FlightClaim<'a> {
     pub alternate: Option<Reservation>,
     /// The least battery that it promises at every node, as a fraction.
     pub reserve: f64,
-    /// False where nobody knows whether the battery suffices: its levels count from an assumed one then.
+    /// False where it is unknown whether the battery suffices: its levels count from an assumed one then.
     pub is_energy_checked: bool,
 }
 

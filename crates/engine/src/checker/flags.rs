@@ -38,7 +38,7 @@ pub(super) fn check(
 /// Whether the place of the drone is in an active zone now.
 fn is_in_active_zone(drone: &Drone<'_>, sky: &Sky<'_>) -> bool {
     let leg = OnLeg::of(drone, sky);
-    // How high a drone flies that is off its leg, nobody knows.
+    // How high a drone flies that is off its leg is unknown.
     let band = if leg.is_off() {
         AltitudeBand::UNLIMITED
     } else {

@@ -184,7 +184,7 @@ impl Flyer<'_> {
         })
     }
 
-    /// The pad is there, open and nobody else's. A drone on the ground keeps its pad against every reservation.
+    /// The pad is there, open and no other drone's. A drone on the ground keeps its pad against every reservation.
     fn pad_is_free(&self, number: usize, stop: &Stop) -> Result<(), Fault> {
         let place = Place::Stop(number);
         let pads = self.sky.airspace.topology().pads(stop.node);
@@ -252,7 +252,7 @@ impl Flyer<'_> {
     fn keeps_reserve(&self, claim: &Claim<'_>, place: Place, level: f64) -> Result<(), Fault> {
         let rules = self.world.rules;
         let least = match (claim.told, self.drone.need) {
-            // Nobody knows what is left: it lands whatever that is.
+            // What is left is unknown: it lands whatever that is.
             (Told::Diverted, Need::Ground | Need::Pad { shown: false }) => f64::NEG_INFINITY,
             (Told::Diverted, _) => rules.floor,
             _ => rules.reserve,

@@ -14,7 +14,7 @@ pub(super) struct OnLeg {
     pub(super) segment: Option<SegmentIx>,
     pub(super) ends: (Point, Point),
     pub(super) length_m: f64,
-    /// The fraction flown; `None` where nobody knows.
+    /// The fraction flown; `None` where that is unknown.
     pub(super) flown: Option<f64>,
     /// How far the drone is off the leg, in metres.
     pub(super) off_m: f64,

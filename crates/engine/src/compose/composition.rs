@@ -61,7 +61,7 @@ pub struct Leg {
     /// What to do if it closes while the drone is at its start; `None` until that has been worked out.
     pub if_closed: Option<Contingency>,
     /// Where to go from its start when nothing else helps; `None` where no alternate can be reached.
-    pub safe: Option<SafeNode>,
+    pub safe: Option<Alternate>,
 }
 
 /// What to do on a leg that closes.
@@ -84,7 +84,7 @@ pub struct Contingency {
 
 /// The nearest alternate: open, with pads, and reachable.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SafeNode {
+pub struct Alternate {
     /// The node.
     pub node: NodeIx,
     /// The nodes from the leg's start to it; it alone where the leg starts there.
@@ -164,7 +164,7 @@ pub fn with_contingencies(
             departure_s,
             arrival_s: time_s,
             if_closed: Some(contingency(&way, place, way_m - flown_m, detour)),
-            safe: safe_node(from, diversion),
+            safe: alternate(from, diversion),
         });
         flown_m += length_m;
     }
@@ -219,7 +219,7 @@ fn contingency(plan: &Path, leg: usize, rest_m: f64, detour: Recomposition) -> C
 }
 
 /// The end of a diversion, with the leg's start put before a path that begins at the leg's end.
-fn safe_node(leg_start: NodeIx, diversion: Recomposition) -> Option<SafeNode> {
+fn alternate(leg_start: NodeIx, diversion: Recomposition) -> Option<Alternate> {
     let mut nodes = diversion.path.nodes;
     let node = *nodes.last()?;
     let length_m = diversion.remaining_length_m?;
@@ -227,7 +227,7 @@ fn safe_node(leg_start: NodeIx, diversion: Recomposition) -> Option<SafeNode> {
     if nodes.first() != Some(&leg_start) {
         nodes.insert(0, leg_start);
     }
-    Some(SafeNode {
+    Some(Alternate {
         node,
         nodes,
         length_m,

@@ -1,6 +1,6 @@
 //! A composition on another network: what of its way is flown there as it was.
 
-use super::composition::{Composition, Contingency, Leg, SafeNode, leg_time_s};
+use super::composition::{Alternate, Composition, Contingency, Leg, leg_time_s};
 use crate::geo::total_m;
 use crate::network::{Correspondence, NodeIx, Topology};
 use crate::routing::Path;
@@ -66,7 +66,7 @@ impl Composition {
             time_s += leg_time_s(change.to, segment, airspeed_mps);
             let if_closed = leg.if_closed.as_ref();
             let if_closed = if_closed.and_then(|detour| contingency(detour, change));
-            let safe = leg.safe.as_ref().map(|safe| safe_node(safe, change));
+            let safe = leg.safe.as_ref().map(|safe| alternate(safe, change));
             contingencies_hold &= if_closed.is_some() && safe != Some(None);
             carried.push(Leg {
                 from: change.correspondence.node(leg.from)?,
@@ -112,10 +112,10 @@ fn contingency(old: &Contingency, change: &Change<'_>) -> Option<Contingency> {
     })
 }
 
-fn safe_node(old: &SafeNode, change: &Change<'_>) -> Option<SafeNode> {
+fn alternate(old: &Alternate, change: &Change<'_>) -> Option<Alternate> {
     let node = change.correspondence.node(old.node)?;
     let still_has_pads = change.to.pads(node) > 0;
-    Some(SafeNode {
+    Some(Alternate {
         node: still_has_pads.then_some(node)?,
         nodes: path(&old.nodes, change)?,
         length_m: old.length_m,

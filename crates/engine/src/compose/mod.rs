@@ -10,7 +10,7 @@ mod migrate;
 mod open_way;
 
 pub use composition::{
-    Composition, Contingency, Leg, SafeNode, compose, flight_time_s, with_contingencies,
+    Alternate, Composition, Contingency, Leg, compose, flight_time_s, with_contingencies,
 };
 pub use conflict::{Conflict, Direction, Occupation, conflicts};
 pub use migrate::{Change, Migrated};

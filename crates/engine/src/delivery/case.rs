@@ -115,7 +115,7 @@ pub(super) fn put_into_words(
     };
     let mut warnings = Vec::new();
     if found.outcome == Outcome::NoRoute {
-        warnings.push(Warning::NoSafeNode);
+        warnings.push(Warning::NoAlternate);
     }
     let start = composition
         .as_ref()

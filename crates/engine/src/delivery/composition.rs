@@ -60,7 +60,7 @@ pub struct FlightComposition {
     pub figures: PlanFigures,
     /// The delivery cost `c_ij` of each leg, in US dollars.
     pub leg_costs_usd: Vec<f64>,
-    /// What to do on each leg where no one tells the drone; empty where they are worked out later.
+    /// What to do on each leg where the drone is told nothing; empty where they are worked out later.
     pub contingencies: Vec<LegContingency>,
     /// How certain it is that no plan is better.
     pub proof: Proof,

@@ -2,7 +2,7 @@
 
 use super::composition::{FlightComposition, nodes_of};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::compose::{Contingency, SafeNode};
+use crate::compose::{self, Contingency};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg};
 use crate::geo::total_m;
 use crate::itinerary::{FlightOutcome, FlightRequest, Limits, find_alternate};
@@ -14,7 +14,7 @@ use crate::recompose::Outcome;
 const MOST_LABELS: usize = 20_000;
 const MOST_CHECKS: usize = 200_000;
 
-/// What a drone does on a leg where nobody tells it.
+/// What a drone does on a leg where it is told nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LegContingency {
     /// The detour, if the leg closes while the drone is at its start.
@@ -38,7 +38,7 @@ pub struct FlownDetour {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternate {
     /// The node, the way to it, and how long that is.
-    pub safe: SafeNode,
+    pub safe: compose::Alternate,
     /// The flight.
     pub flight: FlightPlan,
     /// True where it draws on the reserve.
@@ -203,7 +203,7 @@ fn alternate(
     let (node, flight, reserve_used): (NodeIx, FlightPlan, bool) =
         alternate(rules.reserve).or_else(|| alternate(rules.floor))?;
     Some(Alternate {
-        safe: SafeNode {
+        safe: compose::Alternate {
             node,
             nodes: nodes_of(&flight),
             length_m: flight.distance_m,

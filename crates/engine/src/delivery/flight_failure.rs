@@ -50,7 +50,7 @@ impl FlightFailure<'_> {
         self.landing.is_none() || matches!(self.battery, BatteryNow::Given(_))
     }
 
-    /// The least battery to land with: the floor, but for who has to come down, or of whom nobody knows what is left.
+    /// The least battery to land with: the floor, but for who has to come down, or whose battery is unknown.
     pub(super) fn least_at_landing(&self, rules: &FlightRules) -> f64 {
         match (self.landing, self.is_energy_known()) {
             (Some(Landing::FreePad), true) => rules.floor,
@@ -93,13 +93,13 @@ pub struct FlightRecomposition {
     pub first_stretch_m: f64,
     /// What holds of the way told; rising.
     pub flags: Vec<Flag>,
-    /// False where nobody knows whether the battery suffices.
+    /// False where it is unknown whether the battery suffices.
     pub is_energy_checked: bool,
     /// Without a plan: the least bad way.
     pub unsafe_way: Option<UnsafeWay>,
     /// Without a plan: what is near, the nearest first.
     pub near: Vec<Near>,
-    /// Where nobody knows whether the drone is in the air: what one is told that is.
+    /// Where it is unknown whether the drone is in the air: what one is told that is.
     pub if_airborne: Option<Box<FlightRecomposition>>,
     /// How certain it is that no plan is better, or that there is none.
     pub proof: Proof,

@@ -90,7 +90,7 @@ pub(super) fn is_in_zone(world: &DeliveryWorld<'_>, request: &Request, node: Nod
     zones_over(world, request, node).next().is_some()
 }
 
-/// When the last of the zones over a node ends; `None` where no one knows.
+/// When the last of the zones over a node ends; `None` where that is unknown.
 fn end_of_zones(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> Option<Timestamp> {
     let ends = zones_over(world, request, node).flat_map(|zone| match zone.windows() {
         [] => vec![None],

@@ -19,7 +19,8 @@ fn battery_after(battery: BatteryNow, flown: f64) -> f64 {
     }
 }
 
-/// The battery where a way back begins: nobody may know where a drone is, and then every way begins where it is worst for it.
+/// The battery where a way back begins: a drone's place may be unknown, and then every way begins
+/// where it is worst for it.
 fn battery_where(topology: &Topology, failure: &FlightFailure<'_>, reentry: &Reentry) -> f64 {
     let leg = reentry.stretch.leg;
     let on_leg = leg.filter(|leg| (leg.from, leg.to) == failure.request.report.leg);
@@ -30,7 +31,7 @@ fn battery_where(topology: &Topology, failure: &FlightFailure<'_>, reentry: &Ree
     battery_after(failure.battery, flown)
 }
 
-/// The fraction of its leg that the drone has flown; all of it where nobody knows.
+/// The fraction of its leg that the drone has flown; all of it where that is unknown.
 fn fraction_flown(topology: &Topology, failure: &FlightFailure<'_>) -> f64 {
     let report = &failure.request.report;
     let place = match report.location {

@@ -18,7 +18,7 @@ const WORTH_A_PAD: f64 = 1.2;
 /// Where a drone has to land.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Landing {
-    /// At the node with a free pad that takes least energy: nobody knows how much is left.
+    /// At the node with a free pad that takes least energy: what is left is unknown.
     FreePad,
     /// At the node that takes least energy and is not closed, with or without pads: it cannot fly far. One with a free pad where that
     /// costs at most a fifth more.

@@ -9,7 +9,7 @@ use crate::itinerary::{FlightRequest, Nearby, Objective, find_near};
 use crate::network::Topology;
 use crate::recompose::{Near, UnsafeCode, UnsafeWay, WhyNot};
 
-/// At most so many nodes are told.
+/// The most nodes told.
 const NEAR_MAX: usize = 5;
 
 /// Tells what is near a drone that has no way, by the starts that it has whatever its battery.

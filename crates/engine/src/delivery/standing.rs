@@ -83,7 +83,7 @@ pub fn answer_standing(
     if answer.outcome == Outcome::NoRoute {
         // It stays, though its pad is not its own for as long as a drone in need may stay.
         answer.unsafe_way = Some(UnsafeWay {
-            code: UnsafeCode::NoSafeNode,
+            code: UnsafeCode::NoAlternate,
             nodes: vec![request.source],
             line: vec![world.setting.topology().position(request.source)],
             length_m: 0.0,

@@ -11,7 +11,7 @@ use crate::recompose::Scratch;
 
 /// A plan without a deadline of its own has to land within this many seconds of its start.
 pub const DEFAULT_DEADLINE_S: f64 = 9_000.0;
-/// An alternate's pad has to be free for so many seconds from the landing on.
+/// An alternate's pad has to be free for this many seconds from the landing on.
 pub const DEFAULT_REFUGE_STAY_S: f64 = 1_800.0;
 
 /// What a delivery is computed in. All of it is of one topology.

@@ -405,7 +405,7 @@ impl Airframe {
         self.descent_mps.unwrap_or(self.vertical_speed_mps)
     }
 
-    /// The least time for so many metres up, or down where they are below 0, in seconds.
+    /// The least time for a climb in metres, or down where they are below 0, in seconds.
     pub fn slope_s(&self, up_m: f64) -> f64 {
         match up_m > 0.0 {
             true => up_m / self.climb_speed_mps(),

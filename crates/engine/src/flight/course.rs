@@ -12,7 +12,7 @@ use crate::network::{NodeIx, SegmentIx, Topology};
 pub struct Corner {
     /// Where.
     pub place: Point,
-    /// How high, in metres above the course's reference; `None` where nobody knows.
+    /// How high, in metres above the course's reference; `None` where that is unknown.
     pub height_m: Option<f64>,
 }
 
@@ -31,7 +31,7 @@ pub struct LegCourse {
     slope_m: Option<[f64; 2]>,
 }
 
-/// The height at which a node is passed, in metres above the reference of its altitude; `None` where nobody knows.
+/// The height at which a node is passed, in metres above the reference of its altitude; `None` where that is unknown.
 pub fn crossing_height(topology: &Topology, node: NodeIx) -> Option<f64> {
     crossing_altitude(topology, node).map(|altitude| altitude.value_m)
 }

@@ -11,7 +11,7 @@ use crate::network::{NodeIx, SegmentIx};
 pub enum StretchKind {
     /// Along the leg that the drone is on.
     Leg,
-    /// In a straight line off every leg: nobody knows what stands there.
+    /// In a straight line off every leg: obstacles there are unknown.
     Straight,
     /// Nowhere: the drone is at the node.
     None,

@@ -61,7 +61,7 @@ pub enum Location {
     LegStart,
     /// At a position of the plane.
     At(Point),
-    /// Nobody knows: the worst is assumed for every way back into the network.
+    /// Unknown: the worst is assumed for every way back into the network.
     Unknown,
 }
 
@@ -73,7 +73,7 @@ pub enum Aloft {
     Airborne,
     /// It stands at a node.
     Grounded,
-    /// It is at a node, and nobody knows: both are answered where they differ.
+    /// It is at a node, and that is unknown: both are answered where they differ.
     Unknown,
 }
 

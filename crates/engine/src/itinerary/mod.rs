@@ -26,6 +26,7 @@ mod request;
 mod run;
 mod search;
 mod setting;
+mod stops;
 mod timed;
 mod trace;
 mod under_way;

@@ -97,7 +97,7 @@ impl DensityGrid {
             .unwrap_or_else(|_| Self::arrange(positions, bounds.min, cell_size_m, (1, 1)))
     }
 
-    /// Sorts the nodes into cells, so many columns and rows of them.
+    /// Sorts the nodes into cells, by columns and rows.
     fn arrange(
         positions: &[Point],
         corner: Point,
@@ -185,7 +185,7 @@ impl DensityGrid {
         (low.0..=high.0, low.1..=high.1)
     }
 
-    /// The columns and rows up to so many cells from one.
+    /// The columns and rows up to a number of cells from one.
     pub fn cells_around(
         &self,
         (column, row): CellPlace,

@@ -67,7 +67,7 @@ pub struct SegmentDraft {
 pub struct NetworkDraft {
     /// A name for people.
     pub name: String,
-    /// Who must be named beside every copy (licence, source); empty when nobody.
+    /// Who must be named beside every copy (licence, source); empty if no one.
     pub attribution: String,
     /// What the positions are.
     pub coordinates: Coordinates,

@@ -77,7 +77,7 @@ impl Topology {
         &self.name
     }
 
-    /// Who must be named beside every copy; empty when nobody.
+    /// Who must be named beside every copy; empty if no one.
     pub fn attribution(&self) -> &str {
         &self.attribution
     }

@@ -110,13 +110,13 @@ pub enum Warning {
         /// When the last of them ends.
         until: jiff::Timestamp,
     },
-    /// The same, but nobody knows when they end.
+    /// The same, but their end is unknown.
     HoldsWithoutEnd {
         /// The node.
         node: NodeIx,
     },
     /// No node with pads can be reached, which this outcome would have led to.
-    NoSafeNode,
+    NoAlternate,
     /// Until reservations exist, a node with pads counts as having one free.
     PadAssumedFree {
         /// The node.
@@ -178,7 +178,7 @@ pub struct Recomposition {
     pub unsafe_way: Option<UnsafeWay>,
     /// For [`Outcome::NoRoute`] in flight: what is near, the nearest first.
     pub near: Vec<Near>,
-    /// Where nobody knows whether the drone is in the air: the answer to one that is, where it is another.
+    /// Where it is unknown whether the drone is in the air: the answer to one that is, where it is another.
     pub if_airborne: Option<Box<Recomposition>>,
     /// The strategy asked for.
     pub strategy: Strategy,

@@ -1,7 +1,7 @@
 //! What lies on a leg, by the fraction flown: each cause that closes it by itself.
 //!
 //! A zone lies where it meets the leg, a report where it says that the cause is. An operator's closure, a report that
-//! does not say, and a leg that the network does not have lie somewhere ahead: nobody knows where.
+//! does not say, and a leg that the network does not have lie somewhere ahead: the place is unknown.
 
 use super::request::Request;
 use super::starts::Leg;
@@ -20,7 +20,7 @@ pub(super) struct Causes {
     zones: Parts,
     /// Where the drone says that the cause is.
     known: Option<f64>,
-    /// Something closes the leg of which nobody knows the place.
+    /// Something at an unknown place closes the leg.
     unknown: bool,
 }
 
@@ -44,7 +44,7 @@ impl Causes {
                 }
                 causes.unknown |= has_closure_without_place(airspace, segment);
             }
-            // Nobody knows its altitudes, so that every zone reaches it.
+            // Its altitudes are unknown, so that every zone reaches it.
             None => causes.zones = zone_parts(all_zones(request, airspace), ends),
         }
         if request.report.failure.closes_leg() {

@@ -31,7 +31,7 @@ impl Connectivity {
     pub(super) fn add(&mut self, problem: &LocalProblem<'_>, node: NodeIx) {
         self.parent[node.at()] = node.0;
         self.join_neighbours(problem, node);
-        // A closed A is left over arcs that nobody enters it by, so its neighbours do not see it.
+        // A closed A is left over arcs by which no path enters it, so its neighbours do not see it.
         let from = problem.gap.from;
         if problem.gap.closed.closes_node(from)
             && problem.gap.open_arcs(from).any(|arc| arc.to == node)

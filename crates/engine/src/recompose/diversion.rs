@@ -13,7 +13,7 @@ const PADS_AT_MOST_FARTHER: f64 = 1.2;
 impl Task<'_> {
     /// The destination cannot be reached: the nearest alternate, or the causes that cut the drone off.
     pub(super) fn divert_or_give_up(&mut self) {
-        if let Some(arrival) = self.nearest_safe_node() {
+        if let Some(arrival) = self.nearest_alternate() {
             self.take_diversion(arrival);
             self.tell_what_severed();
             return;
@@ -37,7 +37,7 @@ impl Task<'_> {
     pub(super) fn divert_drone_in_need(&mut self) {
         let detail = self.request.circumstances.detail;
         let lands_anywhere = detail.is_some_and(OperationalDetail::lands_anywhere);
-        let safe = self.nearest_safe_node();
+        let safe = self.nearest_alternate();
         let arrival = match lands_anywhere {
             true => self.nearest_landing(safe),
             false => safe,
@@ -61,12 +61,12 @@ impl Task<'_> {
         let any = self.searcher.nearest(&closed, ways, is_open)?;
         let is_near_enough = |safe: &Arrival| safe.length_m <= any.length_m * PADS_AT_MOST_FARTHER;
         match with_pads.filter(is_near_enough) {
-            Some(_) => self.nearest_safe_node(),
+            Some(_) => self.nearest_alternate(),
             None => Some(any),
         }
     }
 
-    fn nearest_safe_node(&mut self) -> Option<Arrival> {
+    fn nearest_alternate(&mut self) -> Option<Arrival> {
         let topology = self.closed.topology();
         let failed = self.request.failed_pads();
         let failed = failed.filter(|pads| {

@@ -111,7 +111,7 @@ impl Task<'_> {
     }
 }
 
-/// When a closure ends for good; `None` where nobody knows.
+/// When a closure ends for good; `None` where that is unknown.
 fn end_of(closure: &Closure) -> Option<jiff::Timestamp> {
     let ends = closure.windows.iter().map(|window| window.until());
     let ends: Option<Vec<jiff::Timestamp>> = ends.collect();

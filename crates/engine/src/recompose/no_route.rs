@@ -8,7 +8,7 @@ use crate::flight::Location;
 use crate::geo::Point;
 use crate::network::NodeIx;
 
-/// So many near nodes are told at most.
+/// The most near nodes told.
 const NEAR_TOLD: usize = 5;
 /// How many of the nearest nodes are looked at for pads.
 const NEAR_LOOKED_AT: usize = 256;
@@ -17,7 +17,7 @@ impl Task<'_> {
     /// Nothing can be reached.
     pub(super) fn give_up(&mut self) {
         self.answer.outcome = Outcome::NoRoute;
-        self.answer.warnings.push(Warning::NoSafeNode);
+        self.answer.warnings.push(Warning::NoAlternate);
         self.answer.unsafe_way = self.least_bad_way();
         self.tell_what_is_near();
         self.tell_what_severed();
@@ -70,7 +70,7 @@ impl Task<'_> {
         self.answer.near = near;
     }
 
-    /// Where the drone is; the start of its leg where nobody knows.
+    /// Where the drone is; the start of its leg where that is unknown.
     fn place(&self) -> Point {
         match self.request.report.location {
             Location::At(place) => place,

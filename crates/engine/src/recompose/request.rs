@@ -98,7 +98,7 @@ pub enum CellArea {
     /// A square about the node's own position.
     #[default]
     Squares,
-    /// Whole cells: those up to so many columns and rows from the node's own, as the indices of the
+    /// Whole cells: those up to a number of columns and rows from the node's own, as the indices of the
     /// paper's pseudocode can be read.
     Slices,
 }

@@ -4,14 +4,14 @@ use crate::flight::{Reentry, StretchKind};
 use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 
-/// A property of the way told that holds and that the drone, and whoever checks the way, should know.
+/// A property of the way told that holds and that the drone, and the checker of the way, should know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Flag {
     /// The first stretch begins inside an active zone and leads out of it.
     LeavingZone,
     /// What is closed lies nearer than the drone needs to turn: it flies on into it before it does.
     CannotStop,
-    /// The first stretch is a straight line off the network: nobody knows what stands there.
+    /// The first stretch is a straight line off the network: obstacles there are unknown.
     Unverified,
     /// The plan draws on the reserve of the battery.
     ReserveUsed,
@@ -50,10 +50,10 @@ pub enum UnsafeCode {
     EndsClosed,
     /// The drone is off its leg, and every straight line to a near node crosses an active zone.
     Unverified,
-    /// Nobody knows where the drone is, and something lies on its leg.
+    /// The drone's place is unknown, and something lies on its leg.
     PlaceUnknown,
     /// No open node with a pad can be reached from there.
-    NoSafeNode,
+    NoAlternate,
     /// The battery would fall below the reserve or the floor.
     BelowReserve,
     /// No answer passed the checker; this is the nearer end of the leg.
@@ -68,7 +68,7 @@ impl UnsafeCode {
             Self::EndsClosed => "ends_closed",
             Self::Unverified => "unverified",
             Self::PlaceUnknown => "place_unknown",
-            Self::NoSafeNode => "no_safe_node",
+            Self::NoAlternate => "no_alternate",
             Self::BelowReserve => "below_reserve",
             Self::Checker => "checker",
         }
@@ -87,9 +87,9 @@ impl UnsafeCode {
                 "the drone is off its leg, and every straight line to a near node crosses an active zone"
             }
             Self::PlaceUnknown => {
-                "nobody knows where on its leg the drone is, and something lies on it: the way back may lead through that"
+                "the drone's place on its leg is unknown, and something lies on it: the way back may lead through that"
             }
-            Self::NoSafeNode => "from there no open node with a pad can be reached",
+            Self::NoAlternate => "from there no open node with a pad can be reached",
             Self::BelowReserve => "the battery does not last for it",
             Self::Checker => "no answer passed the checker; this is the nearer end of the leg",
         }
@@ -119,7 +119,7 @@ impl UnsafeWay {
             line.push(topology.position(way.node));
         }
         Self {
-            code: UnsafeCode::NoSafeNode,
+            code: UnsafeCode::NoAlternate,
             nodes: vec![way.node],
             line,
             length_m: way.stretch.length_m,

@@ -20,7 +20,7 @@ const OFF_LEG_TOLERANCE_M: f64 = 50.0;
 const OFF_LEG_CANDIDATES: usize = 8;
 /// How many of the nearest nodes are looked at to find open ones.
 const OFF_LEG_LOOKED_AT: usize = 64;
-/// A drone within so many metres of a node may stand there.
+/// A drone within this many metres of a node may stand there.
 pub(super) const AT_NODE_WITHIN_M: f64 = 15.0;
 /// So far beyond the margin of a zone, in metres, is outside of it.
 const OUTSIDE_M: f64 = 1.0;
@@ -74,7 +74,7 @@ impl Leg {
         }
     }
 
-    /// The way from a place on the leg to one of its ends, after so many metres flown on before the drone turns.
+    /// The way from a place on the leg to one of its ends, after the metres flown on before the drone turns.
     fn reentry(&self, topology: &Topology, node: NodeIx, flown: f64, overrun_m: f64) -> Reentry {
         let (from, to) = (topology.position(self.from), topology.position(self.to));
         let place = from.towards(to, flown);
@@ -204,7 +204,7 @@ impl Finder<'_, '_> {
         flown == 1.0 || !self.closed.closes_node(self.leg.to)
     }
 
-    /// Nobody knows where the drone is: it may be at either end, whichever is worse.
+    /// The drone's place is unknown: it may be at either end, whichever is worse.
     fn anywhere(&mut self) {
         let causes = Causes::found(self.request, self.airspace, self.leg);
         // What the drone itself cannot pass does not lie behind it; a zone may.

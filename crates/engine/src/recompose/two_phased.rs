@@ -79,7 +79,7 @@ impl LegFrame {
         }
     }
 
-    /// The point at a share of the way from A to B, and so many metres to the left of it.
+    /// The point at a share of the way from A to B, and a number of metres to the left of it.
     pub(super) fn point(&self, s_share: f64, t_m: f64) -> Point {
         let unit = Point::new(self.along.x / self.length_m, self.along.y / self.length_m);
         Point::new(

@@ -13,7 +13,7 @@ use crate::network::{NodeIx, SegmentIx, Topology};
 const NO_NEXT: u32 = u32::MAX;
 /// Every node knows the next one on its way whose number of hops is a multiple of this.
 const EXPRESS_HOPS: u32 = 16;
-/// So many stretches of a way are walked side by side.
+/// Stretches of a way walked side by side.
 const STRETCHES: usize = 8;
 
 /// The place of a node in a numbering of the tree from the destination up: its own number and the first

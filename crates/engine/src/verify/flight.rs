@@ -341,7 +341,7 @@ impl Drone<'_> {
         let enters_s = leg.enters_s - self.vertical_s(leg.from);
         let leaves_s = leg.leaves_s + self.vertical_s(leg.to);
         for closure in &premises.situation.closures {
-            // Who stands in a zone waits for its end; from what else is closed whoever begins there is let out.
+            // Who stands in a zone waits for its end; from what else is closed a drone that begins there is let out.
             let lets_out = leaves_start && !(self.plan.start.on_ground && closure.widened);
             let hits = closure.segments.contains(&leg.segment)
                 || closure.nodes.contains(&leg.to)

@@ -57,7 +57,7 @@ impl Display for StayAt {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FlightFault {
     /// A premise is what no world has.
-    #[error("{}, and has to be {range}; ask whoever made the plan for another", Figure::said(path, *value))]
+    #[error("{}, and has to be {range}; ask the maker of the plan for another", Figure::said(path, *value))]
     Premise {
         /// Its place in the document.
         path: String,

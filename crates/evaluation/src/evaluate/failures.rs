@@ -70,7 +70,7 @@ impl Failed {
     }
 }
 
-/// Draws so many pairs of a network, and for each a failure in every way of drawing.
+/// Draws pairs of a network, and for each a failure in every way of drawing.
 pub fn draw(subject: &Subject, seed: u64, network: &str, count: usize) -> Vec<Draw> {
     let mut random = Random::new(seed, &format!("failures of {network}"));
     let component = &subject.component;

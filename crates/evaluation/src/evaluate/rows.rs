@@ -216,7 +216,7 @@ pub fn write_figure(figure: &Figure) -> Result<String, RowsError> {
     write(&rows)
 }
 
-/// A figure with no more than so many decimals: files need not tell noise.
+/// A figure with no more than a number of decimals: files need not tell noise.
 pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
     (value * scale).round() / scale

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 /// At most this many zones in a feed; a zone with several volumes counts once.
 pub const MAX_FEED_ZONES: usize = 20_000;
-/// A feed with so many members that are there twice is refused as a whole.
+/// A feed with this many members that are there twice is refused as a whole.
 const MEMBERS_TWICE_MAX: usize = 8;
 
 /// How the zones of a feed are named and widened here.
@@ -89,7 +89,7 @@ impl Collected {
         Ok(())
     }
 
-    /// Two zones of one id: nobody knows which is meant, so that both are refused.
+    /// Two zones of one id: it is unclear which is meant, so that both are refused.
     pub(super) fn refuse_namesakes(&mut self) {
         let mut seen: FxHashMap<String, Vec<usize>> = FxHashMap::default();
         for (place, feed_zone) in self.zones.iter().enumerate() {

@@ -77,28 +77,15 @@ fn read_applicability(zone: Members<'_>, sheet: &mut Sheet) -> Applicability {
     if periods.is_empty() {
         sheet.note(&place, "without applicability it counts always");
     }
-    for (index, period) in periods.iter().enumerate() {
-        let place = place.element(index);
-        let Some(members) = sheet.object(period, &place) else {
-            continue;
-        };
-        let period = Members {
-            members,
-            place: &place,
-        };
-        let is_permanent = match period.get("permanent") {
-            None => false,
-            Some(value) => {
-                let words = [("YES", true), ("NO", false)];
-                let place = place.member("permanent");
-                match sheet.word(value, &place, &words) {
-                    Some(is_permanent) => is_permanent,
-                    None => continue,
-                }
-            }
-        };
-        applies.read(period, is_permanent, sheet);
-    }
+    sheet.each(periods, &place, |period, sheet| {
+        let is_permanent = period.get("permanent").map_or(Some(false), |value| {
+            let words = [("YES", true), ("NO", false)];
+            sheet.word(value, &period.place.member("permanent"), &words)
+        });
+        if let Some(is_permanent) = is_permanent {
+            applies.read(period, is_permanent, sheet);
+        }
+    });
     applies
 }
 
@@ -109,16 +96,10 @@ fn read_layers(zone: Members<'_>, sheet: &mut Sheet) -> Vec<Layer> {
         return Vec::new();
     };
     let mut layers = Vec::new();
-    for (index, volume) in sheet.list(volumes, &place).iter().enumerate() {
-        let place = place.element(index);
-        if let Some(members) = sheet.object(volume, &place) {
-            let volume = Members {
-                members,
-                place: &place,
-            };
-            layers.extend(read_volume(volume, sheet));
-        }
-    }
+    let volumes = sheet.list(volumes, &place);
+    sheet.each(volumes, &place, |volume, sheet| {
+        layers.extend(read_volume(volume, sheet))
+    });
     if layers.is_empty() && sheet.problems.count() == 0 {
         let remedy = "give it at least one volume";
         sheet.refuse(ZoneCode::GeometryEmpty, &place, "has no volume", remedy);

@@ -147,18 +147,11 @@ fn read_applicability(zone: Members<'_>, sheet: &mut Sheet) -> Applicability {
         return applies;
     };
     let place = zone.place.member(name);
-    for (index, period) in sheet.list(periods, &place).iter().enumerate() {
-        let place = place.element(index);
-        let Some(members) = sheet.object(period, &place) else {
-            continue;
-        };
-        let period = Members {
-            members,
-            place: &place,
-        };
+    let periods = sheet.list(periods, &place);
+    sheet.each(periods, &place, |period, sheet| {
         let permanent = period.get("permanent").and_then(Value::as_str);
         applies.read(period, permanent == Some("YES"), sheet);
-    }
+    });
     applies
 }
 
@@ -187,16 +180,9 @@ fn read_geometry(
     let around: Vec<Members<'_>> = std::iter::once(geometry)
         .chain(around.iter().copied())
         .collect();
-    for (index, shape) in shapes.iter().enumerate() {
-        let place = place.element(index);
-        if let Some(members) = sheet.object(shape, &place) {
-            let shape = Members {
-                members,
-                place: &place,
-            };
-            layers.extend(read_shape(shape, &around, sheet));
-        }
-    }
+    sheet.each(shapes, &place, |shape, sheet| {
+        layers.extend(read_shape(shape, &around, sheet))
+    });
 }
 
 fn read_shape(shape: Members<'_>, around: &[Members<'_>], sheet: &mut Sheet) -> Option<Layer> {

@@ -15,7 +15,7 @@ use sha2::{Digest, Sha256};
 const IDENTIFIER_MAX: usize = 7;
 /// The longest text, in characters.
 const TEXT_MAX: usize = 200;
-/// The code of a country that nobody has stated: ISO 3166-1 leaves it to its users.
+/// The code of a country that is not stated: ISO 3166-1 leaves it to its users.
 const NO_COUNTRY: &str = "ZZZ";
 const REASONS: [&str; 9] = [
     "AIR_TRAFFIC",

@@ -90,7 +90,7 @@ fn read_fence(
         }
         None => {
             let remedy = "state inclusion, false to keep drones out";
-            let message = "nobody knows whether it keeps drones in or out: readers differ";
+            let message = "it is unclear whether it keeps drones in or out: readers differ";
             sheet.refuse(ZoneCode::MissingField, &place, message, remedy);
             return None;
         }

@@ -95,6 +95,22 @@ impl Sheet {
         }
     }
 
+    /// Reads each object of a list; what is none is refused by its place and passed over.
+    pub(super) fn each(
+        &mut self,
+        list: &[Value],
+        place: &Place<'_>,
+        mut read: impl FnMut(Members<'_>, &mut Self),
+    ) {
+        for (index, value) in list.iter().enumerate() {
+            let place = place.element(index);
+            if let Some(members) = self.object(value, &place) {
+                let place = &place;
+                read(Members { members, place }, self);
+            }
+        }
+    }
+
     /// One word of several; its case does not matter.
     pub(super) fn word<T: Copy>(
         &mut self,

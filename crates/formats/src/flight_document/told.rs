@@ -7,7 +7,7 @@ use crate::network::{NodeIx, Topology};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
-/// So many pads and legs of other plans are told one by one.
+/// Pads and legs of other plans told one by one.
 const TOLD_MAX: usize = 10;
 
 /// A figure of rules or airframe that is not what is bundled.

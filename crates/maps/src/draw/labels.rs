@@ -14,7 +14,7 @@ const LONGEST_PX: f64 = 190.0;
 const MAX_LABELS: usize = 400;
 /// Of more nodes than this every place hides some, so they are not looked at.
 const MAX_NODES_KEPT_FREE: usize = 2_000;
-/// Along a line, a place is kept free every so many pixels.
+/// Along a line, a place is kept free at this distance in pixels.
 const LINE_STEP_PX: f64 = 7.0;
 /// What a label costs that leaves the map, against one place hidden.
 const OFF_MAP_COST: usize = 1_000;

@@ -11,7 +11,7 @@ const SMALLEST_RING_PX: f64 = 1.8;
 pub(super) enum Mark {
     Start,
     Destination,
-    SafeNode,
+    Alternate,
     Drone,
     AreaNode,
     ClosedNode,
@@ -94,7 +94,7 @@ pub(super) fn draw_mark_towards(mark: Mark, at: Spot, ahead: Spot, document: &mu
             );
             (BLUE, "#ffffff", 1.5)
         }
-        Mark::SafeNode => {
+        Mark::Alternate => {
             shape.add(
                 corners(&[(0.0, -7.5), (7.5, 0.0), (0.0, 7.5), (-7.5, 0.0)]),
                 true,

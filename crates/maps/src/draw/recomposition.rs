@@ -126,7 +126,7 @@ impl<'a> Scene<'a> {
         self.draw_stops(map);
         let role = match answer.outcome {
             Outcome::Unaffected => "path flown on",
-            Outcome::Diverted => "path to the safe node",
+            Outcome::Diverted => "path to the alternate",
             Outcome::Rerouted | Outcome::Hold | Outcome::NoRoute => "new path",
         };
         let length = with_length(role, answer.remaining_length_m);
@@ -179,7 +179,7 @@ impl<'a> Scene<'a> {
             mark(Mark::Destination, destination, "destination");
         }
         if let (Outcome::Diverted, Some(&safe)) = (self.drawn.answer.outcome, self.new.last()) {
-            mark(Mark::SafeNode, safe, "safe node");
+            mark(Mark::Alternate, safe, "alternate");
         }
         let [from, to] = self.leg;
         // At the start of the leg the mark of the start says it.

@@ -120,7 +120,7 @@ pub(super) fn summary(answer: &Recomposition) -> String {
         Outcome::Rerouted => "rerouted",
         Outcome::Unaffected => "nothing ahead is touched",
         Outcome::Hold => "waits, then rerouted",
-        Outcome::Diverted => "diverted to a safe node",
+        Outcome::Diverted => "diverted to an alternate",
         Outcome::NoRoute => "no route",
     };
     let used = strategy_name(answer.strategy_used);

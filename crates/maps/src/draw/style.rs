@@ -8,7 +8,7 @@ pub(super) const BLUE: &str = "#0072b2";
 pub(super) const ORANGE: &str = "#e69f00";
 /// Okabe-Ito vermillion: what failed or is closed.
 pub(super) const VERMILLION: &str = "#d55e00";
-/// Okabe-Ito bluish green: the safe node of a diversion.
+/// Okabe-Ito bluish green: the alternate of a diversion.
 pub(super) const GREEN: &str = "#009e73";
 /// Words and marks.
 pub(super) const INK: &str = "#222222";

@@ -177,7 +177,7 @@ async fn a_request_that_has_not_passed_the_gate_is_refused() {
     let refused = call(&routes, REPORT_FAILURE, Request::new(report())).await;
     let refused: Result<proto::RecompositionAnswer, Status> = refused;
     assert_eq!(
-        code(&refused.expect_err("nobody knows who calls")),
+        code(&refused.expect_err("the caller is unknown")),
         Code::Internal
     );
 }

@@ -1,5 +1,6 @@
 //! What the drone of a plan is to fly when the world has changed, by the flight model.
 
+use super::known::assumed_of;
 use super::reported::ReportingDrone;
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
@@ -86,14 +87,14 @@ impl Flights {
         self: &Arc<Self>,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        stand: Stand,
+        (stand, sighting): (Stand, Option<&Sighting>),
         request: &Request,
     ) -> Answer {
         let drone = ReportingDrone {
             battery: BatteryNow::Given(stand.battery),
             stand: Some(stand),
             planned_stops: None,
-            ..self.drone_of(scene, plan)
+            ..self.drone_of(scene, plan, sighting)
         };
         self.answer_report(scene, drone, request)
     }
@@ -109,16 +110,22 @@ impl Flights {
         let drone = ReportingDrone {
             battery: battery_of(plan, leg, sighting),
             planned_stops: stops_ahead(plan, leg),
-            ..self.drone_of(scene, plan)
+            ..self.drone_of(scene, plan, sighting)
         };
         self.answer_report(scene, drone, request)
     }
 
     /// The drone of a plan, of which its plan says everything.
-    fn drone_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> ReportingDrone {
+    fn drone_of(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        sighting: Option<&Sighting>,
+    ) -> ReportingDrone {
         ReportingDrone {
             kind: self.kind_of(plan),
             battery: BatteryNow::Given(0.0),
+            assumed: assumed_of(Some(plan), sighting, scene.now),
             objective: self.objective_of(plan),
             deadline_s: self.deadline_s(plan, scene.now),
             planned_stops: None,

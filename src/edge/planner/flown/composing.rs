@@ -1,6 +1,8 @@
 //! Deliveries that are flown: what is asked for, read strictly, and the plan that comes of it.
 
+use super::assumed::Assumed;
 use super::kept::Told;
+use super::known::SEEN_WITHIN;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
 use super::{Budget, Flights, FlownVersion};
 use crate::delivery::{DeliveryRequest, compose};
@@ -40,14 +42,22 @@ impl Flights {
             faults.add("deadline_before_start", "/deadline", message, None);
         }
         let airframe = airframe?;
+        let seen = stated.seen_battery;
+        let is_seen_lately =
+            seen.is_some_and(|(_, at)| stated.now.duration_since(at) <= SEEN_WITHIN);
         Some(FlightTerms {
             order: FlightOrder {
                 airframe: Arc::from(airframe.name.as_str()),
+                is_airframe_named: named.is_some(),
                 objective: objective?,
                 deadline,
             },
             kind: DroneKind::new(airframe, stated.payload_kg),
-            battery: battery.or(stated.seen_battery),
+            battery: battery.or(seen.map(|(battery, _)| battery)),
+            assumed: Assumed {
+                airframe: named.is_none(),
+                battery: battery.is_none() && !is_seen_lately,
+            },
         })
     }
 
@@ -72,6 +82,7 @@ impl Flights {
             order,
             kind,
             battery,
+            assumed,
         } = terms;
         let own = scene.traffic.own(None, wanted.drone_id);
         let budget = Budget::Request(order.objective);
@@ -99,7 +110,7 @@ impl Flights {
             ground.refusal(&no_delivery, ends, scene.revision)
         })?;
         let (flown, composition) =
-            FlownVersion::of(&ground, &composed, Told::default(), departs_at);
+            FlownVersion::of(&ground, &composed, Told::of_plan(*assumed), departs_at);
         Ok(Course {
             composition,
             flight: Some(Arc::new(flown)),

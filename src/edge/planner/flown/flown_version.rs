@@ -1,5 +1,6 @@
 //! What is kept of a plan that is flown: times count from its departure, so that it means the same in every state of the edge.
 
+use super::assumed::Assumed;
 use crate::delivery::{FlightComposition, Hold};
 use crate::flight::Reservation;
 use crate::itinerary::Value;
@@ -45,8 +46,10 @@ pub(in crate::edge) struct FlownVersion {
     pub(in crate::edge) alternate: Option<Reservation>,
     /// Whether its pads are surely its own: no other edge gives them away.
     pub(in crate::edge) is_confirmed: bool,
-    /// False where nobody knows whether the battery suffices: its levels mean nothing then.
+    /// False where it is unknown whether the battery suffices: its levels mean nothing then.
     pub(in crate::edge) is_energy_checked: bool,
+    /// What of it is a default.
+    pub(in crate::edge) assumed: Assumed,
 }
 
 impl FlownVersion {

@@ -1,5 +1,6 @@
 //! What is kept of a composition that is flown, with the way that it takes.
 
+use super::assumed::Assumed;
 use super::flown_version::later_by;
 use super::terms::DroneKind;
 use super::{DetourEnd, FlownVersion, Ground, LegEnds};
@@ -12,21 +13,34 @@ use jiff::Timestamp;
 use std::sync::Arc;
 
 /// What a drone is told beside its plan.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
     pub(super) is_diverted: bool,
     pub(super) reserve_used: bool,
     pub(super) hold: Option<Hold>,
     pub(super) is_energy_unchecked: bool,
+    pub(super) assumed: Assumed,
 }
 
-impl From<&FlightRecomposition> for Told {
-    fn from(answer: &FlightRecomposition) -> Self {
+impl Told {
+    /// Of a plan that is new.
+    pub(super) fn of_plan(assumed: Assumed) -> Self {
+        Self {
+            is_diverted: false,
+            reserve_used: false,
+            hold: None,
+            is_energy_unchecked: false,
+            assumed,
+        }
+    }
+
+    pub(super) fn of_answer(answer: &FlightRecomposition, assumed: Assumed) -> Self {
         Self {
             is_diverted: answer.outcome == Outcome::Diverted,
             reserve_used: answer.reserve_used,
             hold: answer.hold,
             is_energy_unchecked: !answer.is_energy_checked,
+            assumed,
         }
     }
 }
@@ -62,6 +76,7 @@ impl FlownVersion {
                 .flatten(),
             is_confirmed: ground.is_alone,
             is_energy_checked: !told.is_energy_unchecked,
+            assumed: told.assumed,
             composition: FlightComposition {
                 contingencies: Vec::new(),
                 ..later_by(composition, -departs_s)

@@ -3,7 +3,9 @@
 //! All seconds here count from one instant, the edge's start, so that tables of legs in a wind that changes outlive the states
 //! of the airspace. What is kept of a plan counts from its departure instead: [`FlownVersion`].
 
+mod answered;
 mod answering;
+mod assumed;
 mod carrying;
 mod causes;
 mod checked;
@@ -11,11 +13,13 @@ mod composing;
 mod expected;
 mod flown_version;
 mod kept;
+mod known;
 mod planner;
 mod reported;
 mod terms;
 mod told;
 
+pub(in crate::edge) use assumed::Assumed;
 pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
 pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;

@@ -61,14 +61,14 @@ impl Flown {
         &self,
         scene: Scene<'_>,
         plan: &PlanEntry,
-        stand: Stand,
+        (stand, sighting): (Stand, Option<&Sighting>),
         destination: NodeIx,
     ) -> (Request, Answer) {
         let request = |way: &Path| standing_at(stand.node, way, destination);
         let from_there = request(&Path::default());
         let answer = self
             .flights
-            .answer_standing(scene, plan, stand, &from_there);
+            .answer_standing(scene, plan, (stand, sighting), &from_there);
         (request(&answer.told.path), answer)
     }
 }
@@ -189,7 +189,8 @@ impl Planner for Flown {
                 .stand(scene.topology(), plan, sighting, scene.now)
         };
         if let Some(stand) = may_stand.then(stand).flatten() {
-            return self.replan_standing(scene, plan, stand, request.report.destination);
+            let at = (stand, sighting);
+            return self.replan_standing(scene, plan, at, request.report.destination);
         }
         let at = (leg, sighting);
         let answer = self.flights.answer_in_flight(scene, plan, &request, at);
@@ -220,7 +221,8 @@ impl Planner for Flown {
             Some(Stand { node, ..stand })
         });
         if let Some(stand) = stand {
-            return Some(self.replan_standing(scene, plan, stand, destination));
+            let at = (stand, sighting.as_ref());
+            return Some(self.replan_standing(scene, plan, at, destination));
         }
         let request = request?;
         let at = (leg, sighting.as_ref());

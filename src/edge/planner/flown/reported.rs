@@ -1,12 +1,16 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
+use super::answered::without_flight;
 use super::answering::{AT_NODE_M, Stand, stops_ahead};
+use super::assumed::Assumed;
+use super::kept::Told;
+use super::known::{assumed_of, seen_lately};
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
     self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
-    answer_failure, severance,
+    answer_failure,
 };
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
@@ -17,15 +21,12 @@ use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
 use crate::itinerary::Objective;
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
-use crate::recompose::{Recomposition, Request, Severance};
-use crate::routing::Path;
+use crate::recompose::Request;
 use crate::wire;
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
 
-/// A battery that was told longer ago is not known any more.
-const SEEN_WITHIN: SignedDuration = SignedDuration::from_mins(5);
 /// The heaviest payload that is believed, in kilograms.
 const PAYLOAD_MAX_KG: f64 = 100.0;
 
@@ -44,6 +45,7 @@ struct Reporter<'a> {
 pub(super) struct ReportingDrone {
     pub(super) kind: DroneKind,
     pub(super) battery: BatteryNow,
+    pub(super) assumed: Assumed,
     pub(super) objective: Objective,
     /// The latest landing, in seconds, where one is to be kept.
     pub(super) deadline_s: Option<f64>,
@@ -53,7 +55,7 @@ pub(super) struct ReportingDrone {
     /// Where it has to land, of which nothing that it reports shows that it can fly on.
     pub(super) landing: Option<Landing>,
     pub(super) budget: Budget,
-    /// Its plan, whose legs and pads are in nobody's way but its own.
+    /// Its plan, whose legs and pads are in no way but its own.
     pub(super) plan: Option<Arc<str>>,
     /// The drone of that plan.
     pub(super) drone_id: Option<Arc<str>>,
@@ -79,13 +81,13 @@ pub(in crate::edge) struct Flight {
     pub(in crate::edge) version: Option<(Arc<FlownVersion>, Composition)>,
     /// When that departs.
     pub(in crate::edge) departs_at: Timestamp,
-    /// How one flies that is in the air, where nobody knows whether this one is.
+    /// How one flies that is in the air, where it is unknown whether this one is.
     pub(super) if_airborne: Option<Arc<FlownVersion>>,
     /// What keeps the drone from its destination.
     pub(in crate::edge) causes: Vec<wire::FlightCause<'static>>,
     /// The plan that there would be but for the deadline.
     pub(in crate::edge) opens: Option<wire::Opening<'static>>,
-    /// False where nobody knows whether the battery suffices.
+    /// False where it is unknown whether the battery suffices.
     pub(in crate::edge) is_energy_checked: bool,
     pub(super) drone: ReportingDrone,
     /// The wind that it is flown in.
@@ -94,6 +96,11 @@ pub(in crate::edge) struct Flight {
 }
 
 impl Flight {
+    /// What is a default of it.
+    pub(in crate::edge) fn assumed(&self) -> Assumed {
+        self.drone.assumed
+    }
+
     /// All that it was computed from beside its report and the closures in force, as a document; of the scene that it was
     /// computed in.
     pub(in crate::edge) fn question(&self, scene: Scene<'_>, request: &Request) -> Value {
@@ -112,8 +119,7 @@ impl Flight {
 }
 
 impl Flights {
-    /// The drone of a report; `None` where nobody knows its battery. What of the report cannot be so is passed over with a
-    /// warning.
+    /// The drone of a report; `None` where its battery is unknown. What cannot be so is passed over with a warning.
     pub(super) fn reporting(
         &self,
         scene: Scene<'_>,
@@ -131,39 +137,38 @@ impl Flights {
             sighting: sighting.as_ref(),
         };
         let facts = report.drone.clone().unwrap_or_default();
+        let stated = facts.battery_fraction.filter(is_fraction);
+        let named = facts.airframe.as_deref();
+        let is_named = named.is_some_and(|name| self.settings.airframe(name).is_some());
         let leg = leg_of(request, reporter);
         let known = battery(&facts, leg, reporter, scene.now);
         let landing = Landing::of(
             request.report.failure,
             Trouble::of(request.circumstances.detail),
             ReportedFigures {
-                battery: facts
-                    .battery_fraction
-                    .is_some_and(|share| is_fraction(&share)),
+                battery: stated.is_some(),
                 payload: facts.payload_kg.is_some_and(|kg| is_payload(&kg))
                     && matches!(known, Some(BatteryNow::Given(_))),
             },
         );
         // Who has to land lands whatever is left.
         let assumed = landing.map(|_| BatteryNow::Assumed(self.settings.airframe.full_charge));
-        let is_stated = facts
-            .battery_fraction
-            .is_some_and(|share| is_fraction(&share));
         // What its telemetry said of a drone that has to land was said before it failed.
         let known = known.map(|known| match known {
-            BatteryNow::Given(seen) if landing.is_some() && !is_stated => BatteryNow::Assumed(seen),
+            BatteryNow::Given(seen) if landing.is_some() && stated.is_none() => {
+                BatteryNow::Assumed(seen)
+            }
             known => known,
         });
         let Some(battery) = known.or(assumed) else {
             read.push(ReadWarning::new(
                 "battery_unknown",
-                "nobody knows the drone's battery, so that the answer is the shortest way and may not be flyable; \
+                "the drone's battery is unknown, so that the answer is the shortest way and may not be flyable; \
                  send 'drone.battery_fraction'",
             ));
             return None;
         };
         let stand = self.stand_of(scene, request, reporter);
-        let stated = facts.battery_fraction.filter(is_fraction);
         let stand = stand.map(|stand| Stand {
             battery: stated.unwrap_or(stand.battery),
             ..stand
@@ -172,6 +177,8 @@ impl Flights {
         Some(ReportingDrone {
             kind: self.kind_of_reporter(&facts, plan, read),
             battery,
+            assumed: assumed_of(plan, sighting.as_ref(), scene.now)
+                .but_for(is_named, stated.is_some()),
             objective,
             budget: Budget::Request(objective),
             deadline_s: self.deadline_of_report(report, plan, scene.now, read),
@@ -328,7 +335,8 @@ impl Flights {
         let departs_at = drone.stand.map_or(scene.now, |stand| stand.from);
         let flown = |told: &FlightRecomposition, departs_at: Timestamp| {
             let composition = told.composition.as_ref()?;
-            let (flown, way) = FlownVersion::of(ground, composition, told.into(), departs_at);
+            let told = Told::of_answer(told, drone.assumed);
+            let (flown, way) = FlownVersion::of(ground, composition, told, departs_at);
             Some((Arc::new(flown), way))
         };
         let airborne = told.if_airborne.as_deref();
@@ -350,8 +358,7 @@ impl Flights {
         }
     }
 
-    /// Whether an answer of an instant can still be flown: its times can be kept, in the same wind, and nothing has closed on its
-    /// way since.
+    /// Whether an answer of an instant can still be flown: at its times, in the same wind, over what is still open.
     pub(super) fn still_holds(
         &self,
         scene: Scene<'_>,
@@ -441,13 +448,7 @@ fn battery(
     if let Some(stated) = stated.filter(|_| !planted::is(Bug::PlansBattery)) {
         return Some(BatteryNow::Given(stated));
     }
-    let lately = reporter.sighting.filter(|sighting| {
-        let is_of_plan = reporter
-            .plan
-            .is_none_or(|plan| sighting.seen_at >= plan.reported.departs_at);
-        is_of_plan && now.duration_since(sighting.seen_at) <= SEEN_WITHIN
-    });
-    if let Some(seen) = lately.and_then(|sighting| sighting.battery_fraction) {
+    if let Some(seen) = seen_lately(reporter.plan, reporter.sighting, now) {
         return Some(BatteryNow::Given(seen));
     }
     let flown = reporter.plan?.reported.flight.as_deref()?;
@@ -456,49 +457,4 @@ fn battery(
         before: leg.battery_before,
         after: leg.battery_after,
     })
-}
-
-/// An answer in the terms that those without a flight have, too.
-fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition {
-    let airborne = told.if_airborne.as_deref();
-    let airborne = airborne.map(|airborne| Box::new(without_flight(ground, airborne)));
-    let topology = ground.skies.topology();
-    let plan = told.composition.as_ref();
-    let path = plan.map(|plan| Path {
-        nodes: plan.nodes(),
-        segments: plan.plan.legs.iter().map(|leg| leg.segment).collect(),
-    });
-    let remaining_length_m = plan.map(|plan| plan.plan.distance_m);
-    let causes = told.causes.iter();
-    let severed_by = causes.filter_map(|cause| severance(&ground.skies, cause));
-    let mut severed_by: Vec<Severance> = severed_by.collect();
-    severed_by.sort();
-    severed_by.dedup();
-    Recomposition {
-        outcome: told.outcome,
-        path: path.unwrap_or_default(),
-        recomposed_length_m: remaining_length_m.map(|length_m| length_m - told.first_stretch_m),
-        remaining_length_m,
-        first_stretch_m: told.first_stretch_m,
-        reentry: plan.and_then(|plan| plan.plan.start.reentry()),
-        flags: told.flags.clone(),
-        unsafe_way: told.unsafe_way.clone(),
-        near: told.near.clone(),
-        if_airborne: airborne,
-        strategy: told.strategy,
-        strategy_used: told.strategy_used,
-        fallback: told.fallback.clone(),
-        stage: told.stage,
-        searches: 1,
-        area_nodes: topology.node_count(),
-        area_segments: topology.segment_count(),
-        settled_nodes: told.proof.effort.labels,
-        local_optimum_m: None,
-        global_optimum_m: None,
-        remaining_optimum_m: None,
-        repairs: Vec::new(),
-        warnings: told.warnings.clone(),
-        severed_by,
-        stages: Vec::new(),
-    }
 }

@@ -1,5 +1,6 @@
 //! What flies, and what is asked for of a flight.
 
+use super::assumed::Assumed;
 use crate::flight::Airframe;
 use crate::itinerary::Objective;
 use jiff::Timestamp;
@@ -33,6 +34,8 @@ impl DroneKind {
 pub(in crate::edge) struct FlightOrder {
     /// The airframe's name.
     pub(in crate::edge) airframe: Arc<str>,
+    /// Whether the client named it.
+    pub(in crate::edge) is_airframe_named: bool,
     /// What is made least.
     pub(in crate::edge) objective: Objective,
     /// The latest landing, where one was stated.
@@ -44,6 +47,7 @@ pub(in crate::edge) struct FlightOrder {
 pub(in crate::edge) struct FlightTerms {
     pub(in crate::edge) order: FlightOrder,
     pub(in crate::edge::planner) kind: DroneKind,
-    /// As the request or the drone's telemetry says; full where nobody knows.
+    /// As the request or the drone's telemetry says; full where that is unknown.
     pub(super) battery: Option<f64>,
+    pub(super) assumed: Assumed,
 }

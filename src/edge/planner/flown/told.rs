@@ -11,7 +11,7 @@ use jiff::Timestamp;
 use std::borrow::Cow;
 
 impl FlownVersion {
-    /// The whole flight of a version that departs at an instant; `None` where nobody knows whether the battery suffices.
+    /// The whole flight of a version that departs at an instant; `None` where it is unknown whether the battery suffices.
     pub(in crate::edge) fn told(
         &self,
         topology: &Topology,

@@ -20,7 +20,7 @@ fn a_path_begins_where_the_drone_is() {
 
 #[test]
 fn the_first_stretch_passes_no_cause() {
-    // Its own failure lies ahead, or nobody knows where.
+    // Its own failure lies ahead, or at an unknown place.
     let failed = Story {
         told: Told::Rerouted,
         closes_leg: true,
@@ -124,7 +124,7 @@ fn straight_lines_are_for_those_off_their_leg_and_flagged() {
     straight.flags = Flags::default().with(Flag::Unverified);
     let zone = circle(&straight.topology, 100.0, 0.0, 20.0);
     assert_eq!(straight.closing(&[zone]).rule(), Rule::EntersZone);
-    // On its leg nobody flies straight over roofs.
+    // On its leg no drone flies straight over roofs.
     let mut on_leg = Story::around();
     on_leg.stretch.kind = StretchKind::Straight;
     on_leg.stretch.leg = None;

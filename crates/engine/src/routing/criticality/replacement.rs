@@ -131,7 +131,7 @@ pub(super) struct Replacements {
 }
 
 impl Replacements {
-    /// Room for graphs of so many nodes.
+    /// Room for graphs of a number of nodes.
     pub(super) fn new(nodes: usize) -> Self {
         Self {
             nodes: Vec::new(),

@@ -5,7 +5,7 @@ use crate::evaluate::record::{
     Provenance, Reading, Reference, Run, Scale, Sentence, Series, Table, Unit, Verdict,
 };
 
-/// A name as nobody should give one.
+/// A name as no author should give one.
 pub(super) const HOSTILE: &str = "<script>alert('x')</script> & \"co\"\u{1}";
 
 const SIZES: [f64; 6] = [100.0, 250.0, 500.0, 1_000.0, 2_500.0, 5_000.0];
