@@ -30,6 +30,8 @@ const OFF_THE_MIDDLE: f64 = 0.1;
 /// Places that are drawn for a zone until a bystander flies by it.
 const DRAWS_PER_ZONE: usize = 20;
 const PAGE: usize = 100;
+/// The airframe of an edge without the flight model.
+const BY_DISTANCE: &str = "none";
 
 /// How a workload is played.
 #[derive(Clone, Debug)]
@@ -161,7 +163,7 @@ async fn start(
         program: options.program.clone(),
         folder: folder.path().to_owned(),
     };
-    let airframe = workload.airframe.as_deref().unwrap_or_default();
+    let airframe = workload.airframe.as_deref().unwrap_or(BY_DISTANCE);
     let servers = Servers {
         network: network.to_owned(),
         store,
