@@ -1,6 +1,6 @@
 //! A zone over a fleet: when it is in force for a bystander, and when the last drone is told.
 
-use super::filling::Accepted;
+use super::filling::{Accepted, Nodes};
 use super::listener::{Heard, Listener};
 use super::world::{Disc, World};
 use crate::arrivals::Chance;
@@ -71,12 +71,6 @@ pub(crate) struct Struck {
 struct Answered<'a> {
     #[serde(borrow)]
     path: Nodes<'a>,
-}
-
-#[derive(Deserialize)]
-struct Nodes<'a> {
-    #[serde(borrow)]
-    nodes: Vec<Id<'a>>,
 }
 
 impl Edge {

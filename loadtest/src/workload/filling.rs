@@ -12,7 +12,8 @@ use crate::requests;
 use crate::scenario::Dialect;
 use crate::transport::{Connections, Status, Told};
 use jiff::{SignedDuration, Timestamp};
-use skyway::wire::{DeliveryRequest, Id, Plan};
+use serde::Deserialize;
+use skyway::wire::{DeliveryRequest, Id};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,27 @@ pub(crate) struct Accepted {
     pub(crate) drone: String,
     /// The nodes of its way, by their numbers.
     pub(crate) way: Vec<usize>,
+}
+
+/// What is read of a plan: the least, as it is read while the edge is measured.
+#[derive(Deserialize)]
+struct Plan<'a> {
+    id: String,
+    drone_id: Option<String>,
+    #[serde(borrow)]
+    reported: Reported<'a>,
+}
+
+#[derive(Deserialize)]
+struct Reported<'a> {
+    #[serde(borrow)]
+    path: Nodes<'a>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Nodes<'a> {
+    #[serde(borrow)]
+    pub(crate) nodes: Vec<Id<'a>>,
 }
 
 /// What came of filling.
@@ -78,7 +100,7 @@ impl Filler<'_> {
                 }
                 Some(plan) => {
                     record.composed(&told)?;
-                    filled.plans.push(self.known(&plan));
+                    filled.plans.push(self.known(plan));
                 }
             }
             if self.workload.mark == Some(filled.plans.len()) && filled.at_mark.is_empty() {
@@ -97,7 +119,7 @@ impl Filler<'_> {
             let (told, took) = self.asked(&request).await?;
             times.add(took);
             if let Some(plan) = accepted(&told)? {
-                let removal = requests::removal(&Standing::Plan(plan.id.into_owned()));
+                let removal = requests::removal(&Standing::Plan(plan.id));
                 self.connections.ask(&removal).await?;
             }
         }
@@ -131,12 +153,12 @@ impl Filler<'_> {
         Ok((told, sent.get().elapsed()))
     }
 
-    fn known(&self, plan: &Plan<'_>) -> Accepted {
+    fn known(&self, plan: Plan<'_>) -> Accepted {
         let nodes = plan.reported.path.nodes.iter().map(Id::text);
         Accepted {
-            id: plan.id.clone().into_owned(),
-            drone: plan.drone_id.clone().unwrap_or_default().into_owned(),
             way: self.world.way(nodes),
+            id: plan.id,
+            drone: plan.drone_id.unwrap_or_default(),
         }
     }
 }
