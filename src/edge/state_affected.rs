@@ -96,9 +96,18 @@ impl State {
             return Affected::Not;
         }
         let scene = self.next.scene_in(airspace, now);
-        let affected_by = self
+        let mut affected_by = self
             .planner
             .affected_by(scene, plan, ahead, obstruction, causes);
+        if wanted_blocked {
+            // What meets only the way that its drone is to take over is named, too.
+            let met = causes.iter().filter(|cause| airspace.is_in_force(cause));
+            let new: Vec<String> = met
+                .filter(|id| !affected_by.contains(id))
+                .cloned()
+                .collect();
+            affected_by.extend(new);
+        }
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
@@ -112,31 +121,31 @@ impl State {
         };
         let checked = self.checked(detour, airspace, now);
         let version = self.version_of(&checked, airspace, now);
-        if !alone
-            && version
-                .as_ref()
-                .is_some_and(|it| self.is_in_newcomers_way(plan, it))
-        {
+        let new = version.as_ref().filter(|_| !alone);
+        if new.is_some_and(|version| self.is_in_newcomers_way(plan, version)) {
             return Affected::Overtaken;
         }
         self.take_detour(plan, checked, version, affected_by, now)
     }
 
-    /// What a wave has found for a plan, unless the plan or the airspace is another one now and the answer does not fit any more.
+    /// What a wave has found for a plan, unless that is another one now, or what has closed or was taken since makes it one that
+    /// the checker would refuse: that is no fault of the search.
     fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>, now: Timestamp) -> Option<Detour> {
         let detour = *found.detour?;
-        if !Arc::ptr_eq(&detour.plan, plan) {
+        let is_same_airspace = Arc::ptr_eq(&found.airspace, &self.next.airspace);
+        let has_way = !detour.way().nodes.is_empty();
+        if !Arc::ptr_eq(&detour.plan, plan) || !(is_same_airspace || has_way) {
             return None;
         }
-        if Arc::ptr_eq(&found.airspace, &self.next.airspace) {
+        if is_same_airspace && self.occupied_since.is_empty() {
             return Some(detour);
         }
-        let scene = self.next.scene(now);
         let (request, answer) = (&detour.request, &detour.answer);
-        let has_way = !detour.way().nodes.is_empty();
         let known = Known::default();
-        let fits = has_way && self.planner.check(scene, request, &known, answer).is_ok();
-        fits.then_some(detour)
+        let checked = self
+            .planner
+            .check(self.next.scene(now), request, &known, answer);
+        checked.is_ok().then_some(detour)
     }
 
     /// Whether a version would come too near to what others have taken since the wave began.
