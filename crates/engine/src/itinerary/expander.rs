@@ -245,7 +245,9 @@ impl<'a> Expander<'a> {
                 leaving: departure.leaving,
             };
             room.intervals.clear();
-            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            let within_s = (piece.lo_s, piece.hi_s);
+            let began_s = self.request.began_s;
+            obstacles.forbidden(self.world, began_s, entry, within_s, room.intervals);
             self.fly_between(piece, leg, period, room);
         }
     }
@@ -326,7 +328,9 @@ impl<'a> Expander<'a> {
                 time_s: cost.time_s,
                 leaving: departure.leaving,
             };
-            obstacles.forbidden(self.world, self.request.began_s, entry, room.intervals);
+            let within_s = (entered_s, f64::INFINITY);
+            let began_s = self.request.began_s;
+            obstacles.forbidden(self.world, began_s, entry, within_s, room.intervals);
             room.intervals
                 .sort_by(|one, other| one.0.total_cmp(&other.0));
             for &(from_s, until_s) in room.intervals.iter() {

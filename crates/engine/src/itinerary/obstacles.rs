@@ -192,16 +192,20 @@ impl Obstacles {
             && !self.others.is_busy(segment)
     }
 
-    /// Adds the forbidden entry times of a leg, as open intervals in any order.
+    /// Adds the forbidden entry times of a leg, as open intervals in any order, as far as they meet the times within which
+    /// it may be entered.
     pub(super) fn forbidden(
         &self,
         world: &FlightWorld<'_>,
         began_s: f64,
         entry: Entry,
+        within_s: (f64, f64),
         intervals: &mut Vec<(f64, f64)>,
     ) {
-        self.each_forbidden(world, began_s, entry, |_, from_s, until_s| {
-            intervals.push((from_s, until_s));
+        self.each_forbidden_by(world, began_s, entry, within_s.1, |_, from_s, until_s| {
+            if from_s <= within_s.1 && until_s >= within_s.0 {
+                intervals.push((from_s, until_s));
+            }
         });
     }
 
@@ -211,6 +215,18 @@ impl Obstacles {
         world: &FlightWorld<'_>,
         began_s: f64,
         entry: Entry,
+        take: impl FnMut(Forbids, f64, f64),
+    ) {
+        self.each_forbidden_by(world, began_s, entry, f64::INFINITY, take);
+    }
+
+    /// The same without legs of others that forbid nothing by the last of these times.
+    fn each_forbidden_by(
+        &self,
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        entry: Entry,
+        last_s: f64,
         mut take: impl FnMut(Forbids, f64, f64),
     ) {
         let span = Span {
@@ -235,8 +251,12 @@ impl Obstacles {
         close(by_node.of_index(entry.to.0), Leaving::OnItsWay);
         close(by_node.of_index(entry.from.0), entry.leaving);
         if world.rules.headway_s > 0.0 && self.others.is_busy(entry.segment) {
-            for other in self.others.legs_on(SegmentIx(entry.segment)) {
-                let (from_s, until_s) = too_near(&other, entry, world.rules.headway_s);
+            let headway_s = world.rules.headway_s;
+            // Who enters so much later forbids nothing before it.
+            let reach_s = entry.time_s.max(headway_s + HEADWAY_STEP_S);
+            let there = self.others.legs_on(SegmentIx(entry.segment));
+            for other in there.take_while(|other| other.enters_s - reach_s <= last_s) {
+                let (from_s, until_s) = too_near(&other, entry, headway_s);
                 take(Forbids::Traffic(other), from_s, until_s);
             }
         }

@@ -60,7 +60,8 @@ impl Occupancy {
     pub fn put_leg(&mut self, segment: SegmentIx, leg: OccupiedLeg) {
         let there = Arc::make_mut(self.legs.entry(segment.0).or_default());
         there.retain(|other| !other.is_same(&leg));
-        there.push(leg);
+        let place = there.partition_point(|other| other.enters_s <= leg.enters_s);
+        there.insert(place, leg);
         if !self.is_busy(segment) {
             Arc::make_mut(&mut self.busy).insert_growing(segment.0);
         }
@@ -122,7 +123,7 @@ impl Occupancy {
         }
     }
 
-    /// The legs on a segment, in no order.
+    /// The legs on a segment, by when they are entered.
     pub fn legs_on(&self, segment: SegmentIx) -> &[OccupiedLeg] {
         self.legs.get(&segment.0).map_or(&[], |legs| legs)
     }
@@ -235,7 +236,7 @@ impl OthersOccupancy {
         self.occupancy.busy.iter()
     }
 
-    /// The legs of others on a segment.
+    /// The legs of others on a segment, by when they are entered.
     pub fn legs_on(&self, segment: SegmentIx) -> impl Iterator<Item = TrafficLeg> + '_ {
         let there = self.occupancy.legs_on(segment).iter();
         let others = there.filter(|leg| !self.is_own(&leg.plan));

@@ -12,6 +12,8 @@ use crate::flight::FlightLegs;
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 
+/// Any time at which a leg may be entered.
+const ALWAYS_S: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to
 /// stay below them.
 const ROUNDING_M: f64 = 1e-3;
@@ -142,7 +144,7 @@ impl ReleaseTimes {
                     intervals.clear();
                     let began_s = terms.request.began_s;
                     let obstacles = world.obstacles;
-                    obstacles.forbidden(world, began_s, entry, &mut intervals);
+                    obstacles.forbidden(world, began_s, entry, ALWAYS_S, &mut intervals);
                     if !is_start {
                         join(&mut intervals);
                     }
