@@ -165,8 +165,7 @@ impl Workers {
     where
         D: Fn() + Clone + Send + 'static,
     {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = (0..cores.min(THREADS_MAX)).map(|number| {
+        let threads = (0..cores().min(THREADS_MAX)).map(|number| {
             let (waves, inbox) = sync_channel(1);
             let (means, done) = (means.clone(), done.clone());
             let name = format!("skyway-plans-{number}");
@@ -184,6 +183,14 @@ impl Workers {
             let _ = thread.try_send(wave.clone());
         }
     }
+}
+
+#[expect(
+    clippy::disallowed_methods,
+    reason = "what comes of a wave does not depend on how many threads work on it"
+)]
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn work(inbox: &Receiver<Arc<Wave>>, means: &Means, done: &impl Fn()) {

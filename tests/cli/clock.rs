@@ -1,6 +1,11 @@
 //! A clock that a client moves, from outside: a run stepped by it is the same twice, and an edge starts with it only where
 //! nobody is misled.
 
+#![expect(
+    clippy::disallowed_types,
+    reason = "a client of the daemon, from outside"
+)]
+
 use crate::binary::{Server, Workspace, skyway, starts_with};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};

@@ -256,7 +256,7 @@ async fn a_simulator_moves_the_clock_and_is_told_why_not() {
     let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
     let (routes, _) = services_by(Clock::external(start)).await;
     let to = timestamp("2026-11-27T19:00:00Z");
-    let message = proto::AdvanceToRequest { to: to.clone() };
+    let message = proto::AdvanceToRequest { to };
     let moved = call(&routes, "Clock/AdvanceTo", passed(message)).await;
     let moved: proto::AdvanceToResponse = moved.expect("it moves");
     let stamp = moved.stamp.as_ref().expect("a stamp");
