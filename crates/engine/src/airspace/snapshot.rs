@@ -193,6 +193,15 @@ impl Airspace {
         next
     }
 
+    /// The same closures with another look ahead, by one clock: costs a pass over them, and what turns.
+    #[must_use]
+    pub fn looking_ahead(&self, horizon: SignedDuration) -> Self {
+        let mut next = self.beside_clock(None);
+        next.horizon = horizon;
+        next.follow_windows(&mut Effect::default());
+        next
+    }
+
     /// The same airspace beside a second clock that is so far ahead of the time, or behind it: from the next
     /// [`Airspace::apply`] on a window counts if it does by either of them. `None` leaves the time alone.
     #[must_use]

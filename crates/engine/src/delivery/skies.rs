@@ -1,7 +1,7 @@
 //! One state of the world: what is closed when and why, and what other plans take, in seconds of one clock.
 
 use super::world::DEFAULT_DEADLINE_S;
-use crate::airspace::{Airspace, Change};
+use crate::airspace::Airspace;
 use crate::flight::{FlightRules, Reservation, Situation, TimedClosure, TrafficLeg};
 use crate::itinerary::{OthersOccupancy, timed_closures};
 use crate::network::{NodeIx, Topology};
@@ -177,12 +177,5 @@ impl FlightEnvironment {
 /// The same airspace without a look ahead, but for the margin.
 fn closed_now(airspace: &Airspace, margin_s: f64) -> Airspace {
     let horizon = SignedDuration::try_from_secs_f64(margin_s).unwrap_or(SignedDuration::ZERO);
-    let as_of = airspace.as_of();
-    let topology = airspace.topology().clone();
-    let open = Airspace::open(topology, airspace.topology_revision(), as_of, horizon);
-    let closures = airspace.closures();
-    let puts: Vec<Change> = closures
-        .map(|(closure, _)| Change::Put(closure.clone()))
-        .collect();
-    open.apply(&puts, as_of)
+    airspace.looking_ahead(horizon)
 }

@@ -12,8 +12,7 @@ pub(super) struct Grouped<T> {
 
 impl<T> Grouped<T> {
     /// Groups pairs of an index below `length` and an item; items of one index keep their order.
-    pub(super) fn of(length: usize, mut pairs: Vec<(u32, T)>) -> Self {
-        pairs.sort_by_key(|&(index, _)| index);
+    pub(super) fn of(length: usize, pairs: Vec<(u32, T)>) -> Self {
         let mut present = Bits::empty(length);
         let mut first = vec![0_u32; length + 1];
         for &(index, _) in &pairs {
@@ -23,10 +22,18 @@ impl<T> Grouped<T> {
         for place in 1..first.len() {
             first[place] += first[place - 1];
         }
+        // By counting: each change of the airspace groups all that is closed.
+        let mut next = first.clone();
+        let mut items: Vec<Option<T>> = pairs.iter().map(|_| None).collect();
+        for (index, item) in pairs {
+            let place = &mut next[index as usize];
+            items[*place as usize] = Some(item);
+            *place += 1;
+        }
         Self {
             present,
             first,
-            items: pairs.into_iter().map(|(_, item)| item).collect(),
+            items: items.into_iter().flatten().collect(),
         }
     }
 

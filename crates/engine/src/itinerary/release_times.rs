@@ -79,9 +79,10 @@ impl Default for ReleaseTimes {
 }
 
 impl ReleaseTimes {
-    /// Forgets the openings of the request before.
+    /// Forgets the request before, so that what a search costs does not depend on what was asked earlier.
     pub(super) fn clear(&mut self) {
         self.by_time.clear();
+        self.parted_by = [0; PARTED_BY];
         self.is_collected = false;
     }
 

@@ -160,7 +160,7 @@ mod tests {
     fn it_always_takes_as_many_checks() {
         let mut yardstick = Yardstick::new().expect("a valid network");
         let checks = yardstick.run();
-        assert!(checks > 50_000, "{checks}");
+        assert!(checks > 20_000, "{checks}");
         assert_eq!(yardstick.run(), checks);
     }
 }
