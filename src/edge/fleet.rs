@@ -3,7 +3,7 @@
 use super::drones::Drones;
 use super::plan_entry::PlanEntry;
 use super::planner::{Answer, Planner, Scene, occupation};
-use super::progress::{Progress, leg_ahead};
+use super::progress::{Progress, ahead, leg_ahead, whole};
 use super::snapshot::Snapshot;
 use crate::compose::{Conflict, conflicts};
 use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
@@ -63,6 +63,34 @@ pub(super) struct DetourMeans<'a> {
     pub(super) scene: Scene<'a>,
     pub(super) planner: &'a dyn Planner,
     pub(super) drones: &'a Drones,
+}
+
+/// What is in the way of the drone of a plan.
+#[derive(Debug)]
+pub(super) struct Obstructed {
+    /// Ahead of it on what it flies: ids, as far as they are told by times.
+    pub(super) by: Option<Vec<String>>,
+    /// Whether it cannot go on flying that.
+    pub(super) is_reported: bool,
+    /// Whether anything is on the version that it is to fly.
+    pub(super) is_wanted: bool,
+}
+
+/// What is in the way of the drone of a plan, on what it flies and on what it is to fly.
+pub(super) fn obstructed(
+    plan: &PlanEntry,
+    progress: &Progress,
+    means: &DetourMeans<'_>,
+) -> Obstructed {
+    let by = |version, ahead| means.planner.obstruction(means.scene, plan, version, ahead);
+    let wanted = plan.wanted.as_deref();
+    let is_wanted = wanted.is_some_and(|wanted| by(wanted, whole(wanted)).is_some());
+    let by = by(&plan.reported, ahead(plan, progress));
+    Obstructed {
+        is_reported: plan.ends_early() || by.is_some(),
+        by,
+        is_wanted,
+    }
 }
 
 /// How far a place is from the straight line between two others, ends included, in metres.

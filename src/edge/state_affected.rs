@@ -3,7 +3,7 @@
 use super::fleet::{self, Detour, DetourMeans};
 use super::plan_entry::{PlanEntry, PlanFlags};
 use super::planner::{Concern, Occasion, Sent, Version};
-use super::progress::{self, Ahead, Progress};
+use super::progress::{self, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use crate::airspace::Airspace;
@@ -36,20 +36,6 @@ pub(super) struct Found {
 }
 
 impl State {
-    /// What closes a version of a plan from a leg on: ids, as far as they are told by times, and none where it is the wind;
-    /// `None` where nothing does.
-    fn obstruction(
-        &self,
-        plan: &PlanEntry,
-        version: &Version,
-        ahead: Ahead<'_>,
-        airspace: &Arc<Airspace>,
-        now: Timestamp,
-    ) -> Option<Vec<String>> {
-        let scene = self.next.scene_in(airspace, now);
-        self.planner.obstruction(scene, plan, version, ahead)
-    }
-
     /// Whether anything is closed ahead of the drone of a plan, on what it flies or is to fly.
     pub(super) fn is_cut(
         &self,
@@ -58,14 +44,8 @@ impl State {
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) -> bool {
-        let is_obstructed = |version: &Version, ahead: Ahead<'_>| {
-            let obstruction = self.obstruction(plan, version, ahead, airspace, now);
-            obstruction.is_some()
-        };
-        let wanted = plan.wanted.as_deref();
-        plan.ends_early()
-            || is_obstructed(&plan.reported, progress::ahead(plan, progress))
-            || wanted.is_some_and(|wanted| is_obstructed(wanted, progress::whole(wanted)))
+        let obstructed = fleet::obstructed(plan, progress, &self.means(airspace, now));
+        obstructed.is_reported || obstructed.is_wanted
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -81,25 +61,19 @@ impl State {
             return Affected::Not;
         };
         let ahead = progress::ahead(plan, &progress);
-        let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
-        let reported_blocked = plan.ends_early() || obstruction.is_some();
-        let wanted_blocked = plan.wanted.as_ref().is_some_and(|wanted| {
-            let whole = progress::whole(wanted);
-            self.obstruction(plan, wanted, whole, airspace, now)
-                .is_some()
-        });
-        if !reported_blocked && !wanted_blocked {
+        let obstructed = fleet::obstructed(plan, &progress, &self.means(airspace, now));
+        if !obstructed.is_reported && !obstructed.is_wanted {
             return Affected::Not;
         }
-        if !reported_blocked && plan.is_as_planned() {
+        if !obstructed.is_reported && plan.is_as_planned() {
             self.withdraw_wanted(plan);
             return Affected::Not;
         }
         let scene = self.next.scene_in(airspace, now);
         let mut affected_by = self
             .planner
-            .affected_by(scene, plan, ahead, obstruction, causes);
-        if wanted_blocked {
+            .affected_by(scene, plan, ahead, obstructed.by, causes);
+        if obstructed.is_wanted {
             // What meets only the way that its drone is to take over is named, too.
             let met = causes.iter().filter(|cause| airspace.is_in_force(cause));
             let new: Vec<String> = met
@@ -108,7 +82,7 @@ impl State {
                 .collect();
             affected_by.extend(new);
         }
-        if let Some(wanted) = plan.wanted.as_ref().filter(|_| !wanted_blocked) {
+        if let Some(wanted) = plan.wanted.as_ref().filter(|_| !obstructed.is_wanted) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
         let alone = found.is_none();
@@ -274,11 +248,9 @@ impl State {
             return false;
         }
         let progress = progress::progress(airspace.topology(), plan, &self.drones, now);
-        let blocked = progress.is_some_and(|progress| {
-            let ahead = progress::ahead(plan, &progress);
-            let obstruction = self.obstruction(plan, &plan.reported, ahead, airspace, now);
-            obstruction.is_some()
-        });
+        let means = self.means(airspace, now);
+        let by = |progress| fleet::obstructed(plan, &progress, &means).by;
+        let blocked = progress.and_then(by).is_some();
         if blocked {
             return false;
         }

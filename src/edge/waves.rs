@@ -119,25 +119,16 @@ impl Wave {
         let plan = self.plan(&task.place.plan).filter(|_| task.may_be_cut())?;
         let airspace = &self.snapshot.airspace;
         let progress = progress::progress(airspace.topology(), plan, &means.drones, self.now)?;
-        let scene = self.snapshot.scene(self.now);
-        let is_obstructed = |version, ahead| {
-            let obstruction = means.planner.obstruction(scene, plan, version, ahead);
-            obstruction.is_some()
-        };
-        let is_reported_blocked =
-            plan.ends_early() || is_obstructed(&plan.reported, progress::ahead(plan, &progress));
-        let wanted = plan.wanted.as_deref();
-        let is_wanted_blocked =
-            wanted.is_some_and(|wanted| is_obstructed(wanted, progress::whole(wanted)));
-        let is_told = wanted.is_some() && !is_wanted_blocked;
-        if is_told || !(is_reported_blocked || is_wanted_blocked) {
-            return None;
-        }
         let means = DetourMeans {
-            scene,
+            scene: self.snapshot.scene(self.now),
             planner: &*means.planner,
             drones: &means.drones,
         };
+        let obstructed = fleet::obstructed(plan, &progress, &means);
+        let is_told = plan.wanted.is_some() && !obstructed.is_wanted;
+        if is_told || !(obstructed.is_reported || obstructed.is_wanted) {
+            return None;
+        }
         Some(Box::new(fleet::detour(plan, &progress, &means)))
     }
 
