@@ -154,7 +154,6 @@ impl Flights {
     /// What a drone flies in at a moment: an airspace, which may be an imagined one, the wind, and
     /// the plans of the scene but its own.
     fn ground(&self, scene: Scene<'_>, kind: &DroneKind, own: Own<'_>, budget: Budget) -> Ground {
-        let checks_per_s = self.settings.checks_per_s;
         let sky = self.sky(scene);
         let compiled = self.compiled(scene, kind);
         let others = scene.traffic.others(own, self.zero);
@@ -164,11 +163,17 @@ impl Flights {
             skies: sky.skies.among(others),
             compiled,
             settings: self.settings.clone(),
-            limits: match budget {
-                Budget::Request(objective) => Limits::of_request(objective, checks_per_s),
-                Budget::Wave => Limits::of_replanning(checks_per_s),
-            },
+            limits: self.limits(budget),
             is_alone: self.is_alone,
+        }
+    }
+
+    /// What bounds each search.
+    fn limits(&self, budget: Budget) -> Limits<'static> {
+        let checks_per_s = self.settings.checks_per_s;
+        match budget {
+            Budget::Request(objective) => Limits::of_request(objective, checks_per_s),
+            Budget::Wave => Limits::of_replanning(checks_per_s),
         }
     }
 

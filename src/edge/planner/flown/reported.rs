@@ -9,8 +9,8 @@ use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
 use crate::compose::Composition;
 use crate::delivery::{
-    self, BatteryNow, FlightFailure, FlightRecomposition, Landing, ReportedFigures, Trouble,
-    answer_failure,
+    self, BatteryNow, DeliveryWorld, FlightFailure, FlightRecomposition, Landing, ReportedFigures,
+    Trouble, answer_failure,
 };
 use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
@@ -18,10 +18,10 @@ use crate::edge::planner::{Answer, Asked, Own, Scene};
 use crate::edge::progress::progress;
 use crate::flight::{Aloft, Location};
 use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
-use crate::itinerary::Objective;
+use crate::itinerary::{Limits, Objective};
 use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
-use crate::recompose::Request;
+use crate::recompose::{Outcome, Request};
 use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
@@ -326,12 +326,23 @@ impl Flights {
         drone: ReportingDrone,
         request: &Request,
     ) -> Answer {
-        let world = ground.world();
         let failure = self.failure(&drone, request, scene.now);
-        let told = self.with_scratch(scene.topology(), |scratch| match drone.stand {
-            Some(stand) => self.in_seconds(stand).answer(&world, &failure, scratch),
-            None => answer_failure(&world, &failure, scratch),
-        });
+        let told_within = |limits: Limits<'static>| {
+            let world = DeliveryWorld {
+                limits,
+                ..ground.world()
+            };
+            self.with_scratch(scene.topology(), |scratch| match drone.stand {
+                Some(stand) => self.in_seconds(stand).answer(&world, &failure, scratch),
+                None => answer_failure(&world, &failure, scratch),
+            })
+        };
+        let mut told = told_within(ground.limits);
+        // That a wave had no time for its way is no reason to tell a drone that there is none.
+        let is_cut_short = told.outcome == Outcome::NoRoute && !told.proof.proved;
+        if is_cut_short && drone.budget == Budget::Wave {
+            told = told_within(self.limits(Budget::Request(drone.objective)));
+        }
         let departs_at = drone.stand.map_or(scene.now, |stand| stand.from);
         let flown = |told: &FlightRecomposition, departs_at: Timestamp| {
             let composition = told.composition.as_ref()?;
