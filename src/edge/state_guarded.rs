@@ -8,6 +8,7 @@ use super::progress;
 use super::state::State;
 use crate::compose::{Leg, Occupation};
 use crate::network::{NodeIx, Topology};
+use std::sync::Arc;
 
 /// No version has this number: what is guarded beside all of them is of none.
 const OF_NO_VERSION: u32 = u32::MAX;
@@ -18,11 +19,7 @@ impl State {
     pub(super) fn guard(&mut self, plan: &PlanEntry) {
         let is_due = plan.is_active() && plan.flags.unacknowledged;
         if !is_due {
-            let taken = self.guarded.remove(&plan.id);
-            for (number, segment) in (0..).zip(taken.into_iter().flatten()) {
-                let occupancy = &mut self.next.occupancy;
-                occupancy.remove_leg(segment, &plan.id, OF_NO_VERSION, number);
-            }
+            self.guard_no_more(&plan.id);
             return;
         }
         if self.guarded.contains_key(&plan.id) {
@@ -40,6 +37,15 @@ impl State {
             segments.push(leg.segment);
         }
         self.guarded.insert(plan.id.clone(), segments);
+    }
+
+    /// Lets go what is taken for the contingencies of a plan.
+    pub(super) fn guard_no_more(&mut self, plan: &Arc<str>) {
+        let taken = self.guarded.remove(plan);
+        for (number, segment) in (0..).zip(taken.into_iter().flatten()) {
+            let occupancy = &mut self.next.occupancy;
+            occupancy.remove_leg(segment, plan, OF_NO_VERSION, number);
+        }
     }
 }
 

@@ -386,6 +386,8 @@ impl State {
                 filled.wanted = Some(Arc::new(version));
             }
         }
+        // What is taken for a drone that is not heard of is taken for its new contingencies.
+        self.guard_no_more(&filled.id);
         self.keep_plan(filled);
     }
 
