@@ -198,6 +198,42 @@ async fn plans_that_are_met_are_shown_as_affected_until_all_are_told() {
     assert_eq!(last.event.data, expected);
 }
 
+/// What 40 flown plans that take the same pads and segments are to fly after a zone, each way and its stays.
+async fn flown_after_zone(is_in_place: bool) -> Vec<Value> {
+    let stage = Stage::watched(flying::settings(), is_in_place, |_, _| {});
+    for number in 0..40 {
+        let (from, to) = [("a0", "a7"), ("a7", "a0")][number % 2];
+        let start = stage.edge.clock().now() + SignedDuration::from_secs(20 * number as i64);
+        let request = json!({"id": format!("p{number:02}"), "drone_id": format!("d{number}"), "source": from,
+            "destination": to, "start_time": start.to_string()});
+        // Some have no way among the others: the same ones in both.
+        let _ = stage.deliver(request).await;
+    }
+    stage.zone(circle("z", 400.0, 0.0, 10.0)).await;
+    stage.settle().await;
+    let page = PageRequest::default();
+    let plans = stage
+        .edge
+        .plans(&stage.caller, &page, &PlanFilter::default())
+        .expect("a page");
+    let plans = plans.plans.iter().map(|plan| {
+        let wanted = plan.wanted.as_ref();
+        let wanted =
+            wanted.map(|wanted| json!([wanted.outcome, wanted.path, wanted.legs, wanted.flight]));
+        json!([plan.id, plan.affected_by, wanted])
+    });
+    plans.collect()
+}
+
+#[tokio::test]
+async fn what_comes_of_waves_does_not_depend_on_threads() {
+    let in_place = flown_after_zone(true).await;
+    let with_threads = flown_after_zone(false).await;
+    let told = in_place.iter().filter(|plan| !plan[2].is_null()).count();
+    assert!(told > 10, "{told} of {} are told", in_place.len());
+    assert_eq!(in_place, with_threads);
+}
+
 #[tokio::test]
 async fn those_in_the_air_come_first_and_then_those_who_reach_the_zone_first() {
     let stage = Stage::set();
