@@ -4,6 +4,7 @@
 
 use crate::objective::Objective;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -290,26 +291,36 @@ fn one() -> usize {
     1
 }
 
+/// The text of a file.
+pub(crate) fn text_of(path: &Path) -> Result<String, Unusable> {
+    std::fs::read_to_string(path).map_err(|error| Unusable::Unreadable {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// What a file says, and the name that it has from the file.
+pub(crate) fn named<T: DeserializeOwned>(path: &Path, text: &str) -> Result<(T, String), Unusable> {
+    let read = toml::from_str(text).map_err(|error| Unusable::Malformed {
+        path: path.to_owned(),
+        error: Box::new(error),
+    })?;
+    let stem = path.file_stem().unwrap_or_default();
+    Ok((read, stem.to_string_lossy().into_owned()))
+}
+
 impl Scenario {
     /// Reads a file.
     ///
     /// # Errors
     /// Where it cannot be read, has a key that is not known, or contradicts itself.
     pub(crate) fn read(path: &Path) -> Result<Self, Unusable> {
-        let text = std::fs::read_to_string(path).map_err(|error| Unusable::Unreadable {
-            path: path.to_owned(),
-            error,
-        })?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path)?)
     }
 
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, Unusable> {
-        let mut scenario: Self = toml::from_str(text).map_err(|error| Unusable::Malformed {
-            path: path.to_owned(),
-            error: Box::new(error),
-        })?;
-        let stem = path.file_stem().unwrap_or_default();
-        scenario.name = stem.to_string_lossy().into_owned();
+        let (mut scenario, name) = named::<Self>(path, text)?;
+        scenario.name = name;
         match scenario.contradiction() {
             None => Ok(scenario),
             Some((key, what)) => Err(Unusable::Contradictory {

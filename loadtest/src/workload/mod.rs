@@ -15,7 +15,7 @@ mod world;
 
 pub(crate) use command::{FleetArguments, run_fleets};
 
-use crate::scenario::Unusable;
+use crate::scenario::{Unusable, named, text_of};
 use goals::{Goal, Measure};
 use serde::Deserialize;
 use std::path::Path;
@@ -33,7 +33,7 @@ const QUICK_SAMPLES: usize = 5;
 pub(crate) enum Ground {
     /// One that the program brings with it.
     Bundled(String),
-    /// One that `skyway network generate` makes of these, the rest as it is where nobody says
+    /// One that `skyway network generate` makes of these, the rest by its defaults
     /// otherwise.
     Generated {
         nodes: usize,
@@ -102,20 +102,12 @@ impl Workload {
     /// # Errors
     /// Where it cannot be read, has a key that is not known, or contradicts itself.
     pub(crate) fn read(path: &Path) -> Result<Self, Unusable> {
-        let text = std::fs::read_to_string(path).map_err(|error| Unusable::Unreadable {
-            path: path.to_owned(),
-            error,
-        })?;
-        Self::parse(path, &text)
+        Self::parse(path, &text_of(path)?)
     }
 
     pub(crate) fn parse(path: &Path, text: &str) -> Result<Self, Unusable> {
-        let mut workload: Self = toml::from_str(text).map_err(|error| Unusable::Malformed {
-            path: path.to_owned(),
-            error: Box::new(error),
-        })?;
-        let stem = path.file_stem().unwrap_or_default();
-        workload.name = stem.to_string_lossy().into_owned();
+        let (mut workload, name) = named::<Self>(path, text)?;
+        workload.name = name;
         match workload.contradiction() {
             None => Ok(workload),
             Some((key, what)) => Err(Unusable::Contradictory {
