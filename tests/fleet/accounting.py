@@ -2,21 +2,12 @@
 
 import dataclasses
 
+from fault import Fault
 from record import Record, Told, Version, Zone
 from zones import times_inside
 
 # A drone that is in a zone's way for less than this after it came may have passed it.
 JUST_PAST_S = 2.0
-
-
-@dataclasses.dataclass(frozen=True)
-class Fault:
-    """A plan that is not accounted for."""
-
-    rule: str
-    at_s: float
-    plan: str
-    text: str
 
 
 def judge(record: Record) -> list[Fault]:
@@ -39,7 +30,7 @@ def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
     """What a drone flew when a zone came leads through it later, and no outcome names the zone."""
     faults = []
     for zone in record.zones.values():
-        # What was lifted before all were told needs to be told to nobody any more.
+        # What was lifted before all were told need not be told any more.
         if zone.has_band or zone.gone_s < zone.replanned_s:
             continue
         for version in record.near(zone):
@@ -69,7 +60,7 @@ def is_met(version: Version, zone: Zone) -> bool:
 
 
 def is_in_window(zone: Zone, from_s: float, until_s: float) -> bool:
-    """By its windows alone: nobody knows when it will be lifted."""
+    """By its windows alone: when it will be lifted is unknown."""
     return any(start <= until_s and from_s <= end for start, end in zone.windows)
 
 
@@ -85,7 +76,7 @@ def told_twice(by_plan: dict[str, list[Told]]) -> list[Fault]:
 
 
 def named_in_vain(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
-    """An outcome names a zone that has not come yet, or that nobody put."""
+    """An outcome names a zone that has not come yet, or that was never put."""
     faults = []
     for plan, every in by_plan.items():
         for told in every:

@@ -13,7 +13,7 @@ import sys
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "judge"))
 
-from geometry import Circle, Plane, Polygons  # noqa: E402  (the judge's, which is nobody else's)
+from geometry import Circle, Plane, Polygons  # noqa: E402  (of the judge of answers)
 
 # What tells a plan's drone an outcome.
 OUTCOMES = ("plan_affected", "plan_relieved")

@@ -4,23 +4,12 @@ What was told before a zone came is no fault of the zone's: that its drone is to
 elsewhere.
 """
 
-import dataclasses
-
+from fault import Fault
 from record import Move, Record, Version, Zone
 
 # What lies nearer to a boundary than this is on either side of it.
 DOUBT_M = 0.5
 DOUBT_S = 0.5
-
-
-@dataclasses.dataclass(frozen=True)
-class Fault:
-    """A version that leads through a zone."""
-
-    rule: str
-    at_s: float
-    plan: str
-    text: str
 
 
 def judge(record: Record) -> list[Fault]:
