@@ -40,7 +40,7 @@ fn who_sleeps_wakes_when_the_hand_reaches_the_instant_and_not_before() {
     hand.set(noon);
     assert_eq!(sleep.as_mut().poll(&mut context), Poll::Ready(()));
     assert_eq!(clock.real_duration_until(noon), Some(Duration::ZERO));
-    // Nobody moves the hand any more: an instant ahead never comes.
+    // The hand does not move any more: an instant ahead never comes.
     drop(hand);
     let mut never = pin!(clock.sleep_until(noon + SignedDuration::from_secs(1)));
     assert_eq!(never.as_mut().poll(&mut context), Poll::Pending);
@@ -90,7 +90,7 @@ fn a_simulated_clock_starts_where_it_is_told_and_says_what_it_is() {
 }
 
 #[test]
-fn nobody_waits_long_for_the_machine() {
+fn no_wait_for_the_machine_is_long() {
     let clock = Clock::real();
     assert_eq!(clock.kind(), ClockKind::Real);
     let wait = |instant| clock.real_duration_until(instant);

@@ -258,7 +258,7 @@ settings! {
     /// A clock for simulators, on loopback only. Every answer then says what clock it is.
     clock: ClockConfig {
         /// What moves it: machine; or external, so that it stands still until a client moves it (POST
-        /// /v1/clock:advance). The edge then has a store of its own, in which it goes on where it ended, and follows
+        /// /v1/clock:advance). The edge then has a store of its own, which a restart continues, and follows
         /// no registry.
         kind: ClockMover = ClockMover::Machine;
         /// What it shows at the start; empty for the machine's time.

@@ -280,7 +280,7 @@ fn events_of(epoch: u64, clock: &Clock, settings: &Settings) -> Events {
 }
 
 /// Where it is told that something has opened, and the other end, which a thread hears, or in place a client that moves
-/// the clock; nothing where nobody does.
+/// the clock; nothing where neither is there.
 fn word_of_openings(
     planner: &dyn Planner,
     clock: &Clock,

@@ -193,7 +193,7 @@ impl Writer {
             Self::Thread(commands) => commands,
             Self::InPlace(desk) => {
                 in_place(|| {
-                    // Nobody overtakes who waits for it.
+                    // Fair: those that wait for it have their turn in order.
                     let free = desk.try_lock();
                     let mut desk = free.unwrap_or_else(|_| desk.blocking_lock());
                     desk.carry_out(vec![letter]);
@@ -325,8 +325,8 @@ impl WriterLoop {
         }
     }
 
-    /// A first wave, the answers, and then the other waves: on the thread of whoever hands in commands, no other one would
-    /// go on with them.
+    /// A first wave, the answers, and then the other waves: on the thread that hands in commands, as no other one
+    /// would go on with them.
     fn replan_in_place(&mut self, batch: Batch, now: Timestamp) {
         let watch = &self.watch;
         let detours = self

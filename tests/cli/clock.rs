@@ -1,5 +1,5 @@
 //! A clock that a client moves, from outside: a run stepped by it is the same twice, and an edge starts with it only where
-//! nobody is misled.
+//! that misleads no client.
 
 #![expect(
     clippy::disallowed_types,

@@ -1,4 +1,4 @@
-//! A clock that a client moves: whoever moves it keeps nobody from reading, and other orders have their turn.
+//! A clock that a client moves: advancing it blocks no reader, and other commands have their turn.
 
 use crate::stage::{DAWN, EPOCH, WAIT_AT_MOST, network};
 use skyway::clock::Clock;
@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, mpsc};
 use tokio::time::timeout;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 1)]
-async fn who_moves_the_clock_keeps_nobody_from_reading() {
+async fn advancing_the_clock_blocks_no_reader() {
     let (topology, geojson) = network();
     let clock = Clock::external(DAWN.parse().expect("an instant"));
     let (arrivals, arrived) = mpsc::channel();
@@ -19,7 +19,7 @@ async fn who_moves_the_clock_keeps_nobody_from_reading() {
         if step == WriterStep::Enforced {
             // The test may have seen enough; then the gate is open.
             let _seen = arrivals.send(());
-            let _opened = closed.lock().expect("nobody fails").recv();
+            let _opened = closed.lock().expect("a channel").recv();
         }
     });
     let edge = opening.without_store().expect("threads");

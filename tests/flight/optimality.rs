@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Worlds of each kind per run; `SKYWAY_CASES` multiplies them.
 const WORLDS: u64 = 100;
-/// So many times as many worlds are crowded, or large: few of them need what they are for.
+/// How many times more worlds are crowded, or large, as few of them need what they are for.
 const MORE: u64 = 3;
 /// Flights that the continuous brute force may try before a case is left out.
 const BUDGET: usize = 30_000;

@@ -26,7 +26,7 @@ const ROUNDING_ENERGY: f64 = 1e-9;
 /// many.
 const STOPS_STEPS: f64 = 64.0;
 const STOPS_ENTRIES: usize = 256;
-/// So many nodes remember what parted families there.
+/// Nodes that remember what parted families there.
 const PARTED_BY: usize = 64;
 
 /// Something opens at a node: a leg from it, a pad, or everything where the wind changes.
@@ -99,7 +99,7 @@ impl ReleaseTimes {
             let handling_s = terms.handling_s(node);
             let vertical_s = legs.vertical_s(node);
             for (rises_s, until_s) in pads.rises(node) {
-                // Nobody can stop for less.
+                // No stop takes less.
                 if until_s >= rises_s + handling_s - ROUNDING_S {
                     let at_s = rises_s - vertical_s;
                     let stop_s = handling_s + 2.0 * vertical_s;
