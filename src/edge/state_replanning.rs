@@ -341,7 +341,12 @@ impl State {
                 return;
             }
         };
-        self.settle(&task.causes, outcome);
+        // What the drone is told names the closures that are in its way: others of its task have not met it after all.
+        let told = self.next.plans.get(&task.place.plan);
+        let is_named = |cause: &&String| told.is_some_and(|plan| plan.affected_by.contains(cause));
+        let (named, not_met): (Vec<_>, Vec<_>) = task.causes.iter().partition(is_named);
+        self.settle(named, outcome);
+        self.settle(not_met, "unaffected");
     }
 
     /// Queues a plan again whose finding was overtaken; it stays shown as it was.
@@ -392,7 +397,11 @@ impl State {
     }
 
     /// Counts an answer for the closures that asked for it, and tells when all have theirs.
-    fn settle(&mut self, causes: &[String], outcome: &'static str) {
+    fn settle<'a>(
+        &mut self,
+        causes: impl IntoIterator<Item = &'a String>,
+        outcome: &'static str,
+    ) {
         for cause in causes {
             let Some(tally) = self.tallies.get_mut(cause) else {
                 continue;
