@@ -7,7 +7,7 @@ use skyway::airspace::{Airspace, Closed, RequestClosures};
 use skyway::checked::{Known, check_answer};
 use skyway::flight::{
     Airframe, FailureReport, FailureType, FlightLegs, FlightRules, FlightStart, Location,
-    Situation, WindField,
+    SharedCrossings, Situation, Vertical, WindField,
 };
 use skyway::itinerary::{
     FlightRequest, FlightWorld, ItineraryScratch, Limits, Objective, Obstacles, PadTimes,
@@ -196,6 +196,8 @@ fn a_search_with_time_and_battery_allocates_its_plan_alone() {
         legs: &legs,
         obstacles: &Obstacles::of(topology, &situation),
         pads: &PadTimes::of(topology, &situation),
+        vertical: &Vertical::of(topology, rules.unknown_climb_m),
+        crossings: &SharedCrossings::default(),
         rules: &rules,
         charging: airframe.charging(),
     };

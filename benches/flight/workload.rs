@@ -4,8 +4,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use skyway::airspace::{Hits, Zone, ZoneDraft, ZoneGeometry};
 use skyway::flight::{
-    Airframe, FlightLegs, FlightRules, FlightStart, Reservation, Situation, TimedClosure, Wind,
-    WindField,
+    Airframe, FlightLegs, FlightRules, FlightStart, Reservation, SharedCrossings, Situation,
+    TimedClosure, Vertical, Wind, WindField,
 };
 use skyway::geo::AltitudeBand;
 use skyway::itinerary::{
@@ -48,6 +48,8 @@ pub(crate) struct Workload {
     pub(crate) legs: FlightLegs,
     pub(crate) obstacles: Obstacles,
     pub(crate) pads: PadTimes,
+    vertical: Vertical,
+    crossings: SharedCrossings,
     pub(crate) destinations: Vec<NodeIx>,
     /// By objective and destination; none for objectives that are not measured.
     pub(crate) potentials: Vec<Vec<Potentials>>,
@@ -83,6 +85,8 @@ impl Workload {
         let mut workload = Self {
             obstacles: Obstacles::of(&topology, &situation),
             pads: PadTimes::of(&topology, &situation),
+            vertical: Vertical::of(&topology, rules.unknown_climb_m),
+            crossings: SharedCrossings::default(),
             potentials: potentials.into_iter().collect(),
             topology,
             airframe,
@@ -122,6 +126,8 @@ impl Workload {
             legs: &self.legs,
             obstacles: &self.obstacles,
             pads: &self.pads,
+            vertical: &self.vertical,
+            crossings: &self.crossings,
             rules: &self.rules,
             charging: self.airframe.charging(),
         }

@@ -126,6 +126,12 @@ settings! {
         active_max: usize = 20_000, 1..=1_000_000;
         /// The time between two drones at one place below which their plans conflict.
         headway: Duration = 30 * SECOND, seconds(FlightRules::HEADWAY_S);
+        /// The time between two drones that pass a node or land there, with the flight model; 0s lets them pass
+        /// together.
+        node_headway: Duration = 5 * SECOND, seconds(FlightRules::NODE_HEADWAY_S);
+        /// Where segments come nearer to each other than this, in metres, and no higher than 10 m above each other,
+        /// drones are not at the same time, with the flight model; 0 lets them.
+        crossing_m: f64 = 20.0, numbers(FlightRules::CROSSING_M);
         /// How long a drone has to acknowledge a new version of its plan.
         acknowledge_within: Duration = MINUTE, SECOND..=HOUR;
         /// So long after its arrival, or the last sign of its drone, a plan that has not ended is lost.

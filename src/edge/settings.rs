@@ -41,7 +41,7 @@ pub struct FlightSettings {
     pub airframe: Arc<Airframe>,
     /// What else may be named.
     pub airframes: Vec<Arc<Airframe>>,
-    /// Margins and overheads; the headway is that of [`Settings::headway_s`].
+    /// Margins and overheads; how plans keep apart is as in [`Settings`].
     pub rules: FlightRules,
     /// What a delivery costs.
     pub tariff: Tariff,
@@ -114,6 +114,11 @@ pub struct Settings {
     pub plans_max: usize,
     /// Two plans on one segment in the same direction conflict within this time, in seconds.
     pub headway_s: f64,
+    /// Flown plans pass a node or land there at least this far apart, in seconds; 0 lets them pass together.
+    pub node_headway_s: f64,
+    /// Flown plans are not at the same time where segments come nearer to each other than this, in metres; 0 lets
+    /// them.
+    pub crossing_m: f64,
     /// How long a recomposed version waits for its acknowledgement.
     pub acknowledge_within: SignedDuration,
     /// So long after its arrival, or the last sign of its drone, a plan that has not ended is lost.
@@ -176,6 +181,8 @@ impl Default for Settings {
             closures_max: 20_000,
             plans_max: 20_000,
             headway_s: 30.0,
+            node_headway_s: FlightRules::default().node_headway_s,
+            crossing_m: FlightRules::default().crossing_m,
             acknowledge_within: SignedDuration::from_secs(60),
             lost_after: SignedDuration::from_hours(1),
             records_max: 10_000,

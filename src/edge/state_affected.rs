@@ -127,10 +127,10 @@ impl State {
         if !self.planner.minds(Concern::Traffic, Some(version)) {
             return false;
         }
-        let traffic = self.next.traffic();
+        let scene = self.next.scene(self.now);
+        let own = scene.traffic.own_of_plan(plan);
         let is_new = |other: &str| self.occupied_since.contains(other);
-        let headway_s = self.settings.headway_s;
-        traffic.meets_any(traffic.own_of_plan(plan), version, headway_s, &is_new)
+        self.planner.meets(scene, own, version, &is_new)
     }
 
     /// The drone of a plan has been told a way that is still open, and may be about to take it over.

@@ -4,12 +4,13 @@ use super::commands::Done;
 use super::entries::{AlarmDraft, AlarmEntry};
 use super::events::Happening;
 use super::plan_entry::PlanEntry;
+use super::planner::Version;
 use super::state::State;
 use super::views::{alarm_id, alarm_view};
 use crate::airspace::Closure;
 use crate::network::NodeIx;
 use crate::refusal::Refusal;
-use crate::wire::{AlarmKind, EventKind};
+use crate::wire::{AlarmKind, EventKind, Flag};
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
@@ -122,6 +123,20 @@ impl State {
             "the drone of plan '{id}' has no open way from where it is ({causes}): open one, or land it"
         );
         self.raise_plan_alarm(AlarmKind::NoRoute, plan, message);
+    }
+
+    /// Alarms an operator about a plan whose drone is to fly near others, and no more where it is not.
+    pub(super) fn alarm_unseparated(&mut self, plan: &PlanEntry, wanted: &Version) {
+        if !wanted.flags.contains(&Flag::Unseparated) {
+            self.end_plan_alarms(&plan.id, &[AlarmKind::Unseparated]);
+            return;
+        }
+        let message = format!(
+            "other plans are too near to every way of the drone of plan '{}': version {} does not keep apart from them; \
+             land or delay those that it names",
+            plan.id, wanted.number
+        );
+        self.raise_plan_alarm(AlarmKind::Unseparated, plan, message);
     }
 
     fn is_closed_for_good(&self, node: NodeIx) -> bool {

@@ -62,11 +62,11 @@ impl State {
             );
             return Err(Refusal::new(Code::PlanStateConflict, detail));
         }
-        let headway_s = self.settings.headway_s;
         let minds_traffic = self.planner.minds(Concern::Traffic, Some(&plan.reported));
-        let traffic = self.next.traffic();
-        let own = traffic.own(None, plan.drone_id.as_deref());
-        if minds_traffic && traffic.meets(own, &plan.reported, headway_s) {
+        let scene = self.next.scene(self.now);
+        let own = scene.traffic.own(None, plan.drone_id.as_deref());
+        let is_met = || self.planner.meets(scene, own, &plan.reported, &|_| true);
+        if minds_traffic && is_met() {
             // Another plan has come between: this one is composed anew.
             return Ok(Done::Outdated);
         }
@@ -161,10 +161,9 @@ impl State {
             is_flown && plan.reported.number == instead_of
         };
         let plan = self.next.plans.get(id).cloned().filter(is_as_it_was);
-        let headway_s = self.settings.headway_s;
-        let own = self.next.own(id);
-        let Some(plan) = plan.filter(|_| !self.next.traffic().meets(own, &version, headway_s))
-        else {
+        let (scene, own) = (self.next.scene(self.now), self.next.own(id));
+        let meets = |_: &_| self.planner.meets(scene, own, &version, &|_| true);
+        let Some(plan) = plan.filter(|plan| !meets(plan)) else {
             return Done::Nothing;
         };
         let offered = self.replace_wanted(&plan, Some(version));
@@ -194,6 +193,7 @@ impl State {
         if let Some(wanted) = &wanted {
             self.end_plan_alarms(&plan.id, &WITHOUT_WAY);
             self.occupy(&plan.id, wanted);
+            self.alarm_unseparated(plan, wanted);
             if let Some(by) = wanted.acknowledge_by {
                 let (plan, version) = (plan.id.clone(), wanted.number);
                 self.timers.set(by, Due::Acknowledgement { plan, version });

@@ -7,6 +7,9 @@ use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind,
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
 
+/// A drone that has less than this share of a segment left is taken to have this much.
+const LEAST_SHARE: f64 = 0.05;
+
 /// How the drone of a version comes to its first node.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stretch {
@@ -151,9 +154,15 @@ impl Stretch {
         closes_leg || closure.hits.nodes.binary_search(&node).is_ok()
     }
 
-    /// When its segment is flown, in seconds of Unix time.
+    /// When its segment is flown, in seconds of Unix time: as if the whole of it were, so that where its drone is
+    /// at an instant follows from the times at the ends.
     pub(super) fn occupation(&self, departs_s: f64, leaves_s: f64) -> Option<Occupation> {
         let leg = self.reentry.stretch.leg?;
+        let share = match self.leads_on() {
+            true => 1.0 - leg.fraction,
+            false => leg.fraction,
+        };
+        let whole_s = (leaves_s - departs_s) / share.clamp(LEAST_SHARE, 1.0);
         Some(Occupation {
             segment: leg.segment?,
             from: match self.leads_on() {
@@ -161,7 +170,7 @@ impl Stretch {
                 false => leg.to,
             },
             leg: 0,
-            enters_s: departs_s,
+            enters_s: leaves_s - whole_s,
             leaves_s,
         })
     }

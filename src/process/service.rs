@@ -322,6 +322,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
         closures_max: config.airspace.closures_max,
         plans_max: config.plans.active_max,
         headway_s: config.plans.headway.as_secs_f64(),
+        node_headway_s: config.plans.node_headway.as_secs_f64(),
+        crossing_m: config.plans.crossing_m,
         acknowledge_within: span(config.plans.acknowledge_within),
         lost_after: span(config.plans.lost_after),
         records_max: config.records.count,

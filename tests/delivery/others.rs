@@ -1,11 +1,12 @@
 //! Plans beside each other: what one takes the next one keeps off.
 
-use crate::town::Town;
+use crate::town::{Failure, Town};
 use skyway::delivery::{FlightComposition, OtherPlans};
-use skyway::flight::{Reservation, TrafficLeg};
+use skyway::flight::{FailureType, Reservation, TrafficLeg};
 use skyway::formats::load_network;
-use skyway::itinerary::Objective;
+use skyway::itinerary::{FlightCause, Objective};
 use skyway::network::bundled;
+use skyway::recompose::{Flag, Outcome};
 
 /// What some plans take, for the next one.
 fn taken_by(plans: &[FlightComposition]) -> OtherPlans {
@@ -77,4 +78,45 @@ fn plans_on_the_same_way_keep_the_headway() {
         }
     }
     assert!(shared > 0);
+}
+
+#[test]
+fn a_drone_in_the_air_whose_every_way_others_fly_is_told_one_that_says_so() {
+    let nodes = [
+        ("a", 0.0, 0.0, 0),
+        ("b", 1_000.0, 0.0, 0),
+        ("c", 1_000.0, 1_000.0, 1),
+        ("d", 0.0, 1_000.0, 0),
+    ];
+    let mut town = Town::new(&nodes, &[("a", "b"), ("b", "c"), ("a", "d"), ("d", "c")]);
+    let failure = Failure {
+        leg: ("a", "b"),
+        flown: Some(0.5),
+        cause: Some(0.8),
+        destination: "c",
+        battery: 0.9,
+        ..Failure::of(FailureType::Environmental)
+    };
+    let alone = town.answer(&failure);
+    assert_eq!(alone.outcome, Outcome::Rerouted);
+    assert!(alone.flags.is_empty(), "{alone:#?}");
+    // One flies towards it for hours.
+    town.others.traffic.push(TrafficLeg {
+        segment: town.segment("a", "d"),
+        from: town.node("d"),
+        enters_s: 0.0,
+        leaves_s: 10_000.0,
+    });
+    let among_others = town.answer(&failure);
+    assert_eq!(among_others.outcome, Outcome::Rerouted);
+    assert_eq!(among_others.flags, [Flag::Unseparated]);
+    let is_named = |cause: &FlightCause| matches!(cause, FlightCause::Traffic(_));
+    assert!(
+        among_others.causes.iter().any(is_named),
+        "{among_others:#?}"
+    );
+    let way = |answer: &skyway::delivery::FlightRecomposition| {
+        answer.composition.as_ref().map(FlightComposition::nodes)
+    };
+    assert_eq!(way(&alone), way(&among_others));
 }

@@ -14,7 +14,7 @@ use skyway::flight::{
 use skyway::geo::{AltitudeBand, Point};
 use skyway::itinerary::{FlightSetting, Limits, Objective};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
-use skyway::recompose::{Request, Strategy};
+use skyway::recompose::{Flag, Request, Strategy};
 use skyway::verify::{FlightFault, FlightPremises, verify_flight};
 use std::sync::Arc;
 
@@ -195,7 +195,14 @@ impl Town {
         let mut scratch = DeliveryScratch::new(&self.topology);
         let answer = answer_failure(&world, &asked, &mut scratch);
         if let Some(composition) = &answer.composition {
-            assert_eq!(self.check(composition, &skies), Ok(()), "{answer:#?}");
+            let checked = self.check(composition, &skies);
+            match answer.flags.contains(&Flag::Unseparated) {
+                true => assert!(
+                    matches!(checked, Err(FlightFault::Traffic { .. })),
+                    "{answer:#?}"
+                ),
+                false => assert_eq!(checked, Ok(()), "{answer:#?}"),
+            }
         }
         answer
     }

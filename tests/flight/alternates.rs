@@ -38,7 +38,7 @@ impl Refuges<'_> {
             };
             let forbidden = self
                 .events
-                .forbidden(leg, time_s, is_start.then_some(false));
+                .forbidden(leg, time_s, (is_start.then_some(false), false));
             let is_closed = self.world.closed_segments.contains(&arc.segment)
                 || forbidden.iter().any(|span| span.0 < at_s && at_s < span.1);
             let battery = battery - energy;

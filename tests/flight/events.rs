@@ -5,7 +5,7 @@
 //! It shares no code with the search: legs come from the airframe, closures, reservations and traffic as they are stated.
 
 use crate::world::World;
-use skyway::flight::Vertical;
+use skyway::flight::{Crossings, Vertical};
 use skyway::itinerary::Objective;
 use skyway::network::{NodeIx, SegmentIx};
 
@@ -25,9 +25,10 @@ pub(crate) fn beats(one: Outcome, other: Outcome) -> bool {
 }
 
 pub(crate) struct Events<'a> {
-    world: &'a World,
+    pub(crate) world: &'a World,
     objective: Objective,
     vertical: Vertical,
+    pub(crate) crossings: Crossings,
     /// By node, the least time to the destination.
     time_left_s: Vec<f64>,
     /// By node, the least weight to the destination.
@@ -68,6 +69,11 @@ impl<'a> Events<'a> {
         let mut events = Self {
             world,
             objective,
+            crossings: Crossings::of(
+                &world.topology,
+                &Vertical::of(&world.topology, world.rules.unknown_climb_m),
+                world.rules.crossing_m,
+            ),
             vertical: Vertical::of(&world.topology, world.rules.unknown_climb_m),
             time_left_s: vec![f64::INFINITY; nodes],
             weight_left: vec![f64::INFINITY; nodes],
@@ -303,7 +309,8 @@ impl<'a> Events<'a> {
         let mut candidates_s = vec![from.ready_s];
         // How long after take-off a leg is entered depends on the winds of the legs before.
         let mut flown = vec![(0.0, 0.0, 0)];
-        for &leg in &walk.legs {
+        for (place, &leg) in walk.legs.iter().enumerate() {
+            let takes_off = place == 0 && from.is_start != Some(false);
             let mut further = Vec::new();
             for &(offset_s, energy, first_period) in &flown {
                 for period in first_period..=self.changes_s.len() {
@@ -315,7 +322,7 @@ impl<'a> Events<'a> {
                     let Some((time_s, draws)) = self.cost(leg, begins_s) else {
                         continue;
                     };
-                    for (_, until_s) in self.forbidden(leg, time_s, None) {
+                    for (_, until_s) in self.forbidden(leg, time_s, (None, takes_off)) {
                         candidates_s.push(until_s - offset_s);
                     }
                     further.push((offset_s + time_s, energy + draws, period));
@@ -374,7 +381,8 @@ impl<'a> Events<'a> {
             let (time_s, energy) = self.cost(leg, flight.at_s + EPSILON_S)?;
             let leaves_start = from.is_start.filter(|_| place == 0);
             let enters_s = flight.at_s;
-            let forbidden = self.forbidden(leg, time_s, leaves_start);
+            let takes_off = place == 0 && from.is_start != Some(false);
+            let forbidden = self.forbidden(leg, time_s, (leaves_start, takes_off));
             flight.is_forbidden |= forbidden.into_iter().any(|(from_s, until_s)| {
                 from_s + EPSILON_S < enters_s && enters_s < until_s - EPSILON_S
             });
@@ -403,55 +411,6 @@ impl<'a> Events<'a> {
             }
         }
         flight
-    }
-
-    /// Open intervals of entry times, straight from what is stated.
-    pub(crate) fn forbidden(
-        &self,
-        (from, to, segment): (NodeIx, NodeIx, SegmentIx),
-        time_s: f64,
-        leaves_start: Option<bool>,
-    ) -> Vec<(f64, f64)> {
-        let rules = &self.world.rules;
-        let (before_s, after_s) = (self.vertical_s(from), time_s + self.vertical_s(to));
-        let mut intervals = Vec::new();
-        for closure in &self.world.situation.closures {
-            let hits = closure.segments.contains(&segment)
-                || closure.nodes.contains(&to)
-                || (closure.nodes.contains(&from)
-                    && leaves_start.is_none_or(|on_ground| on_ground && closure.widened));
-            if !hits {
-                continue;
-            }
-            let growth = if closure.widened {
-                rules.time_margin_growth
-            } else {
-                0.0
-            };
-            let margin_s = if closure.widened {
-                rules.time_margin_s
-            } else {
-                0.0
-            };
-            let began_s = self.world.began_s;
-            let first_s = (closure.from_s - margin_s + growth * began_s) / (1.0 + growth) - after_s;
-            let last_s = (closure.until_s + margin_s + before_s + growth * (after_s - began_s))
-                / (1.0 - growth);
-            intervals.push((first_s, last_s));
-        }
-        if rules.headway_s > 0.0 {
-            for other in &self.world.situation.traffic {
-                if other.segment != segment {
-                    continue;
-                }
-                let apart_s = rules.headway_s + 1e-3;
-                intervals.push(match other.from == from {
-                    true => (other.enters_s - apart_s, other.enters_s + apart_s),
-                    false => (other.enters_s - time_s, other.leaves_s),
-                });
-            }
-        }
-        intervals
     }
 
     /// Lands on every pad that is free.

@@ -9,8 +9,10 @@
 mod alternates;
 mod checker;
 mod course;
+mod crossings;
 mod decisions;
 mod events;
+mod forbidden;
 mod grid;
 mod margins;
 mod model;

@@ -36,7 +36,7 @@ pub(crate) fn corridor(wind: Wind, payload_kg: f64) -> World {
 }
 
 /// A drone on the ground at a node at second 0, with a day to arrive.
-fn begin(source: NodeIx, payload_kg: f64) -> World {
+pub(crate) fn begin(source: NodeIx, payload_kg: f64) -> World {
     World {
         topology: Arc::new(line(&[500.0], &[0, 0])),
         airframe: Airframe::phantom3(),
@@ -103,7 +103,7 @@ pub(crate) fn along(lengths_m: &[f64], pads: &[u16]) -> World {
 }
 
 #[track_caller]
-fn plan(world: &World, objective: Objective) -> FlightPlan {
+pub(crate) fn plan(world: &World, objective: Objective) -> FlightPlan {
     let answer = world.answer(objective, false);
     assert!(answer.proved, "{answer:?}");
     let plan = answer.plan.expect("there is a plan");
@@ -227,6 +227,9 @@ fn another_plan_ahead_is_waited_for_on_the_ground() {
         leaves_s: 350.0,
     };
     world.situation.traffic.push(oncoming);
+    // The other one passes the node when it leaves the segment.
+    assert_eq!(plan(&world, Objective::Time).legs[0].enters_s, 355.0);
+    world.rules.node_headway_s = 0.0;
     assert_eq!(plan(&world, Objective::Time).legs[0].enters_s, 350.0);
     world.situation.traffic[0].from = world.starts[0].node;
     world.situation.traffic[0].enters_s = 10.0;

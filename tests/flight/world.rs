@@ -3,8 +3,8 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use skyway::flight::{
-    Airframe, FlightLegs, FlightPlan, FlightRules, FlightStart, Reservation, Situation,
-    TimedClosure, TrafficLeg, Wind, WindField, WindPatch,
+    Airframe, FlightLegs, FlightPlan, FlightRules, FlightStart, Reservation, SharedCrossings,
+    Situation, TimedClosure, TrafficLeg, Vertical, Wind, WindField, WindPatch,
 };
 use skyway::geo::{Altitude, AltitudeBand};
 use skyway::itinerary::{
@@ -55,7 +55,7 @@ pub(crate) enum Kind {
 }
 
 /// A world and a request in it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct World {
     pub(crate) topology: Arc<Topology>,
     pub(crate) airframe: Airframe,
@@ -168,6 +168,8 @@ impl World {
             legs: &legs,
             obstacles: &obstacles,
             pads: &pads,
+            vertical: &Vertical::of(&self.topology, self.rules.unknown_climb_m),
+            crossings: &SharedCrossings::default(),
             rules: &self.rules,
             charging: self.airframe.charging(),
         };

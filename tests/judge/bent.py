@@ -6,6 +6,7 @@ makes such faults itself, where the binary has them.
 
 import copy
 
+from case import FLAGS
 from energy import PHANTOM3, Drone, Heights, fly
 from geometry import Circle, Plane
 from reports import Report
@@ -196,7 +197,7 @@ def cases() -> list[tuple[str, World, Report, dict, list[tuple[str, str, object]
     failed = report("navigational", "bc", middle(0.4))
     back = answer("rerouted", "bfgcd", on_leg("bc", 0.4, "b", 400.0))
     behind = round_zone("behind", 1300.0, 0.0, 40.0)
-    flags = ("leaving_zone", "cannot_stop", "unverified", "reserve_used", "pad_occupied")
+    flags = FLAGS
     flag_bends = [
         (f"flag without ground, {flag}", "flag", lambda told, flag=flag: set_in(told, "flags", [flag]))
         for flag in flags

@@ -7,7 +7,7 @@ from reports import Report
 from world import World
 
 OUTCOMES = ("rerouted", "unaffected", "hold", "diverted", "no_route")
-FLAGS = ("leaving_zone", "cannot_stop", "unverified", "reserve_used", "pad_occupied")
+FLAGS = ("leaving_zone", "cannot_stop", "unverified", "reserve_used", "pad_occupied", "unseparated")
 WITHOUT_PADS = ("propulsion", "land_now")
 # Lengths of flown plans are rounded to a millionth of a metre for each leg.
 TOLERANCE_M = 0.01

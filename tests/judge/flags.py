@@ -36,6 +36,8 @@ def check_flags(case: Case) -> None:
         case.expect(allowed, "flag", f"pad_occupied for {case.report.failure} {case.report.detail}")
     if not case.world.flown:
         case.expect("reserve_used" not in flags, "flag", "reserve_used without a battery")
+    if "unseparated" in flags:
+        case.expect(case.world.flown and case.world.plans, "flag", "unseparated, and no other plan is flown")
 
 
 def check_cannot_stop(case: Case) -> None:

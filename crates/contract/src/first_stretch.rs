@@ -113,6 +113,8 @@ pub enum Flag {
     ReserveUsed,
     /// The pad at the end of the way is taken.
     PadOccupied,
+    /// Other plans are too near to every way: this one does not keep apart from them.
+    Unseparated,
 }
 
 /// The least bad way of a drone that has no safe one.

@@ -44,4 +44,4 @@ same_words!(Stage => wire::Stage {
     Global, Circle, Cells, Triangle, Rhombus, Rectangle, Grown, Local,
 });
 same_words!(StretchKind => wire::StretchKind { Leg, Straight, None });
-same_words!(Flag => wire::Flag { LeavingZone, CannotStop, Unverified, ReserveUsed, PadOccupied });
+same_words!(Flag => wire::Flag { LeavingZone, CannotStop, Unverified, ReserveUsed, PadOccupied, Unseparated });

@@ -88,6 +88,7 @@ mirror_enum!(Flag {
     Unverified,
     ReserveUsed,
     PadOccupied,
+    Unseparated,
 });
 
 mirror!(wire::Waypoint => Waypoint {

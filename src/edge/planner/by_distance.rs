@@ -1,7 +1,7 @@
 //! The planner without battery and clock: the shortest open way, at nominal times.
 
 use super::{
-    Answer, Asked, Course, Displaced, Occasion, Planner, Scene, Stated, Terms, Version, Wanted,
+    Answer, Asked, Course, Displaced, Occasion, Own, Planner, Scene, Stated, Terms, Version, Wanted,
 };
 use crate::airspace::{Airspace, Change, Closure};
 use crate::checked::{self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer};
@@ -35,13 +35,15 @@ const SMALL_NODES: usize = 20_000;
 pub(super) struct ByDistance {
     tables: Tables,
     scratches: Arc<Scratches>,
+    headway_s: f64,
 }
 
 impl ByDistance {
-    pub(super) fn new(tables: Tables) -> Self {
+    pub(super) fn new(tables: Tables, headway_s: f64) -> Self {
         Self {
             tables,
             scratches: Arc::default(),
+            headway_s,
         }
     }
 
@@ -325,6 +327,16 @@ impl Planner for ByDistance {
         scene.airspace.is_in_force(&closure.id)
             && (progress::is_hit(closure, &plan.reported.composition, from_leg)
                 || progress::is_on_stretch(stretch, closure, scene.topology()))
+    }
+
+    fn meets(
+        &self,
+        scene: Scene<'_>,
+        own: Own<'_>,
+        version: &Version,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> bool {
+        scene.traffic.meets(own, version, self.headway_s, counts)
     }
 
     fn first_met(

@@ -39,7 +39,7 @@ use std::sync::Arc;
 
 /// The planner that settings ask for, of an edge that begins at an instant.
 pub(super) fn planner_of(settings: &Settings, zero: Timestamp, tables: Tables) -> Arc<dyn Planner> {
-    let by_distance = ByDistance::new(tables);
+    let by_distance = ByDistance::new(tables, settings.headway_s);
     match Flown::of(settings, zero, &by_distance) {
         Some(flown) => Arc::new(flown),
         None => Arc::new(by_distance),
@@ -181,6 +181,15 @@ pub(super) trait Planner: Debug + Send + Sync {
         ahead: Ahead<'_>,
         closure: &Closure,
     ) -> Option<usize>;
+
+    /// Whether a version would come too near to what those plans take that count, in the air or on a pad.
+    fn meets(
+        &self,
+        scene: Scene<'_>,
+        own: Own<'_>,
+        version: &Version,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> bool;
 
     /// Whether something makes a difference to a version; to any, where none is named.
     fn minds(&self, _: Concern, _: Option<&Version>) -> bool {

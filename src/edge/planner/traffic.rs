@@ -119,7 +119,7 @@ impl<'a> Traffic<'a> {
         self.shares_pad_with(own, version, &|_| true)
     }
 
-    fn shares_pad_with(
+    pub(super) fn shares_pad_with(
         self,
         own: Own<'_>,
         version: &Version,
@@ -138,13 +138,8 @@ impl<'a> Traffic<'a> {
         })
     }
 
-    /// Whether a version of a plan would meet another one in the air, or on a pad.
-    pub(in crate::edge) fn meets(self, own: Own<'_>, version: &Version, headway_s: f64) -> bool {
-        self.meets_any(own, version, headway_s, &|_| true)
-    }
-
-    /// The same of the plans that count.
-    pub(in crate::edge) fn meets_any(
+    /// Whether a version of a plan would meet another one that counts on a segment, or on a pad.
+    pub(super) fn meets(
         self,
         own: Own<'_>,
         version: &Version,

@@ -44,6 +44,7 @@ fn flag(flag: recompose::Flag) -> Flag {
         recompose::Flag::Unverified => Flag::Unverified,
         recompose::Flag::ReserveUsed => Flag::ReserveUsed,
         recompose::Flag::PadOccupied => Flag::PadOccupied,
+        recompose::Flag::Unseparated => Flag::Unseparated,
     }
 }
 

@@ -35,16 +35,19 @@ pub enum Flag {
     ReserveUsed,
     /// No pad is free where it lands.
     PadOccupied,
+    /// It does not keep apart from other plans.
+    Unseparated,
 }
 
 impl Flag {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::LeavingZone,
         Self::CannotStop,
         Self::Unverified,
         Self::ReserveUsed,
         Self::PadOccupied,
+        Self::Unseparated,
     ];
 
     /// The name on the wire.
@@ -55,6 +58,7 @@ impl Flag {
             Self::Unverified => "unverified",
             Self::ReserveUsed => "reserve_used",
             Self::PadOccupied => "pad_occupied",
+            Self::Unseparated => "unseparated",
         }
     }
 }

@@ -24,6 +24,8 @@ pub(super) fn check(
             }
             Flag::ReserveUsed => draws_on_reserve(claim, sky),
             Flag::PadOccupied => is_occupied(claim, drone, sky, is_set),
+            // Only with times can two plans be apart; who looks at traffic is the planner.
+            Flag::Unseparated => (claim.flight.is_some(), false),
         };
         if is_set && !may {
             return Err(Fault::new(Rule::FlagWithoutGround(flag), Place::Answer));

@@ -15,7 +15,7 @@ use crate::flight::Aloft;
 use crate::itinerary::FlightCause;
 use crate::network::SegmentIx;
 use crate::recompose::{
-    Outcome, ReentryPoints, Severance, Strategy, UnsafeWay, World, reentry_points,
+    Flag, Outcome, ReentryPoints, Severance, Strategy, UnsafeWay, World, reentry_points,
 };
 
 /// What a cause is called: a closure by its id, the report, or the network; `None` for wind, battery, pads and time.
@@ -56,14 +56,42 @@ pub fn answer_failure(
     let aloft = failure.request.circumstances.aloft;
     let held = ways.held_at.filter(|_| aloft != Aloft::Airborne);
     let Some(node) = held else {
-        return answer_by(world, failure, &ways, scratch);
+        return answer_in_the_air(world, failure, &ways, scratch);
     };
     let mut answer = hold_on_the_ground(world, failure, node, scratch);
     if aloft == Aloft::Unknown {
-        let airborne = answer_by(world, failure, &ways, scratch);
+        let airborne = answer_in_the_air(world, failure, &ways, scratch);
         answer.if_airborne = Some(Box::new(airborne));
     }
     answer
+}
+
+/// Answers a drone in flight. Where only other plans are too near to every way, it is told one that does not keep apart
+/// from them: in the air, waiting for them to pass is none.
+fn answer_in_the_air(
+    world: &DeliveryWorld<'_>,
+    failure: &FlightFailure<'_>,
+    ways: &ReentryPoints,
+    scratch: &mut DeliveryScratch,
+) -> FlightRecomposition {
+    let answer = answer_by(world, failure, ways, scratch);
+    let is_traffic = |cause: &FlightCause| matches!(cause, FlightCause::Traffic(_));
+    if answer.outcome != Outcome::NoRoute || !answer.causes.iter().any(is_traffic) {
+        return answer;
+    }
+    let setting = world.setting.unseparated();
+    let among_all = DeliveryWorld {
+        setting: &setting,
+        ..*world
+    };
+    let mut unseparated = answer_by(&among_all, failure, ways, scratch);
+    if unseparated.outcome == Outcome::NoRoute {
+        return answer;
+    }
+    unseparated.flags.push(Flag::Unseparated);
+    unseparated.flags.sort_unstable();
+    unseparated.causes = answer.causes;
+    unseparated
 }
 
 /// Answers a drone in flight by its ways back; where the shorter way out of a zone leads nowhere, by the longer one.

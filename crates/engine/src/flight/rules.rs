@@ -17,8 +17,14 @@ pub struct FlightRules {
     pub time_margin_s: f64,
     /// And by this share of the time since the plan began.
     pub time_margin_growth: f64,
-    /// Least time between entries of two plans into a segment in one direction, in seconds; 0 lets plans meet.
+    /// Least time between entries of two plans into a segment in one direction, in seconds; 0 lets plans meet
+    /// everywhere.
     pub headway_s: f64,
+    /// Least time between two plans that pass a node or land there, in seconds; 0 lets them pass together.
+    pub node_headway_s: f64,
+    /// Plans are not at the same time where segments come nearer to each other than this, in metres; 0 lets
+    /// them.
+    pub crossing_m: f64,
     /// Climb to the crossing altitude where altitudes are unknown or cannot be compared, in metres.
     pub unknown_climb_m: f64,
 }
@@ -33,6 +39,8 @@ impl Default for FlightRules {
             time_margin_s: 60.0,
             time_margin_growth: 0.05,
             headway_s: 30.0,
+            node_headway_s: 5.0,
+            crossing_m: 20.0,
             unknown_climb_m: 30.0,
         }
     }
@@ -51,11 +59,15 @@ impl FlightRules {
     pub const TIME_MARGIN_GROWTH: FigureRange = FigureRange::between(0.0, 1.0);
     /// What `headway_s` may be.
     pub const HEADWAY_S: FigureRange = FigureRange::between(0.0, 3_600.0);
+    /// What `node_headway_s` may be.
+    pub const NODE_HEADWAY_S: FigureRange = FigureRange::between(0.0, 600.0);
+    /// What `crossing_m` may be.
+    pub const CROSSING_M: FigureRange = FigureRange::between(0.0, 200.0);
     /// What `unknown_climb_m` may be.
     pub const UNKNOWN_CLIMB_M: FigureRange = FigureRange::between(0.0, 1_000.0);
 
     /// Every figure with what it may be, by the names that documents have.
-    pub fn figures(&self) -> [Figure; 8] {
+    pub fn figures(&self) -> [Figure; 10] {
         [
             Figure::new("reserve_fraction", self.reserve, Self::RESERVE),
             Figure::new("floor_fraction", self.floor, Self::RESERVE),
@@ -68,6 +80,8 @@ impl FlightRules {
                 Self::TIME_MARGIN_GROWTH,
             ),
             Figure::new("headway_s", self.headway_s, Self::HEADWAY_S),
+            Figure::new("node_headway_s", self.node_headway_s, Self::NODE_HEADWAY_S),
+            Figure::new("crossing_m", self.crossing_m, Self::CROSSING_M),
             Figure::new(
                 "unknown_climb_m",
                 self.unknown_climb_m,

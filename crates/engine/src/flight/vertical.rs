@@ -52,6 +52,14 @@ impl Vertical {
         self.crossing_m[node.at()]
     }
 
+    /// The heights that a leg passes over a segment: the crossing altitude, in the band at both ends, the
+    /// crossing altitude. `None` where they are unknown or cannot be compared.
+    pub(super) fn heights_m(&self, topology: &Topology, segment: SegmentIx) -> Option<[f64; 4]> {
+        let ends = topology.segment(segment);
+        let crossing = [ends.from, ends.to].map(|node| self.crossing[node.at()]);
+        heights_between(crossing[0], crossing[1], &topology.segment_band(segment))
+    }
+
     /// The climbs from the crossing altitude of one end to that of the other; none where altitudes are unknown.
     pub fn climbs(
         &self,

@@ -11,6 +11,11 @@ use super::setting::FlightSetting;
 use super::trace::plan;
 use crate::network::NodeIx;
 
+/// As often an alternate whose way meets others is looked for again, before all others count.
+const ROUNDS: usize = 4;
+/// And for at most one part in so many of the checks.
+const ROUNDS_SHARE: usize = 2;
+
 /// A plan to an alternate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternate {
@@ -66,23 +71,46 @@ fn find_landing(
     let mut effort = Effort::default();
     let standing = standing_safely(&terms, goal);
     scratch.best.clear();
-    let (value, lower_bound, reason) = match standing {
-        Some((number, value)) => {
-            scratch.best.push(How::Start(number));
-            (value, value, None)
-        }
-        None => fly_on(&terms, goal, scratch, &mut effort),
-    };
-    if value == Value::NONE {
-        return None;
+    if let Some((number, value)) = standing {
+        scratch.best.push(How::Start(number));
+        return Some(alternate(&terms, scratch, (value, value, None), effort));
     }
-    let node = last_node(&terms, &scratch.best);
+    let mut round = 1;
+    let found = loop {
+        let found = fly_on(&terms, goal, scratch, &mut effort);
+        if found.0 == Value::NONE {
+            break None;
+        }
+        let found = alternate(&terms, scratch, found, effort);
+        let active = &mut scratch.active;
+        let meets = |plan| world.activate_met(active, plan);
+        if !found.answer.plan.as_ref().is_some_and(meets) {
+            break Some(found);
+        }
+        if round >= ROUNDS || effort.checks >= request.limits.checks / ROUNDS_SHARE {
+            active.widen();
+        }
+        round += 1;
+    };
+    scratch.active.clear();
+    found
+}
+
+/// What a search has found, with its steps in the scratch: the value, its lower bound, and the limit that was
+/// reached.
+fn alternate(
+    terms: &Expander<'_>,
+    scratch: &ItineraryScratch,
+    (value, lower_bound, reason): (Value, Value, Option<Unproved>),
+    effort: Effort,
+) -> Alternate {
+    let node = last_node(terms, &scratch.best);
     let there = FlightRequest {
         destination: node,
-        ..request.clone()
+        ..terms.request.clone()
     };
-    let terms = Expander::new(&world, &there, &potentials);
-    Some(Alternate {
+    let terms = Expander::new(terms.world, &there, terms.potentials);
+    Alternate {
         node,
         answer: FlightAnswer {
             plan: Some(plan(&terms, &scratch.best, value)),
@@ -93,7 +121,7 @@ fn find_landing(
             step: Step::Exact,
             effort,
         },
-    })
+    }
 }
 
 /// The search for an alternate: first with earlier as better, so that there is one where the other search reaches a bound. The value,

@@ -1,8 +1,9 @@
 //! What cuts a drone off: the causes along the boundary of all that it can reach in time, with this battery, in this wind.
 
+use super::entry::{Entry, Leaving};
 use super::expander::Expander;
 use super::memory::ItineraryScratch;
-use super::obstacles::{Entry, Forbids, Leaving};
+use super::obstacles::Forbids;
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
@@ -78,6 +79,7 @@ pub(super) fn causes(
         ..request.clone()
     };
     scratch.fit(world.topology);
+    scratch.active.widen();
     close(&mut scratch.closed, request.closed_segments);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Time);
     let terms = Expander::new(&world, &request, &potentials);
@@ -119,6 +121,7 @@ pub(super) fn causes(
         }
     }
     let found = boundary.found;
+    scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     found.into_causes(is_whole)
 }
@@ -267,6 +270,7 @@ impl ReachableBoundary<'_> {
             to: flight.to,
             time_s: flight.least.time_s,
             leaving: there.leaving,
+            takes_off: there.leaving == Leaving::FromTheGround,
         };
         let found = &mut self.found;
         let began_s = request.began_s;

@@ -4,9 +4,10 @@
 //! free, with the battery it has, and stays on a pad as long as it likes: a *relaxed* family, which is at least as good as
 //! every real one on the same way.
 
+use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
+use super::entry::{Entry, Leaving};
 use super::memory::How;
-use super::obstacles::{Entry, Leaving};
 use super::potentials::{Potentials, energy_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;
@@ -40,11 +41,14 @@ pub(super) struct Departure<'f> {
     pub(super) family: &'f ChargingLabel,
     pub(super) from: NodeIx,
     pub(super) leaving: Leaving,
+    /// Whether it takes off there.
+    pub(super) takes_off: bool,
 }
 
 /// Where new families and forbidden times are put.
 pub(super) struct SearchBuffers<'r> {
     pub(super) closed: &'r Bits,
+    pub(super) active: &'r ActiveTraffic,
     pub(super) intervals: &'r mut Vec<(f64, f64)>,
     pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
 }
@@ -213,7 +217,7 @@ impl<'a> Expander<'a> {
             return;
         }
         let obstacles = self.world.obstacles;
-        let is_clear = obstacles.is_clear(flight.segment.0, departure.from, flight.to);
+        let is_clear = obstacles.is_clear(room.active, flight.segment, departure.from, flight.to);
         if is_clear && legs.changes_s().is_empty() {
             self.fly_piece(*departure.family, leg, 0, room);
             return;
@@ -243,11 +247,13 @@ impl<'a> Expander<'a> {
                 to: flight.to,
                 time_s: legs.cost(leg, period).time_s,
                 leaving: departure.leaving,
+                takes_off: departure.takes_off,
             };
             room.intervals.clear();
             let within_s = (piece.lo_s, piece.hi_s);
             let began_s = self.request.began_s;
-            obstacles.forbidden(self.world, began_s, entry, within_s, room.intervals);
+            let there = (entry, room.active);
+            obstacles.forbidden(self.world, began_s, there, within_s, room.intervals);
             self.fly_between(piece, leg, period, room);
         }
     }
@@ -320,17 +326,20 @@ impl<'a> Expander<'a> {
         let obstacles = self.world.obstacles;
         let cost = flight.least;
         let mut entered_s = family.lo_s;
-        if !obstacles.is_clear(flight.segment.0, from, flight.to) {
+        if !obstacles.is_clear(room.active, flight.segment, from, flight.to) {
             let entry = Entry {
                 segment: flight.segment.0,
                 from,
                 to: flight.to,
                 time_s: cost.time_s,
                 leaving: departure.leaving,
+                // Who hovers there leaves as it likes.
+                takes_off: false,
             };
             let within_s = (entered_s, f64::INFINITY);
             let began_s = self.request.began_s;
-            obstacles.forbidden(self.world, began_s, entry, within_s, room.intervals);
+            let there = (entry, room.active);
+            obstacles.forbidden(self.world, began_s, there, within_s, room.intervals);
             room.intervals
                 .sort_by(|one, other| one.0.total_cmp(&other.0));
             for &(from_s, until_s) in room.intervals.iter() {
@@ -369,6 +378,12 @@ impl<'a> Expander<'a> {
             How::Leg { leg, period } => self.world.legs.cost(leg, usize::from(period)).time_s,
             How::Start(_) | How::Stop { .. } => 0.0,
         }
+    }
+
+    /// Whether a drone takes off from the node that it came to like this.
+    #[inline]
+    pub(super) fn takes_off(&self, how: How) -> bool {
+        !self.may_stop(how)
     }
 
     /// How a drone leaves the node that it came to like this.

@@ -1,7 +1,8 @@
 //! What a plan that was made before meets in another state of the world.
 
 use super::blocking_causes::FlightCause;
-use super::obstacles::{Entry, Forbids, Leaving};
+use super::entry::Entry;
+use super::obstacles::Forbids;
 use super::setting::FlightSetting;
 use crate::flight::{FlightPlan, FlownLeg, LegCost, StopKind};
 
@@ -18,26 +19,10 @@ impl FlightSetting {
     pub fn in_the_way(&self, plan: &FlightPlan, began_s: f64, from_leg: usize) -> Vec<FlightCause> {
         let mut met = Vec::new();
         let world = self.world();
-        let has_landed_first = plan
-            .stops
-            .first()
-            .is_some_and(|stop| stop.before_leg == 0 && stop.kind != StopKind::Start);
-        for (number, leg) in plan.legs.iter().enumerate().skip(from_leg) {
-            let leaving = match number == 0 && !has_landed_first {
-                true if plan.start.on_ground => Leaving::FromTheGround,
-                true => Leaving::FromTheAir,
-                false => Leaving::OnItsWay,
-            };
-            let entry = Entry {
-                segment: leg.segment.0,
-                from: leg.from,
-                to: leg.to,
-                time_s: leg.leaves_s - leg.enters_s,
-                leaving,
-            };
+        for (enters_s, entry) in Entry::all_of(plan).skip(from_leg) {
             let obstacles = world.obstacles;
             obstacles.each_forbidden(&world, began_s, entry, |forbids, from_s, until_s| {
-                let is_met = from_s + TOUCH_S < leg.enters_s && leg.enters_s < until_s - TOUCH_S;
+                let is_met = from_s + TOUCH_S < enters_s && enters_s < until_s - TOUCH_S;
                 if is_met {
                     met.push(match forbids {
                         Forbids::Closure(number) => FlightCause::Closure(number),

@@ -1,5 +1,6 @@
 //! What a search scribbles on: labels by node, the queue, the ways walked. Reused by the next search.
 
+use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::release_times::ReleaseTimes;
 use super::request::Value;
@@ -108,6 +109,7 @@ pub struct ItineraryScratch {
     pub(super) intervals: Vec<(f64, f64)>,
     pub(super) openings: ReleaseTimes,
     pub(super) closed: Bits,
+    pub(super) active: ActiveTraffic,
     segments: usize,
     pub(super) route: Vec<u32>,
     /// How the best real plan goes, from its start to the destination.
@@ -132,6 +134,7 @@ impl ItineraryScratch {
             intervals: Vec::new(),
             openings: ReleaseTimes::default(),
             closed: Bits::empty(topology.segment_count()),
+            active: ActiveTraffic::nowhere(topology),
             segments: topology.segment_count(),
             route: Vec::new(),
             best: Vec::new(),

@@ -6,10 +6,12 @@
 //! [`Potentials`] are worked out once per destination, [`Obstacles`] and [`PadTimes`] once per state of the
 //! world. Nothing here asks the time or the environment; memory is kept in an [`ItineraryScratch`].
 
+mod active_traffic;
 mod alternate;
 mod blocking_causes;
 mod charging_label;
 mod decision;
+mod entry;
 mod expander;
 mod figures;
 mod grouped;
@@ -26,6 +28,7 @@ mod release_times;
 mod request;
 mod run;
 mod search;
+mod separation;
 mod setting;
 mod stops;
 mod timed;
@@ -48,6 +51,7 @@ pub use request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Limits, Objective, Step, Unproved, Value,
 };
 pub use search::{find, find_plainly};
+pub use separation::Separation;
 pub use setting::FlightSetting;
 pub use timed::timed_closures;
 pub use yardstick::Yardstick;

@@ -49,6 +49,7 @@ pub fn find_near(
     scratch.fit(world.topology);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
+    scratch.active.widen();
     close(&mut scratch.closed, request.closed_segments);
     let mut effort = Effort::default();
     let mut run = Run {
@@ -67,6 +68,7 @@ pub fn find_near(
         walks: false,
     };
     run.search();
+    scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     nearest(&terms, stay_s, most, scratch)
 }

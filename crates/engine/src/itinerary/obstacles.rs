@@ -4,17 +4,16 @@
 //! A leg occupies its corridor from the start of a take-off at its first node to the end of a
 //! landing at its last, whether the drone does so or passes.
 
+use super::active_traffic::ActiveTraffic;
+use super::entry::{Entry, Leaving};
 use super::grouped::Grouped;
 use super::occupancy::OthersOccupancy;
 use super::request::FlightWorld;
+use super::separation::Nearness;
 use crate::flight::{FlightRules, Situation, TimedClosure, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::planted::{self, Bug};
 use std::sync::Arc;
-
-/// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
-/// seconds, does not.
-const HEADWAY_STEP_S: f64 = 1e-3;
 
 /// From when until when something is closed.
 #[derive(Clone, Copy, Debug)]
@@ -42,37 +41,14 @@ pub struct Obstacles {
     others: OthersOccupancy,
 }
 
-/// A leg that a drone may want to enter.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    pub(super) segment: u32,
-    pub(super) from: NodeIx,
-    pub(super) to: NodeIx,
-    pub(super) time_s: f64,
-    pub(super) leaving: Leaving,
-}
-
-/// How a drone comes to the node that a leg starts from, and so what of that node's closures binds it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Leaving {
-    /// It has come by a leg or a stop: all of them.
-    OnItsWay,
-    /// Its plan begins there in the air: none of them.
-    FromTheAir,
-    /// Its plan begins there on the ground: zones, which it waits for.
-    FromTheGround,
-}
-
-impl Leaving {
-    /// Whether a window of the node binds it.
-    #[inline]
-    fn is_bound_by(self, window: &ClosedWindow) -> bool {
-        match self {
-            Self::OnItsWay => true,
-            Self::FromTheAir => false,
-            // The windows of zones are widened, and no others.
-            Self::FromTheGround => window.widened,
-        }
+/// Whether a window of a node binds a drone that leaves it.
+#[inline]
+fn binds(window: &ClosedWindow, leaving: Leaving) -> bool {
+    match leaving {
+        Leaving::OnItsWay => true,
+        Leaving::FromTheAir => false,
+        // The windows of zones are widened, and no others.
+        Leaving::FromTheGround => window.widened,
     }
 }
 
@@ -117,17 +93,6 @@ impl Span {
             false => f64::INFINITY,
         };
         (before_s / (1.0 + growth) - self.occupied_s, until_s)
-    }
-}
-
-/// The entry times at which a leg would come too near to one of another plan.
-fn too_near(other: &TrafficLeg, entry: Entry, headway_s: f64) -> (f64, f64) {
-    match other.from == entry.from {
-        true => {
-            let apart_s = headway_s + HEADWAY_STEP_S;
-            (other.enters_s - apart_s, other.enters_s + apart_s)
-        }
-        false => (other.enters_s - entry.time_s, other.leaves_s),
     }
 }
 
@@ -183,13 +148,25 @@ impl Obstacles {
         }
     }
 
-    /// True when nothing is ever in the way of a leg.
+    /// True when nothing is ever in the way of a leg, of others where they count.
     #[inline]
-    pub(super) fn is_clear(&self, segment: u32, from: NodeIx, to: NodeIx) -> bool {
-        !self.closed.by_segment.has(segment)
-            && !self.closed.by_node.has(from.0)
-            && !self.closed.by_node.has(to.0)
-            && !self.others.is_busy(segment)
+    pub(super) fn is_clear(
+        &self,
+        active: &ActiveTraffic,
+        segment: SegmentIx,
+        from: NodeIx,
+        to: NodeIx,
+    ) -> bool {
+        let is_closed = self.closed.by_segment.has(segment.0)
+            || self.closed.by_node.has(from.0)
+            || self.closed.by_node.has(to.0);
+        let may_meet = self.others.is_in_the_air() && active.concerns(segment, from, to);
+        !is_closed && !may_meet
+    }
+
+    /// What other plans take.
+    pub(super) fn others(&self) -> &OthersOccupancy {
+        &self.others
     }
 
     /// Adds the forbidden entry times of a leg, as open intervals in any order, as far as they meet the times within which
@@ -198,15 +175,16 @@ impl Obstacles {
         &self,
         world: &FlightWorld<'_>,
         began_s: f64,
-        entry: Entry,
+        (entry, active): (Entry, &ActiveTraffic),
         within_s: (f64, f64),
         intervals: &mut Vec<(f64, f64)>,
     ) {
-        self.each_forbidden_by(world, began_s, entry, within_s.1, |_, from_s, until_s| {
+        let take = |_, from_s, until_s| {
             if from_s <= within_s.1 && until_s >= within_s.0 {
                 intervals.push((from_s, until_s));
             }
-        });
+        };
+        self.each_forbidden_within(world, began_s, (entry, active), within_s, take);
     }
 
     /// Tells `take` every interval of forbidden entry times of a leg, with what forbids it.
@@ -217,16 +195,18 @@ impl Obstacles {
         entry: Entry,
         take: impl FnMut(Forbids, f64, f64),
     ) {
-        self.each_forbidden_by(world, began_s, entry, f64::INFINITY, take);
+        let always_s = (f64::NEG_INFINITY, f64::INFINITY);
+        let everywhere = ActiveTraffic::everywhere();
+        self.each_forbidden_within(world, began_s, (entry, &everywhere), always_s, take);
     }
 
-    /// The same without legs of others that forbid nothing by the last of these times.
-    fn each_forbidden_by(
+    /// The same of others only where they count, and forbid entries within these times.
+    fn each_forbidden_within(
         &self,
         world: &FlightWorld<'_>,
         began_s: f64,
-        entry: Entry,
-        last_s: f64,
+        (entry, active): (Entry, &ActiveTraffic),
+        within_s: (f64, f64),
         mut take: impl FnMut(Forbids, f64, f64),
     ) {
         let span = Span {
@@ -235,7 +215,7 @@ impl Obstacles {
             occupied_s: entry.time_s + world.legs.vertical_s(entry.to),
         };
         let mut close = |windows: &[ClosedWindow], leaving: Leaving| {
-            for window in windows.iter().filter(|window| leaving.is_bound_by(window)) {
+            for window in windows.iter().filter(|window| binds(window, leaving)) {
                 let (from_s, until_s) = span.forbidden(window, world.rules);
                 if from_s < until_s {
                     take(Forbids::Closure(window.closure as usize), from_s, until_s);
@@ -250,15 +230,12 @@ impl Obstacles {
         close(by_segment.of_index(entry.segment), Leaving::OnItsWay);
         close(by_node.of_index(entry.to.0), Leaving::OnItsWay);
         close(by_node.of_index(entry.from.0), entry.leaving);
-        if world.rules.headway_s > 0.0 && self.others.is_busy(entry.segment) {
-            let headway_s = world.rules.headway_s;
-            // Who enters so much later forbids nothing before it.
-            let reach_s = entry.time_s.max(headway_s + HEADWAY_STEP_S);
-            let there = self.others.legs_on(SegmentIx(entry.segment));
-            for other in there.take_while(|other| other.enters_s - reach_s <= last_s) {
-                let (from_s, until_s) = too_near(&other, entry, headway_s);
-                take(Forbids::Traffic(other), from_s, until_s);
-            }
+        if world.keeps_apart() {
+            let mut near = |near: Nearness<'_>| {
+                take(Forbids::Traffic(near.leg), near.from_s, near.until_s);
+            };
+            let separation = world.separation();
+            separation.each(&self.others, active, entry, within_s, &mut near);
         }
     }
 
@@ -307,11 +284,19 @@ impl Obstacles {
         windows.any(begins_meanwhile)
     }
 
-    /// The segments whose entry may be forbidden at some time, each once.
-    pub(super) fn segments(&self) -> impl Iterator<Item = u32> + '_ {
-        let closed = &self.closed.segments;
-        let others = self.others.busy_segments();
-        let others = others.filter(|segment| closed.binary_search(segment).is_err());
-        closed.iter().copied().chain(others)
+    /// The segments whose entry may be forbidden at some time, of others where they count; rising.
+    pub(super) fn list_segments(
+        &self,
+        topology: &Topology,
+        active: &ActiveTraffic,
+        segments: &mut Vec<u32>,
+    ) {
+        segments.clear();
+        segments.extend(&self.closed.segments);
+        if self.others.is_in_the_air() {
+            active.append_segments(topology, segments);
+            segments.sort_unstable();
+            segments.dedup();
+        }
     }
 }

@@ -44,10 +44,33 @@ pub struct OccupiedPad {
     pub until_s: f64,
 }
 
+/// The legs on one segment.
+#[derive(Clone, Debug, Default)]
+struct SegmentLegs {
+    /// By when they are entered.
+    by_entry: Vec<OccupiedLeg>,
+    /// None of them takes longer, in seconds.
+    longest_s: f64,
+}
+
+impl SegmentLegs {
+    /// Those of which part may lie between two instants.
+    fn between(&self, from_s: f64, until_s: f64) -> impl Iterator<Item = &OccupiedLeg> {
+        let earliest_s = from_s - self.longest_s;
+        let first = self
+            .by_entry
+            .partition_point(|leg| leg.enters_s < earliest_s);
+        let begun = self.by_entry[first..].iter();
+        begun
+            .take_while(move |leg| leg.enters_s <= until_s)
+            .filter(move |leg| leg.leaves_s >= from_s)
+    }
+}
+
 /// What the plans of an edge take. Cheap to clone.
 #[derive(Clone, Debug, Default)]
 pub struct Occupancy {
-    legs: OrdMap<u32, Arc<Vec<OccupiedLeg>>>,
+    legs: OrdMap<u32, Arc<SegmentLegs>>,
     stays: OrdMap<u32, Arc<PadStays>>,
     /// The segments that have legs, as searches ask for each leg they look at.
     busy: Arc<Bits>,
@@ -59,9 +82,11 @@ impl Occupancy {
     /// Adds a leg on a segment, in place of the one that this version has under its number.
     pub fn put_leg(&mut self, segment: SegmentIx, leg: OccupiedLeg) {
         let there = Arc::make_mut(self.legs.entry(segment.0).or_default());
-        there.retain(|other| !other.is_same(&leg));
-        let place = there.partition_point(|other| other.enters_s <= leg.enters_s);
-        there.insert(place, leg);
+        there.by_entry.retain(|other| !other.is_same(&leg));
+        let after = |other: &OccupiedLeg| other.enters_s <= leg.enters_s;
+        let place = there.by_entry.partition_point(after);
+        there.longest_s = there.longest_s.max(leg.leaves_s - leg.enters_s);
+        there.by_entry.insert(place, leg);
         if !self.is_busy(segment) {
             Arc::make_mut(&mut self.busy).insert_growing(segment.0);
         }
@@ -75,10 +100,10 @@ impl Occupancy {
         let is_it = |other: &OccupiedLeg| {
             other.version == version && other.leg == leg && *other.plan == *plan
         };
-        if there.iter().any(is_it) {
-            Arc::make_mut(there).retain(|other| !is_it(other));
+        if there.by_entry.iter().any(is_it) {
+            Arc::make_mut(there).by_entry.retain(|other| !is_it(other));
         }
-        if there.is_empty() {
+        if there.by_entry.is_empty() {
             self.legs.remove(&segment.0);
             Arc::make_mut(&mut self.busy).remove(segment.0);
         }
@@ -125,7 +150,8 @@ impl Occupancy {
 
     /// The legs on a segment, by when they are entered.
     pub fn legs_on(&self, segment: SegmentIx) -> &[OccupiedLeg] {
-        self.legs.get(&segment.0).map_or(&[], |legs| legs)
+        let there = self.legs.get(&segment.0);
+        there.map_or(&[], |legs| &legs.by_entry)
     }
 
     /// The stays at a node, in no order.
@@ -225,14 +251,14 @@ impl OthersOccupancy {
         self.own.iter().flatten().any(|own| **own == *plan)
     }
 
-    /// Whether a segment has legs, be they the drone's own.
+    /// Whether any plan is in the air at some time, be it the drone's own.
     #[inline]
-    pub fn is_busy(&self, segment: u32) -> bool {
-        self.occupancy.is_busy(SegmentIx(segment))
+    pub fn is_in_the_air(&self) -> bool {
+        !self.occupancy.legs.is_empty()
     }
 
     /// The segments that have legs, be they the drone's own; rising.
-    pub fn busy_segments(&self) -> impl Iterator<Item = u32> + '_ {
+    fn busy_segments(&self) -> impl Iterator<Item = u32> + '_ {
         self.occupancy.busy.iter()
     }
 
@@ -241,6 +267,25 @@ impl OthersOccupancy {
         let there = self.occupancy.legs_on(segment).iter();
         let others = there.filter(|leg| !self.is_own(&leg.plan));
         others.map(move |leg| self.in_seconds(segment, leg))
+    }
+
+    /// The legs of others on a segment of which part may lie between two instants of the search, with whose
+    /// they are.
+    pub(super) fn legs_between(
+        &self,
+        segment: SegmentIx,
+        (from_s, until_s): (f64, f64),
+    ) -> impl Iterator<Item = (&OccupiedLeg, TrafficLeg)> {
+        let is_busy = self.occupancy.is_busy(segment);
+        let there = is_busy
+            .then(|| self.occupancy.legs.get(&segment.0))
+            .flatten();
+        let (from_s, until_s) = (from_s + self.zero_s, until_s + self.zero_s);
+        let near = there
+            .into_iter()
+            .flat_map(move |there| there.between(from_s, until_s));
+        let others = near.filter(|leg| !self.is_own(&leg.plan));
+        others.map(move |leg| (leg, self.in_seconds(segment, leg)))
     }
 
     fn in_seconds(&self, segment: SegmentIx, leg: &OccupiedLeg) -> TrafficLeg {

@@ -4,16 +4,15 @@
 //! earlier, but cannot wait as long, makes another one needless unless an opening lies between them
 //! that the other could still use.
 
+use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
+use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::obstacles::{Entry, Leaving};
 use super::request::{Objective, Value};
 use crate::flight::FlightLegs;
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 
-/// Any time at which a leg may be entered.
-const ALWAYS_S: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to
 /// stay below them.
 const ROUNDING_M: f64 = 1e-3;
@@ -59,6 +58,7 @@ pub(super) struct ReleaseTimes {
     by_time: Vec<Opening>,
     is_collected: bool,
     intervals: Vec<(f64, f64)>,
+    segments: Vec<u32>,
     /// By node, modulo the length: the opening that last parted two families there, which often
     /// parts the next two.
     parted_by: [u32; PARTED_BY],
@@ -72,6 +72,7 @@ impl Default for ReleaseTimes {
             by_time: Vec::new(),
             is_collected: false,
             intervals: Vec::new(),
+            segments: Vec::new(),
             parted_by: [0; PARTED_BY],
             stops_s: Vec::new(),
         }
@@ -87,13 +88,14 @@ impl ReleaseTimes {
     }
 
     /// Collects what opens, as far as a plan through it could still beat `best`.
-    fn collect(&mut self, terms: &Expander<'_>, best: Value) {
+    fn collect(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
         self.is_collected = true;
         let steps = (0..STOPS_ENTRIES).map(|step| step as f64 / STOPS_STEPS);
         self.stops_s.clear();
         self.stops_s
             .extend(steps.map(|missing| terms.stops_s(missing)));
-        self.collect_entries(terms, best);
+        self.collect_entries(terms, active, best);
+        self.collect_take_offs(terms, active, best);
         let (pads, legs) = (terms.world.pads, terms.world.legs);
         for node in pads.nodes_with_stays() {
             let handling_s = terms.handling_s(node);
@@ -118,10 +120,14 @@ impl ReleaseTimes {
             .sort_unstable_by(|one, other| one.at_s.total_cmp(&other.at_s));
     }
 
-    fn collect_entries(&mut self, terms: &Expander<'_>, best: Value) {
+    fn collect_entries(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
         let world = terms.world;
         let mut intervals = std::mem::take(&mut self.intervals);
-        for segment in world.obstacles.segments() {
+        let mut segments = std::mem::take(&mut self.segments);
+        let within_s = usable_s(terms);
+        let obstacles = world.obstacles;
+        obstacles.list_segments(world.topology, active, &mut segments);
+        for &segment in &segments {
             let ends = world.topology.segment(SegmentIx(segment));
             for (from, to) in [(ends.from, ends.to), (ends.to, ends.from)] {
                 if !may_lead_on(terms, best, from) {
@@ -141,11 +147,12 @@ impl ReleaseTimes {
                         to,
                         time_s,
                         leaving: Leaving::OnItsWay,
+                        takes_off: false,
                     };
                     intervals.clear();
                     let began_s = terms.request.began_s;
-                    let obstacles = world.obstacles;
-                    obstacles.forbidden(world, began_s, entry, ALWAYS_S, &mut intervals);
+                    let there = (entry, active);
+                    obstacles.forbidden(world, began_s, there, within_s, &mut intervals);
                     if !is_start {
                         join(&mut intervals);
                     }
@@ -157,6 +164,23 @@ impl ReleaseTimes {
             }
         }
         self.intervals = intervals;
+        self.segments = segments;
+    }
+
+    /// Who takes off waits for those who pass the node, which those who pass it themselves do not.
+    fn collect_take_offs(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
+        let world = terms.world;
+        if !world.keeps_apart() {
+            return;
+        }
+        let (separation, within_s) = (world.separation(), usable_s(terms));
+        let others = world.obstacles.others();
+        for node in active.nodes(world.topology) {
+            let here = (node, 0.0);
+            separation.at_node(others, here, within_s, &mut |near| {
+                self.add(terms, best, node, (f64::NEG_INFINITY, near.until_s), 0.0);
+            });
+        }
     }
 
     /// Keeps an opening at a node that can be reached before the deadline and could lead to
@@ -212,7 +236,7 @@ impl ReleaseTimes {
     /// `delta`; both are also at least what the tables differ by.
     pub(super) fn part(
         &mut self,
-        terms: &Expander<'_>,
+        (terms, active): (&Expander<'_>, &ActiveTraffic),
         node: NodeIx,
         earlier: &ChargingLabel,
         later: &ChargingLabel,
@@ -220,7 +244,7 @@ impl ReleaseTimes {
         looked_at: &mut usize,
     ) -> bool {
         if !self.is_collected {
-            self.collect(terms, best);
+            self.collect(terms, active, best);
         }
         let way_on = WayOn::new(terms, &self.stops_s, node, (earlier, later), best);
         let last_s = later.hi_s + way_on.longest_s + ROUNDING_S;
@@ -354,6 +378,15 @@ impl<'a> WayOn<'a> {
         let stops_s = self.stops_s[step.min(self.stops_s.len() - 1)];
         stops_s <= there.stop_s || is_better(bound(stops_s))
     }
+}
+
+/// The times at which an opening can be of use.
+fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
+    let starts = terms.request.starts.iter().map(|start| start.at_s);
+    (
+        starts.fold(f64::INFINITY, f64::min),
+        terms.request.deadline_s,
+    )
 }
 
 /// Joins open intervals that overlap; where two touch, that instant is open.

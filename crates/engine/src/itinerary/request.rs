@@ -1,7 +1,11 @@
 //! What is asked of a search over position, time and battery, and what it answers.
 
+use super::active_traffic::ActiveTraffic;
+use super::separation::Separation;
 use crate::airspace::Bits;
-use crate::flight::{Charging, FlightLegs, FlightPlan, FlightRules, FlightStart};
+use crate::flight::{
+    Charging, FlightLegs, FlightPlan, FlightRules, FlightStart, SharedCrossings, Vertical,
+};
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// What a plan makes least. Ties go to the earliest arrival.
@@ -246,10 +250,43 @@ pub struct FlightWorld<'a> {
     pub obstacles: &'a super::Obstacles,
     /// Which pads are free when.
     pub pads: &'a super::PadTimes,
+    /// Where drones change altitude.
+    pub vertical: &'a Vertical,
+    /// Where segments come near each other.
+    pub crossings: &'a SharedCrossings,
     /// Margins and overheads.
     pub rules: &'a FlightRules,
     /// How the battery charges.
     pub charging: Charging,
+}
+
+impl<'a> FlightWorld<'a> {
+    /// Whether there are others to keep apart from.
+    #[inline]
+    pub(super) fn keeps_apart(&self) -> bool {
+        self.rules.headway_s > 0.0 && self.obstacles.others().is_in_the_air()
+    }
+
+    /// Where a plan meets others that do not count yet, lets them count on all of its way; false where it does not.
+    pub(super) fn activate_met(&self, active: &mut ActiveTraffic, plan: &FlightPlan) -> bool {
+        let others = self.obstacles.others();
+        self.keeps_apart() && self.separation().activate_met(others, active, plan)
+    }
+
+    /// By what plans keep apart here.
+    pub fn separation(&self) -> Separation<'a> {
+        let Self {
+            topology,
+            vertical,
+            rules,
+            ..
+        } = *self;
+        Separation {
+            topology,
+            crossings: self.crossings.of(topology, vertical, rules.crossing_m),
+            rules,
+        }
+    }
 }
 
 /// Closes segments in a set, to be opened again by [`reopen`].

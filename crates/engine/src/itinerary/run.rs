@@ -301,11 +301,13 @@ impl Run<'_, '_> {
             family: &taken.family,
             from: node,
             leaving: self.terms.leaving(taken.how),
+            takes_off: self.terms.takes_off(taken.how),
         };
         for leg in self.terms.world.legs.from(node) {
             offers.clear();
             let mut room = SearchBuffers {
                 closed: &self.scratch.closed,
+                active: &self.scratch.active,
                 intervals: &mut self.scratch.intervals,
                 offers: &mut offers,
             };
@@ -326,6 +328,7 @@ impl Run<'_, '_> {
             offers.clear();
             let mut room = SearchBuffers {
                 closed: &self.scratch.closed,
+                active: &self.scratch.active,
                 intervals: &mut self.scratch.intervals,
                 offers: &mut offers,
             };
@@ -428,8 +431,11 @@ impl Run<'_, '_> {
 
     /// True where an opening lies between the two.
     fn parted(&mut self, one: &Label, other: &Label) -> bool {
-        self.scratch.openings.part(
-            &self.terms,
+        let ItineraryScratch {
+            openings, active, ..
+        } = &mut *self.scratch;
+        openings.part(
+            (&self.terms, active),
             one.node,
             &one.family,
             &other.family,

@@ -13,6 +13,10 @@ use crate::network::NodeIx;
 
 /// Of labels and checks, each of the first two steps may take one part in so many.
 const STEP_SHARE: usize = 4;
+/// As often a plan that meets others is looked for again with those that it meets, before all others count.
+const ROUNDS: usize = 12;
+/// And for at most one part in so many of the checks.
+const ROUNDS_SHARE: usize = 2;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
@@ -41,12 +45,11 @@ pub fn find(
         effort: Effort::default(),
         best: Value::NONE,
         bound: Value::LEAST,
+        least: Value::LEAST,
         step: Step::Walk,
         reason: None,
     };
-    search.scratch.best.clear();
-    search.stages();
-    let answer = search.answer();
+    let answer = search.rounds();
     reopen(&mut scratch.closed, request.closed_segments);
     answer
 }
@@ -68,14 +71,17 @@ pub fn find_plainly(
         effort: Effort::default(),
         best: Value::NONE,
         bound: Value::LEAST,
+        least: Value::LEAST,
         step: Step::Exact,
         reason: None,
     };
+    search.scratch.active.widen();
     search.scratch.best.clear();
     if !search.is_there() {
         search.exact(false);
     }
     let answer = search.answer();
+    scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     answer
 }
@@ -88,11 +94,50 @@ struct Search<'a, 's> {
     best: Value,
     /// No plan is better.
     bound: Value,
+    /// Nor than this, by what was found where fewer others counted.
+    least: Value,
     step: Step,
     reason: Option<Unproved>,
 }
 
 impl Search<'_, '_> {
+    /// Searches among those others only that a plan has met, until one meets no more.
+    ///
+    /// The best plan of all is one of each round: so it is no better than what a round finds, and what meets
+    /// no others is the best.
+    fn rounds(&mut self) -> FlightAnswer {
+        let world = self.terms.world;
+        let checks = self.terms.request.limits.checks / ROUNDS_SHARE;
+        let mut round = 1;
+        loop {
+            self.begin_round();
+            self.stages();
+            let answer = self.answer();
+            let active = &mut self.scratch.active;
+            if !answer
+                .plan
+                .as_ref()
+                .is_some_and(|plan| world.activate_met(active, plan))
+            {
+                active.clear();
+                return answer;
+            }
+            self.least = answer.lower_bound;
+            if round >= ROUNDS || self.effort.checks >= checks {
+                active.widen();
+            }
+            round += 1;
+        }
+    }
+
+    fn begin_round(&mut self) {
+        self.best = Value::NONE;
+        self.bound = Value::LEAST;
+        self.step = Step::Walk;
+        self.reason = None;
+        self.scratch.best.clear();
+    }
+
     fn stages(&mut self) {
         if self.is_there() || self.walk_from_starts() {
             self.bound = self.best;
@@ -349,10 +394,10 @@ impl Search<'_, '_> {
             plan: found.then(|| plan(&self.terms, &self.scratch.best, self.best)),
             value: self.best,
             proved: self.reason.is_none(),
-            lower_bound: if self.reason.is_none() {
-                self.best
-            } else {
-                self.bound
+            lower_bound: match self.reason {
+                None => self.best,
+                Some(_) if self.bound.beats(self.least) => self.least,
+                Some(_) => self.bound,
             },
             reason: self.reason,
             step: self.step,

@@ -5,7 +5,9 @@ use super::occupancy::OthersOccupancy;
 use super::pads::PadTimes;
 use super::potentials::Potentials;
 use super::request::{FlightWorld, Objective};
-use crate::flight::{Airframe, FlightLegs, FlightRules, Situation, Vertical, WindField};
+use crate::flight::{
+    Airframe, FlightLegs, FlightRules, SharedCrossings, Situation, Vertical, WindField,
+};
 use crate::network::{NodeIx, Topology};
 use std::sync::Arc;
 
@@ -18,6 +20,7 @@ pub struct FlightSetting {
     wind: WindField,
     rules: FlightRules,
     vertical: Arc<Vertical>,
+    crossings: SharedCrossings,
     legs: Arc<FlightLegs>,
     obstacles: Obstacles,
     pads: PadTimes,
@@ -35,6 +38,7 @@ impl FlightSetting {
     ) -> Self {
         Self {
             vertical: Arc::new(Vertical::of(&topology, rules.unknown_climb_m)),
+            crossings: SharedCrossings::default(),
             legs: Arc::new(FlightLegs::of(
                 &topology, &airframe, payload_kg, &wind, &rules,
             )),
@@ -45,6 +49,20 @@ impl FlightSetting {
             payload_kg,
             wind,
             rules,
+        }
+    }
+
+    /// Another drone, payload or wind over the same network by the same rules: what depends on these alone is
+    /// shared.
+    #[must_use]
+    pub fn with_drone(&self, airframe: Airframe, payload_kg: f64, wind: WindField) -> Self {
+        let legs = FlightLegs::of(&self.topology, &airframe, payload_kg, &wind, &self.rules);
+        Self {
+            legs: Arc::new(legs),
+            airframe,
+            payload_kg,
+            wind,
+            ..self.clone()
         }
     }
 
@@ -69,6 +87,19 @@ impl FlightSetting {
         }
     }
 
+    /// The same without keeping apart from other plans in the air; their pads stay taken.
+    #[must_use]
+    pub fn unseparated(&self) -> Self {
+        let rules = FlightRules {
+            headway_s: 0.0,
+            ..self.rules
+        };
+        Self {
+            rules,
+            ..self.clone()
+        }
+    }
+
     /// What a search reads.
     pub fn world(&self) -> FlightWorld<'_> {
         FlightWorld {
@@ -76,6 +107,8 @@ impl FlightSetting {
             legs: &self.legs,
             obstacles: &self.obstacles,
             pads: &self.pads,
+            vertical: &self.vertical,
+            crossings: &self.crossings,
             rules: &self.rules,
             charging: self.airframe.charging(),
         }

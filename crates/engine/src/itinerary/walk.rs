@@ -65,10 +65,12 @@ pub(super) fn walk(
         offers,
         intervals,
         closed,
+        active,
         ..
     } = scratch;
     let mut room = SearchBuffers {
         closed,
+        active,
         intervals,
         offers,
     };
@@ -109,6 +111,7 @@ fn without_stops(
             family: &family,
             from: node,
             leaving: terms.leaving(how),
+            takes_off: terms.takes_off(how),
         };
         terms.fly(departure, leg, room);
         *checks += room.checks_of_flight();
@@ -253,6 +256,7 @@ impl Pass<'_, '_, '_> {
                 family: &family,
                 from,
                 leaving: terms.leaving(how),
+                takes_off: terms.takes_off(how),
             };
             terms.fly(departure, leg, room);
             *self.checks += room.checks_of_flight();

@@ -17,16 +17,19 @@ pub enum Flag {
     ReserveUsed,
     /// The pad at the end of the way is taken.
     PadOccupied,
+    /// Other plans are too near to every way: this one does not keep apart from them.
+    Unseparated,
 }
 
 impl Flag {
     /// All flags, in the order in which answers tell them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::LeavingZone,
         Self::CannotStop,
         Self::Unverified,
         Self::ReserveUsed,
         Self::PadOccupied,
+        Self::Unseparated,
     ];
 
     /// The name on the wire.
@@ -37,6 +40,7 @@ impl Flag {
             Self::Unverified => "unverified",
             Self::ReserveUsed => "reserve_used",
             Self::PadOccupied => "pad_occupied",
+            Self::Unseparated => "unseparated",
         }
     }
 }

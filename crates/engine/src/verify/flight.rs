@@ -6,6 +6,7 @@
 
 use super::flight_fault::{FlightFault, LegAt, StayAt};
 use super::premises;
+use super::separation::is_too_near;
 use crate::flight::{
     Airframe, FlightPlan, FlightRules, FlightStart, FlownLeg, LegCost, Situation, Stop, StopKind,
     Vertical, WindField,
@@ -69,6 +70,7 @@ pub fn verify_flight(plan: &FlightPlan, premises: &FlightPremises<'_>) -> Result
         plan,
         node: start.node,
         at_s: start.at_s,
+        takes_off: false,
         battery: start.battery,
         distance_m: start.flown_m,
         energy: start.drawn,
@@ -82,6 +84,7 @@ pub fn verify_flight(plan: &FlightPlan, premises: &FlightPremises<'_>) -> Result
             None if stands => drone.take_off(),
             None => {}
         }
+        drone.takes_off = here.is_some() || stands;
         // Who has landed at the start has no exemption any more.
         let has_landed = here.is_some_and(|stop| stop.kind != StopKind::Start);
         drone.fly(number, leg, number == 0 && !has_landed)?;
@@ -102,6 +105,8 @@ struct Drone<'a> {
     node: NodeIx,
     /// When it is there: at the crossing altitude, or on the ground before its first take-off.
     at_s: f64,
+    /// Whether it takes off for its next leg.
+    takes_off: bool,
     battery: f64,
     distance_m: f64,
     energy: f64,
@@ -269,7 +274,7 @@ impl Drone<'_> {
             return Err(FlightFault::Exit { place, leaves_s });
         }
         self.nothing_is_closed(leg, leaves_start, &place)?;
-        self.nobody_is_near(leg, &place)?;
+        self.keeps_apart(leg, &place)?;
         let after = self.battery - cost.energy;
         for (stated, level) in [
             (leg.battery_before, self.battery),
@@ -369,20 +374,11 @@ impl Drone<'_> {
         Ok(())
     }
 
-    fn nobody_is_near(&self, leg: &FlownLeg, place: &LegAt) -> Result<(), FlightFault> {
-        let headway_s = self.premises.rules.headway_s;
-        let traffic = self.premises.situation.traffic.iter();
-        let mut near = traffic.filter(|other| {
-            let is_near = match other.from == leg.from {
-                true => (other.enters_s - leg.enters_s).abs() <= headway_s,
-                false => {
-                    leg.enters_s < other.leaves_s - TIME_TOLERANCE_S
-                        && other.enters_s < leg.leaves_s - TIME_TOLERANCE_S
-                }
-            };
-            other.segment == leg.segment && headway_s > 0.0 && is_near
-        });
-        match near.next() {
+    fn keeps_apart(&self, leg: &FlownLeg, place: &LegAt) -> Result<(), FlightFault> {
+        let (topology, rules) = (self.premises.topology, self.premises.rules);
+        let mut others = self.premises.situation.traffic.iter();
+        let near = others.find(|other| is_too_near(topology, rules, (leg, self.takes_off), other));
+        match near {
             Some(other) => Err(FlightFault::Traffic {
                 place: place.clone(),
                 other_enters_s: other.enters_s,

@@ -23,6 +23,7 @@ mod fault;
 mod flight;
 mod flight_fault;
 mod premises;
+mod separation;
 mod verdict;
 
 pub use facts::NetworkFacts;

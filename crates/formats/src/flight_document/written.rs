@@ -49,6 +49,11 @@ pub(crate) struct WrittenRules {
     pub(super) time_margin_s: f64,
     pub(super) time_margin_growth: f64,
     pub(super) headway_s: f64,
+    // Documents of before plans were kept apart at nodes and crossings have neither.
+    #[serde(default)]
+    pub(super) node_headway_s: f64,
+    #[serde(default)]
+    pub(super) crossing_m: f64,
     pub(super) unknown_climb_m: f64,
 }
 
@@ -148,6 +153,8 @@ impl WrittenRules {
             time_margin_s: rules.time_margin_s,
             time_margin_growth: rules.time_margin_growth,
             headway_s: rules.headway_s,
+            node_headway_s: rules.node_headway_s,
+            crossing_m: rules.crossing_m,
             unknown_climb_m: rules.unknown_climb_m,
         }
     }
@@ -161,6 +168,8 @@ impl WrittenRules {
             time_margin_s: self.time_margin_s,
             time_margin_growth: self.time_margin_growth,
             headway_s: self.headway_s,
+            node_headway_s: self.node_headway_s,
+            crossing_m: self.crossing_m,
             unknown_climb_m: self.unknown_climb_m,
         }
     }

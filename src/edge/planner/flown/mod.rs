@@ -12,6 +12,7 @@ mod checked;
 mod composing;
 mod expected;
 mod flown_version;
+mod keeping_apart;
 mod kept;
 mod known;
 mod planner;
@@ -118,6 +119,8 @@ impl Flights {
     pub(super) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
         let mut flight = settings.flight.clone()?;
         flight.rules.headway_s = settings.headway_s;
+        flight.rules.node_headway_s = settings.node_headway_s;
+        flight.rules.crossing_m = settings.crossing_m;
         Some(Self {
             settings: flight,
             zero,
@@ -233,7 +236,7 @@ impl Flights {
                 && compiled.kind == *kind
                 && compiled.weather.as_ref() == weather
         };
-        {
+        let other = {
             let mut kept = self.lock();
             if let Some(place) = kept.compiled.iter().position(is_it)
                 && let Some(found) = kept.compiled.remove(place)
@@ -241,17 +244,25 @@ impl Flights {
                 kept.compiled.push_back(found.clone());
                 return found;
             }
-        }
+            let mut others = kept.compiled.iter();
+            others
+                .rfind(|other| Arc::ptr_eq(&other.topology, topology))
+                .cloned()
+        };
         // Outside the lock: two threads may do the same work, but none waits for another one's.
+        let (airframe, wind) = ((*kind.airframe).clone(), self.wind(weather, topology));
         let compiled = Arc::new(Compiled {
-            setting: FlightSetting::new(
-                topology.clone(),
-                (*kind.airframe).clone(),
-                kind.payload_kg,
-                self.wind(weather, topology),
-                self.settings.rules,
-                &Situation::default(),
-            ),
+            setting: match other {
+                Some(other) => other.setting.with_drone(airframe, kind.payload_kg, wind),
+                None => FlightSetting::new(
+                    topology.clone(),
+                    airframe,
+                    kind.payload_kg,
+                    wind,
+                    self.settings.rules,
+                    &Situation::default(),
+                ),
+            },
             tables: FlightTables::new(TABLE_BYTES),
             kind: kind.clone(),
             topology: topology.clone(),

@@ -10,7 +10,7 @@ use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::planner::by_distance::{ByDistance, as_asked, standing_at};
 use crate::edge::planner::{
-    Answer, Asked, Concern, Course, Displaced, FlownVersion, Occasion, Planner, Scene, Stated,
+    Answer, Asked, Concern, Course, Displaced, FlownVersion, Occasion, Own, Planner, Scene, Stated,
     Terms, Version, Wanted, later,
 };
 use crate::edge::progress::{self, Ahead, Progress};
@@ -406,6 +406,19 @@ impl Planner for Flown {
             return Some(ahead.0);
         }
         progress::first_hit(version, ahead, closure, scene.topology())
+    }
+
+    fn meets(
+        &self,
+        scene: Scene<'_>,
+        own: Own<'_>,
+        version: &Version,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> bool {
+        match version.flight.as_deref() {
+            Some(_) => self.flights.meets(scene, own, version, counts),
+            None => self.by_distance.meets(scene, own, version, counts),
+        }
     }
 
     fn minds(&self, _concern: Concern, version: Option<&Version>) -> bool {

@@ -1,0 +1,222 @@
+//! How plans keep apart: when a leg may not be entered because another plan is near.
+//!
+//! - On one segment entries in the same direction are more than the headway apart; in opposite directions
+//!   only one is on it.
+//! - At a node two plans pass or land at least the headway of nodes apart.
+//! - Where two segments cross only one plan is near the crossing.
+
+use super::active_traffic::ActiveTraffic;
+use super::entry::Entry;
+use super::occupancy::{OccupiedLeg, OthersOccupancy};
+use crate::flight::{Crossings, FlightPlan, FlightRules, TrafficLeg};
+use crate::network::{NodeIx, SegmentIx, Topology};
+
+/// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
+/// seconds, does not.
+const HEADWAY_STEP_S: f64 = 1e-3;
+/// Plans that are nearer by less, in seconds, touch: instants that were stored are rounded.
+const TOUCH_S: f64 = 1e-3;
+
+/// By what plans on a network keep apart.
+#[derive(Clone, Copy, Debug)]
+pub struct Separation<'a> {
+    /// The network.
+    pub topology: &'a Topology,
+    /// Where its segments come near each other.
+    pub crossings: &'a Crossings,
+    /// How far apart.
+    pub rules: &'a FlightRules,
+}
+
+/// Another plan that forbids an entry between two instants, ends excluded.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearness<'o> {
+    pub(super) other: &'o OccupiedLeg,
+    /// Its leg in the seconds of the search.
+    pub(super) leg: TrafficLeg,
+    pub(super) from_s: f64,
+    pub(super) until_s: f64,
+}
+
+impl Nearness<'_> {
+    fn forbids(&self, enters_s: f64) -> bool {
+        self.from_s + TOUCH_S < enters_s && enters_s < self.until_s - TOUCH_S
+    }
+}
+
+impl Separation<'_> {
+    /// Whether plans keep apart at all.
+    fn is_kept(&self) -> bool {
+        self.rules.headway_s > 0.0
+    }
+
+    /// The legs that could be too near to one that is entered at some time of a stretch.
+    fn reach_s(&self, entry: Entry, (first_s, last_s): (f64, f64)) -> (f64, f64) {
+        let rules = self.rules;
+        let headway_s = rules.headway_s.max(rules.node_headway_s) + HEADWAY_STEP_S;
+        (first_s - headway_s, last_s + entry.time_s + headway_s)
+    }
+
+    /// Tells `take` what forbids entries of a leg within a stretch of time, on its segment and where others
+    /// cross it.
+    fn on_segment<'o>(
+        &self,
+        others: &'o OthersOccupancy,
+        entry: Entry,
+        within_s: (f64, f64),
+        take: &mut dyn FnMut(Nearness<'o>),
+    ) {
+        let segment = SegmentIx(entry.segment);
+        let reach_s = self.reach_s(entry, within_s);
+        for (other, leg) in others.legs_between(segment, reach_s) {
+            let apart_s = self.rules.headway_s + HEADWAY_STEP_S;
+            let (from_s, until_s) = match leg.from == entry.from {
+                true => (leg.enters_s - apart_s, leg.enters_s + apart_s),
+                false => (leg.enters_s - entry.time_s, leg.leaves_s),
+            };
+            take(Nearness {
+                other,
+                leg,
+                from_s,
+                until_s,
+            });
+        }
+        let first_node = self.topology.segment(segment).from;
+        for crossing in self.crossings.on(segment) {
+            let own = match first_node == entry.from {
+                true => crossing.own,
+                false => crossing.own.reversed(),
+            };
+            let first_node = self.topology.segment(crossing.other).from;
+            for (other, leg) in others.legs_between(crossing.other, reach_s) {
+                let near = match first_node == leg.from {
+                    true => crossing.others,
+                    false => crossing.others.reversed(),
+                };
+                let time_s = leg.leaves_s - leg.enters_s;
+                take(Nearness {
+                    other,
+                    leg,
+                    from_s: leg.enters_s + near.enters * time_s - own.leaves * entry.time_s,
+                    until_s: leg.enters_s + near.leaves * time_s - own.enters * entry.time_s,
+                });
+            }
+        }
+    }
+
+    /// Tells `take` what forbids being above a node `after_s` after the entry of a leg.
+    pub(super) fn at_node<'o>(
+        &self,
+        others: &'o OthersOccupancy,
+        (node, after_s): (NodeIx, f64),
+        within_s: (f64, f64),
+        take: &mut dyn FnMut(Nearness<'o>),
+    ) {
+        let headway_s = self.rules.node_headway_s;
+        if headway_s <= 0.0 {
+            return;
+        }
+        let reach_s = (
+            within_s.0 + after_s - headway_s,
+            within_s.1 + after_s + headway_s,
+        );
+        for arc in self.topology.arcs(node) {
+            for (other, leg) in others.legs_between(arc.segment, reach_s) {
+                let passes_s = match leg.from == node {
+                    true => leg.enters_s,
+                    false => leg.leaves_s,
+                };
+                take(Nearness {
+                    other,
+                    leg,
+                    from_s: passes_s - headway_s - after_s,
+                    until_s: passes_s + headway_s - after_s,
+                });
+            }
+        }
+    }
+
+    /// Whether a plan comes too near to one of the others that count.
+    pub fn is_broken_by(
+        &self,
+        plan: &FlightPlan,
+        others: &OthersOccupancy,
+        counts: &dyn Fn(&str) -> bool,
+    ) -> bool {
+        let mut entries = Entry::all_of(plan);
+        let everywhere = ActiveTraffic::everywhere();
+        self.is_kept()
+            && entries.any(|(enters_s, entry)| {
+                let mut is_near = false;
+                self.each(
+                    others,
+                    &everywhere,
+                    entry,
+                    (enters_s, enters_s),
+                    &mut |near| is_near |= near.forbids(enters_s) && counts(&near.other.plan),
+                );
+                is_near
+            })
+    }
+
+    /// Tells `take` what forbids entries of a leg within a stretch of time, where others count.
+    pub(super) fn each<'o>(
+        &self,
+        others: &'o OthersOccupancy,
+        active: &ActiveTraffic,
+        entry: Entry,
+        within_s: (f64, f64),
+        take: &mut dyn FnMut(Nearness<'o>),
+    ) {
+        if active.has_segment(SegmentIx(entry.segment)) {
+            self.on_segment(others, entry, within_s, take);
+        }
+        if active.has_node(entry.to) {
+            self.at_node(others, (entry.to, entry.time_s), within_s, take);
+        }
+        if entry.takes_off && active.has_node(entry.from) {
+            self.at_node(others, (entry.from, 0.0), within_s, take);
+        }
+    }
+
+    /// Where a plan meets others that do not count yet, lets them count on all of its way; false where it does not.
+    pub(super) fn activate_met(
+        &self,
+        others: &OthersOccupancy,
+        active: &mut ActiveTraffic,
+        plan: &FlightPlan,
+    ) -> bool {
+        if active.is_everywhere() {
+            return false;
+        }
+        let meets = |(enters_s, entry)| self.meets_inactive(others, active, enters_s, entry);
+        let is_met = Entry::all_of(plan).any(meets);
+        if is_met {
+            active.add_way(plan);
+        }
+        is_met
+    }
+
+    /// Whether an entry is forbidden where others do not count.
+    fn meets_inactive(
+        &self,
+        others: &OthersOccupancy,
+        active: &ActiveTraffic,
+        enters_s: f64,
+        entry: Entry,
+    ) -> bool {
+        let within_s = (enters_s, enters_s);
+        let mut is_met = false;
+        let mut take = |near: Nearness<'_>| is_met |= near.forbids(enters_s);
+        if !active.has_segment(SegmentIx(entry.segment)) {
+            self.on_segment(others, entry, within_s, &mut take);
+        }
+        if !active.has_node(entry.to) {
+            self.at_node(others, (entry.to, entry.time_s), within_s, &mut take);
+        }
+        if entry.takes_off && !active.has_node(entry.from) {
+            self.at_node(others, (entry.from, 0.0), within_s, &mut take);
+        }
+        is_met
+    }
+}
