@@ -35,10 +35,8 @@ WORDS = {
     "miscounted": "zones whose count of plans is not that of the outcomes",
     "standing_untold": "plans affected at the end that were not told",
 }
-# The service keeps its drones apart on segments and pads, not yet at nodes and crossings; and none
-# that fly by distance, whose traffic it names and does not avoid.
-TOLD_ONLY = ("node", "crossing")
-TOLD_BY_DISTANCE = ("headway", "head_on", "pad")
+# The traffic of drones that fly by distance is named and not avoided.
+TOLD_BY_DISTANCE = ("headway", "head_on", "pad", "node", "crossing")
 
 
 def main() -> int:
@@ -74,7 +72,7 @@ def judge(record: Record, minutes: list[float] | None) -> int:
     missed = 0
     for rule, words in WORDS.items():
         count = len(faults[rule])
-        is_told_only = rule in TOLD_ONLY or (not record.run.get("airframe") and rule in TOLD_BY_DISTANCE)
+        is_told_only = not record.run.get("airframe") and rule in TOLD_BY_DISTANCE
         goal, verdict = ("", "") if is_told_only else ("0", "**missed**" if count else "met")
         missed |= verdict == "**missed**"
         print(f"| {words} | {goal} | {count} | {verdict} |")
