@@ -7,15 +7,14 @@ use super::bits::Bits;
 use super::closed::ClosedSet;
 use super::closure::Closure;
 use super::counts::Counts;
+use super::held::Held;
 use super::zone::Window;
 use crate::network::{NodeIx, SegmentIx, Topology};
+use imbl::OrdMap;
+use imbl::ordmap::DiffItem;
 use jiff::{SignedDuration, Timestamp};
-use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::{Arc, OnceLock};
-
-/// How far the time may go from the instant that the windows of schedules were made around.
-const SCHEDULES_STAND_FOR: SignedDuration = SignedDuration::from_hours(24);
 
 /// The one vocabulary of change: what is not a `Change` cannot alter an airspace.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,65 +23,6 @@ pub enum Change {
     Put(Arc<Closure>),
     /// Lifts the closure of an id; lifting what is not there changes nothing.
     Lift(String),
-}
-
-/// A closure in an airspace, and whether it counts at the snapshot's time.
-#[derive(Clone, Debug)]
-struct Held {
-    closure: Arc<Closure>,
-    in_force: bool,
-    /// Of what recurs.
-    recurring: Option<Recurring>,
-}
-
-/// A closure whose zone has schedules.
-#[derive(Clone, Debug)]
-struct Recurring {
-    /// As it was put.
-    put: Arc<Closure>,
-    /// The instants that its windows were made around: those of both clocks.
-    around: Option<[Timestamp; 2]>,
-}
-
-impl Held {
-    fn new(closure: Arc<Closure>) -> Self {
-        let recurring = closure.recurs().then(|| Recurring {
-            put: closure.clone(),
-            around: None,
-        });
-        Self {
-            closure,
-            in_force: false,
-            recurring,
-        }
-    }
-
-    /// As it was put.
-    fn put(&self) -> &Arc<Closure> {
-        self.recurring
-            .as_ref()
-            .map_or(&self.closure, |recurring| &recurring.put)
-    }
-
-    /// Makes the windows of schedules anew, once the instants are a day away from those that they
-    /// were made around.
-    fn follow_schedules(&mut self, instants: [Timestamp; 2]) {
-        let Some(recurring) = &mut self.recurring else {
-            return;
-        };
-        let is_near = |(made, now): (Timestamp, Timestamp)| {
-            made.duration_since(now).abs() < SCHEDULES_STAND_FOR
-        };
-        if let Some(made) = recurring.around
-            && made.into_iter().zip(instants).all(is_near)
-        {
-            return;
-        }
-        if let Some(zone) = recurring.put.zone() {
-            self.closure = Arc::new(recurring.put.around(zone, instants));
-            recurring.around = Some(instants);
-        }
-    }
 }
 
 /// One immutable snapshot of network and closures.
@@ -98,7 +38,11 @@ pub struct Airspace {
     apart: Option<SignedDuration>,
     /// The next instant at which a window turns, once somebody has asked: it is asked for more often than it changes.
     next_change: OnceLock<Option<Timestamp>>,
-    closures: BTreeMap<Arc<str>, Held>,
+    /// Whether windows have yet to be looked at by a second clock, or without it.
+    has_other_clock: bool,
+    closures: OrdMap<Arc<str>, Held>,
+    /// How many of them recur.
+    recurring: usize,
     closed: ClosedSet,
     closed_pads: Bits,
     segment_causes: Counts,
@@ -131,14 +75,16 @@ impl Airspace {
             horizon,
             apart: None,
             next_change: OnceLock::new(),
-            closures: BTreeMap::new(),
+            has_other_clock: false,
+            closures: OrdMap::new(),
+            recurring: 0,
         }
     }
 
     /// The next snapshot: changes in their order, then windows that have opened or closed by `now`.
     ///
     /// Where nothing changes but the time, the revision stays. Costs what the changes hit, plus a pass
-    /// over the closures; see `docs/results/engine.md`.
+    /// over the closures where a window may have turned; see `docs/results/engine.md`.
     pub fn apply(&self, changes: &[Change], now: Timestamp) -> Self {
         let mut next = self.clone();
         next.as_of = now;
@@ -149,8 +95,7 @@ impl Airspace {
                 Change::Lift(id) => next.lift(id, &mut effect),
             }
         }
-        next.follow_windows(&mut effect);
-        next.next_change = OnceLock::new();
+        next.follow_windows_since(self, &mut effect);
         if effect.changed {
             next.revision += 1;
         }
@@ -189,6 +134,11 @@ impl Airspace {
             (id, Held::new(closure))
         });
         next.closures = held.collect();
+        let recurring = next
+            .closures
+            .values()
+            .filter(|held| held.recurring.is_some());
+        next.recurring = recurring.count();
         next.follow_windows(&mut Effect::default());
         next
     }
@@ -202,6 +152,47 @@ impl Airspace {
         next
     }
 
+    /// What [`Airspace::looking_ahead`] makes of this airspace, from what it made of an earlier one on the same network: costs
+    /// what has come and gone between the two, and what turns.
+    #[must_use]
+    pub fn looking_ahead_after(&self, before: &Self, looked: &Self) -> Self {
+        let mut next = looked.clone();
+        next.as_of = self.as_of;
+        next.revision = self.revision;
+        next.opened_at = self.opened_at;
+        let mut effect = Effect::default();
+        for change in before.closures.diff(&self.closures) {
+            match change {
+                DiffItem::Remove(id, _) => next.lift(id, &mut effect),
+                DiffItem::Add(id, held)
+                | DiffItem::Update {
+                    new: (id, held), ..
+                } => {
+                    let held = Held {
+                        in_force: false,
+                        ..held.clone()
+                    };
+                    next.put_held(id, held, &mut effect);
+                }
+            }
+        }
+        next.follow_windows_since(looked, &mut effect);
+        next
+    }
+
+    /// The closures that went since an earlier airspace and those that came, by id; one that has changed did both.
+    pub fn changes_since<'a>(
+        &'a self,
+        before: &'a Self,
+    ) -> impl Iterator<Item = (Option<&'a Arc<Closure>>, Option<&'a Arc<Closure>>)> {
+        let changes = before.closures.diff(&self.closures);
+        changes.map(|change| match change {
+            DiffItem::Add(_, held) => (None, Some(&held.closure)),
+            DiffItem::Update { old, new } => (Some(&old.1.closure), Some(&new.1.closure)),
+            DiffItem::Remove(_, held) => (Some(&held.closure), None),
+        })
+    }
+
     /// The same airspace beside a second clock that is so far ahead of the time, or behind it: from the next
     /// [`Airspace::apply`] on a window counts if it does by either of them. `None` leaves the time alone.
     #[must_use]
@@ -209,6 +200,7 @@ impl Airspace {
         let mut beside = self.clone();
         beside.apart = apart;
         beside.next_change = OnceLock::new();
+        beside.has_other_clock = true;
         beside
     }
 
@@ -293,7 +285,7 @@ impl Airspace {
 
     /// The closures by id, from one id on.
     pub fn closures_from(&self, from: Bound<&str>) -> impl Iterator<Item = &Arc<Closure>> {
-        let held = self.closures.range::<str, _>((from, Bound::Unbounded));
+        let held = self.closures.range::<_, str>((from, Bound::Unbounded));
         held.map(|(_, held)| &held.closure)
     }
 
@@ -309,23 +301,22 @@ impl Airspace {
     }
 
     fn seek_next_change(&self) -> Option<Timestamp> {
+        self.seek_change_of(&|| self.closures.values())
+    }
+
+    /// The next instant after this snapshot's time at which a window of these turns, by either clock.
+    fn seek_change_of<'a, I>(&self, closures: &dyn Fn() -> I) -> Option<Timestamp>
+    where
+        I: Iterator<Item = &'a Held>,
+    {
         let apart = [Some(SignedDuration::ZERO), self.apart];
         let changes = apart.into_iter().flatten().filter_map(|apart| {
             let other = self.as_of.saturating_add(apart).ok()?;
-            let change = self.next_change_by(other)?;
-            change.saturating_sub(apart).ok()
+            let windows = closures().flat_map(|held| &held.closure.windows);
+            let change = windows.filter_map(|window| window.next_change_after(other, self.horizon));
+            change.min()?.saturating_sub(apart).ok()
         });
         changes.min()
-    }
-
-    fn next_change_by(&self, now: Timestamp) -> Option<Timestamp> {
-        let windows = self
-            .closures
-            .values()
-            .flat_map(|held| &held.closure.windows);
-        windows
-            .filter_map(|window| window.next_change_after(now, self.horizon))
-            .min()
     }
 
     fn put(&mut self, closure: &Arc<Closure>, effect: &mut Effect) {
@@ -336,9 +327,15 @@ impl Airspace {
         {
             return;
         }
-        self.lift(&closure.id, effect);
-        let held = Held::new(closure.clone());
-        self.closures.insert(Arc::from(closure.id.as_str()), held);
+        let id = Arc::from(closure.id.as_str());
+        self.put_held(&id, Held::new(closure.clone()), effect);
+    }
+
+    fn put_held(&mut self, id: &Arc<str>, held: Held, effect: &mut Effect) {
+        self.lift(id, effect);
+        self.recurring += usize::from(held.recurring.is_some());
+        self.closures.insert(id.clone(), held);
+        effect.put.push(id.clone());
         effect.changed = true;
     }
 
@@ -348,33 +345,78 @@ impl Airspace {
                 self.release(&held.closure);
                 effect.opened = true;
             }
+            self.recurring -= usize::from(held.recurring.is_some());
+            effect.has_lifted_windows |= !held.closure.windows.is_empty();
             effect.changed = true;
         }
     }
 
+    /// Follows the windows from the state before on, of which this is a copy but for what was put and lifted since.
+    fn follow_windows_since(&mut self, before: &Self, effect: &mut Effect) {
+        if !before.stands_until(self.as_of) {
+            self.next_change = OnceLock::new();
+            self.follow_windows(effect);
+            return;
+        }
+        let put = std::mem::take(&mut effect.put);
+        let held = put
+            .iter()
+            .filter_map(|id| self.closures.get_key_value(&**id));
+        let turned = self.turned(held);
+        self.turn(turned, effect);
+        // What was to change next still is, unless that was lifted.
+        let of_these =
+            self.seek_change_of(&|| put.iter().filter_map(|id| self.closures.get(&**id)));
+        let next = before.next_change().into_iter().chain(of_these).min();
+        self.next_change = match effect.has_lifted_windows {
+            true => OnceLock::new(),
+            false => OnceLock::from(next),
+        };
+    }
+
+    /// Whether nothing turns by itself from its own time until an instant.
+    fn stands_until(&self, now: Timestamp) -> bool {
+        !self.has_other_clock
+            && self.recurring == 0
+            && self.as_of <= now
+            && self.next_change().is_none_or(|change| change > now)
+    }
+
     fn follow_windows(&mut self, effect: &mut Effect) {
+        let turned = self.turned(&self.closures);
+        self.turn(turned, effect);
+        self.has_other_clock = false;
+    }
+
+    /// What of these closures has turned, as it is now.
+    fn turned<'a>(
+        &self,
+        closures: impl IntoIterator<Item = (&'a Arc<str>, &'a Held)>,
+    ) -> Vec<(Arc<str>, Held)> {
         let (now, horizon) = (self.as_of, self.horizon);
         let other = self.apart.and_then(|apart| now.saturating_add(apart).ok());
         let counts_now = |window: &Window| {
             window.counts(now, horizon) || other.is_some_and(|other| window.counts(other, horizon))
         };
-        let mut turned = Vec::new();
-        for held in self.closures.values_mut() {
-            held.follow_schedules([now, other.unwrap_or(now)]);
-            let windows = &held.closure.windows;
-            let counts = windows.is_empty() || windows.iter().any(counts_now);
-            if counts != held.in_force {
-                held.in_force = counts;
-                turned.push((held.closure.clone(), counts));
-            }
-        }
-        for (closure, counts) in turned {
-            match counts {
-                true => self.engage(&closure),
-                false => self.release(&closure),
+        let instants = [now, other.unwrap_or(now)];
+        let turned = closures.into_iter().filter_map(|(id, held)| {
+            let turned = held.turned(instants, counts_now)?;
+            Some((id.clone(), turned))
+        });
+        turned.collect()
+    }
+
+    fn turn(&mut self, turned: Vec<(Arc<str>, Held)>, effect: &mut Effect) {
+        for (id, held) in turned {
+            let before = self.closures.insert(id, held.clone());
+            let did_count = before.is_some_and(|before| before.in_force);
+            match (did_count, held.in_force) {
+                (false, true) => self.engage(&held.closure),
+                (true, false) => self.release(&held.closure),
+                _ => continue,
             }
             effect.changed = true;
-            effect.opened |= !counts;
+            effect.opened |= did_count;
         }
     }
 
@@ -448,4 +490,8 @@ impl Airspace {
 struct Effect {
     changed: bool,
     opened: bool,
+    /// The ids of what was put.
+    put: Vec<Arc<str>>,
+    /// Whether anything with windows was lifted, or replaced.
+    has_lifted_windows: bool,
 }
