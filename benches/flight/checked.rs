@@ -111,7 +111,7 @@ pub(crate) fn measure(workload: &Workload, objective: Objective) {
         legs: &workload.legs,
         airframe: &workload.airframe,
         rules: &workload.rules,
-        closed: &ClosedTimes::of_timed(&workload.situation.closures, now),
+        closed: &ClosedTimes::of_timed(&workload.topology, &workload.situation.closures, now),
         swaps: &|_| false,
         is_taken: &is_taken,
         refuge_stay_s: 0.0,

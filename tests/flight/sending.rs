@@ -34,7 +34,7 @@ impl World {
             legs: &legs,
             airframe: &self.airframe,
             rules: &self.rules,
-            closed: &ClosedTimes::of_timed(&self.situation.closures, now),
+            closed: &ClosedTimes::of_timed(&self.topology, &self.situation.closures, now),
             swaps: &|node| self.situation.swap_stations.contains(&node),
             is_taken: &is_taken,
             refuge_stay_s: 0.0,

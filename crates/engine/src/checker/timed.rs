@@ -1,9 +1,10 @@
-//! What is closed when, sorted so that the closures of a segment or a node are found at once.
+//! What is closed when, in lists by segment and node.
 
-use crate::airspace::{Airspace, Cause, Window};
+use crate::airspace::{Airspace, Cause, Closure, Lists, Window};
 use crate::flight::TimedClosure;
-use crate::network::{NodeIx, SegmentIx};
+use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::Timestamp;
+use std::sync::Arc;
 
 /// From when until when something is closed, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,75 +15,127 @@ pub(super) struct ClosedTime {
     pub(super) widened: bool,
 }
 
+/// A time of a closure.
+#[derive(Clone, Debug)]
+struct TimeOf {
+    /// The id of the closure; none where it was not handed in.
+    closure: Option<Arc<str>>,
+    time: ClosedTime,
+}
+
 /// The closures of an airspace with their times, those included that have not begun.
 #[derive(Clone, Debug)]
 pub struct ClosedTimes {
     zero: Timestamp,
-    segments: Vec<(u32, ClosedTime)>,
-    nodes: Vec<(u32, ClosedTime)>,
-    pads: Vec<(u32, ClosedTime)>,
+    segments: Lists<TimeOf>,
+    nodes: Lists<TimeOf>,
+    pads: Lists<TimeOf>,
 }
 
 impl ClosedTimes {
     /// The closures of an airspace, in seconds from an instant.
     pub fn of(airspace: &Airspace, zero: Timestamp) -> Self {
-        let mut times = Self::none(zero);
-        for (closure, _) in airspace.closures() {
-            let is_report = matches!(closure.cause, Cause::Report { .. });
-            let is_zone = matches!(closure.cause, Cause::Zone(_));
-            let windows = if is_report { &[][..] } else { &closure.windows };
-            for time in times.of_windows(windows, is_zone) {
-                let hits = &closure.hits;
-                times.close(time, &hits.segments, &hits.nodes, &closure.pads);
-            }
+        let mut times = Self::none(airspace.topology(), zero);
+        let closures = airspace.closures();
+        times.close_for_their_windows(closures.map(|(closure, _)| closure));
+        times
+    }
+
+    /// Those of another airspace on the same network, from those of this one: costs what has come and gone between the two.
+    #[must_use]
+    pub fn after(&self, before: &Airspace, airspace: &Airspace) -> Self {
+        let mut times = self.clone();
+        let changes = airspace.changes_since(before);
+        let (went, came): (Vec<_>, Vec<_>) = changes.unzip();
+        for closure in went.into_iter().flatten() {
+            times.open(closure);
         }
-        times.sorted()
+        times.close_for_their_windows(came.into_iter().flatten());
+        times
     }
 
     /// Closures whose times are known already, in seconds from an instant.
     pub fn of_timed<'a>(
+        topology: &Topology,
         closures: impl IntoIterator<Item = &'a TimedClosure>,
         zero: Timestamp,
     ) -> Self {
-        let mut times = Self::none(zero);
-        for closure in closures {
+        let mut times = Self::none(topology, zero);
+        let closures = closures.into_iter().map(|closure| {
             let time = ClosedTime {
                 from_s: closure.from_s,
                 until_s: closure.until_s,
                 widened: closure.widened,
             };
-            times.close(time, &closure.segments, &closure.nodes, &closure.pads);
-        }
-        times.sorted()
+            let hits = [&closure.nodes, &closure.pads].map(|nodes| &**nodes);
+            (
+                TimeOf {
+                    closure: None,
+                    time,
+                },
+                &*closure.segments,
+                hits,
+            )
+        });
+        times.close(closures);
+        times
     }
 
-    fn none(zero: Timestamp) -> Self {
+    fn none(topology: &Topology, zero: Timestamp) -> Self {
         Self {
             zero,
-            segments: Vec::new(),
-            nodes: Vec::new(),
-            pads: Vec::new(),
+            segments: Lists::empty(topology.segment_count()),
+            nodes: Lists::empty(topology.node_count()),
+            pads: Lists::empty(topology.node_count()),
         }
     }
 
-    fn close(
+    fn close_for_their_windows<'a>(&mut self, closures: impl Iterator<Item = &'a Arc<Closure>>) {
+        let mut all = Vec::new();
+        for closure in closures {
+            let id: Arc<str> = Arc::from(closure.id.as_str());
+            let is_report = matches!(closure.cause, Cause::Report { .. });
+            let is_zone = matches!(closure.cause, Cause::Zone(_));
+            let windows = if is_report { &[][..] } else { &closure.windows };
+            let hits = [&closure.hits.nodes, &closure.pads].map(|nodes| &**nodes);
+            all.extend(self.of_windows(windows, is_zone).into_iter().map(|time| {
+                let closure_id = Some(id.clone());
+                let time = TimeOf {
+                    closure: closure_id,
+                    time,
+                };
+                (time, &*closure.hits.segments, hits)
+            }));
+        }
+        self.close(all.into_iter());
+    }
+
+    fn close<'a>(
         &mut self,
-        time: ClosedTime,
-        segments: &[SegmentIx],
-        nodes: &[NodeIx],
-        pads: &[NodeIx],
+        times: impl Iterator<Item = (TimeOf, &'a [SegmentIx], [&'a [NodeIx]; 2])>,
     ) {
-        let segments = segments.iter().map(|segment| (segment.0, time));
-        self.segments.extend(segments);
-        self.nodes.extend(nodes.iter().map(|node| (node.0, time)));
-        self.pads.extend(pads.iter().map(|node| (node.0, time)));
+        let (mut segments, mut nodes, mut pads) = (Vec::new(), Vec::new(), Vec::new());
+        for (time, its_segments, [its_nodes, its_pads]) in times {
+            segments.extend(its_segments.iter().map(|segment| (segment.0, time.clone())));
+            nodes.extend(its_nodes.iter().map(|node| (node.0, time.clone())));
+            pads.extend(its_pads.iter().map(|node| (node.0, time.clone())));
+        }
+        self.segments.add(segments);
+        self.nodes.add(nodes);
+        self.pads.add(pads);
     }
 
-    fn sorted(mut self) -> Self {
-        for list in [&mut self.segments, &mut self.nodes, &mut self.pads] {
-            list.sort_by_key(|(index, _)| *index);
+    fn open(&mut self, closure: &Closure) {
+        let is_meant = |time: &TimeOf| time.closure.as_deref() == Some(&*closure.id);
+        for segment in &closure.hits.segments {
+            self.segments.remove(segment.0, is_meant);
         }
-        self
+        for node in &closure.hits.nodes {
+            self.nodes.remove(node.0, is_meant);
+        }
+        for node in &closure.pads {
+            self.pads.remove(node.0, is_meant);
+        }
     }
 
     /// Windows in seconds; one without ends where there are none.
@@ -103,22 +156,73 @@ impl ClosedTimes {
     }
 
     pub(super) fn of_segment(&self, segment: SegmentIx) -> impl Iterator<Item = &ClosedTime> {
-        of_index(&self.segments, segment.0)
+        times(self.segments.of_index(segment.0))
     }
 
     pub(super) fn of_node(&self, node: NodeIx) -> impl Iterator<Item = &ClosedTime> {
-        of_index(&self.nodes, node.0)
+        times(self.nodes.of_index(node.0))
     }
 
     pub(super) fn of_pads(&self, node: NodeIx) -> impl Iterator<Item = &ClosedTime> {
-        of_index(&self.pads, node.0)
+        times(self.pads.of_index(node.0))
     }
 }
 
-fn of_index(list: &[(u32, ClosedTime)], index: u32) -> impl Iterator<Item = &ClosedTime> {
-    let first = list.partition_point(|(other, _)| *other < index);
-    let there = list[first..]
-        .iter()
-        .take_while(move |(other, _)| *other == index);
-    there.map(|(_, time)| time)
+fn times(list: &[TimeOf]) -> impl Iterator<Item = &ClosedTime> {
+    list.iter().map(|of_closure| &of_closure.time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::airspace::Change;
+    use crate::network::{Seeded, sketch};
+    use jiff::SignedDuration;
+
+    /// All times, in no order.
+    fn told(times: &ClosedTimes) -> Vec<String> {
+        let mut told = Vec::new();
+        for (what, lists) in [&times.segments, &times.nodes, &times.pads]
+            .into_iter()
+            .enumerate()
+        {
+            for index in lists.indices().iter() {
+                let there = lists.of_index(index).iter();
+                told.extend(there.map(|time| format!("{what} {index} {time:?}")));
+            }
+        }
+        told.sort();
+        told
+    }
+
+    fn change(seeded: &mut Seeded, zero: Timestamp) -> Change {
+        let id = format!("closure-{}", seeded.below(6));
+        if seeded.below(3) == 0 {
+            return Change::Lift(id);
+        }
+        let mut draw = |count| u32::from(seeded.below(count));
+        let (node, segment) = (NodeIx(draw(3)), SegmentIx(draw(2)));
+        let until = zero + SignedDuration::from_mins(i64::from(draw(60)) + 1);
+        let mut closure = Closure::of_operator(id, String::new(), vec![node], vec![segment]);
+        closure.pads = vec![NodeIx(draw(3))];
+        closure.windows = vec![Window::new(None, Some(until)).expect("a window")];
+        closure.windows.truncate(draw(2) as usize);
+        Change::Put(Arc::new(closure))
+    }
+
+    #[test]
+    fn times_that_follow_those_of_an_earlier_airspace_are_those_made_anew() {
+        let topology = Arc::new(sketch("a.b.c", &[("a", "b"), ("b", "c")]));
+        let zero = Timestamp::UNIX_EPOCH;
+        let mut seeded = Seeded::new(1);
+        let mut airspace = Airspace::open(topology, 1, zero, SignedDuration::ZERO);
+        let mut times = ClosedTimes::of(&airspace, zero);
+        for step in 0..500 {
+            let changes = [0; 2].map(|_| change(&mut seeded, zero));
+            let next = airspace.apply(&changes, zero + SignedDuration::from_secs(step));
+            times = times.after(&airspace, &next);
+            assert_eq!(told(&times), told(&ClosedTimes::of(&next, zero)), "{step}");
+            airspace = next;
+        }
+    }
 }
