@@ -397,11 +397,7 @@ impl State {
     }
 
     /// Counts an answer for the closures that asked for it, and tells when all have theirs.
-    fn settle<'a>(
-        &mut self,
-        causes: impl IntoIterator<Item = &'a String>,
-        outcome: &'static str,
-    ) {
+    fn settle<'a>(&mut self, causes: impl IntoIterator<Item = &'a String>, outcome: &'static str) {
         for cause in causes {
             let Some(tally) = self.tallies.get_mut(cause) else {
                 continue;

@@ -228,7 +228,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
         rules: WrittenRules::of(setting.rules()),
         refuge_stay_s: question.refuge_stay_s,
         limits: Some([question.limits.labels, question.limits.checks]),
-        closures: writer.closures(told, skies.causes()),
+        closures: writer.closures(told, &skies.causes()),
         not_begun: not_begun(skies),
         reservations: writer.reservations(told),
         traffic: writer.traffic(told),

@@ -30,8 +30,7 @@ impl OwnWorld {
             return Self::default();
         }
         let skies = world.skies.with(closures, &taken);
-        let closed = world.setting.with_situation(skies.closed());
-        let setting = closed.beside(&closed, skies.others().clone());
+        let setting = world.setting.among(skies.closed(), skies.others().clone());
         Self {
             changed: Some((skies, setting)),
         }
@@ -125,10 +124,10 @@ pub(super) fn causes_of_leg(
         let meets_end = closure.nodes.contains(&from) || closure.nodes.contains(&to);
         is_now && (meets_leg || meets_end)
     };
-    let closures = skies.closed().closures.iter().enumerate();
-    let closing = closures.filter(|(_, closure)| meets(closure));
+    let closing = skies.closed().closures();
+    let closing = closing.filter(|(_, _, closure)| meets(closure));
     let mut causes: Vec<FlightCause> = closing
-        .map(|(number, _)| FlightCause::Closure(number))
+        .map(|(number, ..)| FlightCause::Closure(number))
         .collect();
     let closes_leg = failure.request.report.failure.closes_leg();
     causes.extend(segment.filter(|_| closes_leg).map(FlightCause::Request));

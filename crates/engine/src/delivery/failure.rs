@@ -23,11 +23,7 @@ use crate::recompose::{
 /// The skies are those that the answer was computed in.
 pub fn severance(skies: &FlightEnvironment, cause: &FlightCause) -> Option<Severance> {
     match cause {
-        // What a report brings follows what stands.
-        FlightCause::Closure(number) => {
-            let standing = skies.causes().get(*number).cloned();
-            Some(standing.unwrap_or(Severance::Report))
-        }
+        FlightCause::Closure(number) => Some(skies.cause_of(*number).unwrap_or(Severance::Report)),
         FlightCause::Request(_) => Some(Severance::Report),
         FlightCause::Network => Some(Severance::Network),
         _ => None,

@@ -1,5 +1,6 @@
 //! What cuts a drone off: the causes along the boundary of all that it can reach in time, with this battery, in this wind.
 
+use super::closed_windows::ClosedWindows;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
 use super::memory::ItineraryScratch;
@@ -15,7 +16,7 @@ use std::collections::BTreeSet;
 /// Something that cuts a drone off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FlightCause {
-    /// A closure: its place in the situation.
+    /// A closure: its number, which is its place in a situation that was compiled.
     Closure(usize),
     /// Another plan's leg.
     Traffic(TrafficLeg),
@@ -123,7 +124,7 @@ pub(super) fn causes(
     let found = boundary.found;
     scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
-    found.into_causes(is_whole)
+    found.into_causes(world.obstacles.closed(), is_whole)
 }
 
 /// By node, what the labels of a search amount to.
@@ -308,9 +309,10 @@ impl ReachableBoundary<'_> {
 
 impl Found {
     /// The causes; none at all where none is known because a bound was reached.
-    fn into_causes(self, is_whole: bool) -> Vec<FlightCause> {
+    fn into_causes(self, closed: &ClosedWindows, is_whole: bool) -> Vec<FlightCause> {
         let mut causes: Vec<FlightCause> = Vec::new();
-        causes.extend(self.closures.into_iter().map(FlightCause::Closure));
+        let closures = closed.in_order(self.closures).into_iter();
+        causes.extend(closures.map(FlightCause::Closure));
         causes.extend(self.segments.into_iter().map(FlightCause::Request));
         let mut traffic = self.traffic;
         traffic.sort_by(|one, other| {

@@ -5,34 +5,15 @@
 //! landing at its last, whether the drone does so or passes.
 
 use super::active_traffic::ActiveTraffic;
+use super::closed_windows::{ClosedWindow, ClosedWindows};
 use super::entry::{Entry, Leaving};
-use super::grouped::Grouped;
 use super::occupancy::OthersOccupancy;
 use super::request::FlightWorld;
 use super::separation::Nearness;
-use crate::flight::{FlightRules, Situation, TimedClosure, TrafficLeg};
+use crate::flight::{FlightRules, Situation, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::planted::{self, Bug};
 use std::sync::Arc;
-
-/// From when until when something is closed.
-#[derive(Clone, Copy, Debug)]
-struct ClosedWindow {
-    /// Which closure of the situation, counted from 0.
-    closure: u32,
-    from_s: f64,
-    until_s: f64,
-    widened: bool,
-}
-
-/// The windows of closures, by what they close.
-#[derive(Debug)]
-struct ClosedWindows {
-    by_segment: Grouped<ClosedWindow>,
-    by_node: Grouped<ClosedWindow>,
-    /// Segments whose entry may be forbidden at some time, rising.
-    segments: Vec<u32>,
-}
 
 /// Closures of a situation and the legs of other plans, compiled for searches. Cheap to clone.
 #[derive(Clone, Debug)]
@@ -96,40 +77,6 @@ impl Span {
     }
 }
 
-impl ClosedWindows {
-    fn of(topology: &Topology, closures: &[TimedClosure]) -> Self {
-        let (mut segments, mut nodes) = (Vec::new(), Vec::new());
-        for (number, closure) in closures.iter().enumerate() {
-            let window = ClosedWindow {
-                closure: number as u32,
-                from_s: closure.from_s,
-                until_s: closure.until_s,
-                widened: closure.widened,
-            };
-            segments.extend(closure.segments.iter().map(|segment| (segment.0, window)));
-            nodes.extend(closure.nodes.iter().map(|node| (node.0, window)));
-        }
-        let mut closed = Self {
-            by_segment: Grouped::of(topology.segment_count(), segments),
-            by_node: Grouped::of(topology.node_count(), nodes),
-            segments: Vec::new(),
-        };
-        closed.segments = closed.all_segments(topology);
-        closed
-    }
-
-    fn all_segments(&self, topology: &Topology) -> Vec<u32> {
-        let mut segments: Vec<u32> = self.by_segment.indices().collect();
-        for node in self.by_node.indices() {
-            let arcs = topology.arcs(NodeIx(node)).iter();
-            segments.extend(arcs.map(|arc| arc.segment.0));
-        }
-        segments.sort_unstable();
-        segments.dedup();
-        segments
-    }
-}
-
 impl Obstacles {
     /// Compiles the closures and the traffic of a situation.
     pub fn of(topology: &Topology, situation: &Situation) -> Self {
@@ -139,13 +86,14 @@ impl Obstacles {
         }
     }
 
-    /// The same closures among what other plans take.
-    #[must_use]
-    pub(super) fn among(&self, others: OthersOccupancy) -> Self {
-        Self {
-            closed: self.closed.clone(),
-            others,
-        }
+    /// Closures among what other plans take: nothing is compiled.
+    pub(super) fn among(closed: Arc<ClosedWindows>, others: OthersOccupancy) -> Self {
+        Self { closed, others }
+    }
+
+    /// The closures.
+    pub(super) fn closed(&self) -> &ClosedWindows {
+        &self.closed
     }
 
     /// True when nothing is ever in the way of a leg, of others where they count.
@@ -157,11 +105,8 @@ impl Obstacles {
         from: NodeIx,
         to: NodeIx,
     ) -> bool {
-        let is_closed = self.closed.by_segment.has(segment.0)
-            || self.closed.by_node.has(from.0)
-            || self.closed.by_node.has(to.0);
         let may_meet = self.others.is_in_the_air() && active.concerns(segment, from, to);
-        !is_closed && !may_meet
+        self.closed.is_open(segment.0, from, to) && !may_meet
     }
 
     /// What other plans take.
@@ -222,14 +167,9 @@ impl Obstacles {
                 }
             }
         };
-        let ClosedWindows {
-            by_segment,
-            by_node,
-            ..
-        } = &*self.closed;
-        close(by_segment.of_index(entry.segment), Leaving::OnItsWay);
-        close(by_node.of_index(entry.to.0), Leaving::OnItsWay);
-        close(by_node.of_index(entry.from.0), entry.leaving);
+        close(self.closed.of_segment(entry.segment), Leaving::OnItsWay);
+        close(self.closed.of_node(entry.to), Leaving::OnItsWay);
+        close(self.closed.of_node(entry.from), entry.leaving);
         if world.keeps_apart() {
             let mut near = |near: Nearness<'_>| {
                 take(Forbids::Traffic(near.leg), near.from_s, near.until_s);
@@ -252,7 +192,7 @@ impl Obstacles {
             takes_off_s: 0.0,
             occupied_s: world.legs.vertical_s(node),
         };
-        let windows = self.closed.by_node.of_index(node.0).iter();
+        let windows = self.closed.of_node(node).iter();
         windows
             .map(|window| span.forbidden(window, world.rules))
             .any(|(from_s, until_s)| from_s < at_s && at_s < until_s)
@@ -279,8 +219,8 @@ impl Obstacles {
             let begins_s = window.from_s - margin_s;
             from_s < begins_s && begins_s - grown_s < leaves_s
         };
-        let over = self.closed.by_segment.of_index(segment).iter();
-        let mut windows = over.chain(self.closed.by_node.of_index(to.0));
+        let over = self.closed.of_segment(segment).iter();
+        let mut windows = over.chain(self.closed.of_node(to));
         windows.any(begins_meanwhile)
     }
 
@@ -292,7 +232,7 @@ impl Obstacles {
         segments: &mut Vec<u32>,
     ) {
         segments.clear();
-        segments.extend(&self.closed.segments);
+        segments.extend(self.closed.segments().iter());
         if self.others.is_in_the_air() {
             active.append_segments(topology, segments);
             segments.sort_unstable();

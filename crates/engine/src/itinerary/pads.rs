@@ -1,6 +1,6 @@
 //! Which pads are free when: per node the step function `T(t)`, until when a drone that lands at `t` may stay.
 
-use super::grouped::Grouped;
+use super::closed_windows::ClosedWindows;
 use super::occupancy::OthersOccupancy;
 use super::pad_stays::{FreeUntil, TakenPad, free_until};
 use crate::airspace::Bits;
@@ -9,28 +9,19 @@ use crate::network::{NodeIx, Topology};
 use crate::planted::{self, Bug};
 use std::sync::Arc;
 
-/// A time in which a closure takes all pads of a node.
-#[derive(Clone, Copy, Debug)]
-struct ClosedPads {
-    /// Which closure, counted from 0.
-    closure: u32,
-    from_s: f64,
-    until_s: f64,
-}
-
-/// What closures leave of the pads of a network, without any plans.
+/// The pads of a network, and which of them swap batteries.
 #[derive(Debug)]
-struct OpenPads {
+struct Stations {
     pads: Vec<u16>,
     swaps: Bits,
     has_swaps: bool,
-    closed: Grouped<ClosedPads>,
 }
 
 /// The pads of a network, by when they are free. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct PadTimes {
-    open: Arc<OpenPads>,
+    stations: Arc<Stations>,
+    closed: Arc<ClosedWindows>,
     others: OthersOccupancy,
     /// `T` of the nodes whose stays alone do not tell it, in seconds of the search: closures take their pads, or the drone
     /// itself does. Rising.
@@ -40,51 +31,47 @@ pub struct PadTimes {
 impl PadTimes {
     /// Compiles reservations and closed pads of a situation.
     pub fn of(topology: &Topology, situation: &Situation) -> Self {
-        let mut closed = Vec::new();
-        for (number, closure) in situation.closures.iter().enumerate() {
-            let window = ClosedPads {
-                closure: number as u32,
-                from_s: closure.from_s,
-                until_s: closure.until_s,
-            };
-            closed.extend(closure.pads.iter().map(|node| (node.0, window)));
-        }
         let mut swaps = Bits::empty(topology.node_count());
         for node in &situation.swap_stations {
             swaps.insert(node.0);
         }
-        let open = OpenPads {
+        let stations = Stations {
             pads: topology.nodes().map(|node| topology.pads(node)).collect(),
             swaps,
             has_swaps: !situation.swap_stations.is_empty(),
-            closed: Grouped::of(topology.node_count(), closed),
         };
         let others = OthersOccupancy::from_facts(&situation.reservations, &[]);
-        Self::among_others(Arc::new(open), others)
+        let closed = ClosedWindows::of(topology, &situation.closures);
+        Self::among_others(Arc::new(stations), Arc::new(closed), others)
     }
 
-    /// The same closures among what other plans take.
+    /// The same pads with these closures among what other plans take.
     #[must_use]
-    pub(super) fn among(&self, others: OthersOccupancy) -> Self {
-        Self::among_others(self.open.clone(), others)
+    pub(super) fn among(&self, closed: Arc<ClosedWindows>, others: OthersOccupancy) -> Self {
+        Self::among_others(self.stations.clone(), closed, others)
     }
 
-    fn among_others(open: Arc<OpenPads>, others: OthersOccupancy) -> Self {
+    fn among_others(
+        stations: Arc<Stations>,
+        closed: Arc<ClosedWindows>,
+        others: OthersOccupancy,
+    ) -> Self {
         let others = match planted::is(Bug::PadTwice) {
             true => OthersOccupancy::default(),
             false => others,
         };
-        let mut nodes: Vec<NodeIx> = open.closed.indices().map(NodeIx).collect();
+        let mut nodes: Vec<NodeIx> = closed.nodes_with_closed_pads().collect();
         nodes.extend(others.own_nodes());
         nodes.sort_unstable();
         nodes.dedup();
         let own = nodes.into_iter().map(|node| {
-            let taken: Vec<TakenPad> = taken_at(&open, &others, node).collect();
-            (node, free_until(open.pads[node.at()], &taken))
+            let taken: Vec<TakenPad> = taken_at(&closed, &others, node).collect();
+            (node, free_until(stations.pads[node.at()], &taken))
         });
         Self {
             own: own.collect(),
-            open,
+            stations,
+            closed,
             others,
         }
     }
@@ -95,7 +82,7 @@ impl PadTimes {
             return (&self.own[place].1, 0.0);
         }
         let stays = self.others.pad_stays(node);
-        let pads = self.open.pads[node.at()];
+        let pads = self.stations.pads[node.at()];
         let stretches = stays.map_or(&[][..], |stays| stays.free_until(pads));
         (stretches, self.others.zero_s())
     }
@@ -103,18 +90,18 @@ impl PadTimes {
     /// True when a node has pads.
     #[inline]
     pub fn is_station(&self, node: NodeIx) -> bool {
-        self.open.pads[node.at()] > 0
+        self.stations.pads[node.at()] > 0
     }
 
     /// True when a node swaps batteries instead of charging them.
     #[inline]
     pub fn swaps(&self, node: NodeIx) -> bool {
-        self.open.swaps.contains(node.0)
+        self.stations.swaps.contains(node.0)
     }
 
     /// True when any node swaps batteries.
     pub(super) fn has_swaps(&self) -> bool {
-        self.open.has_swaps
+        self.stations.has_swaps
     }
 
     /// `T(t)`: until when a drone that lands at `t_s` may stay; minus infinity where no pad is free.
@@ -145,7 +132,7 @@ impl PadTimes {
 
     /// The nodes at which `T` is not always infinite.
     pub(super) fn nodes_with_stays(&self) -> impl Iterator<Item = NodeIx> + '_ {
-        let closed = self.open.closed.indices().map(NodeIx);
+        let closed = self.closed.nodes_with_closed_pads();
         let closed = closed.filter(|&node| self.others.pad_stays(node).is_none());
         self.others.nodes_with_stays().chain(closed)
     }
@@ -157,7 +144,7 @@ impl PadTimes {
         from_s: f64,
         until_s: f64,
     ) -> impl Iterator<Item = usize> + '_ {
-        let closed = self.open.closed.of_index(node.0).iter();
+        let closed = self.closed.of_pads(node).iter();
         closed
             .filter(move |window| window.from_s < until_s && window.until_s > from_s)
             .map(|window| window.closure as usize)
@@ -168,23 +155,23 @@ impl PadTimes {
         // What a search takes from `T` may be off by rounding.
         let slack_s = super::request::TIME_TOLERANCE_S;
         let is_taken = |pad: u16| {
-            let mut taken = taken_at(&self.open, &self.others, node);
+            let mut taken = taken_at(&self.closed, &self.others, node);
             taken.any(|stay| {
                 let overlaps = stay.from_s < until_s - slack_s && stay.until_s > from_s + slack_s;
                 overlaps && stay.pad.is_none_or(|taken| taken == pad)
             })
         };
-        (0..self.open.pads[node.at()]).find(|&pad| !is_taken(pad))
+        (0..self.stations.pads[node.at()]).find(|&pad| !is_taken(pad))
     }
 }
 
 /// What closures and others take of the pads of a node, in seconds of the search.
 fn taken_at<'a>(
-    open: &'a OpenPads,
+    closed: &'a ClosedWindows,
     others: &'a OthersOccupancy,
     node: NodeIx,
 ) -> impl Iterator<Item = TakenPad> + 'a {
-    let closed = open.closed.of_index(node.0).iter().map(|window| TakenPad {
+    let closed = closed.of_pads(node).iter().map(|window| TakenPad {
         pad: None,
         from_s: window.from_s,
         until_s: window.until_s,

@@ -1,5 +1,6 @@
 //! Everything that a request flies in, compiled once and shared: network, drone, wind, rules, what is in the way.
 
+use super::closed_windows::ClosedWindows;
 use super::obstacles::Obstacles;
 use super::occupancy::OthersOccupancy;
 use super::pads::PadTimes;
@@ -76,13 +77,13 @@ impl FlightSetting {
         }
     }
 
-    /// The same drone in the same wind with the closures of another setting on this network, among what other plans take:
+    /// The same drone in the same wind with these closures among what other plans take, where nodes swap batteries as before:
     /// nothing is compiled.
     #[must_use]
-    pub fn beside(&self, closed: &Self, others: OthersOccupancy) -> Self {
+    pub fn among(&self, closed: &Arc<ClosedWindows>, others: OthersOccupancy) -> Self {
         Self {
-            obstacles: closed.obstacles.among(others.clone()),
-            pads: closed.pads.among(others),
+            obstacles: Obstacles::among(closed.clone(), others.clone()),
+            pads: self.pads.among(closed.clone(), others),
             ..self.clone()
         }
     }

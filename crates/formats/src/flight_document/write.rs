@@ -34,7 +34,7 @@ pub fn write_flight_document(
         payload_kg: setting.payload_kg(),
         wind: winds(setting.wind())?,
         rules: WrittenRules::of(setting.rules()),
-        closures: writer.closures(&situation, skies.causes()),
+        closures: writer.closures(&situation, &skies.causes()),
         reservations: writer.reservations(&situation),
         traffic: writer.traffic(&situation),
         swap_stations: writer.ids(&situation.swap_stations),

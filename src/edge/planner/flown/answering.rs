@@ -53,11 +53,11 @@ impl Flights {
         let mut ids: Vec<String> = met
             .iter()
             .filter_map(|cause| match cause {
-                FlightCause::Closure(number) => sky.skies.causes().get(*number),
+                FlightCause::Closure(number) => sky.skies.cause_of(*number),
                 _ => None,
             })
             .filter_map(|severance| match severance {
-                Severance::Closure(id) => Some(id.clone()),
+                Severance::Closure(id) => Some(id),
                 Severance::Report | Severance::Network => None,
             })
             .collect();

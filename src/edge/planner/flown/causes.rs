@@ -3,7 +3,6 @@
 use super::Ground;
 use crate::delivery::{NoDelivery, severance};
 use crate::edge::words::{instant, node_id, text};
-use crate::flight::TimedClosure;
 use crate::formats::flight_cause_text;
 use crate::itinerary::{FlightCause, FlightOpening};
 use crate::recompose::Severance;
@@ -23,7 +22,6 @@ impl Ground {
     fn cause(&self, cause: &FlightCause) -> wire::FlightCause<'static> {
         let topology = self.skies.topology();
         let (code, message) = flight_cause_text(&self.skies, cause);
-        let closures = &self.skies.closed().closures;
         let mut told = wire::FlightCause {
             code: Cow::Borrowed(code),
             message: Cow::Owned(message),
@@ -42,8 +40,9 @@ impl Ground {
                 if let Some(Severance::Closure(id)) = severance(&self.skies, cause) {
                     told.id = Some(Cow::Owned(id));
                 }
-                let window = closures.get(*number);
-                told.from = window.and_then(|window: &TimedClosure| time(window.from_s));
+                let closed = self.skies.closed().closure(*number);
+                let window = closed.map(|(_, window)| window);
+                told.from = window.and_then(|window| time(window.from_s));
                 told.until = window.and_then(|window| time(window.until_s));
             }
             FlightCause::Traffic(leg) => {

@@ -3,7 +3,7 @@
 use super::terms::DroneKind;
 use super::{Flight, Flights, FlownVersion};
 use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
-use crate::checker::{ClosedTimes, Fault};
+use crate::checker::Fault;
 use crate::delivery::with_airframe;
 use crate::edge::planner::{Own, Scene, Traffic};
 use crate::flight::{Aloft, Reentry, Reservation};
@@ -90,11 +90,9 @@ impl Flights {
             ..alternate
         });
         let compiled = self.compiled(scene, kind);
-        let closed = sky
-            .closed_times
-            .get_or_init(|| ClosedTimes::of(sky.skies.airspace(), self.zero));
+        let closed = self.closed_times(&sky);
         let zero_s = self.zero.as_microsecond() as f64 / 1e6;
-        let swap_stations = &sky.skies.closed().swap_stations;
+        let swap_stations = sky.skies.swap_stations();
         let swaps = |node: NodeIx| swap_stations.contains(&node);
         let is_taken = |node: NodeIx, pad: u16, from_s: f64, until_s: f64| {
             let instants = (zero_s + from_s, zero_s + until_s);
@@ -102,7 +100,7 @@ impl Flights {
         };
         let world = FlightWorld {
             setting: &compiled.setting,
-            closed,
+            closed: &closed,
             swaps: &swaps,
             is_taken: &is_taken,
             refuge_stay_s: self.settings.refuge_stay_s,

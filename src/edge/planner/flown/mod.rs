@@ -36,7 +36,7 @@ use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
 use crate::itinerary::{FlightSetting, Limits, Objective, OthersOccupancy};
-use crate::network::Topology;
+use crate::network::{NodeIx, Topology};
 use jiff::Timestamp;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -46,8 +46,9 @@ use terms::DroneKind;
 const TABLE_BYTES: usize = 32 << 20;
 /// At most this many kinds of drones, with payload and wind, are kept compiled.
 const KINDS_KEPT: usize = 16;
-/// At most this many states of the airspace are kept compiled: the one in service, and those imagined lately.
-const SKIES_KEPT: usize = 4;
+/// At most this many states of the airspace are kept compiled: the one in service, those that waves look at and commits check
+/// against while zones come one after the other, and those imagined lately. They share what they have in common.
+const SKIES_KEPT: usize = 16;
 /// At most this many scratch memories are kept while nobody uses them.
 const SCRATCHES_KEPT: usize = 16;
 
@@ -67,10 +68,8 @@ struct Compiled {
 struct Sky {
     airspace: Arc<Airspace>,
     skies: FlightEnvironment,
-    /// Any kind of drone in it: what is in the way is the same for all.
-    setting: OnceLock<FlightSetting>,
     /// What is closed when, for the checker.
-    closed_times: OnceLock<ClosedTimes>,
+    closed_times: OnceLock<Arc<ClosedTimes>>,
     /// When something closes or opens that is closed or open now.
     until: Option<Timestamp>,
 }
@@ -79,7 +78,10 @@ struct Sky {
 struct FlightCaches {
     /// Latest used last.
     compiled: VecDeque<Arc<Compiled>>,
+    /// Latest made last.
     skies: VecDeque<Arc<Sky>>,
+    /// The airspace whose times the checker asked for last, with them.
+    closed_times: Option<(Arc<Airspace>, Arc<ClosedTimes>)>,
 }
 
 /// The flight model of an edge.
@@ -160,9 +162,8 @@ impl Flights {
         let sky = self.sky(scene);
         let compiled = self.compiled(scene, kind);
         let others = scene.traffic.others(own, self.zero);
-        let closed = sky.closed(&compiled);
         Ground {
-            setting: compiled.setting.beside(closed, others.clone()),
+            setting: compiled.setting.among(sky.skies.closed(), others.clone()),
             skies: sky.skies.among(others),
             compiled,
             settings: self.settings.clone(),
@@ -184,38 +185,42 @@ impl Flights {
     fn bare(&self, scene: Scene<'_>, kind: &DroneKind) -> (Arc<Sky>, FlightSetting) {
         let sky = self.sky(scene);
         let compiled = self.compiled(scene, kind);
-        let closed = sky.closed(&compiled);
-        let setting = compiled.setting.beside(closed, OthersOccupancy::default());
+        let alone = OthersOccupancy::default();
+        let setting = compiled.setting.among(sky.skies.closed(), alone);
         (sky, setting)
     }
 
     /// The state of an airspace at a moment.
     fn sky(&self, scene: Scene<'_>) -> Arc<Sky> {
         let Scene { airspace, now, .. } = scene;
-        let found = {
+        let at = now.max(airspace.as_of());
+        let is_it = |sky: &&Arc<Sky>| {
+            let has_turned = sky.until.is_some_and(|until| until <= now);
+            Arc::ptr_eq(&sky.airspace, airspace) && !has_turned
+        };
+        let last = {
             let kept = self.lock();
-            let is_it = |sky: &&Arc<Sky>| {
-                let has_turned = sky.until.is_some_and(|until| until <= now);
-                Arc::ptr_eq(&sky.airspace, airspace) && !has_turned
+            if let Some(sky) = kept.skies.iter().rev().find(is_it) {
+                return sky.clone();
+            }
+            // Threads do not see the time in one order.
+            let is_earlier = |sky: &&Arc<Sky>| sky.skies.airspace().as_of() <= at;
+            kept.skies.iter().rev().find(is_earlier).cloned()
+        };
+        // Outside the lock: two threads may do the same work, but none waits for another one's.
+        let at_now = airspace.apply(&[], at);
+        let followed = last.and_then(|last| last.skies.followed_by(&at_now));
+        let skies = followed.unwrap_or_else(|| {
+            let nodes = OtherPlans {
+                swap_stations: self.swap_stations(airspace.topology()),
+                ..OtherPlans::default()
             };
-            kept.skies.iter().find(is_it).cloned()
-        };
-        if let Some(sky) = found {
-            return sky;
-        }
-        let at_now = airspace.apply(&[], now.max(airspace.as_of()));
-        let topology = airspace.topology();
-        let stations = self.settings.swap_stations.iter();
-        let nodes = OtherPlans {
-            swap_stations: stations.filter_map(|id| topology.node(id)).collect(),
-            ..OtherPlans::default()
-        };
-        let skies = FlightEnvironment::since(self.zero, &at_now, nodes, &self.settings.rules);
+            FlightEnvironment::since(self.zero, &at_now, nodes, &self.settings.rules)
+        });
         let sky = Arc::new(Sky {
             airspace: airspace.clone(),
             until: skies.now().next_change(),
             skies,
-            setting: OnceLock::new(),
             closed_times: OnceLock::new(),
         });
         let mut kept = self.lock();
@@ -226,6 +231,28 @@ impl Flights {
         }
         kept.skies.push_back(sky.clone());
         sky
+    }
+
+    /// What is closed when in an airspace, for the checker.
+    fn closed_times(&self, sky: &Sky) -> Arc<ClosedTimes> {
+        if let Some(times) = sky.closed_times.get() {
+            return times.clone();
+        }
+        let airspace = sky.skies.airspace();
+        let last = self.lock().closed_times.clone();
+        let last = last.filter(|(last, _)| Arc::ptr_eq(last.topology(), airspace.topology()));
+        let times = Arc::new(match last {
+            Some((last, times)) => times.after(&last, airspace),
+            None => ClosedTimes::of(airspace, self.zero),
+        });
+        self.lock().closed_times = Some((airspace.clone(), times.clone()));
+        sky.closed_times.get_or_init(|| times).clone()
+    }
+
+    /// The nodes of a network that swap batteries.
+    fn swap_stations(&self, topology: &Topology) -> Vec<NodeIx> {
+        let stations = self.settings.swap_stations.iter();
+        stations.filter_map(|id| topology.node(id)).collect()
     }
 
     /// A kind of drone in the wind of a weather.
@@ -260,7 +287,10 @@ impl Flights {
                     kind.payload_kg,
                     wind,
                     self.settings.rules,
-                    &Situation::default(),
+                    &Situation {
+                        swap_stations: self.swap_stations(topology),
+                        ..Situation::default()
+                    },
                 ),
             },
             tables: FlightTables::new(TABLE_BYTES),
@@ -303,17 +333,9 @@ impl Flights {
         done
     }
 
-    // Both lists are whole after every call, so a panic elsewhere cannot spoil them.
+    // All of it is whole after every call, so a panic elsewhere cannot spoil them.
     fn lock(&self) -> MutexGuard<'_, FlightCaches> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Sky {
-    /// The closures, compiled for any kind of drone: what is closed is the same for all.
-    fn closed(&self, compiled: &Compiled) -> &FlightSetting {
-        let closed = || compiled.setting.with_situation(self.skies.closed());
-        self.setting.get_or_init(closed)
     }
 }
 
