@@ -320,8 +320,10 @@ impl State {
             .filter(|closure| !after.is_in_force(&closure.id))
             .collect();
         look.has_opened = after.opened_at() != before.opened_at();
-        look.announcements =
-            self.planner.minds(Concern::Announced, None) && after.revision() != before.revision();
+        // What is only put lifts nothing.
+        look.announcements = self.planner.minds(Concern::Announced, None)
+            && (self.has_opened || windows_turn)
+            && after.revision() != before.revision();
         look
     }
 

@@ -6,7 +6,7 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::{
     Caller, Edge, EventRecord, Idempotency, MemoryDisk, PageRequest, PlanFilter, Settings,
-    WriterStep,
+    WriterStep, ZoneWrite,
 };
 use skyway::formats::parse_report;
 use skyway::planted::{Bug, here};
@@ -136,6 +136,30 @@ async fn a_bystander_avoids_a_zone_before_any_plan_is_looked_at() {
             .filter(|(step, ..)| *step == WriterStep::LookedAtPlan);
         assert!(looked.count() >= ack.effect.plan_count, "{seen:?}");
     }
+}
+
+#[tokio::test]
+async fn a_zone_that_is_only_added_frees_no_plan_and_one_that_is_lifted_may() {
+    let (stage, seen, _) = zone_over_fleet(flying::settings(), 2).await;
+    assert_eq!(affected_by(&stage.edge, "z"), 2);
+    let looked = || {
+        let seen = std::mem::take(&mut *seen.lock().expect("whole"));
+        let looked = seen.iter();
+        looked
+            .filter(|(step, ..)| *step == WriterStep::LookedAtPlan)
+            .count()
+    };
+    looked();
+    stage.zone(circle("far", -3_000.0, -3_000.0, 10.0)).await;
+    assert_eq!(looked(), 0);
+    let write = ZoneWrite {
+        id: Some("far".to_owned()),
+        if_match: Some("*".to_owned()),
+        validate_only: false,
+    };
+    let lifted = stage.edge.delete_zone(&stage.caller, write, None).await;
+    lifted.expect("a zone that was there");
+    assert_eq!(looked(), 2);
 }
 
 #[test]
