@@ -5,9 +5,11 @@
 //! the system's next tick, milliseconds later. So a longer task gives way between its pieces.
 
 use std::cell::Cell;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::runtime::{Handle, RuntimeFlavor};
-use tokio::task::block_in_place;
+use tokio::sync::Semaphore;
+use tokio::task::{JoinError, block_in_place, spawn_blocking};
 
 /// Who gives way may get the core back a good millisecond later, so it is not done for every piece: where answers never leave
 /// the core free, a thread gets about a quarter of it this way.
@@ -41,12 +43,53 @@ pub(super) fn give_way() {
     }
 }
 
+/// How many threads can work at once.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "what is computed does not depend on how many threads compute it"
+)]
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Does on this thread what may take long or wait for others; where it has other tasks, another thread takes them over.
 pub(super) fn in_place<T>(work: impl FnOnce() -> T) -> T {
     let runtime = Handle::try_current();
     match runtime.map(|runtime| runtime.runtime_flavor()) {
         Ok(RuntimeFlavor::MultiThread) => block_in_place(work),
         _ => work(),
+    }
+}
+
+/// Turns at the cores, for what takes one for long, such as a search: first come, first served.
+///
+/// Threads without a bound would take turns with each other, end late together, and keep waiting the thread that reads what
+/// comes in.
+#[derive(Debug)]
+pub(super) struct Turns(Arc<Semaphore>);
+
+impl Turns {
+    /// One more than there are cores, so that none is idle between two.
+    pub(super) fn new() -> Self {
+        Self(Arc::new(Semaphore::new(cores() + 1)))
+    }
+
+    /// Works where blocking is allowed once it is its turn.
+    ///
+    /// # Errors
+    /// The work has panicked.
+    pub(super) async fn work<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, JoinError> {
+        // It is never closed.
+        let turn = self.0.clone().acquire_owned().await;
+        let done = spawn_blocking(move || {
+            let done = work();
+            drop(turn);
+            done
+        });
+        done.await
     }
 }
 
@@ -93,4 +136,35 @@ impl Background {
     /// Other systems have no priority for a single thread.
     #[cfg(not(target_os = "linux"))]
     pub fn step_back(self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn hardly_more_work_is_done_at_once_than_there_are_cores() {
+        let turns = Arc::new(Turns::new());
+        let at_work = Arc::new(AtomicUsize::new(0));
+        let works = (0..64).map(|_| {
+            let (turns, at_work) = (turns.clone(), at_work.clone());
+            tokio::spawn(async move {
+                let work = move || {
+                    let mut most = at_work.fetch_add(1, Ordering::SeqCst) + 1;
+                    for _ in 0..1_000 {
+                        std::thread::yield_now();
+                        most = most.max(at_work.load(Ordering::SeqCst));
+                    }
+                    at_work.fetch_sub(1, Ordering::SeqCst);
+                    most
+                };
+                turns.work(work).await.expect("no panic")
+            })
+        });
+        let works: Vec<_> = works.collect();
+        for work in works {
+            assert!(work.await.expect("no panic") <= cores() + 1);
+        }
+    }
 }

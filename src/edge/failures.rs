@@ -179,7 +179,7 @@ impl Edge {
             return self.answer_in_place(caller, parsed, manner);
         }
         let (edge, caller) = (self.clone(), caller.clone());
-        self.aside(move || edge.answer_in_place(&caller, parsed, manner))
+        self.in_turn(move || edge.answer_in_place(&caller, parsed, manner))
             .await?
     }
 

@@ -119,7 +119,7 @@ use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
-use background::in_place;
+use background::{Turns, in_place};
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
@@ -136,7 +136,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use store::Store;
 use sync::Contact;
 use tables::Tables;
-use tokio::task::JoinHandle;
+use tokio::task::{JoinError, JoinHandle};
 use writer::Writer;
 
 /// An edge: everything behind its use cases.
@@ -163,6 +163,7 @@ pub struct Edge {
     report_replies: ReportReplies,
     write_replies: WriteReplies,
     tables: Tables,
+    turns: Turns,
     next_number: AtomicU64,
     contact: Contact,
     /// Where a client moves the clock: whether there may be better plans to offer.
@@ -314,6 +315,17 @@ impl Edge {
         }
     }
 
+    /// Does what takes a core for long, such as a search, when it is its turn.
+    async fn in_turn<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        match self.is_in_place {
+            true => Ok(in_place(work)),
+            false => self.turns.work(work).await.map_err(|error| failed(&error)),
+        }
+    }
+
     /// Does what may take long where blocking is allowed.
     async fn aside<T: Send + 'static>(
         &self,
@@ -323,8 +335,12 @@ impl Edge {
             return Ok(in_place(work));
         }
         let done = tokio::task::spawn_blocking(work).await;
-        done.map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))
+        done.map_err(|error| failed(&error))
     }
+}
+
+fn failed(error: &JoinError) -> Refusal {
+    Refusal::new(Code::Internal, format!("a computation failed: {error}"))
 }
 
 /// It is so, and may not be so after a restart.

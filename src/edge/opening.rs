@@ -2,6 +2,7 @@
 
 use super::Edge;
 use super::answered_lately::OffPlan;
+use super::background::Turns;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
@@ -244,12 +245,11 @@ impl Opening {
             true => Writer::in_place(desk),
             false => Writer::start(desk)?,
         };
-        let replies = Bounds::of(&settings);
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
-            report_replies: ReportReplies::new(replies),
-            write_replies: WriteReplies::new(replies, store.clone()),
+            report_replies: ReportReplies::new(Bounds::of(&settings)),
+            write_replies: WriteReplies::new(Bounds::of(&settings), store.clone()),
             next_number: AtomicU64::new(identity.first_number() + 1),
             keeper: Mutex::new(None),
             id: identity.id,
@@ -268,6 +268,7 @@ impl Opening {
             off_plan: OffPlan::default(),
             opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,
+            turns: Turns::new(),
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)

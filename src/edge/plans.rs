@@ -116,7 +116,7 @@ impl Edge {
                 let topology = on.topology().clone();
                 let delivery = self.read_delivery(&on, caller, &request)?;
                 let (edge, subject) = (self.clone(), caller.subject.clone());
-                let composed = self.aside(move || edge.compose(&on, delivery, subject));
+                let composed = self.in_turn(move || edge.compose(&on, delivery, subject));
                 let command = Command::AddPlan(Box::new(composed.await??));
                 let (outcome, snapshot) =
                     self.command(command.made_on(&topology).by(caller)).await?;

@@ -3,7 +3,7 @@
 //! What comes of a wave does not depend on how many threads work on it: all look at the same state, and the writer commits in
 //! the order of the wave. A finding that what came between has overtaken is not committed; its plan is in a later wave.
 
-use super::background::{Background, begin_turn, give_way};
+use super::background::{Background, begin_turn, cores, give_way};
 use super::drones::Drones;
 use super::fleet::{self, Detour, DetourMeans};
 use super::plan_entry::PlanEntry;
@@ -174,14 +174,6 @@ impl Workers {
             let _ = thread.try_send(wave.clone());
         }
     }
-}
-
-#[expect(
-    clippy::disallowed_methods,
-    reason = "what comes of a wave does not depend on how many threads work on it"
-)]
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn work(inbox: &Receiver<Arc<Wave>>, means: &Means, done: &impl Fn()) {
