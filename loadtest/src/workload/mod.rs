@@ -5,6 +5,7 @@
 
 mod bystander;
 mod command;
+mod edges;
 mod filling;
 mod goals;
 mod listener;

@@ -1,27 +1,25 @@
 //! Plays a workload: an edge fills with plans, zones close over it, drones are told; beside it an
 //! empty edge.
 
+use super::Workload;
 use super::bystander::{Edge, Struck};
+use super::edges::{Started, ground, start};
 use super::filling::{Accepted, Filled, Filler};
 use super::goals::{Figures, Measure, Spread};
 use super::listener::Heard;
 use super::record::Record;
 use super::storm::{Reporters, small_disc};
 use super::world::{Disc, World};
-use super::{Ground, Workload};
 use crate::Result;
 use crate::arrivals::Chance;
 use crate::fleet::asked;
 use crate::requests::{self, get};
 use crate::run::eprintln_line;
-use crate::scenario::Servers;
-use crate::servers::{Installed, Server};
 use http::Method;
 use serde_json::{Value, json};
 use skyway::wire::CompactNetwork;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 use std::rc::Rc;
 
 /// Which part of the plans a large zone meets, and how far off the middle of the network it lies.
@@ -30,8 +28,6 @@ const OFF_THE_MIDDLE: f64 = 0.1;
 /// Places that are drawn for a zone until a bystander flies by it.
 const DRAWS_PER_ZONE: usize = 20;
 const PAGE: usize = 100;
-/// The airframe of an edge without the flight model.
-const BY_DISTANCE: &str = "none";
 
 /// How a workload is played.
 #[derive(Clone, Debug)]
@@ -41,13 +37,6 @@ pub(crate) struct PlayOptions {
     pub(crate) is_pinned: bool,
     pub(crate) record: Option<PathBuf>,
     pub(crate) commit: String,
-}
-
-/// An edge, and the folder of its files.
-struct Started {
-    edge: Edge,
-    _server: Server,
-    _folder: tempfile::TempDir,
 }
 
 /// What the zones of one kind came to.
@@ -116,69 +105,6 @@ pub(crate) async fn play(workload: &Workload, options: &PlayOptions) -> Result<F
     drop((full, empty));
     bare(workload, options, &network.0, &world, &mut figures).await?;
     Ok(figures)
-}
-
-/// The network's name, or its file, which is made here.
-fn ground(workload: &Workload, options: &PlayOptions, folder: &Path) -> Result<String> {
-    let (nodes, map_size_m, seed) = match &workload.network {
-        Ground::Bundled(name) => return Ok(name.clone()),
-        Ground::Generated {
-            nodes,
-            map_size_m,
-            seed,
-        } => (nodes, map_size_m, seed),
-    };
-    let file = folder.join("network.geojson");
-    let status = Command::new(&options.program)
-        .args([
-            "network",
-            "generate",
-            "--quiet",
-            "--nodes",
-            &nodes.to_string(),
-        ])
-        .args([
-            "--map-size",
-            &map_size_m.to_string(),
-            "--seed",
-            &seed.to_string(),
-            "--output",
-        ])
-        .arg(&file)
-        .status()?;
-    match status.success() {
-        true => Ok(file.to_string_lossy().into_owned()),
-        false => Err(format!("the network was not generated: {status}").into()),
-    }
-}
-
-async fn start(
-    workload: &Workload,
-    options: &PlayOptions,
-    network: &str,
-    store: bool,
-) -> Result<Started> {
-    let folder = tempfile::tempdir()?;
-    let installed = Installed {
-        program: options.program.clone(),
-        folder: folder.path().to_owned(),
-    };
-    let airframe = workload.airframe.as_deref().unwrap_or(BY_DISTANCE);
-    let servers = Servers {
-        network: network.to_owned(),
-        store,
-        registry: false,
-        settings: vec![
-            format!("flight.airframe={airframe}"),
-            format!("clock.rate={}", workload.clock_rate),
-        ],
-    };
-    let server = installed.edge(&servers, None).await?;
-    Ok(Started {
-        edge: Edge::of(&server).await?,
-        _server: server,
-        _folder: folder,
-    })
 }
 
 fn filler<'a>(workload: &'a Workload, world: &'a World, edge: &'a Edge) -> Filler<'a> {
