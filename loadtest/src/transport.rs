@@ -3,7 +3,7 @@
 //! A request that finds no connection idle waits for one; its time counts from when it was meant to be sent.
 
 use bytes::Bytes;
-use http::{HeaderValue, Method, Request, header};
+use http::{HeaderValue, Method, Request, Response, header};
 use http_body_util::{BodyExt, Full};
 use hyper::body::Incoming;
 use hyper::client::conn::{http1, http2};
@@ -24,6 +24,7 @@ const CONNECTION_WINDOW_BYTES: u32 = 1 << 30;
 /// One byte of flags and four of length stand before a message of gRPC.
 const MESSAGE_PREFIX_BYTES: usize = 5;
 const GRPC_STATUS: &str = "grpc-status";
+const LAST_EVENT_ID: &str = "last-event-id";
 
 /// A connection could not be made, or broke.
 #[derive(Debug, Error)]
@@ -260,15 +261,22 @@ impl Drop for Connections {
     }
 }
 
-/// What a path tells for as long as the server has something to tell, over a connection of its own.
-pub(crate) async fn stream(address: SocketAddr, path: &str) -> Result<Incoming, Broken> {
+/// What a path tells for as long as the server has something to tell, over a connection of its own: from after an event,
+/// or from now on.
+pub(crate) async fn stream(
+    address: SocketAddr,
+    path: &str,
+    after: Option<&str>,
+) -> Result<Response<Incoming>, Broken> {
     let stream = connected(address).await?;
     let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
     tokio::spawn(connection);
-    let request = Request::get(path)
-        .header(header::HOST, address.to_string())
-        .body(Full::<Bytes>::default())?;
-    Ok(sender.send_request(request).await?.into_body())
+    let mut request = Request::get(path).header(header::HOST, address.to_string());
+    if let Some(after) = after {
+        request = request.header(LAST_EVENT_ID, after);
+    }
+    let request = request.body(Full::<Bytes>::default())?;
+    Ok(sender.send_request(request).await?)
 }
 
 async fn connected(address: SocketAddr) -> Result<TcpStream, Broken> {

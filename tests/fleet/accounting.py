@@ -1,6 +1,7 @@
 """Whether every plan that a zone meets was told what to do, once, and by name."""
 
 import dataclasses
+import math
 
 from fault import Fault
 from record import Record, Told, Version, Zone
@@ -12,13 +13,18 @@ JUST_PAST_S = 2.0
 
 def judge(record: Record) -> list[Fault]:
     by_plan: dict[str, list[Told]] = {}
-    by_zone: dict[str, set[str]] = {}
+    # By zone and plan, when it was last told.
+    by_zone: dict[str, dict[str, float]] = {}
     for told in record.told:
         by_plan.setdefault(told.plan, []).append(told)
         for cause in told.causes:
-            by_zone.setdefault(cause, set()).add(told.plan)
+            by_zone.setdefault(cause, {})[told.plan] = told.at_s
+    for told in record.listed:
+        for cause in told.causes:
+            if is_answered(record, told, cause):
+                by_zone.setdefault(cause, {})[told.plan] = told.at_s
     return (
-        untold(record, by_plan)
+        untold(record, by_zone)
         + told_twice(by_plan)
         + named_in_vain(record, by_plan)
         + miscounted(record, by_zone)
@@ -26,7 +32,15 @@ def judge(record: Record) -> list[Fault]:
     )
 
 
-def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
+def is_answered(record: Record, told: Told, cause: str) -> bool:
+    """Whether what a list shows answers a closure that it names: the version was made after it, or does not meet it."""
+    zone, version = record.zones.get(cause), record.versions[told.plan].get(told.wanted)
+    if zone is None or version is None:
+        return False
+    return zone.put_s <= told.made_s or not is_met(version, zone)
+
+
+def untold(record: Record, by_zone: dict[str, dict[str, float]]) -> list[Fault]:
     """What a drone flew when a zone came leads through it later, and no outcome names the zone."""
     faults = []
     for zone in record.zones.values():
@@ -37,12 +51,19 @@ def untold(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
             is_flown_then = version.from_s <= zone.put_s < version.until_s
             if not is_flown_then or not is_met(version, zone):
                 continue
-            named = any(zone.id in told.causes and told.at_s >= zone.put_s for told in by_plan.get(version.plan, []))
-            has_ended = record.ended.get(version.plan, float("inf")) < zone.replanned_s
-            if not named and not has_ended:
+            named = by_zone.get(zone.id, {}).get(version.plan, -math.inf) >= zone.put_s
+            has_ended = record.ended.get(version.plan, math.inf) < zone.replanned_s
+            if not named and not has_ended and not has_moved_on(record, version, zone):
                 text = f"version {version.number} leads through zone {zone.id}, and no outcome names it"
                 faults.append(Fault("untold", zone.put_s, version.plan, text))
     return faults
+
+
+def has_moved_on(record: Record, version: Version, zone: Zone) -> bool:
+    """Whether a kill left nothing to tell: its drone had taken over a version that the zone does not meet by then."""
+    killed_s = min((at_s for at_s in record.kills if at_s > zone.put_s), default=-math.inf)
+    others = record.versions[version.plan].values()
+    return any(zone.put_s < other.from_s <= killed_s and not is_met(other, zone) for other in others)
 
 
 def is_met(version: Version, zone: Zone) -> bool:
@@ -81,14 +102,13 @@ def named_in_vain(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]
     for plan, every in by_plan.items():
         for told in every:
             for cause in told.causes:
-                zone = record.zones.get(cause)
-                if zone is None or told.at_s < zone.put_s:
+                if cause not in told.known:
                     text = f"{told.outcome} for {cause}, which is not there"
                     faults.append(Fault("named_in_vain", told.at_s, plan, text))
     return faults
 
 
-def miscounted(record: Record, by_zone: dict[str, set[str]]) -> list[Fault]:
+def miscounted(record: Record, by_zone: dict[str, dict[str, float]]) -> list[Fault]:
     """The edge says that all are told, and fewer were."""
     faults = []
     for zone in record.zones.values():
@@ -103,7 +123,7 @@ def miscounted(record: Record, by_zone: dict[str, set[str]]) -> list[Fault]:
     return faults
 
 
-def standing_untold(record: Record, by_zone: dict[str, set[str]]) -> list[Fault]:
+def standing_untold(record: Record, by_zone: dict[str, dict[str, float]]) -> list[Fault]:
     """A plan says at the end what affects it, and its drone was never told."""
     faults = []
     for plan, standing in record.standing.items():

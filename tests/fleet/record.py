@@ -106,6 +106,11 @@ class Zone:
     replanned: dict | None = None
     # Only zones of any height are judged.
     has_band: bool = False
+    # By when it surely stood: later where the edge was killed before it said so.
+    stood_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.stood_s = max(self.stood_s, self.put_s)
 
     def meets(self, from_s: float, until_s: float) -> bool:
         """Whether it is in force at some time of a stretch of time."""
@@ -121,8 +126,13 @@ class Told:
     at_s: float
     outcome: str
     causes: frozenset[str]
-    # How often airspace had changed until then.
+    # How often airspace had changed until then, or the edge was killed.
     changes: int
+    # Causes that were there already.
+    known: frozenset[str] = frozenset()
+    # Of what a list tells: the version that is to be flown, and when it was made.
+    wanted: int = 0
+    made_s: float = 0.0
 
 
 class Record:
@@ -134,6 +144,10 @@ class Record:
         self.versions: dict[str, dict[int, Version]] = {}
         self.zones: dict[str, Zone] = {}
         self.told: list[Told] = []
+        # What drones were told by lists alone, after a kill.
+        self.listed: list[Told] = []
+        # When the edge was there again after each kill.
+        self.kills: list[float] = []
         self.ended: dict[str, float] = {}
         self.alarms: list[dict] = []
         self.standing: dict[str, dict] = {}
@@ -179,6 +193,32 @@ class Record:
 
     def _read_plan(self, entry: dict) -> None:
         self.standing[entry["id"]] = entry
+
+    def _read_restarted(self, entry: dict) -> None:
+        self.kills.append(instant(entry["at"]))
+        self._changes += 1
+
+    def _read_found(self, entry: dict) -> None:
+        if entry["zone"]["id"] not in self.zones:
+            zone = self._zone(entry["zone"], instant(entry["sent_at"]))
+            zone.stood_s = instant(entry["at"])
+            self.zones[zone.id] = zone
+
+    def _read_listed(self, entry: dict) -> None:
+        """What a list says and no event did, as far as the list tells since when it is so."""
+        plan, at_s = entry["id"], instant(entry["at"])
+        if entry["state"] == "ended":
+            self.ended.setdefault(plan, at_s)
+        # What an edge tells before it has stored it may be undone by a kill: its drone has no answer then.
+        turns = [turn for turn in self._acknowledged.get(plan, []) if turn[1] <= entry["reported"]]
+        if entry["reported"] != 1 and all(number != entry["reported"] for _, number in turns):
+            turns.append((at_s, entry["reported"]))
+        self._acknowledged[plan] = turns
+        if entry["wanted"] is not None:
+            causes = frozenset(entry["affected_by"])
+            known = causes & self.zones.keys()
+            told = Told(plan, at_s, entry["outcome"], causes, self._changes, known, entry["wanted"], instant(entry["sent_at"]))
+            self.listed.append(told)
 
     def _read_network(self, entry: dict) -> None:
         network = entry["network"]
@@ -228,7 +268,8 @@ class Record:
             self.zones[data["closure_id"]].replanned = data
         elif kind in OUTCOMES:
             causes = frozenset(data["causes"])
-            self.told.append(Told(data["plan"]["id"], at_s, data["outcome"], causes, self._changes))
+            known = causes & self.zones.keys()
+            self.told.append(Told(data["plan"]["id"], at_s, data["outcome"], causes, self._changes, known))
         elif kind == "plan_acknowledged":
             plan = data["plan"]
             self._acknowledged.setdefault(plan["id"], []).append((at_s, plan["reported"]["version"]))

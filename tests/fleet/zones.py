@@ -17,7 +17,7 @@ def judge(record: Record) -> list[Fault]:
     faults = []
     for zone in record.zones.values():
         for version in record.near(zone) if not zone.has_band else ():
-            if zone.put_s <= version.sent_s < zone.gone_s:
+            if zone.stood_s <= version.sent_s < zone.gone_s:
                 faults += through(version, zone)
     return faults
 

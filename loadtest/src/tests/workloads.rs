@@ -39,7 +39,7 @@ fn every_shipped_workload_is_good() {
         assert!(workload.quickened().plans <= 30);
         count += 1;
     }
-    assert_eq!(count, 5);
+    assert_eq!(count, 7);
 }
 
 #[test]
@@ -55,6 +55,12 @@ fn what_contradicts_itself_is_told_with_its_file_and_its_key() {
             "samples = 5",
             "samples = 5\nairspeed_mps = 1",
             "airspeed_mps",
+        ),
+        ("storm = 1 ", "storm = 0, kills = 1 ", "zones"),
+        (
+            "zones = { large = 1, small = 1, storm = 1 }",
+            "clock_rate = 2\nzones = { large = 1, small = 1, storm = 1, kills = 1 }",
+            "clock_rate",
         ),
         ("told_ms", "compose_growth", "compose_growth"),
         (airframe, "", "airframe"),

@@ -75,14 +75,19 @@ struct Answered<'a> {
 
 impl Edge {
     pub(crate) async fn of(server: &Server) -> Result<Self> {
+        let listener = Listener::of(server.address).await?;
+        Ok(Self::heard_by(listener, server))
+    }
+
+    pub(crate) fn heard_by(listener: Listener, server: &Server) -> Self {
         let address = server.address;
-        Ok(Self {
+        Self {
             address,
             pid: server.pid().to_string(),
             connections: Rc::new(Connections::new(address, ASKED_AT_ONCE, 1)),
             operator: Connections::new(address, 1, 1),
-            listener: Listener::of(address).await?,
-        })
+            listener,
+        }
     }
 
     /// Waits until the edge has nothing more to do and to tell, or for as long as there is

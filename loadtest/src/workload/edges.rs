@@ -1,6 +1,7 @@
 //! The edges of a workload, and the network that they fly over.
 
 use super::bystander::Edge;
+use super::listener::{Heard, Listener};
 use super::play::PlayOptions;
 use super::{Ground, Workload};
 use crate::Result;
@@ -8,15 +9,59 @@ use crate::scenario::Servers;
 use crate::servers::{Installed, Server};
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// The airframe of an edge without the flight model.
 const BY_DISTANCE: &str = "none";
+/// How long the last words of an edge may take that was killed.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// An edge, and the folder of its files.
 pub(super) struct Started {
     pub(super) edge: Edge,
-    _server: Server,
+    server: Server,
+    installed: Installed,
+    servers: Servers,
     _folder: tempfile::TempDir,
+}
+
+/// What a killed edge has told, and how it came back.
+pub(super) struct Restarted {
+    /// Told before it was killed, and not taken yet.
+    pub(super) heard: Vec<Heard>,
+    /// Until it was ready again.
+    pub(super) took: Duration,
+    /// What it told to the end cannot be had any more, so that its lists are to be read.
+    pub(super) is_gone: bool,
+}
+
+impl Started {
+    /// Kills the edge and starts it again on its store; its subscriber listens on from the last event that it has.
+    pub(super) async fn kill(&mut self) -> Result<Restarted> {
+        self.server.kill();
+        let before = &self.edge.listener;
+        before.heard_out(PATIENCE).await?;
+        let (heard, latest) = (before.take(), before.latest());
+        let begun = Instant::now();
+        self.server = self.installed.edge(&self.servers, None).await?;
+        let took = begun.elapsed();
+        let address = self.server.address;
+        let resumed = match latest {
+            Some(latest) => Listener::resumed(address, &latest).await?,
+            None => None,
+        };
+        let is_gone = resumed.is_none();
+        let listener = match resumed {
+            Some(listener) => listener,
+            None => Listener::of(address).await?,
+        };
+        self.edge = Edge::heard_by(listener, &self.server);
+        Ok(Restarted {
+            heard,
+            took,
+            is_gone,
+        })
+    }
 }
 
 /// The network's name, or its file, which is made here.
@@ -77,7 +122,9 @@ pub(super) async fn start(
     let server = installed.edge(&servers, None).await?;
     Ok(Started {
         edge: Edge::of(&server).await?,
-        _server: server,
+        server,
+        installed,
+        servers,
         _folder: folder,
     })
 }

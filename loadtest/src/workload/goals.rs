@@ -41,6 +41,11 @@ pub(crate) enum Measure {
     StormBeyondMs,
     StormErrors,
     StormToldS,
+    Kills,
+    EventsGone,
+    RestartMs,
+    Lost,
+    ZonesMissing,
 }
 
 impl Measure {
@@ -79,6 +84,11 @@ impl Measure {
             Self::StormBeyondMs => "recompositions in the storm: p99 beyond that before",
             Self::StormErrors => "storm: zones refused, and reports without an answer",
             Self::StormToldS => "storm: from its end until the last is told",
+            Self::Kills => "kills of the edge in the storm",
+            Self::EventsGone => "kills after which events were gone, so that the lists were read",
+            Self::RestartMs => "from a kill until the edge is ready again: slowest",
+            Self::Lost => "acknowledged zones, plans and versions that were gone after a kill",
+            Self::ZonesMissing => "zones of the storm that the edge did not take",
         }
     }
 
@@ -94,7 +104,11 @@ impl Measure {
             | Self::BystanderUnseen
             | Self::BystanderUnanswered
             | Self::ZonesUnanswered
-            | Self::StormErrors => "",
+            | Self::StormErrors
+            | Self::Kills
+            | Self::EventsGone
+            | Self::Lost
+            | Self::ZonesMissing => "",
             _ => " ms",
         }
     }
@@ -107,8 +121,13 @@ impl Measure {
 }
 
 /// What has to be so on a busy machine, too.
-const WHATEVER_THE_TIME: [Measure; 3] =
-    [Measure::Missing, Measure::BystanderUnseen, Measure::Untold];
+const WHATEVER_THE_TIME: [Measure; 5] = [
+    Measure::Missing,
+    Measure::BystanderUnseen,
+    Measure::Untold,
+    Measure::Lost,
+    Measure::ZonesMissing,
+];
 
 /// A figure is to be at most this.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]

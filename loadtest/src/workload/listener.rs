@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::transport::stream;
 use bytes::{Bytes, BytesMut};
+use http::StatusCode;
 use http_body_util::BodyExt;
 use hyper::body::Incoming;
 use serde::Deserialize;
@@ -14,9 +15,13 @@ use std::time::{Duration, Instant};
 use tokio::task::{AbortHandle, spawn_local};
 use tokio::time::sleep;
 
+const EVENTS: &str = "/v1/events";
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 const DATA: &[u8] = b"data:";
 const KIND: &[u8] = b"event:";
+const ID: &[u8] = b"id:";
+/// The events after the one that was named are not kept any more, or were of an edge that has ended.
+const GONE: StatusCode = StatusCode::GONE;
 
 /// An event as it came.
 #[derive(Clone, Debug)]
@@ -93,6 +98,8 @@ impl Heard {
 /// Listens until it is dropped.
 pub(crate) struct Listener {
     heard: Rc<RefCell<Vec<Heard>>>,
+    /// The id of the latest event, from after which it would listen again.
+    latest: Rc<RefCell<Option<String>>>,
     has_ended: Rc<Cell<bool>>,
     task: AbortHandle,
 }
@@ -104,16 +111,58 @@ impl Drop for Listener {
 }
 
 impl Listener {
+    /// From now on.
     pub(crate) async fn of(address: SocketAddr) -> Result<Self> {
-        let body = stream(address, "/v1/events").await?;
+        let told = stream(address, EVENTS, None).await?;
+        match told.status().is_success() {
+            true => Ok(Self::over(told.into_body())),
+            false => Err(format!("{EVENTS} was answered with {}", told.status()).into()),
+        }
+    }
+
+    /// From after the latest event of another listener; nothing where the events after it are gone, so that the lists are to
+    /// be read again.
+    pub(crate) async fn resumed(address: SocketAddr, latest: &str) -> Result<Option<Self>> {
+        let told = stream(address, EVENTS, Some(latest)).await?;
+        match told.status() {
+            GONE => Ok(None),
+            status if status.is_success() => Ok(Some(Self::over(told.into_body()))),
+            status => Err(format!("events after {latest} were answered with {status}").into()),
+        }
+    }
+
+    fn over(body: Incoming) -> Self {
         let heard = Rc::new(RefCell::default());
+        let latest = Rc::new(RefCell::default());
         let has_ended = Rc::new(Cell::new(false));
-        let task = spawn_local(listen(body, Rc::clone(&heard), Rc::clone(&has_ended)));
-        Ok(Self {
+        let ears = Ears {
+            heard: Rc::clone(&heard),
+            latest: Rc::clone(&latest),
+            has_ended: Rc::clone(&has_ended),
+        };
+        Self {
             heard,
+            latest,
             has_ended,
-            task: task.abort_handle(),
-        })
+            task: spawn_local(listen(body, ears)).abort_handle(),
+        }
+    }
+
+    /// The id of the latest event that was heard.
+    pub(crate) fn latest(&self) -> Option<String> {
+        self.latest.borrow().clone()
+    }
+
+    /// Waits until all is heard that an edge told before it ended.
+    pub(crate) async fn heard_out(&self, patience: Duration) -> Result<()> {
+        let begun = Instant::now();
+        while !self.has_ended.get() {
+            if begun.elapsed() > patience {
+                return Err("the stream of events of an edge that has ended goes on".into());
+            }
+            sleep(LOOK_AGAIN).await;
+        }
+        Ok(())
     }
 
     /// When something was last heard, of what was not taken yet.
@@ -163,7 +212,14 @@ impl Listener {
     }
 }
 
-async fn listen(mut body: Incoming, heard: Rc<RefCell<Vec<Heard>>>, has_ended: Rc<Cell<bool>>) {
+/// Where a listener's task puts what it hears.
+struct Ears {
+    heard: Rc<RefCell<Vec<Heard>>>,
+    latest: Rc<RefCell<Option<String>>>,
+    has_ended: Rc<Cell<bool>>,
+}
+
+async fn listen(mut body: Incoming, ears: Ears) {
     let mut text = BytesMut::new();
     while let Some(Ok(frame)) = body.frame().await {
         let at = Instant::now();
@@ -175,17 +231,27 @@ async fn listen(mut body: Incoming, heard: Rc<RefCell<Vec<Heard>>>, has_ended: R
         let mut from = looked_at;
         while let Some(end) = end_of_event(&text, from) {
             let event = text.split_to(end).freeze();
-            heard.borrow_mut().extend(event_of(&event, at));
+            ears.heard.borrow_mut().extend(event_of(&event, at));
+            if let Some(id) = id_of(&event) {
+                ears.latest.replace(Some(id));
+            }
             from = 0;
         }
     }
-    has_ended.set(true);
+    ears.has_ended.set(true);
 }
 
 /// Where the first event ends, which an empty line does.
 fn end_of_event(text: &[u8], from: usize) -> Option<usize> {
     let place = text[from..].windows(2).position(|pair| pair == b"\n\n")?;
     Some(from + place + 2)
+}
+
+/// The id of an event, which the first frame of a stream has, too, where nothing has happened yet.
+fn id_of(text: &[u8]) -> Option<String> {
+    let mut lines = text.split(|byte| *byte == b'\n');
+    let id = lines.find_map(|line| line.strip_prefix(ID))?;
+    Some(String::from_utf8_lossy(id.trim_ascii()).into_owned())
 }
 
 /// Nothing for a comment, which keeps the connection alive.
@@ -222,6 +288,7 @@ mod tests {
             (outcome.plan.id.as_str(), outcome.causes),
             ("p", vec!["z".to_owned()])
         );
+        assert_eq!(id_of(&text).as_deref(), Some("1-2"));
         assert!(event_of(&Bytes::from_static(b": alive\n\n"), Instant::now()).is_none());
     }
 }

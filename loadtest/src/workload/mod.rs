@@ -8,6 +8,7 @@ mod command;
 mod edges;
 mod filling;
 mod goals;
+mod kills;
 mod listener;
 mod play;
 mod record;
@@ -26,6 +27,7 @@ const QUICK_PLANS: usize = 30;
 const QUICK_LARGE: usize = 1;
 const QUICK_SMALL: usize = 2;
 const QUICK_STORM: usize = 20;
+const QUICK_KILLS: usize = 3;
 const QUICK_SAMPLES: usize = 5;
 
 /// The network that is flown over.
@@ -53,6 +55,9 @@ pub(crate) struct Zones {
     pub(crate) small: usize,
     /// Within a second, each over a leg of a plan.
     pub(crate) storm: usize,
+    /// So often the edge is killed in the storm, and starts again on its store. Then nothing else is measured.
+    #[serde(default)]
+    pub(crate) kills: usize,
 }
 
 /// A workload as its file tells it.
@@ -141,6 +146,15 @@ impl Workload {
         if !(self.clock_rate > 0.0 && self.clock_rate.is_finite()) {
             return Some(("clock_rate", "more than 0"));
         }
+        if self.zones.kills > 0 && self.zones.storm == 0 {
+            return Some(("zones", "kills come in a storm, which has no zones"));
+        }
+        if self.zones.kills > 0 && self.clock_rate != 1.0 {
+            return Some((
+                "clock_rate",
+                "1 with kills: a clock that runs faster begins anew with each start",
+            ));
+        }
         let has_growth = |goal: &Goal| goal.measure == Measure::ComposeGrowth;
         if self.mark.is_none() && self.goals.iter().any(has_growth) {
             return Some(("goals", "compose_growth needs a mark to be measured beside"));
@@ -156,6 +170,7 @@ impl Workload {
         self.zones.large = self.zones.large.min(QUICK_LARGE);
         self.zones.small = self.zones.small.min(QUICK_SMALL);
         self.zones.storm = self.zones.storm.min(QUICK_STORM);
+        self.zones.kills = self.zones.kills.min(QUICK_KILLS);
         self.is_quick = true;
         self
     }

@@ -6,9 +6,10 @@ use super::bystander::{Edge, Struck};
 use super::edges::{Started, ground, start};
 use super::filling::{Accepted, Filled, Filler};
 use super::goals::{Figures, Measure, Spread};
+use super::kills::{Drones, Killed, Pages};
 use super::listener::Heard;
 use super::record::Record;
-use super::storm::{Reporters, small_disc};
+use super::storm::{Reporters, Storm, small_disc};
 use super::world::{Disc, World};
 use crate::Result;
 use crate::arrivals::Chance;
@@ -27,7 +28,6 @@ const LARGE_PART: f64 = 0.5;
 const OFF_THE_MIDDLE: f64 = 0.1;
 /// Places that are drawn for a zone until a bystander flies by it.
 const DRAWS_PER_ZONE: usize = 20;
-const PAGE: usize = 100;
 
 /// How a workload is played.
 #[derive(Clone, Debug)]
@@ -90,9 +90,18 @@ pub(crate) async fn play(workload: &Workload, options: &PlayOptions) -> Result<F
         figures: Figures::default(),
     };
     let filled = run.fill().await?;
-    run.strike(&filled).await?;
-    run.tell("recompositions, and a storm of zones");
-    run.report(&filled).await?;
+    match workload.zones.kills {
+        0 => {
+            run.strike(&filled).await?;
+            run.tell("recompositions, and a storm of zones");
+            run.report(&filled).await?;
+        }
+        kills => {
+            run.tell(&format!("a storm of zones, and {kills} kills"));
+            run.kill(&filled).await?;
+        }
+    }
+    run.write_plans().await?;
     let Run {
         record,
         mut figures,
@@ -317,8 +326,23 @@ impl Run<'_> {
                 .storm(self.workload, &mut self.chance, &mut self.figures)
                 .await?;
         }
-        self.record.heard(&self.full.edge.listener.take())?;
-        self.write_plans().await
+        self.record.heard(&self.full.edge.listener.take())
+    }
+
+    /// A storm in which the edge is killed.
+    async fn kill(&mut self, filled: &Filled) -> Result<()> {
+        let plans = filled.plans.iter().collect::<Vec<_>>();
+        let count = self.workload.zones.storm;
+        let storm = Storm::of(&self.world, &plans, count, &mut self.chance);
+        let killed = Killed {
+            started: &mut self.full,
+            storm,
+            zones: self.workload.zones,
+            plans: &filled.plans,
+            drones: Drones::of(&mut self.record),
+            chance: &mut self.chance,
+        };
+        killed.play(&mut self.figures).await
     }
 
     /// A last large zone, and every drone takes over what it is told; gives the plans of those that
@@ -354,19 +378,13 @@ impl Run<'_> {
         if !self.record.is_kept() {
             return Ok(());
         }
-        let mut page = String::new();
-        loop {
-            let path = format!("/v1/plans?page_size={PAGE}{page}");
-            let told = asked(&self.full.edge.operator, &get(path)).await?;
-            let plans: Value = serde_json::from_slice(&told.body)?;
-            for plan in plans["plans"].as_array().into_iter().flatten() {
+        let mut plans = Pages::of("/v1/plans", "plans");
+        while let Some(page) = plans.next(&self.full.edge.operator).await? {
+            for plan in &page {
                 self.record.stands(plan)?;
             }
-            match plans["next_page_token"].as_str() {
-                Some(token) => page = format!("&page_token={token}"),
-                None => return Ok(()),
-            }
         }
+        Ok(())
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! `run` and `network` come first, then in the order in which they were known: `version` (a plan's
 //! version as it is to be flown), `refused` (a request without a plan), `event` (as the edge told
-//! it), and at the end `plan` (how each plan stands).
+//! it), and at the end `plan` (how each plan stands). Where the edge is killed: `restarted`, then what its lists say that events
+//! may not have told, `found` (a zone) and `listed` (a plan).
 
 use super::Workload;
 use super::listener::Heard;
@@ -126,6 +127,38 @@ impl Record {
         line["reported"] = plan["reported"]["version"].clone();
         line["wanted"] = plan["wanted"]["version"].clone();
         self.line(&line)
+    }
+
+    /// The edge was killed and is there again.
+    pub(crate) fn restarted(&mut self) -> Result<()> {
+        let at = jiff::Timestamp::now().to_string();
+        self.line(&json!({"kind": "restarted", "at": at}))
+    }
+
+    /// A zone in the list of an edge that was killed before it answered: it came after it was sent, and is there now.
+    pub(crate) fn found(&mut self, zone: &Value, sent_at: &str) -> Result<()> {
+        let at = jiff::Timestamp::now().to_string();
+        self.line(&json!({"kind": "found", "at": at, "sent_at": sent_at, "zone": zone}))
+    }
+
+    /// How a plan stands in the list of an edge that was killed: what events may not have told.
+    pub(crate) fn listed(&mut self, plan: &Value) -> Result<()> {
+        let mut line = json!({"kind": "listed", "at": jiff::Timestamp::now().to_string()});
+        pick(&mut line, plan, &OF_PLAN);
+        line["reported"] = plan["reported"]["version"].clone();
+        for (name, of) in [
+            ("wanted", "version"),
+            ("outcome", "outcome"),
+            ("sent_at", "sent_at"),
+        ] {
+            line[name] = plan["wanted"][of].clone();
+        }
+        self.line(&line)
+    }
+
+    /// The version that a drone is about to take over.
+    pub(crate) fn read(&mut self, plan: &Value) -> Result<()> {
+        self.version(plan, &plan["wanted"])
     }
 
     fn version(&mut self, plan: &Value, version: &Value) -> Result<()> {

@@ -14,8 +14,11 @@ use crate::scenario::{Arrivals, Dialect};
 use crate::transport::{Connections, Told, Wanted};
 use crate::watch::Watch;
 use http::Method;
+use jiff::Timestamp;
 use skyway::wire::{DroneFacts, FailureReport, FailureType, Place, Service};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 use tokio::task::JoinSet;
@@ -94,20 +97,23 @@ impl Reporters<'_> {
             .run(Duration::from_secs_f64(quiet_s), &Rc::default(), chance)
             .await;
         let stop: Stop = Rc::default();
-        let zones: Vec<Wanted> = (0..workload.zones.storm)
-            .map(|number| zone(self.world, &self.plans, number, chance))
-            .collect();
+        let storm = Storm::of(self.world, &self.plans, workload.zones.storm, chance);
         let begun = Instant::now();
         let running = self.run(PATIENCE, &stop, chance);
-        let (ran, posted) = tokio::join!(running, self.post(zones, &stop));
-        let posted = posted?;
+        let posting = async {
+            let posted = storm.post(self.edge.address, workload.zones.storm).await;
+            stop.set(true);
+            posted
+        };
+        let (ran, posted) = tokio::join!(running, posting);
+        posted?;
         let ended = Instant::now();
         self.edge.settled().await?;
         let last = self.edge.listener.last();
         let (quiet, all) = (quiet.recorder.all(), ran.recorder.all());
         let p99s_ms = [&quiet, &all].map(|tally| tally.from_intended.at_ms(0.99));
         let unanswered = all.scheduled() - all.answered + quiet.scheduled() - quiet.answered;
-        let refused = workload.zones.storm - posted;
+        let refused = workload.zones.storm - storm.taken().len();
         figures.put(Measure::StormS, (ended - begun).as_secs_f64());
         figures.put(Measure::StormQuietP99Ms, p99s_ms[0]);
         figures.put(Measure::StormP99Ms, p99s_ms[1]);
@@ -142,34 +148,103 @@ impl Reporters<'_> {
         let connections = self.edge.connections.clone();
         load::run(source, connections, pace, stop.clone(), &mut watch).await
     }
+}
 
-    /// Sends zones evenly over the time of the storm, if the edge takes them so fast; tells how
-    /// many it took.
-    async fn post(&self, zones: Vec<Wanted>, stop: &Stop) -> Result<usize> {
-        let connections = Rc::new(Connections::new(self.edge.address, ZONES_AT_ONCE, 1));
-        let gap = STORM / u32::try_from(zones.len().max(1))?;
+/// A zone of a storm.
+#[derive(Debug)]
+struct Sent {
+    wanted: Wanted,
+    /// When it was last sent, if it was.
+    at: Option<Timestamp>,
+    is_taken: bool,
+}
+
+/// Zones that come within a second.
+pub(crate) struct Storm {
+    zones: Rc<RefCell<BTreeMap<String, Sent>>>,
+    gap: Duration,
+}
+
+impl Storm {
+    /// As many zones, each over a leg of a plan.
+    pub(crate) fn of(
+        world: &World,
+        plans: &[&Accepted],
+        count: usize,
+        chance: &mut Chance,
+    ) -> Self {
+        let zones = (0..count).map(|number| {
+            let id = format!("storm-{number:05}");
+            let disc = small_disc(world, plans, id.clone(), chance);
+            let body = world.feature(&disc).to_string();
+            let sent = Sent {
+                wanted: requests::send(Method::POST, "/v1/zones", body),
+                at: None,
+                is_taken: false,
+            };
+            (id, sent)
+        });
+        Self {
+            zones: Rc::new(RefCell::new(zones.collect())),
+            gap: STORM.div_f64(count.max(1) as f64),
+        }
+    }
+
+    /// Sends those among the first `until` that the edge has not taken yet, as fast as they are to come, if it takes them so
+    /// fast.
+    pub(crate) async fn post(&self, address: SocketAddr, until: usize) -> Result<()> {
+        let connections = Rc::new(Connections::new(address, ZONES_AT_ONCE, 1));
         let begun = Instant::now();
         let mut sending = JoinSet::new();
-        let mut posted = 0;
-        for (number, wanted) in (0_u32..).zip(zones) {
+        for (number, (id, wanted)) in (0_u32..).zip(self.waiting(until)) {
             if begun.elapsed() > PATIENCE {
                 break;
             }
-            sleep_until((begun + gap * number).into()).await;
+            sleep_until((begun + self.gap * number).into()).await;
             if sending.len() >= ZONES_AT_ONCE {
-                posted += usize::from(sending.join_next().await.transpose()?.unwrap_or_default());
+                sending.join_next().await.transpose()?;
             }
-            let connections = connections.clone();
+            let (connections, zones) = (connections.clone(), self.zones.clone());
             sending.spawn_local(async move {
+                with(&zones, &id, |sent| sent.at = Some(Timestamp::now()));
                 let told = connections.ask(&wanted).await;
-                told.is_ok_and(|told| told.status.is_success())
+                let is_taken = told.is_ok_and(|told| told.status.is_success());
+                with(&zones, &id, |sent| sent.is_taken = is_taken);
             });
         }
         while let Some(sent) = sending.join_next().await {
-            posted += usize::from(sent?);
+            sent?;
         }
-        stop.set(true);
-        Ok(posted)
+        Ok(())
+    }
+
+    fn waiting(&self, until: usize) -> Vec<(String, Wanted)> {
+        let zones = self.zones.borrow();
+        let waiting = zones.iter().take(until).filter(|(_, sent)| !sent.is_taken);
+        waiting
+            .map(|(id, sent)| (id.clone(), sent.wanted.clone()))
+            .collect()
+    }
+
+    /// The zones whose answer says that they are in force.
+    pub(crate) fn taken(&self) -> Vec<String> {
+        let zones = self.zones.borrow();
+        let taken = zones.iter().filter(|(_, sent)| sent.is_taken);
+        taken.map(|(id, _)| id.clone()).collect()
+    }
+
+    /// Notes that a zone is there whose answer has not come; gives when it was sent, nothing where its answer had come.
+    pub(crate) fn found(&self, id: &str) -> Option<Timestamp> {
+        let mut zones = self.zones.borrow_mut();
+        let sent = zones.get_mut(id).filter(|sent| !sent.is_taken)?;
+        sent.is_taken = true;
+        sent.at
+    }
+}
+
+fn with(zones: &RefCell<BTreeMap<String, Sent>>, id: &str, change: impl FnOnce(&mut Sent)) {
+    if let Some(sent) = zones.borrow_mut().get_mut(id) {
+        change(sent);
     }
 }
 
@@ -188,12 +263,6 @@ pub(crate) fn small_disc(
         centre: world.middle(way[leg], way[other]),
         radius_m: ZONE_RADIUS_M,
     }
-}
-
-fn zone(world: &World, plans: &[&Accepted], number: usize, chance: &mut Chance) -> Wanted {
-    let disc = small_disc(world, plans, format!("storm-{number}"), chance);
-    let body = world.feature(&disc).to_string();
-    requests::send(Method::POST, "/v1/zones", body)
 }
 
 /// The dry run of a drone at the start of a leg of its plan that it cannot fly.
