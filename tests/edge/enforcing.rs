@@ -9,6 +9,7 @@ use skyway::edge::{
     WriterStep, ZoneWrite,
 };
 use skyway::formats::parse_report;
+#[cfg(feature = "planted")]
 use skyway::planted::{Bug, here};
 use skyway::wire::{self, EventKind, PlanFlag};
 use std::pin::pin;
@@ -162,6 +163,7 @@ async fn a_zone_that_is_only_added_frees_no_plan_and_one_that_is_lifted_may() {
     assert_eq!(looked(), 2);
 }
 
+#[cfg(feature = "planted")]
 #[test]
 fn an_edge_that_looks_at_plans_first_is_found() {
     for settings in [by_distance(), flying::settings()] {
