@@ -8,6 +8,7 @@ use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
 use crate::airspace::Airspace;
 use crate::checked::Known;
+use crate::planted::{self, Bug};
 use crate::recompose::Outcome;
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
@@ -112,6 +113,9 @@ impl State {
             return None;
         }
         if is_same_airspace && self.occupied_since.is_empty() {
+            return Some(detour);
+        }
+        if planted::is(Bug::ClosedBetween) {
             return Some(detour);
         }
         let (request, answer) = (&detour.request, &detour.answer);

@@ -37,6 +37,8 @@ pub enum Bug {
     StaleAnswer,
     /// An edge looks at all plans that a change meets before it enforces the change.
     PlansFirst,
+    /// An edge commits what was found for a plan though a closure that came since meets it.
+    ClosedBetween,
     /// An edge passes over the deletions of the pages that it follows.
     PassOverTombstone,
     /// The figures of one way back into the network beside the path of another.
@@ -63,7 +65,7 @@ pub enum Bug {
 
 impl Bug {
     /// All of them.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::AcknowledgeBeforeCommit,
         Self::HalfBatch,
         Self::SkipTombstone,
@@ -78,6 +80,7 @@ impl Bug {
         Self::CursorFirst,
         Self::StaleAnswer,
         Self::PlansFirst,
+        Self::ClosedBetween,
         Self::PassOverTombstone,
         Self::SwappedStart,
         Self::DroppedCause,
@@ -108,6 +111,7 @@ impl Bug {
             Self::CursorFirst => "cursor-first",
             Self::StaleAnswer => "stale-answer",
             Self::PlansFirst => "plans-first",
+            Self::ClosedBetween => "closed-between",
             Self::PassOverTombstone => "pass-over-tombstone",
             Self::SwappedStart => "swapped-start",
             Self::DroppedCause => "dropped-cause",
@@ -164,7 +168,7 @@ pub const fn is_unchecked() -> bool {
 }
 
 #[cfg(feature = "planted")]
-pub use chosen::{here, is, is_unchecked, leave_unchecked, plant};
+pub use chosen::{from_now_on, here, is, is_unchecked, leave_unchecked, plant};
 
 /// The choice: one for the whole process, and one for each thread that makes its own.
 #[cfg(feature = "planted")]
@@ -190,6 +194,11 @@ mod chosen {
         let done = work();
         HERE.set(None);
         done
+    }
+
+    /// Chooses a bug for this thread as long as it lives: for one that an edge of its own has started.
+    pub fn from_now_on(bug: Bug) {
+        HERE.set(Some(bug));
     }
 
     static UNCHECKED: OnceLock<()> = OnceLock::new();
