@@ -35,9 +35,9 @@ def judge(record: Record) -> list[Fault]:
 def is_answered(record: Record, told: Told, cause: str) -> bool:
     """Whether what a list shows answers a closure that it names: the version was made after it, or does not meet it."""
     zone, version = record.zones.get(cause), record.versions[told.plan].get(told.wanted)
-    if zone is None or version is None:
+    if zone is None:
         return False
-    return zone.put_s <= told.made_s or not is_met(version, zone)
+    return zone.put_s <= told.made_s or (version is not None and not is_met(version, zone))
 
 
 def untold(record: Record, by_zone: dict[str, dict[str, float]]) -> list[Fault]:

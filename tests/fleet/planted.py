@@ -159,7 +159,8 @@ NO_ZONES = [
     bent(zone("late", 299, [500, 1000], 30), event("zone_deleted", 420, {"zone_id": "late"}), late()),
     bent(zone("late", 299, [1000, 1000], 30), late(flags=["leaving_zone"])),
 ]
-# The edge is killed before it tells one of the plans; the other version is taken over in the moment in which the zone came.
+# The edge is killed before it tells one of the plans; or that plan has another version since the moment in which the
+# zone came.
 UNHEARD = ((place_of("plan_affected", "two"), None), (9, restarted(21)), (14, None))
 TAKEN_OVER = ((place_of("plan_affected", "two"), acknowledged("two", 20.5, 2)), (9, restarted(21)), (14, None))
 LISTED = place_of("plan_acknowledged", "two")

@@ -214,11 +214,14 @@ class Record:
         if entry["reported"] != 1 and all(number != entry["reported"] for _, number in turns):
             turns.append((at_s, entry["reported"]))
         self._acknowledged[plan] = turns
+        causes = frozenset(entry["affected_by"])
+        known = causes & self.zones.keys()
         if entry["wanted"] is not None:
-            causes = frozenset(entry["affected_by"])
-            known = causes & self.zones.keys()
-            told = Told(plan, at_s, entry["outcome"], causes, self._changes, known, entry["wanted"], instant(entry["sent_at"]))
+            made_s = instant(entry["sent_at"])
+            told = Told(plan, at_s, entry["outcome"], causes, self._changes, known, entry["wanted"], made_s)
             self.listed.append(told)
+        elif entry["state"] == "contingent":
+            self.listed.append(Told(plan, at_s, "no_route", causes, self._changes, known, made_s=at_s))
 
     def _read_network(self, entry: dict) -> None:
         network = entry["network"]

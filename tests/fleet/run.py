@@ -67,7 +67,8 @@ def judge(record: Record, minutes: list[float] | None) -> int:
         faults[fault.rule].append(fault)
     print(f"### {record.run.get('workload')}, judged from its record\n")
     print(f"{len(record.versions)} plans, {len(flown)} versions flown, {len(record.zones)} zones,")
-    print(f"{len(record.told)} outcomes, {len(record.alarms)} alarms, {record.refused} requests refused, {len(record.kills)} kills.\n")
+    print(f"{len(record.told)} outcomes, {len(record.alarms)} alarms, {record.refused} requests refused,")
+    print(f"{len(record.kills)} kills.\n")
     print("| | goal | found | |\n|---|---:|---:|---|")
     missed = 0
     for rule, words in WORDS.items():

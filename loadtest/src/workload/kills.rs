@@ -1,8 +1,9 @@
 //! A storm of zones in which the edge is killed again and again, and starts again on its store.
 //!
-//! Operator and drones go on until the next kill: what was not taken is posted once more, and each drone takes over what it is told.
-//! After a kill both do what clients do that have missed events: they listen on from the last one that they have, and read the
-//! lists where those after it are gone.
+//! Operator and drones go on until the next kill: what was not taken is posted once more, and each
+//! drone takes over what it is told. After a kill both do what clients do that have missed events:
+//! they listen on from the last one that they have, and read the lists where those after it are
+//! gone.
 
 use super::Zones;
 use super::bystander::Edge;
@@ -204,7 +205,8 @@ impl Killed<'_> {
         Ok(())
     }
 
-    /// The lists of an edge whose events are gone: what was acknowledged has to be in them, and they tell what no event did.
+    /// The lists of an edge whose events are gone: what was acknowledged has to be in them, and they
+    /// tell what no event did.
     async fn read(&mut self, came: &mut Came) -> Result<()> {
         let operator = &self.started.edge.operator;
         let mut missing: BTreeSet<String> = self.storm.taken().into_iter().collect();

@@ -120,8 +120,8 @@ impl Listener {
         }
     }
 
-    /// From after the latest event of another listener; nothing where the events after it are gone, so that the lists are to
-    /// be read again.
+    /// From after the latest event of another listener; nothing where the events after it are gone,
+    /// so that the lists are to be read again.
     pub(crate) async fn resumed(address: SocketAddr, latest: &str) -> Result<Option<Self>> {
         let told = stream(address, EVENTS, Some(latest)).await?;
         match told.status() {

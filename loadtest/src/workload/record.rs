@@ -2,8 +2,8 @@
 //!
 //! `run` and `network` come first, then in the order in which they were known: `version` (a plan's
 //! version as it is to be flown), `refused` (a request without a plan), `event` (as the edge told
-//! it), and at the end `plan` (how each plan stands). Where the edge is killed: `restarted`, then what its lists say that events
-//! may not have told, `found` (a zone) and `listed` (a plan).
+//! it), and at the end `plan` (how each plan stands). Where the edge is killed: `restarted`, then
+//! what its lists say that events may not have told, `found` (a zone) and `listed` (a plan).
 
 use super::Workload;
 use super::listener::Heard;

@@ -190,8 +190,8 @@ impl Storm {
         }
     }
 
-    /// Sends those among the first `until` that the edge has not taken yet, as fast as they are to come, if it takes them so
-    /// fast.
+    /// Sends those among the first `until` that the edge has not taken yet, as fast as they are to
+    /// come, if it takes them so fast.
     pub(crate) async fn post(&self, address: SocketAddr, until: usize) -> Result<()> {
         let connections = Rc::new(Connections::new(address, ZONES_AT_ONCE, 1));
         let begun = Instant::now();
