@@ -1,0 +1,246 @@
+//! An edge with the plans of a fleet, and what is asked of it.
+
+use crate::Result;
+use crate::percentiles::Percentiles;
+use crate::world::World;
+use jiff::{SignedDuration, Timestamp};
+use serde_json::{Value, json};
+use skyway::clock::Clock;
+use skyway::edge::{Caller, Edge, FlightSettings, Idempotency, Opening, Settings, ZoneWrite};
+use skyway::flight::Airframe;
+use skyway::formats::parse_report;
+use skyway::network::NodeIx;
+use skyway::wire::{self, EventKind};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio_stream::StreamExt;
+
+const DAWN: &str = "2026-11-21T06:00:00Z";
+const EPOCH: u64 = 1;
+const DEPARTURES_S: f64 = 12_000.0;
+
+/// Times of one kind of request.
+#[derive(Default)]
+pub(crate) struct Times(Vec<f64>);
+
+impl Times {
+    fn add(&mut self, took: Duration) {
+        self.0.push(took.as_nanos() as f64);
+    }
+
+    pub(crate) fn print(self, name: &str) {
+        let count = self.0.len();
+        let times = Percentiles::taken(self.0);
+        let [p50, p99, slowest] = [0.5, 0.99, 1.0].map(|share| times.at_us(share) / 1e3);
+        println!("| {name} | {count} | {p50:.3} | {p99:.3} | {slowest:.3} |");
+    }
+}
+
+/// What zones of one size took.
+pub(crate) struct Waves {
+    size: &'static str,
+    answered: Times,
+    told: Times,
+    settled: Times,
+    met: Vec<usize>,
+}
+
+impl Waves {
+    pub(crate) fn print(mut self) {
+        self.met.sort_unstable();
+        let met = self.met[self.met.len() / 2];
+        let size = self.size;
+        self.answered.print(&format!("{size} zone: answer"));
+        if met > 0 {
+            let name = format!("{size} zone: the last of {met} plans is replanned");
+            self.told.print(&name);
+            let name = format!("{size} zone: the last has its contingencies");
+            self.settled.print(&name);
+        }
+    }
+}
+
+/// An edge and its plans.
+pub(crate) struct Fleet {
+    world: World,
+    edge: Arc<Edge>,
+    caller: Caller,
+    /// The ways of the plans that were put.
+    ways: Vec<Vec<NodeIx>>,
+    refused: usize,
+    asked: usize,
+}
+
+impl Fleet {
+    pub(crate) fn over(world: World) -> Result<Self> {
+        let (clock, _) = Clock::by_hand(DAWN.parse()?);
+        let settings = Settings {
+            closed_fraction_max: 1.0,
+            flight: Some(FlightSettings::of(Airframe::phantom3())),
+            ..Settings::default()
+        };
+        let network = world.network();
+        let (topology, geojson) = (network.topology, network.geojson);
+        let opening = Opening::new(topology, geojson, EPOCH, settings, clock);
+        Ok(Self {
+            edge: opening.without_store()?,
+            world,
+            caller: Caller::anyone(),
+            ways: Vec::new(),
+            refused: 0,
+            asked: 0,
+        })
+    }
+
+    pub(crate) fn plans(&self) -> &[Vec<NodeIx>] {
+        &self.ways
+    }
+
+    pub(crate) fn refused(&self) -> usize {
+        self.refused
+    }
+
+    /// Until every plan is answered that something met, and has its contingencies.
+    pub(crate) async fn settle(&self) -> Result<()> {
+        Ok(self.edge.tick().await?)
+    }
+
+    /// Asks for a plan; nothing where there is none to be had.
+    async fn compose(&mut self) -> Result<(Option<wire::Plan<'static>>, Duration)> {
+        self.asked += 1;
+        let [source, destination] = self.world.ends();
+        let dawn: Timestamp = DAWN.parse()?;
+        let after_s = 60.0 + self.world.share() * DEPARTURES_S;
+        let start = dawn + SignedDuration::from_secs_f64(after_s);
+        let request = json!({
+            "source": source, "destination": destination,
+            "drone_id": format!("drone-{}", self.asked), "start_time": start.to_string(),
+        });
+        let request = serde_json::from_value(request)?;
+        let begun = Instant::now();
+        let composing = self
+            .edge
+            .compose_plan(&self.caller, request, Idempotency::default());
+        let plan = composing.await;
+        let took = begun.elapsed();
+        match plan {
+            Ok(plan) => Ok((Some(plan), took)),
+            // Among the plans of others there may be no way; that is not to be the rule.
+            Err(refusal) if 2 * self.refused > self.asked => Err(refusal.into()),
+            Err(_) => Ok((None, took)),
+        }
+    }
+
+    /// One more plan, if it is accepted.
+    pub(crate) async fn put(&mut self) -> Result<()> {
+        match self.compose().await?.0 {
+            Some(plan) => {
+                let nodes = plan.reported.path.nodes.iter();
+                let topology = &self.world.topology;
+                self.ways
+                    .push(nodes.filter_map(|id| topology.node(id.text())).collect());
+            }
+            None => self.refused += 1,
+        }
+        Ok(())
+    }
+
+    /// Plans that are composed and cancelled again.
+    pub(crate) async fn compositions(&mut self, count: usize) -> Result<Times> {
+        let mut times = Times::default();
+        for _ in 0..count {
+            let (plan, took) = self.compose().await?;
+            times.add(took);
+            if let Some(plan) = plan {
+                let cancelling =
+                    self.edge
+                        .cancel_plan(&self.caller, &plan.id, wire::Cancellation::default());
+                cancelling.await?;
+            }
+            self.settle().await?;
+        }
+        Ok(times)
+    }
+
+    /// Dry runs of a drone without a plan that cannot fly a leg of its way, among the plans of all others.
+    pub(crate) async fn recompositions(&mut self, count: usize) -> Result<Times> {
+        let mut times = Times::default();
+        for _ in 0..count {
+            let [source, destination] = self.world.ends();
+            let topology = &self.world.topology;
+            let node = topology.node(&source).ok_or("a node that was drawn")?;
+            let beside = topology
+                .arcs(node)
+                .first()
+                .ok_or("a node without segments")?;
+            let report = json!({
+                "type": "navigational", "dry_run": true, "airborne": true,
+                "service": {"from": source, "to": topology.node_id(beside.to)},
+                "location": {"node": source}, "destination": destination,
+                "drone": {"id": "bystander", "battery_fraction": 0.9},
+            });
+            let parsed = parse_report(report.to_string().as_bytes())?;
+            let begun = Instant::now();
+            let answered = self.edge.report_failure(&self.caller, parsed).await;
+            times.add(begun.elapsed());
+            answered?;
+        }
+        Ok(times)
+    }
+
+    /// Zones one after the other, each lifted again.
+    pub(crate) async fn waves(&mut self, size: &'static str, count: usize) -> Result<Waves> {
+        let mut waves = Waves {
+            size,
+            answered: Times::default(),
+            told: Times::default(),
+            settled: Times::default(),
+            met: Vec::new(),
+        };
+        for _ in 0..count {
+            let zone = self.zone(size);
+            let mut events = self.edge.events(None)?;
+            let begun = Instant::now();
+            let put = self.edge.create_zone(
+                &self.caller,
+                zone,
+                ZoneWrite::default(),
+                Idempotency::default(),
+            );
+            let ack = put.await?;
+            waves.answered.add(begun.elapsed());
+            while ack.effect.plan_count > 0 {
+                let event = events.next().await.ok_or("the events end")??;
+                if event.kind == EventKind::Replanned {
+                    break;
+                }
+            }
+            waves.told.add(begun.elapsed());
+            self.settle().await?;
+            waves.settled.add(begun.elapsed());
+            waves.met.push(ack.effect.plan_count);
+            let lifted = ZoneWrite {
+                id: Some("z".to_owned()),
+                if_match: ack.etag.map(|etag| etag.into_owned()),
+                validate_only: false,
+            };
+            self.edge.delete_zone(&self.caller, lifted, None).await?;
+            self.settle().await?;
+        }
+        Ok(waves)
+    }
+
+    fn zone(&mut self, size: &str) -> Value {
+        if size == "large" {
+            return self.world.over_half(&self.ways);
+        }
+        if self.ways.is_empty() {
+            let [one, _] = self.world.ends();
+            let node = self.world.topology.node(&one);
+            return self.world.over_leg(&node.into_iter().collect::<Vec<_>>());
+        }
+        let plan = self.world.below(self.ways.len());
+        let leg = self.world.below(self.ways[plan].len() - 1);
+        self.world.over_leg(&self.ways[plan][leg..leg + 2])
+    }
+}

@@ -1,0 +1,92 @@
+//! The generated network, and what is drawn over it from one seed.
+
+use crate::Result;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde_json::{Value, json};
+use skyway::edge::NewNetwork;
+use skyway::formats::{load_network, write_network};
+use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
+use std::sync::Arc;
+
+const SEED: u64 = 1;
+const MAP_SIZE_M: f64 = 40_000.0;
+/// How far beside a segment a zone still closes it.
+const MARGIN_M: f64 = 10.0;
+
+/// A network, its nodes that hang together, and the seed's next draws.
+pub(crate) struct World {
+    pub(crate) topology: Arc<Topology>,
+    pub(crate) text: Arc<str>,
+    joined: Vec<NodeIx>,
+    random: ChaCha8Rng,
+}
+
+impl World {
+    pub(crate) fn new(nodes: usize) -> Result<Self> {
+        let generated = Generated {
+            nodes,
+            max_neighbours: 10,
+            map_size_m: MAP_SIZE_M,
+            reach_fraction: 0.3,
+            joining: Joining::Nearest,
+            seed: SEED,
+        };
+        let text = write_network(&generated.network()?);
+        let topology = Arc::new(load_network(&text)?.topology);
+        Ok(Self {
+            joined: Components::of(&topology).largest().collect(),
+            topology,
+            text: text.into(),
+            random: ChaCha8Rng::seed_from_u64(SEED),
+        })
+    }
+
+    pub(crate) fn network(&self) -> NewNetwork {
+        NewNetwork::new(self.topology.clone(), self.text.as_bytes().to_vec().into())
+    }
+
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        (self.random.next_u64() % count as u64) as usize
+    }
+
+    pub(crate) fn share(&mut self) -> f64 {
+        (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// The ids of two different nodes.
+    pub(crate) fn ends(&mut self) -> [String; 2] {
+        let source = self.below(self.joined.len());
+        let beside = self.below(self.joined.len() - 1);
+        let destination = beside + usize::from(beside >= source);
+        [source, destination].map(|place| self.topology.node_id(self.joined[place]).to_owned())
+    }
+
+    /// The zone over the middle of a leg.
+    pub(crate) fn over_leg(&self, leg: &[NodeIx]) -> Value {
+        let ends = [leg[0], leg[leg.len() - 1]].map(|node| self.topology.position(node));
+        let centre = [(ends[0].x + ends[1].x) / 2.0, (ends[0].y + ends[1].y) / 2.0];
+        circle(centre, 10.0)
+    }
+
+    /// The zone about a place near the middle that half of these ways come into.
+    pub(crate) fn over_half(&mut self, ways: &[Vec<NodeIx>]) -> Value {
+        let centre = [0, 1].map(|_| MAP_SIZE_M * (0.4 + 0.2 * self.share()));
+        let distance = |way: &Vec<NodeIx>| {
+            let nodes = way.iter().map(|&node| self.topology.position(node));
+            let distances = nodes.map(|at| (at.x - centre[0]).hypot(at.y - centre[1]));
+            distances.fold(f64::INFINITY, f64::min)
+        };
+        let mut distances: Vec<f64> = ways.iter().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        circle(centre, distances[distances.len() / 2].max(1.0))
+    }
+}
+
+fn circle(centre: [f64; 2], radius_m: f64) -> Value {
+    json!({
+        "type": "Feature", "id": "z",
+        "geometry": {"type": "Point", "coordinates": centre},
+        "properties": {"radius_m": radius_m, "margin_m": MARGIN_M},
+    })
+}
