@@ -6,7 +6,9 @@ use crate::world::World;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::Clock;
-use skyway::edge::{Caller, Edge, FlightSettings, Idempotency, Opening, Settings, ZoneWrite};
+use skyway::edge::{
+    Caller, Edge, EventStream, FlightSettings, Idempotency, Opening, Settings, ZoneWrite,
+};
 use skyway::flight::Airframe;
 use skyway::formats::parse_report;
 use skyway::network::NodeIx;
@@ -209,11 +211,8 @@ impl Fleet {
             );
             let ack = put.await?;
             waves.answered.add(begun.elapsed());
-            while ack.effect.plan_count > 0 {
-                let event = events.next().await.ok_or("the events end")??;
-                if event.kind == EventKind::Replanned {
-                    break;
-                }
+            if ack.effect.plan_count > 0 {
+                until_replanned(&mut events).await?;
             }
             waves.told.add(begun.elapsed());
             self.settle().await?;
@@ -243,4 +242,14 @@ impl Fleet {
         let leg = self.world.below(self.ways[plan].len() - 1);
         self.world.over_leg(&self.ways[plan][leg..leg + 2])
     }
+}
+
+/// Until the last plan that a zone meets is told.
+async fn until_replanned(events: &mut EventStream) -> Result<()> {
+    while let Some(event) = events.next().await {
+        if event?.kind == EventKind::Replanned {
+            return Ok(());
+        }
+    }
+    Err("the events have ended".into())
 }
