@@ -147,7 +147,7 @@ impl Fleet {
         };
         let begun = Instant::now();
         let stay_s = DEFAULT_REFUGE_STAY_S;
-        let found = find_alternate(&self.setting, &request, stay_s, &mut self.scratch);
+        let found = find_alternate(&self.setting, &request, stay_s, &mut self.scratch).ok();
         let effort = found.as_ref().map(|found| found.answer.effort);
         let is_proved = found.as_ref().is_none_or(|found| found.answer.proved);
         row.add(

@@ -203,7 +203,7 @@ pub(super) fn leg_ahead(
     let stretch = version.stretch.as_ref().filter(|_| progress.on_stretch);
     if let Some((stretch, leg)) = stretch.and_then(|stretch| Some((stretch, stretch.leg()?))) {
         let path = std::iter::once(leg.0).chain(nodes.iter().copied());
-        return (leg, stretch.leads_on().then(|| path.collect()));
+        return (leg, stretch.reentry.leads_on().then(|| path.collect()));
     }
     let leg = &version.composition.legs[progress.leg];
     ((leg.from, leg.to), Some(nodes[progress.leg..].to_vec()))

@@ -7,6 +7,7 @@ use super::planner::{Version, occupied};
 use super::progress;
 use super::state::State;
 use crate::compose::{Leg, Occupation};
+use crate::itinerary::OccupiedLeg;
 use crate::network::{NodeIx, Topology};
 use std::sync::Arc;
 
@@ -32,7 +33,11 @@ impl State {
         let mut segments = Vec::with_capacity(taken.len());
         for (number, leg) in taken.into_iter().enumerate() {
             let leg = Occupation { leg: number, ..leg };
-            let taken = occupied(&leg, plan.id.clone(), OF_NO_VERSION);
+            let taken = OccupiedLeg {
+                // Of what it would do only the first and the last instant are known.
+                is_uncertain: true,
+                ..occupied(&leg, plan.id.clone(), OF_NO_VERSION)
+            };
             self.next.occupancy.put_leg(leg.segment, taken);
             segments.push(leg.segment);
         }

@@ -7,9 +7,6 @@ use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind,
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
 
-/// A drone that has less than this share of a segment left is taken to have this much.
-const LEAST_SHARE: f64 = 0.05;
-
 /// How the drone of a version comes to its first node.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stretch {
@@ -114,11 +111,6 @@ impl Stretch {
         self.reentry.stretch.leg.map(|leg| (leg.from, leg.to))
     }
 
-    /// Whether it leads on along its leg, and not back.
-    pub(super) fn leads_on(&self) -> bool {
-        self.leg().is_some_and(|(_, to)| to == self.reentry.node)
-    }
-
     /// The closures in force, but for those known before, that are in the way of a drone that is so far on it.
     pub(super) fn obstructed_by(&self, airspace: &Airspace, place: Point) -> Vec<String> {
         let mut met = self.met_by(airspace, place);
@@ -149,29 +141,20 @@ impl Stretch {
         }
         let segment = self.reentry.stretch.leg.and_then(|leg| leg.segment);
         let closes_leg = segment.is_some_and(|segment| {
-            self.leads_on() && closure.hits.segments.binary_search(&segment).is_ok()
+            self.reentry.leads_on() && closure.hits.segments.binary_search(&segment).is_ok()
         });
         closes_leg || closure.hits.nodes.binary_search(&node).is_ok()
     }
 
-    /// When its segment is flown, in seconds of Unix time: as if the whole of it were, so that where its drone is
-    /// at an instant follows from the times at the ends.
+    /// When its segment is flown, in seconds of Unix time, as [`Reentry::leg`] tells it.
     pub(super) fn occupation(&self, departs_s: f64, leaves_s: f64) -> Option<Occupation> {
-        let leg = self.reentry.stretch.leg?;
-        let share = match self.leads_on() {
-            true => 1.0 - leg.fraction,
-            false => leg.fraction,
-        };
-        let whole_s = (leaves_s - departs_s) / share.clamp(LEAST_SHARE, 1.0);
+        let leg = self.reentry.leg(departs_s, leaves_s)?;
         Some(Occupation {
-            segment: leg.segment?,
-            from: match self.leads_on() {
-                true => leg.from,
-                false => leg.to,
-            },
+            segment: leg.segment,
+            from: leg.from,
             leg: 0,
-            enters_s: leaves_s - whole_s,
-            leaves_s,
+            enters_s: leg.enters_s,
+            leaves_s: leg.leaves_s,
         })
     }
 }

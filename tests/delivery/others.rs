@@ -80,15 +80,15 @@ fn plans_on_the_same_way_keep_the_headway() {
     assert!(shared > 0);
 }
 
-#[test]
-fn a_drone_in_the_air_whose_every_way_others_fly_is_told_one_that_says_so() {
+/// Of four rooftops around a square of 1 km the one at c has a pad; a drone flies from a to b, and something is ahead.
+fn square() -> (Town, Failure<'static>) {
     let nodes = [
         ("a", 0.0, 0.0, 0),
         ("b", 1_000.0, 0.0, 0),
         ("c", 1_000.0, 1_000.0, 1),
         ("d", 0.0, 1_000.0, 0),
     ];
-    let mut town = Town::new(&nodes, &[("a", "b"), ("b", "c"), ("a", "d"), ("d", "c")]);
+    let town = Town::new(&nodes, &[("a", "b"), ("b", "c"), ("a", "d"), ("d", "c")]);
     let failure = Failure {
         leg: ("a", "b"),
         flown: Some(0.5),
@@ -97,6 +97,12 @@ fn a_drone_in_the_air_whose_every_way_others_fly_is_told_one_that_says_so() {
         battery: 0.9,
         ..Failure::of(FailureType::Environmental)
     };
+    (town, failure)
+}
+
+#[test]
+fn a_drone_in_the_air_whose_every_way_others_fly_is_told_one_that_says_so() {
+    let (mut town, failure) = square();
     let alone = town.answer(&failure);
     assert_eq!(alone.outcome, Outcome::Rerouted);
     assert!(alone.flags.is_empty(), "{alone:#?}");
@@ -115,6 +121,55 @@ fn a_drone_in_the_air_whose_every_way_others_fly_is_told_one_that_says_so() {
         among_others.causes.iter().any(is_named),
         "{among_others:#?}"
     );
+    let way = |answer: &skyway::delivery::FlightRecomposition| {
+        answer.composition.as_ref().map(FlightComposition::nodes)
+    };
+    assert_eq!(way(&alone), way(&among_others));
+}
+
+#[test]
+fn a_drone_below_its_reserve_is_told_a_way_among_others_too() {
+    let (mut town, failure) = square();
+    let failure = Failure {
+        battery: 0.199,
+        flown: Some(0.03),
+        ..failure
+    };
+    let alone = town.answer(&failure);
+    assert_eq!(
+        alone.outcome,
+        Outcome::Diverted,
+        "{:#?} {:#?} {:?}",
+        alone.causes,
+        alone.near,
+        alone.battery
+    );
+    town.others.traffic.push(TrafficLeg {
+        segment: town.segment("a", "d"),
+        from: town.node("d"),
+        enters_s: 0.0,
+        leaves_s: 10_000.0,
+    });
+    let among_others = town.answer(&failure);
+    assert_eq!(among_others.outcome, Outcome::Diverted, "{among_others:#?}");
+    assert!(among_others.flags.contains(&Flag::Unseparated));
+}
+
+#[test]
+fn a_way_back_on_which_another_drone_comes_says_so() {
+    let (mut town, failure) = square();
+    let alone = town.answer(&failure);
+    // It follows on the leg that the drone turns back on.
+    let follower = TrafficLeg {
+        segment: town.segment("a", "b"),
+        from: town.node("a"),
+        enters_s: 0.0,
+        leaves_s: 62.5,
+    };
+    town.others.traffic.push(follower);
+    let among_others = town.answer(&failure);
+    assert_eq!(among_others.flags, [Flag::Unseparated], "{among_others:#?}");
+    assert_eq!(among_others.causes, [FlightCause::Traffic(follower)]);
     let way = |answer: &skyway::delivery::FlightRecomposition| {
         answer.composition.as_ref().map(FlightComposition::nodes)
     };

@@ -73,7 +73,7 @@ fn no_alternate_is_reached_with_more() {
         let setting = setting(&world);
         let mut scratch = ItineraryScratch::new(&world.topology);
         let request = world.request(Objective::Time);
-        let ours = find_alternate(&setting, &request, STAY_S, &mut scratch);
+        let ours = find_alternate(&setting, &request, STAY_S, &mut scratch).ok();
         let mut alternates = Refuges {
             world: &world,
             events: Events::new(&world, Objective::Energy, 0),
@@ -122,9 +122,9 @@ fn whoever_has_to_land_is_led_to_what_takes_least_whatever_its_battery() {
         let setting = setting(&world);
         let mut scratch = ItineraryScratch::new(&world.topology);
         let request = world.request(Objective::Time);
-        let with_pad = find_alternate(&setting, &request, STAY_S, &mut scratch);
-        let any = find_nearest(&setting, &request, &mut scratch);
-        let near = find_near(&setting, &request, STAY_S, 9, &mut scratch);
+        let with_pad = find_alternate(&setting, &request, STAY_S, &mut scratch).ok();
+        let any = find_nearest(&setting, &request, &mut scratch).ok();
+        let near = find_near(&setting, &request, STAY_S, (9, true), &mut scratch);
         for (needs_pad, ours) in [(true, &with_pad), (false, &any)] {
             let mut alternates = Refuges {
                 world: &world,

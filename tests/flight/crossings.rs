@@ -4,7 +4,7 @@ use crate::stories::{begin, plan};
 use crate::world::{Kind, World, crowded, world};
 use skyway::flight::{Corner, Crossings, LegCourse, TrafficLeg, Vertical};
 use skyway::geo::Point;
-use skyway::itinerary::Objective;
+use skyway::itinerary::{Objective, Occupancy, OccupiedLeg, OthersOccupancy, Separation};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use std::sync::Arc;
 
@@ -65,6 +65,39 @@ fn a_drone_is_not_at_a_crossing_while_another_one_is() {
     assert_eq!(plan(&world, Objective::Time).legs[0].enters_s, 0.0);
 }
 
+#[test]
+fn where_it_is_unknown_when_a_drone_is_at_a_crossing_it_may_be_there_all_the_time() {
+    let topology = Arc::new(cross());
+    let node = |id: &str| topology.node(id).expect("a node");
+    let mut world = begin(node("w"), 0.0);
+    world.destination = node("e");
+    world.topology = topology.clone();
+    let plan = plan(&world, Objective::Time);
+    let crossed = topology.segment_between(node("s"), node("n"));
+    let vertical = Vertical::of(&topology, world.rules.unknown_climb_m);
+    let separation = Separation {
+        topology: &topology,
+        crossings: &Crossings::of(&topology, &vertical, 20.0),
+        rules: &world.rules,
+    };
+    for (is_uncertain, met) in [(false, 0), (true, 1)] {
+        let mut occupancy = Occupancy::default();
+        let slow = OccupiedLeg {
+            plan: Arc::from("slow"),
+            version: 1,
+            leg: 0,
+            from: node("s"),
+            enters_s: 0.0,
+            leaves_s: 10.0 * plan.arrives_s,
+            is_uncertain,
+        };
+        occupancy.put_leg(crossed.expect("a segment"), slow);
+        let others = OthersOccupancy::of(occupancy, [None, None], 0.0);
+        let found = separation.met_by(&plan, 0.0, &others, &|_| true);
+        assert_eq!(found.len(), met, "{is_uncertain}");
+    }
+}
+
 /// Where a drone is on a segment after a share of its time, and how high, by the corners of its course.
 fn place(course: &LegCourse, share: f64) -> (Point, Option<f64>) {
     let up_m = |pair: &[Corner]| {
@@ -92,6 +125,7 @@ fn is_too_near(
     topology: &Topology,
     segments: [SegmentIx; 2],
     places: [(Point, Option<f64>); 2],
+    horizontal_m: f64,
 ) -> bool {
     let [one, other] = segments.map(|segment| topology.segment(segment));
     let shared: Vec<NodeIx> = [one.from, one.to]
@@ -103,18 +137,19 @@ fn is_too_near(
         .any(|&node| topology.position(node).distance_m(places[0].0) <= 50.0);
     let heights = places[0].1.zip(places[1].1);
     let above_m = heights.map_or(0.0, |(one_m, other_m)| (one_m - other_m).abs());
-    !is_at_node && places[0].0.distance_m(places[1].0) < 20.0 && above_m < 10.0
+    !is_at_node && places[0].0.distance_m(places[1].0) < horizontal_m && above_m < 10.0
 }
 
 #[test]
 fn wherever_two_drones_would_be_too_near_their_segments_cross() {
     let (mut near, mut found) = (0, 0);
     for seed in 0..40 {
+        let horizontal_m = if seed % 4 == 3 { 60.0 } else { 20.0 };
         let World {
             topology, rules, ..
         } = world(seed, Kind::Continuous);
         let vertical = Vertical::of(&topology, rules.unknown_climb_m);
-        let crossings = Crossings::of(&topology, &vertical, 20.0);
+        let crossings = Crossings::of(&topology, &vertical, horizontal_m);
         let courses: Vec<LegCourse> = topology
             .segments()
             .map(|segment| {
@@ -132,7 +167,7 @@ fn wherever_two_drones_would_be_too_near_their_segments_cross() {
                             place(&courses[one.at()], shares[0]),
                             place(&courses[other.at()], shares[1]),
                         ];
-                        if !is_too_near(&topology, [one, other], places) {
+                        if !is_too_near(&topology, [one, other], places, horizontal_m) {
                             continue;
                         }
                         near += 1;

@@ -32,6 +32,7 @@ pub(in crate::edge) fn occupied(leg: &Occupation, plan: Arc<str>, version: u32) 
         from: leg.from,
         enters_s: leg.enters_s,
         leaves_s: leg.leaves_s,
+        is_uncertain: false,
     }
 }
 

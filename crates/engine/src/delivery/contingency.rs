@@ -197,7 +197,8 @@ fn alternate(
             &request,
             world.refuge_stay_s,
             &mut scratch.itinerary,
-        )?;
+        );
+        let found = found.ok()?;
         Some((found.node, found.answer.plan?, reserve < rules.reserve))
     };
     let (node, flight, reserve_used): (NodeIx, FlightPlan, bool) =

@@ -62,32 +62,51 @@ pub fn answer_failure(
     answer
 }
 
-/// Answers a drone in flight. Where only other plans are too near to every way, it is told one that does not keep apart
-/// from them: in the air, waiting for them to pass is none.
+/// Answers a drone in flight. Where other plans are too near to every way, it is told one that does not keep apart from
+/// them: in the air, waiting for them to pass is none.
 fn answer_in_the_air(
     world: &DeliveryWorld<'_>,
     failure: &FlightFailure<'_>,
     ways: &ReentryPoints,
     scratch: &mut DeliveryScratch,
 ) -> FlightRecomposition {
+    let met_before = scratch.itinerary.met_others();
     let answer = answer_by(world, failure, ways, scratch);
-    let is_traffic = |cause: &FlightCause| matches!(cause, FlightCause::Traffic(_));
-    if answer.outcome != Outcome::NoRoute || !answer.causes.iter().any(is_traffic) {
-        return answer;
+    let has_met_others = scratch.itinerary.met_others() > met_before;
+    if answer.outcome != Outcome::NoRoute || !has_met_others {
+        return flagged(world, failure.at_s, answer);
     }
     let setting = world.setting.unseparated();
     let among_all = DeliveryWorld {
         setting: &setting,
         ..*world
     };
-    let mut unseparated = answer_by(&among_all, failure, ways, scratch);
-    if unseparated.outcome == Outcome::NoRoute {
-        return answer;
+    let unseparated = answer_by(&among_all, failure, ways, scratch);
+    match unseparated.outcome {
+        Outcome::NoRoute => answer,
+        _ => flagged(world, failure.at_s, unseparated),
     }
-    unseparated.flags.push(Flag::Unseparated);
-    unseparated.flags.sort_unstable();
-    unseparated.causes = answer.causes;
-    unseparated
+}
+
+/// An answer that says where its drone comes too near to others: on the way back to its first node there is no choice, and
+/// elsewhere there may be none.
+fn flagged(
+    world: &DeliveryWorld<'_>,
+    at_s: f64,
+    mut answer: FlightRecomposition,
+) -> FlightRecomposition {
+    let Some(composition) = &answer.composition else {
+        return answer;
+    };
+    let met = world.setting.world().met_by(&composition.plan, at_s);
+    if !met.is_empty() {
+        answer
+            .causes
+            .extend(met.into_iter().map(FlightCause::Traffic));
+        answer.flags.push(Flag::Unseparated);
+        answer.flags.sort_unstable();
+    }
+    answer
 }
 
 /// Answers a drone in flight by its ways back; where the shorter way out of a zone leads nowhere, by the longer one.

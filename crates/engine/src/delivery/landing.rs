@@ -6,8 +6,8 @@ use super::flight_failure::FlightRecomposition;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FailureType, FlightPlan, FlightStart, OperationalDetail};
 use crate::itinerary::{
-    Alternate, FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, Objective, Step, Value,
-    find_alternate, find_nearest,
+    Alternate, FlightAnswer, FlightDecision, FlightOutcome, FlightRequest, NoAlternate, Objective,
+    Step, Value, find_alternate, find_nearest,
 };
 use crate::network::NodeIx;
 use crate::recompose::{Flag, Outcome};
@@ -126,40 +126,30 @@ pub(super) fn landed(
         Landing::AnyNode => {
             let nearest = find_nearest(world.setting, &request, itinerary);
             let is_near = |padded: &Alternate| {
-                let least = nearest.as_ref().map(|nearest| nearest.answer.value.weight);
+                let least = nearest
+                    .as_ref()
+                    .ok()
+                    .map(|nearest| nearest.answer.value.weight);
                 least.is_none_or(|least| padded.answer.value.weight <= WORTH_A_PAD * least)
             };
-            with_pad.filter(is_near).or(nearest)
+            match with_pad {
+                Ok(padded) if is_near(&padded) => Ok(padded),
+                _ => nearest,
+            }
         }
     };
     found(world, alternate, question.reserve.max(0.0))
 }
 
 /// A landing as an outcome; nothing to reach is one, too.
-fn found(world: &DeliveryWorld<'_>, alternate: Option<Alternate>, least: f64) -> Found {
-    let Some(Alternate { node, answer }) = alternate else {
-        let answer = FlightAnswer {
-            plan: None,
-            value: Value::NONE,
-            proved: true,
-            lower_bound: Value::NONE,
-            reason: None,
-            step: Step::Exact,
-            effort: crate::itinerary::Effort::default(),
-        };
-        return Found {
-            outcome: Outcome::NoRoute,
-            plan: None,
-            proof: Proof::of(&answer),
-            reserve: least,
-            flags: Vec::new(),
-            decision: FlightDecision {
-                outcome: FlightOutcome::NoRoute,
-                answer,
-                causes: Vec::new(),
-                opens: None,
-            },
-        };
+fn found(
+    world: &DeliveryWorld<'_>,
+    alternate: Result<Alternate, NoAlternate>,
+    least: f64,
+) -> Found {
+    let (node, answer) = match alternate {
+        Ok(Alternate { node, answer }) => (node, answer),
+        Err(none) => return without(none, least),
     };
     let plan = answer.plan.clone();
     let reserve = world.setting.rules().reserve;
@@ -177,6 +167,32 @@ fn found(world: &DeliveryWorld<'_>, alternate: Option<Alternate>, least: f64) ->
         flags: is_taken.then_some(Flag::PadOccupied).into_iter().collect(),
         decision: FlightDecision {
             outcome: FlightOutcome::Diverted { node, reserve_used },
+            answer,
+            causes: Vec::new(),
+            opens: None,
+        },
+    }
+}
+
+/// No landing as an outcome.
+fn without(none: NoAlternate, least: f64) -> Found {
+    let answer = FlightAnswer {
+        plan: None,
+        value: Value::NONE,
+        proved: none.reason.is_none(),
+        lower_bound: Value::NONE,
+        reason: none.reason,
+        step: Step::Exact,
+        effort: crate::itinerary::Effort::default(),
+    };
+    Found {
+        outcome: Outcome::NoRoute,
+        plan: None,
+        proof: Proof::of(&answer),
+        reserve: least,
+        flags: Vec::new(),
+        decision: FlightDecision {
+            outcome: FlightOutcome::NoRoute,
             answer,
             causes: Vec::new(),
             opens: None,

@@ -12,7 +12,7 @@ use crate::recompose::{Near, UnsafeCode, UnsafeWay, WhyNot};
 /// The most nodes told.
 const NEAR_MAX: usize = 5;
 
-/// Tells what is near a drone that has no way, by the starts that it has whatever its battery.
+/// Tells what is near a drone that has no way, by the starts that it has whatever its battery and whatever others fly.
 pub(super) fn tell_what_is_near(
     case: &Case<'_>,
     starts: &[FlightStart],
@@ -32,7 +32,13 @@ pub(super) fn tell_what_is_near(
     };
     let stay_s = world.refuge_stay_s;
     let itinerary = &mut scratch.itinerary;
-    let near = find_near(world.setting, &request, stay_s, NEAR_MAX, itinerary);
+    let near = find_near(
+        world.setting,
+        &request,
+        stay_s,
+        (NEAR_MAX, false),
+        itinerary,
+    );
     let topology = world.setting.topology();
     let rules = world.setting.rules();
     answer.near = near.iter().map(|one| told(topology, rules, one)).collect();

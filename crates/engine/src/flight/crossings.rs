@@ -3,6 +3,7 @@
 //! Two segments cross where their lines are nearer than a horizontal distance and their heights nearer
 //! than 10 m. Within 50 m of a node that both have, the headway at the node keeps drones apart instead.
 
+use super::airframe::Airframe;
 use super::vertical::Vertical;
 use crate::geo::{Bounds, Point};
 use crate::network::{NodeIx, SegmentIx, Topology, outer_box};
@@ -10,11 +11,17 @@ use std::sync::{Arc, OnceLock};
 
 /// Drones that are this far apart vertically may be at one place, in metres.
 const VERTICAL_M: f64 = 10.0;
-/// Within 50 m of a shared node the headway there counts. Of two drones that are nearer than 20 m to each other,
-/// one beyond that, both are beyond this, in metres.
-const SHARED_NODE_M: f64 = 30.0;
+/// Within so many metres of a shared node the headway there counts.
+const SHARED_NODE_M: f64 = 50.0;
 /// A metre of climb at a node takes between one and this many times as long as one under way.
 const SLOWEST_CLIMB: f64 = 8.0;
+
+/// Whether the times at which this drone may be near a crossing hold: it is not so fast, with the wind, that a climb takes
+/// longer beside its way than is reckoned with.
+pub fn keeps_clear_of_crossings(airframe: &Airframe) -> bool {
+    let wind_mps = airframe.max_wind_mps / airframe.gust_factor.max(1.0);
+    airframe.airspeed_mps + wind_mps <= SLOWEST_CLIMB * airframe.vertical_speed_mps
+}
 
 /// Part of a segment, as shares of the time that a leg takes over it from its first node on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +33,12 @@ pub struct Stretch {
 }
 
 impl Stretch {
+    /// All of a leg.
+    pub const WHOLE: Self = Self {
+        enters: 0.0,
+        leaves: 1.0,
+    };
+
     /// The same for a leg the other way.
     #[must_use]
     pub fn reversed(self) -> Self {
@@ -149,8 +162,11 @@ impl Line {
     /// near a shared node.
     fn part_near(&self, other: &Self, horizontal_m: f64) -> Option<(f64, f64)> {
         let (mut first, mut last) = within(self.from, self.to, other, horizontal_m)?;
+        // Of two drones that are nearer to each other than this distance, one beyond the reach of the node, both are
+        // at least so far from it.
+        let beside_m = (SHARED_NODE_M - horizontal_m).max(0.0);
         let beside_node = match self.length_m > 0.0 {
-            true => SHARED_NODE_M / self.length_m,
+            true => beside_m / self.length_m,
             false => 1.0,
         };
         if other.ends.contains(&self.ends[0]) {

@@ -3,8 +3,12 @@
 //! A [`Reentry`] is one value from beginning to end: searches are handed it, and answers carry it, so that a node
 //! and the stretch that leads to it can never be of two starts.
 
+use super::situation::TrafficLeg;
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
+
+/// A drone that has less than this share of a segment left is taken to have this much.
+const LEAST_SHARE: f64 = 0.05;
 
 /// How a first stretch runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,5 +82,31 @@ impl Reentry {
                 begin: place,
             },
         }
+    }
+
+    /// Whether it leads on along its leg, and not back.
+    pub fn leads_on(&self) -> bool {
+        self.stretch.leg.is_some_and(|leg| leg.to == self.node)
+    }
+
+    /// When its segment is flown, from the instants at which the drone begins and at which it is at the node: as if the
+    /// whole of it were, so that where the drone is in between follows from the times at the ends. `None` beside
+    /// the network.
+    pub fn leg(&self, begins_s: f64, leaves_s: f64) -> Option<TrafficLeg> {
+        let leg = self
+            .stretch
+            .leg
+            .filter(|_| self.stretch.kind == StretchKind::Leg)?;
+        let (from, share) = match self.leads_on() {
+            true => (leg.from, 1.0 - leg.fraction),
+            false => (leg.to, leg.fraction),
+        };
+        let whole_s = (leaves_s - begins_s) / share.clamp(LEAST_SHARE, 1.0);
+        Some(TrafficLeg {
+            segment: leg.segment?,
+            from,
+            enters_s: leaves_s - whole_s,
+            leaves_s,
+        })
     }
 }

@@ -23,7 +23,7 @@ mod wind;
 pub use airframe::{Airframe, AirframeFault, LegCost, PowerModel, Unflyable};
 pub use battery::Charging;
 pub use course::{Corner, LegCourse, crossing_height};
-pub use crossings::{Crossing, Crossings, SharedCrossings, Stretch};
+pub use crossings::{Crossing, Crossings, SharedCrossings, Stretch, keeps_clear_of_crossings};
 pub use figure::{Figure, FigureRange};
 pub use first_stretch::{FirstStretch, Reentry, StretchKind, StretchLeg};
 pub use legs::{FlightLeg, FlightLegs};

@@ -17,6 +17,8 @@ pub(super) struct ActiveTraffic {
     /// The same as lists.
     listed_segments: Vec<SegmentIx>,
     listed_nodes: Vec<NodeIx>,
+    /// How many plans have met others so far.
+    met: u64,
 }
 
 impl ActiveTraffic {
@@ -76,6 +78,7 @@ impl ActiveTraffic {
 
     /// Others count on all segments and at all nodes of a plan from now on.
     pub(super) fn add_way(&mut self, plan: &FlightPlan) {
+        self.met += 1;
         for leg in &plan.legs {
             if self.segments.insert(leg.segment.0) {
                 self.listed_segments.push(leg.segment);
@@ -100,6 +103,11 @@ impl ActiveTraffic {
             let arcs = topology.arcs(node).iter();
             segments.extend(arcs.map(|arc| arc.segment.0));
         }
+    }
+
+    /// How many plans have met others so far, whatever is cleared.
+    pub(super) fn met(&self) -> u64 {
+        self.met
     }
 
     /// The nodes at which others count.

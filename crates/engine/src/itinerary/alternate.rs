@@ -7,14 +7,26 @@ use super::request::{
     Effort, FlightAnswer, FlightRequest, Objective, Step, Unproved, Value, close, reopen,
 };
 use super::run::{Goal, Mode, Run, RunEnd};
+use super::search::{Most, has_spent};
 use super::setting::FlightSetting;
 use super::trace::plan;
 use crate::network::NodeIx;
 
 /// As often an alternate whose way meets others is looked for again, before all others count.
-const ROUNDS: usize = 4;
-/// And for at most one part in so many of the checks.
+const ROUNDS: usize = 12;
+/// And for at most one part in so many of the labels and checks.
 const ROUNDS_SHARE: usize = 2;
+
+/// There is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoAlternate {
+    /// The limit that was reached, where the search was cut short.
+    pub reason: Option<Unproved>,
+}
+
+impl NoAlternate {
+    const CERTAIN: Self = Self { reason: None };
+}
 
 /// A plan to an alternate.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,25 +40,31 @@ pub struct Alternate {
 /// Finds the alternate that is reached with most battery: one with a pad that is free for `stay_s` from the landing on.
 ///
 /// The request's destination and objective do not matter, its deadline does not bind: a drone lands where it can. The energy that
-/// the starts have drawn already has to be counted from one place for all of them. `None` where no alternate can
-/// be reached with the request's reserve, or none was found within its limits.
+/// the starts have drawn already has to be counted from one place for all of them.
+///
+/// # Errors
+/// No alternate can be reached with the request's reserve, or none was found within its limits: of a drone that
+/// stands also where others fly on all of the ways looked at.
 pub fn find_alternate(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
     stay_s: f64,
     scratch: &mut ItineraryScratch,
-) -> Option<Alternate> {
+) -> Result<Alternate, NoAlternate> {
     find_landing(setting, request, Goal::Alternate { stay_s }, scratch)
 }
 
 /// Finds the node that is not closed and is reached with most battery, with or without pads.
 ///
 /// The same holds of the request as for [`find_alternate`].
+///
+/// # Errors
+/// No node can be reached with the request's reserve, or none was found within its limits.
 pub fn find_nearest(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
     scratch: &mut ItineraryScratch,
-) -> Option<Alternate> {
+) -> Result<Alternate, NoAlternate> {
     find_landing(setting, request, Goal::AnyNode, scratch)
 }
 
@@ -55,10 +73,10 @@ fn find_landing(
     request: &FlightRequest<'_>,
     goal: Goal,
     scratch: &mut ItineraryScratch,
-) -> Option<Alternate> {
+) -> Result<Alternate, NoAlternate> {
     let world = setting.world();
     let nodes = world.topology.node_count();
-    let first = request.starts.first()?;
+    let first = request.starts.first().ok_or(NoAlternate::CERTAIN)?;
     let request = FlightRequest {
         objective: Objective::Energy,
         deadline_s: f64::INFINITY,
@@ -69,25 +87,34 @@ fn find_landing(
     let potentials = Potentials::nowhere(nodes, Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
     let mut effort = Effort::default();
+    let stands = request.starts.iter().all(|start| start.on_ground);
     let standing = standing_safely(&terms, goal);
     scratch.best.clear();
     if let Some((number, value)) = standing {
         scratch.best.push(How::Start(number));
-        return Some(alternate(&terms, scratch, (value, value, None), effort));
+        return Ok(alternate(&terms, scratch, (value, value, None), effort));
     }
     let mut round = 1;
     let found = loop {
-        let found = fly_on(&terms, goal, scratch, &mut effort);
+        let is_last = scratch.active.is_everywhere() || !world.keeps_apart();
+        let most = Most::in_round(request.limits, is_last, effort);
+        let found = fly_on(&terms, goal, scratch, (&mut effort, most));
         if found.0 == Value::NONE {
-            break None;
+            break Err(NoAlternate { reason: found.2 });
         }
         let found = alternate(&terms, scratch, found, effort);
         let active = &mut scratch.active;
         let meets = |plan| world.activate_met(active, plan);
         if !found.answer.plan.as_ref().is_some_and(meets) {
-            break Some(found);
+            break Ok(found);
         }
-        if round >= ROUNDS || effort.checks >= request.limits.checks / ROUNDS_SHARE {
+        if round >= ROUNDS || has_spent(effort, request.limits, ROUNDS_SHARE) {
+            // Who stands is safe without.
+            if stands {
+                break Err(NoAlternate {
+                    reason: Some(Unproved::Checks),
+                });
+            }
             active.widen();
         }
         round += 1;
@@ -130,11 +157,11 @@ fn fly_on(
     terms: &Expander<'_>,
     goal: Goal,
     scratch: &mut ItineraryScratch,
-    effort: &mut Effort,
+    (effort, most): (&mut Effort, Most),
 ) -> (Value, Value, Option<Unproved>) {
     let request = terms.request;
     close(&mut scratch.closed, request.closed_segments);
-    let (labels, checks) = (request.limits.labels, request.limits.checks);
+    let checks_before = effort.checks;
     let mut best = Value::NONE;
     let mut end = RunEnd {
         bound: best,
@@ -152,8 +179,8 @@ fn fly_on(
             doubt: Value::NONE,
             may_tie: false,
             target: Value::LEAST,
-            most_labels: labels / share,
-            most_checks: checks / share,
+            most_labels: effort_of(most.labels_before, most.labels, share),
+            most_checks: effort_of(checks_before, most.checks, share),
             walks: false,
         };
         end = run.search();
@@ -165,6 +192,11 @@ fn fly_on(
     }
     reopen(&mut scratch.closed, request.closed_segments);
     (best, end.bound, end.stopped_by)
+}
+
+/// What there may be at the end of a run that takes one part in so many of what is left.
+fn effort_of(before: usize, most: usize, share: usize) -> usize {
+    before + most.saturating_sub(before) / share
 }
 
 /// A drone that stands on a pad that stays free is safe where it is; where pads do not matter, one that stands.

@@ -65,10 +65,12 @@ struct Reached {
 }
 
 /// What cuts a drone off from a destination that it cannot reach: closures, other plans and taken pads first, then wind, energy
-/// and the deadline. Past a bound of the request, those that are known by then.
+/// and the deadline. Past a bound of the request, those that are known by then. Other plans
+/// are looked at only where they may be a cause.
 pub(super) fn causes(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
+    is_among_others: bool,
     scratch: &mut ItineraryScratch,
 ) -> Vec<FlightCause> {
     if request.starts.is_empty() {
@@ -80,7 +82,9 @@ pub(super) fn causes(
         ..request.clone()
     };
     scratch.fit(world.topology);
-    scratch.active.widen();
+    if is_among_others {
+        scratch.active.widen();
+    }
     close(&mut scratch.closed, request.closed_segments);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Time);
     let terms = Expander::new(&world, &request, &potentials);

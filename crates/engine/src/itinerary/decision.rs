@@ -1,6 +1,6 @@
 //! What to tell a drone: the best plan, to wait, the best alternate, or what cuts it off.
 
-use super::alternate::find_alternate;
+use super::alternate::{NoAlternate, find_alternate};
 use super::blocking_causes::{FlightCause, causes};
 use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
@@ -17,6 +17,8 @@ const LOOK_AHEAD_S: f64 = 86_400.0;
 
 /// Where there is no plan: when there would be one, why there is none, and two alternates.
 const SEARCHES_WITHOUT_PLAN: usize = 4;
+/// For a drone that stands on a pad the search for an alternate takes one part in so many of that.
+const STANDING_SHARE: usize = 4;
 
 /// What is asked for: a request that takes its margins from the setting's rules.
 #[derive(Clone, Debug)]
@@ -115,6 +117,7 @@ pub fn decide(
         limits: order.limits,
     };
     let world = setting.world();
+    let met_before = scratch.met_others();
     let answer = find(&world, &request, potentials, scratch);
     if let Some(plan) = &answer.plan {
         return FlightDecision {
@@ -128,18 +131,20 @@ pub fn decide(
         limits: order.limits.share(SEARCHES_WITHOUT_PLAN),
         ..request
     };
+    let is_among_others = scratch.met_others() > met_before;
     let (opens, causes) = match order.explain {
         true => (
             opening(setting, &request, potentials, scratch),
-            causes(setting, &request, scratch),
+            causes(setting, &request, is_among_others, scratch),
         ),
         false => (None, Vec::new()),
     };
     let alternate = order
         .in_flight
         .then(|| diverted(setting, order, &request, scratch));
-    let (outcome, answer) = match alternate.flatten() {
-        Some((outcome, alternate)) => (outcome, alternate),
+    let (outcome, answer) = match alternate {
+        Some(Ok((outcome, alternate))) => (outcome, alternate),
+        Some(Err(none)) => (FlightOutcome::NoRoute, without(answer, none)),
         None => (FlightOutcome::NoRoute, answer),
     };
     FlightDecision {
@@ -191,20 +196,44 @@ fn diverted(
     order: &FlightOrder<'_>,
     request: &FlightRequest<'_>,
     scratch: &mut ItineraryScratch,
-) -> Option<(FlightOutcome, FlightAnswer)> {
+) -> Result<(FlightOutcome, FlightAnswer), NoAlternate> {
+    // One on the ground is safe there: it neither draws on the reserve nor is an alternate looked for at length.
+    let stands = order.starts.iter().all(|start| start.on_ground);
+    let request = &FlightRequest {
+        limits: request
+            .limits
+            .share(if stands { STANDING_SHARE } else { 1 }),
+        ..request.clone()
+    };
     let by_reserve = find_alternate(setting, request, order.refuge_stay_s, scratch);
-    let reserve_used = by_reserve.is_none();
-    let alternate = by_reserve.or_else(|| {
+    let reserve_used = by_reserve.is_err();
+    let alternate = by_reserve.or_else(|none| {
+        if stands {
+            return Err(none);
+        }
         let to_the_floor = FlightRequest {
             starts: order.starts,
             reserve: setting.rules().floor,
             ..request.clone()
         };
-        find_alternate(setting, &to_the_floor, order.refuge_stay_s, scratch)
+        let found = find_alternate(setting, &to_the_floor, order.refuge_stay_s, scratch);
+        found.map_err(|other| NoAlternate {
+            reason: other.reason.or(none.reason),
+        })
     })?;
     let outcome = FlightOutcome::Diverted {
         node: alternate.node,
         reserve_used,
     };
-    Some((outcome, alternate.answer))
+    Ok((outcome, alternate.answer))
+}
+
+/// That there is no plan is certain only where it is of the alternates, too.
+fn without(answer: FlightAnswer, none: NoAlternate) -> FlightAnswer {
+    let reason = answer.reason.or(none.reason);
+    FlightAnswer {
+        proved: reason.is_none(),
+        reason,
+        ..answer
+    }
 }

@@ -121,6 +121,12 @@ pub struct ItineraryScratch {
 }
 
 impl ItineraryScratch {
+    /// How many plans that searches here found have met others so far. Where a search has added none, others are not why
+    /// it found nothing.
+    pub fn met_others(&self) -> u64 {
+        self.active.met()
+    }
+
     /// Room for searches on a topology.
     pub fn new(topology: &Topology) -> Self {
         Self {

@@ -37,7 +37,7 @@ mod under_way;
 mod walk;
 mod yardstick;
 
-pub use alternate::{Alternate, find_alternate, find_nearest};
+pub use alternate::{Alternate, NoAlternate, find_alternate, find_nearest};
 pub use blocking_causes::FlightCause;
 pub use closed_windows::{ClosedWindows, ClosureKey};
 pub use decision::{FlightDecision, FlightOpening, FlightOrder, FlightOutcome, decide};

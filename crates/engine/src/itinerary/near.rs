@@ -32,7 +32,7 @@ pub fn find_near(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
     stay_s: f64,
-    most: usize,
+    (most, is_among_others): (usize, bool),
     scratch: &mut ItineraryScratch,
 ) -> Vec<Nearby> {
     let Some(first) = request.starts.first() else {
@@ -49,7 +49,9 @@ pub fn find_near(
     scratch.fit(world.topology);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
-    scratch.active.widen();
+    if is_among_others {
+        scratch.active.widen();
+    }
     close(&mut scratch.closed, request.closed_segments);
     let mut effort = Effort::default();
     let mut run = Run {

@@ -7,7 +7,7 @@ use super::pad_stays::PadStays;
 use crate::airspace::Bits;
 use crate::flight::{Reservation, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx};
-use imbl::OrdMap;
+use imbl::{OrdMap, Vector};
 use std::sync::Arc;
 
 /// A leg of a plan on a segment, on the clock of the occupancy.
@@ -25,6 +25,8 @@ pub struct OccupiedLeg {
     pub enters_s: f64,
     /// When it is left.
     pub leaves_s: f64,
+    /// Whether it is known no more than that its drone is on the segment between these times, if at all.
+    pub is_uncertain: bool,
 }
 
 /// A stay of a plan on a pad, on the clock of the occupancy.
@@ -54,6 +56,12 @@ struct SegmentLegs {
 }
 
 impl SegmentLegs {
+    fn retain(&mut self, mut stays: impl FnMut(&OccupiedLeg) -> bool) {
+        self.by_entry.retain(|leg| stays(leg));
+        let times_s = self.by_entry.iter().map(|leg| leg.leaves_s - leg.enters_s);
+        self.longest_s = times_s.fold(0.0, f64::max);
+    }
+
     /// Those of which part may lie between two instants.
     fn between(&self, from_s: f64, until_s: f64) -> impl Iterator<Item = &OccupiedLeg> {
         let earliest_s = from_s - self.longest_s;
@@ -70,7 +78,10 @@ impl SegmentLegs {
 /// What the plans of an edge take. Cheap to clone.
 #[derive(Clone, Debug, Default)]
 pub struct Occupancy {
-    legs: OrdMap<u32, Arc<SegmentLegs>>,
+    /// By segment, as far as any has had legs.
+    legs: Vector<Option<Arc<SegmentLegs>>>,
+    /// How many segments have some.
+    taken_segments: usize,
     stays: OrdMap<u32, Arc<PadStays>>,
     /// The segments that have legs, as searches ask for each leg they look at.
     busy: Arc<Bits>,
@@ -81,7 +92,13 @@ pub struct Occupancy {
 impl Occupancy {
     /// Adds a leg on a segment, in place of the one that this version has under its number.
     pub fn put_leg(&mut self, segment: SegmentIx, leg: OccupiedLeg) {
-        let there = Arc::make_mut(self.legs.entry(segment.0).or_default());
+        while self.legs.len() <= segment.at() {
+            self.legs.push_back(None);
+        }
+        let Some(there) = self.legs.get_mut(segment.at()) else {
+            return;
+        };
+        let there = Arc::make_mut(there.get_or_insert_default());
         there.by_entry.retain(|other| !other.is_same(&leg));
         let after = |other: &OccupiedLeg| other.enters_s <= leg.enters_s;
         let place = there.by_entry.partition_point(after);
@@ -89,23 +106,28 @@ impl Occupancy {
         there.by_entry.insert(place, leg);
         if !self.is_busy(segment) {
             Arc::make_mut(&mut self.busy).insert_growing(segment.0);
+            self.taken_segments += 1;
         }
     }
 
     /// Removes a leg.
     pub fn remove_leg(&mut self, segment: SegmentIx, plan: &str, version: u32, leg: u32) {
-        let Some(there) = self.legs.get_mut(&segment.0) else {
+        let Some(place) = self.legs.get_mut(segment.at()) else {
+            return;
+        };
+        let Some(there) = place else {
             return;
         };
         let is_it = |other: &OccupiedLeg| {
             other.version == version && other.leg == leg && *other.plan == *plan
         };
         if there.by_entry.iter().any(is_it) {
-            Arc::make_mut(there).by_entry.retain(|other| !is_it(other));
+            Arc::make_mut(there).retain(|other| !is_it(other));
         }
         if there.by_entry.is_empty() {
-            self.legs.remove(&segment.0);
+            *place = None;
             Arc::make_mut(&mut self.busy).remove(segment.0);
+            self.taken_segments -= 1;
         }
     }
 
@@ -150,13 +172,16 @@ impl Occupancy {
 
     /// The legs on a segment, by when they are entered.
     pub fn legs_on(&self, segment: SegmentIx) -> &[OccupiedLeg] {
-        let there = self.legs.get(&segment.0);
-        there.map_or(&[], |legs| &legs.by_entry)
+        self.legs_of(segment).map_or(&[], |legs| &legs.by_entry)
     }
 
     /// The stays at a node, in no order.
     pub fn stays_at(&self, node: NodeIx) -> &[OccupiedPad] {
         self.stays.get(&node.0).map_or(&[], |stays| stays.all())
+    }
+
+    fn legs_of(&self, segment: SegmentIx) -> Option<&SegmentLegs> {
+        self.legs.get(segment.at())?.as_deref()
     }
 
     /// Whether a segment has legs.
@@ -208,6 +233,7 @@ impl OthersOccupancy {
                 from: leg.from,
                 enters_s: leg.enters_s,
                 leaves_s: leg.leaves_s,
+                is_uncertain: false,
             };
             occupancy.put_leg(leg.segment, occupied);
         }
@@ -254,7 +280,7 @@ impl OthersOccupancy {
     /// Whether any plan is in the air at some time, be it the drone's own.
     #[inline]
     pub fn is_in_the_air(&self) -> bool {
-        !self.occupancy.legs.is_empty()
+        self.occupancy.taken_segments > 0
     }
 
     /// The segments that have legs, be they the drone's own; rising.
@@ -277,9 +303,7 @@ impl OthersOccupancy {
         (from_s, until_s): (f64, f64),
     ) -> impl Iterator<Item = (&OccupiedLeg, TrafficLeg)> {
         let is_busy = self.occupancy.is_busy(segment);
-        let there = is_busy
-            .then(|| self.occupancy.legs.get(&segment.0))
-            .flatten();
+        let there = is_busy.then(|| self.occupancy.legs_of(segment)).flatten();
         let (from_s, until_s) = (from_s + self.zero_s, until_s + self.zero_s);
         let near = there
             .into_iter()
@@ -358,6 +382,7 @@ mod tests {
             from: NodeIx(0),
             enters_s,
             leaves_s: enters_s + 10.0,
+            is_uncertain: false,
         }
     }
 

@@ -4,7 +4,8 @@ use super::active_traffic::ActiveTraffic;
 use super::separation::Separation;
 use crate::airspace::Bits;
 use crate::flight::{
-    Charging, FlightLegs, FlightPlan, FlightRules, FlightStart, SharedCrossings, Vertical,
+    Charging, FlightLegs, FlightPlan, FlightRules, FlightStart, SharedCrossings, TrafficLeg,
+    Vertical,
 };
 use crate::network::{NodeIx, SegmentIx, Topology};
 
@@ -263,7 +264,7 @@ pub struct FlightWorld<'a> {
 impl<'a> FlightWorld<'a> {
     /// Whether there are others to keep apart from.
     #[inline]
-    pub(super) fn keeps_apart(&self) -> bool {
+    pub fn keeps_apart(&self) -> bool {
         self.rules.headway_s > 0.0 && self.obstacles.others().is_in_the_air()
     }
 
@@ -271,6 +272,16 @@ impl<'a> FlightWorld<'a> {
     pub(super) fn activate_met(&self, active: &mut ActiveTraffic, plan: &FlightPlan) -> bool {
         let others = self.obstacles.others();
         self.keeps_apart() && self.separation().activate_met(others, active, plan)
+    }
+
+    /// The legs of others that a drone comes too near to from an instant on, each once.
+    pub fn met_by(&self, plan: &FlightPlan, since_s: f64) -> Vec<TrafficLeg> {
+        match self.keeps_apart() {
+            true => self
+                .separation()
+                .met_by(plan, since_s, self.obstacles.others(), &|_| true),
+            false => Vec::new(),
+        }
     }
 
     /// By what plans keep apart here.

@@ -11,7 +11,7 @@ use super::walk::{Along, From, append_steps, walk};
 use crate::network::NodeIx;
 
 /// How often [`Limits::is_over`](super::Limits::is_over) is asked: once in so many labels.
-const LABELS_BETWEEN_QUESTIONS: usize = 256;
+const LABELS_BETWEEN_QUESTIONS: usize = 64;
 
 /// What a search takes for granted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

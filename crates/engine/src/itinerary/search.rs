@@ -4,7 +4,7 @@ use super::expander::Expander;
 use super::memory::{How, ItineraryScratch, Queued};
 use super::potentials::Potentials;
 use super::request::{
-    Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
+    Effort, FlightAnswer, FlightRequest, FlightWorld, Limits, Step, Unproved, Value, close, reopen,
 };
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::trace::plan;
@@ -15,8 +15,11 @@ use crate::network::NodeIx;
 const STEP_SHARE: usize = 4;
 /// As often a plan that meets others is looked for again with those that it meets, before all others count.
 const ROUNDS: usize = 12;
-/// And for at most one part in so many of the checks.
+/// And for at most one part in so many of the labels and checks.
 const ROUNDS_SHARE: usize = 2;
+/// What is left of labels and checks for the search among all others, where one among fewer reaches a bound: one part in
+/// so many.
+pub(super) const LAST_ROUND_SHARE: usize = 4;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
@@ -48,6 +51,7 @@ pub fn find(
         least: Value::LEAST,
         step: Step::Walk,
         reason: None,
+        most: Most::of(request.limits),
     };
     let answer = search.rounds();
     reopen(&mut scratch.closed, request.closed_segments);
@@ -74,6 +78,7 @@ pub fn find_plainly(
         least: Value::LEAST,
         step: Step::Exact,
         reason: None,
+        most: Most::of(request.limits),
     };
     search.scratch.active.widen();
     search.scratch.best.clear();
@@ -84,6 +89,43 @@ pub fn find_plainly(
     scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     answer
+}
+
+/// How many labels and checks there may have been at the end of a round.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Most {
+    pub(super) labels: usize,
+    pub(super) checks: usize,
+    /// How many labels there were before it.
+    pub(super) labels_before: usize,
+}
+
+impl Most {
+    fn of(limits: Limits<'_>) -> Self {
+        Self {
+            labels: limits.labels,
+            checks: limits.checks,
+            labels_before: 0,
+        }
+    }
+
+    /// The last round may take all; any other leaves something for it.
+    pub(super) fn in_round(limits: Limits<'_>, is_last: bool, before: Effort) -> Self {
+        let most = |all: usize| match is_last {
+            true => all,
+            false => all - all / LAST_ROUND_SHARE,
+        };
+        Self {
+            labels: most(limits.labels),
+            checks: most(limits.checks),
+            labels_before: before.labels,
+        }
+    }
+}
+
+/// Whether one part in so many of the labels or checks is spent.
+pub(super) fn has_spent(effort: Effort, limits: Limits<'_>, share: usize) -> bool {
+    effort.checks >= limits.checks / share || effort.labels >= limits.labels / share
 }
 
 struct Search<'a, 's> {
@@ -98,6 +140,7 @@ struct Search<'a, 's> {
     least: Value,
     step: Step,
     reason: Option<Unproved>,
+    most: Most,
 }
 
 impl Search<'_, '_> {
@@ -107,7 +150,7 @@ impl Search<'_, '_> {
     /// no others is the best.
     fn rounds(&mut self) -> FlightAnswer {
         let world = self.terms.world;
-        let checks = self.terms.request.limits.checks / ROUNDS_SHARE;
+        let limits = self.terms.request.limits;
         let mut round = 1;
         loop {
             self.begin_round();
@@ -123,7 +166,7 @@ impl Search<'_, '_> {
                 return answer;
             }
             self.least = answer.lower_bound;
-            if round >= ROUNDS || self.effort.checks >= checks {
+            if round >= ROUNDS || has_spent(self.effort, limits, ROUNDS_SHARE) {
                 active.widen();
             }
             round += 1;
@@ -131,6 +174,8 @@ impl Search<'_, '_> {
     }
 
     fn begin_round(&mut self) {
+        let is_last = self.scratch.active.is_everywhere() || !self.terms.world.keeps_apart();
+        self.most = Most::in_round(self.terms.request.limits, is_last, self.effort);
         self.best = Value::NONE;
         self.bound = Value::LEAST;
         self.step = Step::Walk;
@@ -281,7 +326,8 @@ impl Search<'_, '_> {
 
     /// The relaxation, and its plan held against the windows; true where that settles it.
     fn hovering(&mut self) -> bool {
-        let labels = self.terms.request.limits.labels / STEP_SHARE;
+        let labels = self.most.labels_before + self.terms.request.limits.labels / STEP_SHARE;
+        let labels = labels.min(self.most.labels);
         let mut run = self.run(Mode::Hovering, labels, STEP_SHARE, true);
         let end = run.search();
         let (relaxed, improved, may_tie) = (run.best, run.improved, run.may_tie);
@@ -339,7 +385,7 @@ impl Search<'_, '_> {
 
     /// The search for which earlier is better; true where its plan is certainly the best.
     fn earlier(&mut self, labels: usize, share: usize) -> bool {
-        let labels = self.effort.labels + labels.min(self.terms.request.limits.labels);
+        let labels = (self.effort.labels + labels).min(self.most.labels);
         let mut run = self.run(Mode::Earlier, labels, share, true);
         let end = run.search();
         let (best, doubt) = (run.best, run.doubt);
@@ -349,8 +395,7 @@ impl Search<'_, '_> {
     }
 
     fn exact(&mut self, walks: bool) {
-        let labels = self.terms.request.limits.labels;
-        let mut run = self.run(Mode::Exact, labels, 1, walks);
+        let mut run = self.run(Mode::Exact, self.most.labels, 1, walks);
         let RunEnd { bound, stopped_by } = run.search();
         self.best = run.best;
         self.reason = stopped_by;
@@ -367,7 +412,7 @@ impl Search<'_, '_> {
     /// A run that may go on to a number of labels in all, and for one part in so many of the checks.
     fn run(&mut self, mode: Mode, most_labels: usize, share: usize, walks: bool) -> Run<'_, '_> {
         let checks = self.terms.request.limits.checks;
-        let most_checks = checks.min(self.effort.checks + checks / share);
+        let most_checks = (self.effort.checks + checks / share).min(self.most.checks);
         Run {
             terms: self.terms,
             mode,

@@ -6,9 +6,9 @@
 //! - Where two segments cross only one plan is near the crossing.
 
 use super::active_traffic::ActiveTraffic;
-use super::entry::Entry;
+use super::entry::{Entry, Leaving};
 use super::occupancy::{OccupiedLeg, OthersOccupancy};
-use crate::flight::{Crossings, FlightPlan, FlightRules, TrafficLeg};
+use crate::flight::{Crossings, FlightPlan, FlightRules, Stretch, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
@@ -36,6 +36,8 @@ pub(super) struct Nearness<'o> {
     pub(super) leg: TrafficLeg,
     pub(super) from_s: f64,
     pub(super) until_s: f64,
+    /// How long after the entry it forbids the drone is past the place, in seconds.
+    passed_s: f64,
 }
 
 impl Nearness<'_> {
@@ -70,15 +72,20 @@ impl Separation<'_> {
         let reach_s = self.reach_s(entry, within_s);
         for (other, leg) in others.legs_between(segment, reach_s) {
             let apart_s = self.rules.headway_s + HEADWAY_STEP_S;
-            let (from_s, until_s) = match leg.from == entry.from {
-                true => (leg.enters_s - apart_s, leg.enters_s + apart_s),
-                false => (leg.enters_s - entry.time_s, leg.leaves_s),
+            let (from_s, until_s) = match (leg.from == entry.from, other.is_uncertain) {
+                (true, false) => (leg.enters_s - apart_s, leg.enters_s + apart_s),
+                (true, true) => (
+                    leg.enters_s - entry.time_s - apart_s,
+                    leg.leaves_s + apart_s,
+                ),
+                (false, _) => (leg.enters_s - entry.time_s, leg.leaves_s),
             };
             take(Nearness {
                 other,
                 leg,
                 from_s,
                 until_s,
+                passed_s: entry.time_s,
             });
         }
         let first_node = self.topology.segment(segment).from;
@@ -90,6 +97,7 @@ impl Separation<'_> {
             let first_node = self.topology.segment(crossing.other).from;
             for (other, leg) in others.legs_between(crossing.other, reach_s) {
                 let near = match first_node == leg.from {
+                    _ if other.is_uncertain => Stretch::WHOLE,
                     true => crossing.others,
                     false => crossing.others.reversed(),
                 };
@@ -99,6 +107,7 @@ impl Separation<'_> {
                     leg,
                     from_s: leg.enters_s + near.enters * time_s - own.leaves * entry.time_s,
                     until_s: leg.enters_s + near.leaves * time_s - own.enters * entry.time_s,
+                    passed_s: own.leaves * entry.time_s,
                 });
             }
         }
@@ -123,40 +132,65 @@ impl Separation<'_> {
         for arc in self.topology.arcs(node) {
             for (other, leg) in others.legs_between(arc.segment, reach_s) {
                 let passes_s = match leg.from == node {
-                    true => leg.enters_s,
-                    false => leg.leaves_s,
+                    _ if other.is_uncertain => (leg.enters_s, leg.leaves_s),
+                    true => (leg.enters_s, leg.enters_s),
+                    false => (leg.leaves_s, leg.leaves_s),
                 };
                 take(Nearness {
                     other,
                     leg,
-                    from_s: passes_s - headway_s - after_s,
-                    until_s: passes_s + headway_s - after_s,
+                    from_s: passes_s.0 - headway_s - after_s,
+                    until_s: passes_s.1 + headway_s - after_s,
+                    passed_s: after_s + headway_s,
                 });
             }
         }
     }
 
-    /// Whether a plan comes too near to one of the others that count.
-    pub fn is_broken_by(
+    /// The legs of others that a drone comes too near to from an instant on, each once: on its way back into the
+    /// network, and on its plan.
+    pub fn met_by(
         &self,
         plan: &FlightPlan,
+        since_s: f64,
         others: &OthersOccupancy,
         counts: &dyn Fn(&str) -> bool,
-    ) -> bool {
-        let mut entries = Entry::all_of(plan);
+    ) -> Vec<TrafficLeg> {
+        let mut met: Vec<TrafficLeg> = Vec::new();
+        if !self.is_kept() {
+            return met;
+        }
+        let way_back = plan.start.reentry();
+        let way_back = way_back.and_then(|way| way.leg(since_s, plan.start.at_s));
+        let way_back = way_back.map(|leg| (leg.enters_s, self.entry_of(&leg)));
         let everywhere = ActiveTraffic::everywhere();
-        self.is_kept()
-            && entries.any(|(enters_s, entry)| {
-                let mut is_near = false;
-                self.each(
-                    others,
-                    &everywhere,
-                    entry,
-                    (enters_s, enters_s),
-                    &mut |near| is_near |= near.forbids(enters_s) && counts(&near.other.plan),
-                );
-                is_near
-            })
+        for (enters_s, entry) in way_back.into_iter().chain(Entry::all_of(plan)) {
+            let mut take = |near: Nearness<'_>| {
+                let is_ahead = enters_s + near.passed_s > since_s && near.leg.leaves_s > since_s;
+                let is_met = is_ahead && near.forbids(enters_s) && counts(&near.other.plan);
+                if is_met && !met.contains(&near.leg) {
+                    met.push(near.leg);
+                }
+            };
+            self.each(others, &everywhere, entry, (enters_s, enters_s), &mut take);
+        }
+        met
+    }
+
+    /// A leg that is flown through from where a drone is.
+    fn entry_of(&self, leg: &TrafficLeg) -> Entry {
+        let ends = self.topology.segment(leg.segment);
+        Entry {
+            segment: leg.segment.0,
+            from: leg.from,
+            to: match ends.from == leg.from {
+                true => ends.to,
+                false => ends.from,
+            },
+            time_s: leg.leaves_s - leg.enters_s,
+            leaving: Leaving::FromTheAir,
+            takes_off: false,
+        }
     }
 
     /// Tells `take` what forbids entries of a leg within a stretch of time, where others count.

@@ -6,8 +6,8 @@ use crate::edge::planner::{Own, Scene, Version};
 use std::sync::Arc;
 
 impl Flights {
-    /// Whether a flown version would come too near to what those plans take that count: on its segments, at its
-    /// nodes, where segments cross it, or on a pad.
+    /// Whether a flown version would come too near to what those plans take that count: on its segments, the way
+    /// to its first node included, at its nodes, where segments cross it, or on a pad.
     pub(super) fn meets(
         &self,
         scene: Scene<'_>,
@@ -24,7 +24,10 @@ impl Flights {
         let world = compiled.setting.world();
         version.flight.as_ref().is_some_and(|flown| {
             let plan = &flown.composition.plan;
-            world.separation().is_broken_by(plan, &others, counts)
+            !world
+                .separation()
+                .met_by(plan, 0.0, &others, counts)
+                .is_empty()
         })
     }
 

@@ -338,9 +338,10 @@ impl Flights {
             })
         };
         let mut told = told_within(ground.limits);
-        // That a wave had no time for its way is no reason to tell a drone that there is none.
+        // That a wave had no time for its way is no reason to tell a drone in the air that there is none. One on the ground
+        // is looked at again.
         let is_cut_short = told.outcome == Outcome::NoRoute && !told.proof.proved;
-        if is_cut_short && drone.budget == Budget::Wave {
+        if is_cut_short && drone.budget == Budget::Wave && drone.stand.is_none() {
             told = told_within(self.limits(Budget::Request(drone.objective)));
         }
         let departs_at = drone.stand.map_or(scene.now, |stand| stand.from);
