@@ -69,9 +69,9 @@ pub(super) fn in_place<T>(work: impl FnOnce() -> T) -> T {
 pub(super) struct Turns(Arc<Semaphore>);
 
 impl Turns {
-    /// One more than there are cores, so that none is idle between two.
-    pub(super) fn new() -> Self {
-        Self(Arc::new(Semaphore::new(cores() + 1)))
+    /// So many at once.
+    pub(super) fn new(at_once: usize) -> Self {
+        Self(Arc::new(Semaphore::new(at_once)))
     }
 
     /// Works where blocking is allowed once it is its turn.
@@ -90,6 +90,23 @@ impl Turns {
             done
         });
         done.await
+    }
+}
+
+/// Turns for what searches: reports never wait for compositions.
+#[derive(Debug)]
+pub(super) struct SearchTurns {
+    /// One more than there are cores, so that none is idle between two.
+    pub(super) reports: Turns,
+    pub(super) compositions: Turns,
+}
+
+impl Default for SearchTurns {
+    fn default() -> Self {
+        Self {
+            reports: Turns::new(cores() + 1),
+            compositions: Turns::new(cores()),
+        }
     }
 }
 
@@ -144,8 +161,8 @@ mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[tokio::test(flavor = "multi_thread")]
-    async fn hardly_more_work_is_done_at_once_than_there_are_cores() {
-        let turns = Arc::new(Turns::new());
+    async fn no_more_work_is_done_at_once_than_there_are_turns() {
+        let turns = Arc::new(Turns::new(3));
         let at_work = Arc::new(AtomicUsize::new(0));
         let works = (0..64).map(|_| {
             let (turns, at_work) = (turns.clone(), at_work.clone());
@@ -164,7 +181,7 @@ mod tests {
         });
         let works: Vec<_> = works.collect();
         for work in works {
-            assert!(work.await.expect("no panic") <= cores() + 1);
+            assert!(work.await.expect("no panic") <= 3);
         }
     }
 }

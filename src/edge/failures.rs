@@ -179,8 +179,10 @@ impl Edge {
             return self.answer_in_place(caller, parsed, manner);
         }
         let (edge, caller) = (self.clone(), caller.clone());
-        self.in_turn(move || edge.answer_in_place(&caller, parsed, manner))
-            .await?
+        self.in_turn(&self.turns.reports, move || {
+            edge.answer_in_place(&caller, parsed, manner)
+        })
+        .await?
     }
 
     pub(super) fn answer_in_place(

@@ -72,8 +72,8 @@ pub(super) struct Obstructed {
     pub(super) by: Option<Vec<String>>,
     /// Whether it cannot go on flying that.
     pub(super) is_reported: bool,
-    /// Whether anything is on the version that it is to fly.
-    pub(super) is_wanted: bool,
+    /// On the version that it is to fly, likewise.
+    pub(super) wanted_by: Option<Vec<String>>,
 }
 
 /// What is in the way of the drone of a plan, on what it flies and on what it is to fly.
@@ -84,12 +84,12 @@ pub(super) fn obstructed(
 ) -> Obstructed {
     let by = |version, ahead| means.planner.obstruction(means.scene, plan, version, ahead);
     let wanted = plan.wanted.as_deref();
-    let is_wanted = wanted.is_some_and(|wanted| by(wanted, whole(wanted)).is_some());
+    let wanted_by = wanted.and_then(|wanted| by(wanted, whole(wanted)));
     let by = by(&plan.reported, ahead(plan, progress));
     Obstructed {
         is_reported: plan.ends_early() || by.is_some(),
         by,
-        is_wanted,
+        wanted_by,
     }
 }
 

@@ -119,7 +119,7 @@ use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
 use arc_swap::ArcSwap;
-use background::{Turns, in_place};
+use background::{SearchTurns, Turns, in_place};
 use bytes::Bytes;
 use commands::{Command, Outcome};
 use drones::Drones;
@@ -163,7 +163,7 @@ pub struct Edge {
     report_replies: ReportReplies,
     write_replies: WriteReplies,
     tables: Tables,
-    turns: Turns,
+    turns: SearchTurns,
     next_number: AtomicU64,
     contact: Contact,
     /// Where a client moves the clock: whether there may be better plans to offer.
@@ -318,11 +318,12 @@ impl Edge {
     /// Does what takes a core for long, such as a search, when it is its turn.
     async fn in_turn<T: Send + 'static>(
         &self,
+        turns: &Turns,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Refusal> {
         match self.is_in_place {
             true => Ok(in_place(work)),
-            false => self.turns.work(work).await.map_err(|error| failed(&error)),
+            false => turns.work(work).await.map_err(|error| failed(&error)),
         }
     }
 

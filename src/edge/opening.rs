@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::answered_lately::OffPlan;
-use super::background::Turns;
+use super::background::SearchTurns;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::network_documents::NetworkDocuments;
@@ -268,7 +268,7 @@ impl Opening {
             off_plan: OffPlan::default(),
             opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,
-            turns: Turns::new(),
+            turns: SearchTurns::default(),
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)

@@ -364,6 +364,7 @@ impl State {
                 Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
+                Due::Way(plan) => _ = self.touched_plans.insert(plan),
             }
         }
     }

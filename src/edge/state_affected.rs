@@ -6,14 +6,18 @@ use super::planner::{Concern, Occasion, Sent, Version};
 use super::progress::{self, Progress};
 use super::state::State;
 use super::state_alarms::AFTER_RELIEF;
+use super::timers::Due;
 use crate::airspace::Airspace;
 use crate::checked::Known;
 use crate::planted::{self, Bug};
 use crate::recompose::Outcome;
 use crate::wire::{EventKind, PlanState};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+
+/// After so long a plan without a way is looked at again.
+const WAY_AGAIN: SignedDuration = SignedDuration::from_secs(15);
 
 /// What a look at a plan came to.
 #[derive(Debug)]
@@ -46,7 +50,7 @@ impl State {
         now: Timestamp,
     ) -> bool {
         let obstructed = fleet::obstructed(plan, progress, &self.means(airspace, now));
-        obstructed.is_reported || obstructed.is_wanted
+        obstructed.is_reported || obstructed.wanted_by.is_some()
     }
 
     /// Marks a plan affected where something ahead of its drone is closed, with what it is to fly instead.
@@ -63,7 +67,7 @@ impl State {
         };
         let ahead = progress::ahead(plan, &progress);
         let obstructed = fleet::obstructed(plan, &progress, &self.means(airspace, now));
-        if !obstructed.is_reported && !obstructed.is_wanted {
+        if !obstructed.is_reported && obstructed.wanted_by.is_none() {
             return Affected::Not;
         }
         if !obstructed.is_reported && plan.is_as_planned() {
@@ -74,16 +78,21 @@ impl State {
         let mut affected_by = self
             .planner
             .affected_by(scene, plan, ahead, obstructed.by, causes);
-        if obstructed.is_wanted {
-            // What meets only the way that its drone is to take over is named, too.
-            let met = causes.iter().filter(|cause| airspace.is_in_force(cause));
-            let new: Vec<String> = met
-                .filter(|id| !affected_by.contains(id))
-                .cloned()
-                .collect();
-            affected_by.extend(new);
+        let is_wanted = obstructed.wanted_by.is_some();
+        // What meets only the way that its drone is to take over is named, too.
+        let met = obstructed.wanted_by.into_iter().flatten();
+        let met = met.chain(
+            causes
+                .iter()
+                .filter(|cause| is_wanted && airspace.is_in_force(cause))
+                .cloned(),
+        );
+        for id in met {
+            if !affected_by.contains(&id) {
+                affected_by.push(id);
+            }
         }
-        if let Some(wanted) = plan.wanted.as_ref().filter(|_| !obstructed.is_wanted) {
+        if let Some(wanted) = plan.wanted.as_ref().filter(|_| !is_wanted) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
         let alone = found.is_none();
@@ -184,6 +193,7 @@ impl State {
         let plan = self.contingent_without_way(plan);
         if plan.wanted.is_none() {
             self.alarm_without_way(&plan, now);
+            self.time_way(&plan, now);
         }
         match plan.wanted {
             Some(_) => self.tell(EventKind::PlanAffected, &plan),
@@ -192,6 +202,15 @@ impl State {
         }
         detour.plan = plan;
         Affected::Told(Box::new(detour))
+    }
+
+    /// Looks at a plan without a way again after a while, where it may have one though nothing has opened.
+    fn time_way(&mut self, plan: &PlanEntry, now: Timestamp) {
+        let again = now.checked_add(WAY_AGAIN).ok();
+        let again = again.filter(|_| self.planner.minds(Concern::Traffic, Some(&plan.reported)));
+        if let Some(again) = again {
+            self.timers.set(again, Due::Way(plan.id.clone()));
+        }
     }
 
     /// What detours are worked out with.

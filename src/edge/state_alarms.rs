@@ -125,10 +125,9 @@ impl State {
         self.raise_plan_alarm(AlarmKind::NoRoute, plan, message);
     }
 
-    /// Alarms an operator about a plan whose drone is to fly near others, and no more where it is not.
+    /// Alarms an operator about a plan whose drone is to fly near others.
     pub(super) fn alarm_unseparated(&mut self, plan: &PlanEntry, wanted: &Version) {
         if !wanted.flags.contains(&Flag::Unseparated) {
-            self.end_plan_alarms(&plan.id, &[AlarmKind::Unseparated]);
             return;
         }
         let message = format!(
@@ -137,6 +136,14 @@ impl State {
             plan.id, wanted.number
         );
         self.raise_plan_alarm(AlarmKind::Unseparated, plan, message);
+    }
+
+    /// Ends the alarm about a plan of which no version that its drone may fly comes near others any more.
+    pub(super) fn end_unseparated(&mut self, plan: &PlanEntry) {
+        let is_flagged = |version: &Version| version.flags.contains(&Flag::Unseparated);
+        if !plan.versions().any(|version| is_flagged(version)) {
+            self.end_plan_alarms(&plan.id, &[AlarmKind::Unseparated]);
+        }
     }
 
     fn is_closed_for_good(&self, node: NodeIx) -> bool {

@@ -242,6 +242,7 @@ impl State {
         self.next.plans.insert(plan.id.clone(), plan.clone());
         self.guard(&plan);
         self.note_contingencies(&plan);
+        self.end_unseparated(&plan);
         plan
     }
 

@@ -125,8 +125,9 @@ impl Wave {
             drones: &means.drones,
         };
         let obstructed = fleet::obstructed(plan, &progress, &means);
-        let is_told = plan.wanted.is_some() && !obstructed.is_wanted;
-        if is_told || !(obstructed.is_reported || obstructed.is_wanted) {
+        let is_wanted_met = obstructed.wanted_by.is_some();
+        let is_told = plan.wanted.is_some() && !is_wanted_met;
+        if is_told || !(obstructed.is_reported || is_wanted_met) {
             return None;
         }
         Some(Box::new(fleet::detour(plan, &progress, &means)))

@@ -61,7 +61,7 @@ fn affected_by(edge: &Arc<Edge>, closure: &str) -> usize {
     listed.plans.iter().filter(is_affected).count()
 }
 
-async fn told(edge: &Arc<Edge>) -> Vec<Arc<EventRecord>> {
+pub(crate) async fn told(edge: &Arc<Edge>) -> Vec<Arc<EventRecord>> {
     let mut stream = edge.events(Some("7-0")).expect("a stream");
     let latest = edge.latest_event_id();
     let mut told = Vec::new();
@@ -79,7 +79,7 @@ async fn told(edge: &Arc<Edge>) -> Vec<Arc<EventRecord>> {
     }
 }
 
-fn of_kind(told: &[Arc<EventRecord>], kind: EventKind) -> Vec<&Value> {
+pub(crate) fn of_kind(told: &[Arc<EventRecord>], kind: EventKind) -> Vec<&Value> {
     let events = told.iter().filter(|event| event.kind == kind);
     events.map(|event| &event.event.data).collect()
 }

@@ -31,4 +31,5 @@ mod stage;
 mod store_file;
 mod topology;
 mod topology_property;
+mod unseparated;
 mod windows;

@@ -32,6 +32,7 @@ use crate::checker::ClosedTimes;
 use crate::delivery::{
     DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
 };
+use crate::edge::background::give_way;
 use crate::edge::settings::{FlightSettings, Settings};
 use crate::flight::{Airframe, Situation, WindField};
 use crate::formats::wind_field;
@@ -116,6 +117,12 @@ pub(super) enum Budget {
     Wave,
 }
 
+/// In the middle of a search a thread beside those that answer gives way to them; none ends sooner for that.
+fn gives_way() -> bool {
+    give_way();
+    false
+}
+
 impl Flights {
     /// The flight model of an edge that begins at an instant; `None` where it is off.
     pub(super) fn of(settings: &Settings, zero: Timestamp) -> Option<Self> {
@@ -175,9 +182,13 @@ impl Flights {
     /// What bounds each search.
     fn limits(&self, budget: Budget) -> Limits<'static> {
         let checks_per_s = self.settings.checks_per_s;
-        match budget {
+        let limits = match budget {
             Budget::Request(objective) => Limits::of_request(objective, checks_per_s),
             Budget::Wave => Limits::of_replanning(checks_per_s),
+        };
+        Limits {
+            is_over: Some(&gives_way),
+            ..limits
         }
     }
 
