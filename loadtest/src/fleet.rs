@@ -79,6 +79,7 @@ impl Fleet {
                 battery_fraction: None,
                 objective: None,
                 deadline: None,
+                priority: None,
             };
             fleet.plans.extend(flown(connections, &request).await?);
         }

@@ -134,6 +134,7 @@ impl Mix {
             battery_fraction: None,
             objective: None,
             deadline: None,
+            priority: None,
         };
         Asked {
             name: "compose",

@@ -25,6 +25,15 @@ pub enum AirframeError {
         /// What is wrong.
         fault: AirframeFault,
     },
+    /// It climbs too slowly for the times at which drones are near a crossing of segments.
+    #[error(
+        "{name}: its airspeed and the wind that it flies in are more than 8 times 'vertical_speed_mps', so that nothing \
+         keeps it apart from others where segments cross; set plans.crossing_m to 0, or name another"
+    )]
+    ClimbsTooSlowly {
+        /// The airframe.
+        name: String,
+    },
 }
 
 /// The airframe of a name: `phantom3`, `m100`, or the path of a JSON file.

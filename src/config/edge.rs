@@ -124,6 +124,10 @@ settings! {
     plans: Plans {
         /// Active plans at once.
         active_max: usize = 20_000, 1..=1_000_000;
+        /// The highest priority that drones and fleets may ask for, of those from 0 to 100; operators may ask for any.
+        priority_max: u8 = 50, 0..=100;
+        /// The drones and fleets that may ask for any nonetheless: the subjects of their tokens, with commas between them.
+        urgent: Names = Names::default();
         /// The time between two drones at one place below which their plans conflict.
         headway: Duration = 30 * SECOND, seconds(FlightRules::HEADWAY_S);
         /// The time between two drones that pass a node or land there, with the flight model; 0s lets them pass

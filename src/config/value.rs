@@ -73,6 +73,19 @@ impl Value for bool {
     }
 }
 
+impl Value for u8 {
+    const KIND: Kind = Kind::Integer;
+    const EXPECTED: &'static str = "a whole number such as 50";
+
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn write(&self) -> String {
+        self.to_string()
+    }
+}
+
 impl Value for usize {
     const KIND: Kind = Kind::Integer;
     const EXPECTED: &'static str = "a whole number such as 1000";

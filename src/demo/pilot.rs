@@ -193,6 +193,7 @@ impl Pilot {
             battery_fraction: Some(self.battery_fraction),
             objective: None,
             deadline: None,
+            priority: None,
         };
         let plan = match self.client.compose(&request).await {
             Ok(plan) => plan,

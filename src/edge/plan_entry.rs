@@ -28,6 +28,9 @@ impl PlanFlags {
     }
 }
 
+/// The priority of a plan that asks for none, of those from 0 to 100.
+pub(super) const PRIORITY: u8 = 50;
+
 /// The pad on which a drone stands since it has landed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LandedOn {
@@ -48,6 +51,8 @@ pub(super) struct PlanEntry {
     pub(super) destination: NodeIx,
     pub(super) payload_kg: f64,
     pub(super) airspeed_mps: f64,
+    /// From 0 to 100: of those that reach what closed at the same time, the highest is answered first.
+    pub(super) priority: u8,
     /// What was asked for of its flight, where the flight model was on.
     pub(super) order: Option<FlightOrder>,
     pub(super) state: wire::PlanState,
@@ -81,7 +86,7 @@ impl PartialEq for PlanEntry {
         (&self.id, &self.subject, &self.drone_id) == (&other.id, &other.subject, &other.drone_id)
             && (self.source, self.destination) == (other.source, other.destination)
             && (self.payload_kg, self.airspeed_mps) == (other.payload_kg, other.airspeed_mps)
-            && self.order == other.order
+            && (&self.order, self.priority) == (&other.order, other.priority)
             && (self.state, self.ended_as) == (other.state, other.ended_as)
             && (self.flags, self.holds, self.declined) == (other.flags, other.holds, other.declined)
             && (self.landed_on, self.expires_at) == (other.landed_on, other.expires_at)

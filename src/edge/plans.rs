@@ -3,13 +3,13 @@
 use super::Edge;
 use super::commands::unexpected;
 use super::commands::{Command, Done};
-use super::plan_entry::{PlanEntry, PlanFlags};
+use super::plan_entry::{PRIORITY, PlanEntry, PlanFlags};
 use super::planner::{Course, Stated, Terms, Version, Wanted};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
 use super::snapshot::Snapshot;
 use super::views;
-use crate::access::Caller;
+use crate::access::{Caller, Role};
 use crate::checked::{Case, FallenBackTo};
 use crate::formats::{Route, RouteFormat, first_stretch, write_route};
 use crate::intake::Faults;
@@ -30,6 +30,8 @@ const START_BEFORE_MAX: SignedDuration = SignedDuration::from_mins(5);
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// The fastest airspeed, in metres per second.
 const AIRSPEED_MAX_MPS: f64 = 100.0;
+/// The highest priority.
+const PRIORITY_MAX: u8 = 100;
 /// How long a quote holds.
 const QUOTED_FOR: SignedDuration = SignedDuration::from_mins(5);
 /// How often a plan is composed anew as the network, or other plans, change under it.
@@ -82,6 +84,7 @@ struct Delivery {
     source: NodeIx,
     destination: NodeIx,
     payload_kg: f64,
+    priority: u8,
     drone_id: Option<Arc<str>>,
     terms: Terms,
 }
@@ -116,7 +119,9 @@ impl Edge {
                 let topology = on.topology().clone();
                 let delivery = self.read_delivery(&on, caller, &request)?;
                 let (edge, subject) = (self.clone(), caller.subject.clone());
-                let composed = self.in_turn(move || edge.compose(&on, delivery, subject));
+                let composed = self.in_turn(&self.turns.compositions, move || {
+                    edge.compose(&on, delivery, subject)
+                });
                 let command = Command::AddPlan(Box::new(composed.await??));
                 let (outcome, snapshot) =
                     self.command(command.made_on(&topology).by(caller)).await?;
@@ -255,6 +260,8 @@ impl Edge {
                 Some((sighting.battery_fraction?, sighting.seen_at))
             }),
         };
+        let highest = self.highest_priority(caller);
+        let priority = priority(request.priority, highest, &mut faults);
         let terms = self.planner.read_terms(request, &stated, &mut faults);
         faults.check(Code::PlanInvalid, "delivery request")?;
         if let Some(drone) = request
@@ -268,6 +275,13 @@ impl Edge {
             );
             return Err(Refusal::new(Code::Forbidden, detail));
         }
+        if priority > highest {
+            let subject = &caller.subject;
+            let detail = format!(
+                "'{subject}' may ask for a priority up to {highest}, not for {priority}; 'plans.urgent' names who may"
+            );
+            return Err(Refusal::new(Code::Forbidden, detail));
+        }
         let (Some(source), Some(destination), Some(terms)) = (source, destination, terms) else {
             return Err(unexpected());
         };
@@ -276,9 +290,21 @@ impl Edge {
             source,
             destination,
             payload_kg,
+            priority,
             drone_id: request.drone_id.as_deref().map(Arc::from),
             terms,
         })
+    }
+
+    /// The highest priority that a caller may ask for.
+    fn highest_priority(&self, caller: &Caller) -> u8 {
+        let mut urgent = self.settings.urgent.iter();
+        let is_limited =
+            caller.role == Role::Drone && urgent.all(|urgent| **urgent != *caller.subject);
+        match is_limited {
+            true => self.settings.priority_max,
+            false => PRIORITY_MAX,
+        }
     }
 
     fn compose(
@@ -318,6 +344,7 @@ impl Edge {
             destination: delivery.destination,
             payload_kg: delivery.payload_kg,
             airspeed_mps: delivery.terms.airspeed_mps,
+            priority: delivery.priority,
             order: delivery.terms.flight.map(|flight| flight.order),
             state: PlanState::Accepted,
             ended_as: None,
@@ -368,6 +395,21 @@ impl Edge {
             Refusal::new(Code::Internal, detail)
         })
     }
+}
+
+/// From 0 to 100; where none is stated the usual one, or the highest that may be asked for.
+fn priority(stated: Option<u32>, highest: u8, faults: &mut Faults) -> u8 {
+    let usual = PRIORITY.min(highest);
+    let Some(stated) = stated else {
+        return usual;
+    };
+    let read = u8::try_from(stated).ok();
+    read.filter(|read| *read <= PRIORITY_MAX)
+        .unwrap_or_else(|| {
+            let message = format!("{stated} is not between 0 and {PRIORITY_MAX}");
+            faults.add("out_of_range", "/priority", message, None);
+            usual
+        })
 }
 
 fn check_start(start: Timestamp, now: Timestamp, faults: &mut Faults) {

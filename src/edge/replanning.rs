@@ -2,6 +2,7 @@
 
 use crate::airspace::Closure;
 use jiff::Timestamp;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -16,12 +17,15 @@ pub(super) enum Turn {
     MayBeFree,
 }
 
-/// A plan's place in the queue: by turn, then by the time left until its drone reaches what closed, then the plan that
-/// departs first, then by id.
+/// A plan's place in the queue: by turn, then by the time left until its drone reaches what closed, then by
+/// priority, then the plan that departs first, then by id.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
     pub(super) turn: Turn,
-    pub(super) left_ms: i64,
+    /// In whole seconds, so that of those that reach it at about the same time the priority decides.
+    pub(super) left_s: i64,
+    /// The highest first.
+    pub(super) priority: Reverse<u8>,
     pub(super) departs_at: Timestamp,
     pub(super) plan: Arc<str>,
 }
@@ -106,11 +110,13 @@ pub(super) struct Tally {
 mod tests {
     use super::*;
 
-    fn task(turn: Turn, left_ms: i64, plan: &str, causes: &[&str]) -> Task {
+    fn task(turn: Turn, left_s: i64, plan: &str, causes: &[&str]) -> Task {
+        let priority = if plan.ends_with("urgent") { 90 } else { 50 };
         Task {
             place: Place {
                 turn,
-                left_ms,
+                left_s,
+                priority: Reverse(priority),
                 departs_at: Timestamp::UNIX_EPOCH,
                 plan: Arc::from(plan),
             },
@@ -120,22 +126,23 @@ mod tests {
     }
 
     #[test]
-    fn those_in_the_air_come_first_and_then_those_who_reach_it_first() {
+    fn those_in_the_air_come_first_then_those_who_reach_it_first_then_the_urgent() {
         let mut queue = Queue::default();
-        for (turn, left_ms, plan) in [
+        for (turn, left_s, plan) in [
             (Turn::MayBeFree, 0, "f"),
             (Turn::OnTheGround, 5, "d"),
             (Turn::InTheAir, 90, "c"),
             (Turn::OnTheGround, 9, "e"),
             (Turn::InTheAir, 7, "b"),
             (Turn::InTheAir, 7, "a"),
+            (Turn::InTheAir, 7, "z urgent"),
         ] {
-            queue.add(task(turn, left_ms, plan, &[]));
+            queue.add(task(turn, left_s, plan, &[]));
         }
         let order: Vec<String> = std::iter::from_fn(|| queue.pop())
             .map(|task| task.place.plan.to_string())
             .collect();
-        assert_eq!(order, ["a", "b", "c", "d", "e", "f"]);
+        assert_eq!(order, ["z urgent", "a", "b", "c", "d", "e", "f"]);
     }
 
     #[test]
@@ -146,7 +153,7 @@ mod tests {
         assert_eq!(new, ["z2"]);
         assert!(queue.add(task(Turn::MayBeFree, 0, "a", &[])).is_empty());
         let popped = queue.pop().expect("one");
-        assert_eq!((popped.place.left_ms, popped.causes.len()), (3, 2));
+        assert_eq!((popped.place.left_s, popped.causes.len()), (3, 2));
         assert!(popped.may_be_cut() && queue.is_empty() && queue.pop().is_none());
     }
 }

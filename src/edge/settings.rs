@@ -1,5 +1,6 @@
 //! The bounds and lives that the edge works with, already checked.
 
+use super::plan_entry::PRIORITY;
 use crate::airspace::DEFAULT_MARGIN_M;
 use crate::delivery::DEFAULT_REFUGE_STAY_S;
 use crate::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
@@ -112,6 +113,10 @@ pub struct Settings {
     pub closures_max: usize,
     /// At most this many plans that are not over.
     pub plans_max: usize,
+    /// The highest priority that drones and fleets may ask for.
+    pub priority_max: u8,
+    /// The subjects of their tokens that may ask for any nonetheless.
+    pub urgent: Vec<String>,
     /// Two plans on one segment in the same direction conflict within this time, in seconds.
     pub headway_s: f64,
     /// Flown plans pass a node or land there at least this far apart, in seconds; 0 lets them pass together.
@@ -180,6 +185,8 @@ impl Default for Settings {
             zones_max: 20_000,
             closures_max: 20_000,
             plans_max: 20_000,
+            priority_max: PRIORITY,
+            urgent: Vec::new(),
             headway_s: 30.0,
             node_headway_s: FlightRules::default().node_headway_s,
             crossing_m: FlightRules::default().crossing_m,

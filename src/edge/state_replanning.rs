@@ -19,6 +19,7 @@ use crate::network::{NodeIx, SegmentIx};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -190,9 +191,8 @@ impl State {
             self.queue.add(Task {
                 place: Place {
                     turn,
-                    left_ms: i64::MAX,
-                    departs_at: plan.reported.departs_at,
-                    plan: plan.id.clone(),
+                    left_s: i64::MAX,
+                    ..place_of(&plan)
                 },
                 causes: Vec::new(),
                 lost: 0,
@@ -211,10 +211,8 @@ impl State {
         let left_s = progress.map_or(0.0, |progress| time_left_s(plan, progress, leg, now));
         let new = self.queue.add(Task {
             place: Place {
-                turn: turn_of(plan),
-                left_ms: (left_s * 1e3) as i64,
-                departs_at: plan.reported.departs_at,
-                plan: plan.id.clone(),
+                left_s: left_s as i64,
+                ..place_of(plan)
             },
             causes,
             lost: 0,
@@ -439,6 +437,17 @@ fn crosses_closed(airspace: &Airspace, version: &Version) -> bool {
         detour.chain(leg.safe.iter().map(|safe| &safe.nodes))
     });
     ways.into_iter().any(|nodes| is_closed(nodes))
+}
+
+/// The place of a plan whose drone is at what has closed.
+fn place_of(plan: &PlanEntry) -> Place {
+    Place {
+        turn: turn_of(plan),
+        left_s: 0,
+        priority: Reverse(plan.priority),
+        departs_at: plan.reported.departs_at,
+        plan: plan.id.clone(),
+    }
 }
 
 fn turn_of(plan: &PlanEntry) -> Turn {

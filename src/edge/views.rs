@@ -285,6 +285,27 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
     }
 }
 
+/// Other plans that come too near to any version of one.
+fn conflicts(
+    snapshot: &Snapshot,
+    entry: &PlanEntry,
+    settings: &Settings,
+) -> Vec<wire::Conflict<'static>> {
+    let topology = snapshot.topology();
+    let found = match entry.is_active() {
+        true => fleet::conflicts_of(snapshot, entry, settings.headway_s, CONFLICTS_MAX),
+        false => Vec::new(),
+    };
+    let told = found.into_iter().map(|met| wire::Conflict {
+        plan_id: text(&met.plan),
+        segment: Cow::Owned(topology.segment_id(met.conflict.segment).into_owned()),
+        leg: u32::try_from(met.conflict.leg).unwrap_or(u32::MAX),
+        direction: Cow::Borrowed(met.conflict.direction.name()),
+        gap_s: met.conflict.gap_s,
+    });
+    told.collect()
+}
+
 /// A plan.
 pub(super) fn plan(
     snapshot: &Snapshot,
@@ -293,17 +314,7 @@ pub(super) fn plan(
     stamp: wire::Stamp<'static>,
 ) -> wire::Plan<'static> {
     let topology = snapshot.topology();
-    let conflicts = match entry.is_active() {
-        true => fleet::conflicts_of(snapshot, entry, settings.headway_s, CONFLICTS_MAX),
-        false => Vec::new(),
-    };
-    let conflicts = conflicts.into_iter().map(|met| wire::Conflict {
-        plan_id: text(&met.plan),
-        segment: Cow::Owned(topology.segment_id(met.conflict.segment).into_owned()),
-        leg: u32::try_from(met.conflict.leg).unwrap_or(u32::MAX),
-        direction: Cow::Borrowed(met.conflict.direction.name()),
-        gap_s: met.conflict.gap_s,
-    });
+    let conflicts = conflicts(snapshot, entry, settings);
     let order = entry.order.as_ref();
     let flights: Vec<_> = entry.versions().map(|one| one.flight.as_deref()).collect();
     let is_flown = flights.iter().all(Option::is_some);
@@ -338,6 +349,7 @@ pub(super) fn plan(
             .or(by_distance.map(Cow::Borrowed)),
         objective: order.map(|order| Cow::Borrowed(order.objective.name())),
         deadline: order.and_then(|order| order.deadline).map(instant),
+        priority: entry.priority.into(),
         expires_at: entry.expires_at.map(instant),
         reported: version(topology, &entry.reported),
         wanted: entry
@@ -349,7 +361,7 @@ pub(super) fn plan(
             false => Vec::new(),
         },
         affected_by: affecting.map(text).collect(),
-        conflicts: conflicts.collect(),
+        conflicts,
         energy,
         assumed,
         times: Cow::Borrowed(if is_flown { "computed" } else { "nominal" }),

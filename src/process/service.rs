@@ -24,7 +24,7 @@ use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{
     ClosureLives, Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile,
 };
-use crate::flight::{FlightRules, Tariff, Wind};
+use crate::flight::{Airframe, FlightRules, Tariff, Wind, keeps_clear_of_crossings};
 use crate::itinerary::{Limits, Yardstick};
 use crate::network::Topology;
 use bytes::Bytes;
@@ -303,7 +303,7 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
     let reports = &config.reports;
     Ok(Settings {
         commit_within: config.limits.commit,
-        flight: flight(&config.flight, config.clock.kind)?,
+        flight: flight(&config.flight, config.clock.kind, config.plans.crossing_m)?,
         names_airframe: config.flight.airframe.is_some(),
         decisions_bytes_max: config.decisions.bytes.bytes() as u64,
         decisions_age: span(config.decisions.age),
@@ -321,6 +321,8 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
         zones_max: config.airspace.zones_max,
         closures_max: config.airspace.closures_max,
         plans_max: config.plans.active_max,
+        priority_max: config.plans.priority_max,
+        urgent: config.plans.urgent.iter().map(str::to_owned).collect(),
         headway_s: config.plans.headway.as_secs_f64(),
         node_headway_s: config.plans.node_headway.as_secs_f64(),
         crossing_m: config.plans.crossing_m,
@@ -344,15 +346,28 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
 }
 
 /// What flies, out of the configuration; none where the flight model is off.
-fn flight(config: &Flight, clock: ClockMover) -> Result<Option<FlightSettings>, AirframeError> {
+fn flight(
+    config: &Flight,
+    clock: ClockMover,
+    crossing_m: f64,
+) -> Result<Option<FlightSettings>, AirframeError> {
     let Some(name) = config.default_airframe() else {
         return Ok(None);
     };
     let further = config.airframes.iter().map(read_airframe);
-    let further: Result<Vec<_>, AirframeError> = further.collect();
+    let further: Vec<Arc<Airframe>> = further
+        .map(|read| read.map(Arc::new))
+        .collect::<Result<_, AirframeError>>()?;
+    let airframe = Arc::new(read_airframe(name)?);
+    let mut all = std::iter::once(&airframe).chain(&further);
+    let slow = all.find(|airframe| crossing_m > 0.0 && !keeps_clear_of_crossings(airframe));
+    if let Some(slow) = slow {
+        let name = slow.name.clone();
+        return Err(AirframeError::ClimbsTooSlowly { name });
+    }
     Ok(Some(FlightSettings {
-        airframe: Arc::new(read_airframe(name)?),
-        airframes: further?.into_iter().map(Arc::new).collect(),
+        airframe,
+        airframes: further,
         rules: FlightRules {
             reserve: config.reserve_fraction,
             floor: config.floor_fraction,

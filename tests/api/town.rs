@@ -151,6 +151,7 @@ impl Town {
                     destination: request.destination.text().to_owned(),
                     start_time: stamp(&request.start_time),
                     deadline: stamp(&request.deadline),
+                    priority: None,
                     id: request.id,
                     payload_kg: request.payload_kg,
                     drone_id: request.drone_id,

@@ -3,7 +3,7 @@
 use crate::stage::{Stage, ladder, loaded};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Caller, EventStream, Role, Settings};
+use skyway::edge::{Caller, Code, EventStream, Role, Settings};
 use skyway::wire::EventKind;
 use std::sync::Arc;
 use tokio_stream::StreamExt;
@@ -12,9 +12,13 @@ const KIB: usize = 1 << 10;
 
 /// A token for all drones of a fleet, which may call them what it likes.
 fn fleet() -> Caller {
+    of_subject("*")
+}
+
+fn of_subject(subject: &str) -> Caller {
     Caller {
         role: Role::Drone,
-        subject: Arc::from("*"),
+        subject: Arc::from(subject),
     }
 }
 
@@ -210,4 +214,32 @@ async fn a_member_that_is_there_twice_is_told() {
             "it is unclear which was meant: {answer}"
         );
     }
+}
+
+#[tokio::test]
+async fn a_token_limits_the_priority_that_a_plan_may_have() {
+    let settings = Settings {
+        urgent: vec!["medical".to_owned()],
+        ..crate::flying::settings()
+    };
+    let network = loaded(&crate::flying::street(&[3, 3]));
+    let mut stage = Stage::on(network.topology, network.geojson, settings);
+    let asked = |id: &str, priority: Option<u32>| {
+        let drone = format!("{}:{id}", if id == "urgent" { "medical" } else { "fleet" });
+        json!({"id": id, "drone_id": drone, "source": "s0", "destination": "s1", "priority": priority})
+    };
+    stage.caller = of_subject("fleet");
+    let usual = stage.deliver(asked("usual", None)).await.expect("a plan");
+    assert_eq!(usual.priority, 50);
+    let refused = stage.deliver(asked("high", Some(51))).await;
+    let refused = refused.expect_err("too high");
+    assert_eq!(refused.code, Code::Forbidden, "{refused:?}");
+    let refused = stage.deliver(asked("higher", Some(101))).await;
+    assert_eq!(
+        refused.expect_err("no priority").faults[0].pointer,
+        "/priority"
+    );
+    stage.caller = of_subject("medical");
+    let urgent = stage.deliver(asked("urgent", Some(100))).await;
+    assert_eq!(urgent.expect("a plan").priority, 100);
 }

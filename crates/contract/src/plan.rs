@@ -51,6 +51,11 @@ pub struct DeliveryRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub deadline: Option<String>,
+    /// Whose drone is answered first where several in the air, or several on the ground, reach what closed at the same
+    /// time: from 0 to 100, the highest first; 50, or the highest that its token may ask for, where none is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 100)]
+    pub priority: Option<u32>,
 }
 
 /// How a plan stands.
@@ -271,6 +276,9 @@ pub struct Plan<'a> {
     /// The latest landing that it was asked for with, RFC 3339.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline: Option<Cow<'a, str>>,
+    /// Whose drone is answered first where several reach what closed at the same time: from 0 to 100, the highest first.
+    #[schema(minimum = 0, maximum = 100)]
+    pub priority: u32,
     /// Until when it is offered, RFC 3339: only of a quote, which names no drone and takes neither air nor pads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expires_at: Option<Cow<'a, str>>,

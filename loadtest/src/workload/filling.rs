@@ -143,6 +143,7 @@ impl Filler<'_> {
             battery_fraction: None,
             objective: None,
             deadline: None,
+            priority: None,
         }
     }
 

@@ -160,6 +160,7 @@ mirror!(wire::Plan<'_> => Plan {
     airframe: plain,
     objective: plain,
     deadline: maybe_time,
+    priority: plain,
     expires_at: maybe_time,
     reported: message,
     wanted: plain,

@@ -112,6 +112,7 @@ pub(super) fn delivery_request(
         battery_fraction: finite(message.battery_fraction, "/battery_fraction")?,
         objective: message.objective,
         deadline: message.deadline.as_ref().map(instant_text),
+        priority: message.priority,
     })
 }
 

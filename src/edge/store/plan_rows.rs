@@ -7,7 +7,7 @@ use super::flight_rows::{
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Alternate, Composition, Contingency, Leg};
-use crate::edge::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use crate::edge::plan_entry::{LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
 use crate::network::Topology;
 use crate::recompose::Outcome;
@@ -32,6 +32,8 @@ struct StoredPlan {
     destination: u32,
     payload_kg: f64,
     airspeed_mps: f64,
+    #[serde(default = "usual_priority", skip_serializing_if = "is_usual")]
+    priority: u8,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     order: Option<StoredOrder>,
     state: StoredState,
@@ -114,6 +116,14 @@ fn is_false(flag: &bool) -> bool {
     !flag
 }
 
+fn usual_priority() -> u8 {
+    PRIORITY
+}
+
+fn is_usual(priority: &u8) -> bool {
+    *priority == PRIORITY
+}
+
 fn is_zero(number: &u32) -> bool {
     *number == 0
 }
@@ -185,6 +195,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         destination,
         payload_kg: plan.payload_kg,
         airspeed_mps: plan.airspeed_mps,
+        priority: plan.priority,
         order: plan.order.as_ref().map(store_order),
         state: StoredState::of(plan.state),
         ended_as: plan.ended_as,
@@ -274,6 +285,7 @@ pub(super) fn read_plan(
         destination: places.node(stored.destination)?,
         payload_kg: stored.payload_kg,
         airspeed_mps: stored.airspeed_mps,
+        priority: stored.priority,
         order: stored.order.as_ref().map(read_order).transpose()?,
         state,
         ended_as: stored.ended_as.or(ended_as),

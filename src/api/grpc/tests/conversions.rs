@@ -62,11 +62,13 @@ fn requests_say_what_their_bodies_say() {
         battery_fraction: Some(0.9),
         objective: Some("time".to_owned()),
         deadline: timestamp("2026-11-27T19:30:00Z"),
+        priority: Some(90),
     };
     let body = json!({
         "id": "p-1", "source": "12", "destination": "north", "start_time": "2026-11-27T18:00:00Z",
         "payload_kg": 1.5, "drone_id": "d-1", "airspeed_mps": 14.0,
         "airframe": "m100", "battery_fraction": 0.9, "objective": "time", "deadline": "2026-11-27T19:30:00Z",
+        "priority": 90,
     });
     let read = delivery_request(delivery).map(|read| json!(read));
     assert_eq!(read, Ok(body));
