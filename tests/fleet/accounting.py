@@ -9,6 +9,8 @@ from zones import times_inside
 
 # A drone that is in a zone's way for less than this after it came may have passed it.
 JUST_PAST_S = 2.0
+# So long after a kill that lost the count of a zone all have been told.
+TOLD_AFTER_KILL_S = 60.0
 
 
 def judge(record: Record) -> list[Fault]:
@@ -45,18 +47,26 @@ def untold(record: Record, by_zone: dict[str, dict[str, float]]) -> list[Fault]:
     faults = []
     for zone in record.zones.values():
         # What was lifted before all were told need not be told any more.
-        if zone.has_band or zone.gone_s < zone.replanned_s:
+        told_s = told_by_s(record, zone)
+        if zone.has_band or zone.gone_s < told_s:
             continue
         for version in record.near(zone):
             is_flown_then = version.from_s <= zone.put_s < version.until_s
             if not is_flown_then or not is_met(version, zone):
                 continue
             named = by_zone.get(zone.id, {}).get(version.plan, -math.inf) >= zone.put_s
-            has_ended = record.ended.get(version.plan, math.inf) < zone.replanned_s
+            has_ended = record.ended.get(version.plan, math.inf) < told_s
             if not named and not has_ended and not has_moved_on(record, version, zone):
                 text = f"version {version.number} leads through zone {zone.id}, and no outcome names it"
                 faults.append(Fault("untold", zone.put_s, version.plan, text))
     return faults
+
+
+def told_by_s(record: Record, zone: Zone) -> float:
+    """When all have been told of a zone: the edge says so, or a kill has lost its count."""
+    if math.isfinite(zone.replanned_s):
+        return zone.replanned_s
+    return min((at_s + TOLD_AFTER_KILL_S for at_s in record.kills if at_s > zone.put_s), default=math.inf)
 
 
 def has_moved_on(record: Record, version: Version, zone: Zone) -> bool:

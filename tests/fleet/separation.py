@@ -11,7 +11,7 @@ HORIZONTAL_M, VERTICAL_M = 20.0, 10.0
 # Nearer than this to a node that both come to, the time between them counts.
 SHARED_NODE_M = 50.0
 # Two that were planned to be exactly so far apart are.
-DOUBT_S = 0.01
+DOUBT_S, DOUBT_M = 0.01, 0.05
 # Positions are looked at so often; drones that are nearer than this then may come too near before
 # the next look.
 LOOK_S, NEAR_M = 1.0, 60.0
@@ -164,7 +164,8 @@ def too_near(one: Move, other: Move, from_s: float, until_s: float) -> Fault | N
         apart_m = math.hypot(x - other_x, y - other_y)
         known = height is not None and other_height is not None
         above_m = abs(height - other_height) if known else 0.0
-        if apart_m >= HORIZONTAL_M or above_m >= VERTICAL_M or is_at_shared_node(one, other, (x, y)):
+        is_clear = apart_m >= HORIZONTAL_M - DOUBT_M or above_m >= VERTICAL_M - DOUBT_M
+        if is_clear or is_at_shared_node(one, other, (x, y)):
             continue
         text = f"segments {one.segment} and {other.segment}: {apart_m:.1f} m apart, {above_m:.1f} m above each other"
         return Fault("crossing", at_s, pair(one, other), text)

@@ -20,6 +20,9 @@ from energy import (
 from reading import is_finite
 from world import NOW_S
 
+# Drones are not at the same time where segments come nearer to each other than this.
+CROSSING_M = 20.0
+
 STOP_S = 60.0
 TIME_MARGIN_S, TIME_GROWTH = 60.0, 0.05
 BATTERY_SLACK = 1e-4
@@ -420,9 +423,19 @@ def check_needless(case: Case, drone: Drone, battery: float) -> None:
 
 
 def flown_by_others(case: Case) -> set[str]:
-    """What the answer names as taken, each by a plan that flies it or has a version that was not told whole."""
-    plans = {plan["id"]: plan for plan in case.world.plans}
+    """Where others may be: on their segments, at their nodes, and on what comes near a segment of theirs in the air.
+
+    Beside it what the answer names as taken, each by a plan that flies it or has a version that was not told whole.
+    """
+    network = case.world.network
+    own = case.report.plan["id"] if case.report.plan else None
+    plans = {plan["id"]: plan for plan in case.world.plans if plan["id"] != own}
+    theirs = {segment for plan in plans.values() for segment in plan["segments"]}
     taken = set()
+    for segment in network.segments:
+        if segment.id in theirs:
+            beside = [other.id for node in segment.ends for other in network.beside[node]]
+            taken |= {segment.id, *beside, *network.near(segment, CROSSING_M)}
     for cause in case.answer.get("causes") or []:
         plan = plans.get(cause.get("plan_id")) if cause["code"] == "traffic" else None
         if plan and (str(cause["segment"]) in plan["segments"] or plan["sent"] - plan["seen"]):

@@ -60,6 +60,17 @@ class Network:
         xs = [node.at[0] for node in nodes]
         ys = [node.at[1] for node in nodes]
         self.box = (min(xs), min(ys), max(xs), max(ys))
+        self._near: dict[tuple[str, float], set[str]] = {}
+
+    def near(self, segment: Segment, within_m: float) -> set[str]:
+        """What comes so near to a segment somewhere."""
+        if (segment.id, within_m) not in self._near:
+            first, second = (self.nodes[node].at for node in segment.ends)
+            line = Polygons([[[first, second]]])
+            lines = ((other.id, *(self.nodes[node].at for node in other.ends)) for other in self.segments)
+            found = {name for name, start, end in lines if line.near(start, end, within_m)}
+            self._near[segment.id, within_m] = found
+        return self._near[segment.id, within_m]
 
     def id_on_wire(self, node: str) -> int | str:
         return int(node) if self.numbered else node
