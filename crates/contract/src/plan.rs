@@ -53,7 +53,11 @@ pub struct DeliveryRequest {
     pub deadline: Option<String>,
     /// Whose drone is answered first where several in the air, or several on the ground, reach what closed at the same
     /// time: from 0 to 100, the highest first; 50, or the highest that its token may ask for, where none is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "some_whole_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     #[schema(minimum = 0, maximum = 100)]
     pub priority: Option<u32>,
 }
