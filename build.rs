@@ -48,7 +48,7 @@ mod proto {
     use std::path::PathBuf;
 
     const FOLDER: &str = "proto";
-    const FILES: [&str; 8] = [
+    const FILES: [&str; 10] = [
         "skyway/v1/airspace.proto",
         "skyway/v1/clock.proto",
         "skyway/v1/drones.proto",
@@ -56,6 +56,8 @@ mod proto {
         "skyway/v1/network.proto",
         "skyway/v1/plans.proto",
         "skyway/v1/recomposition.proto",
+        "skyway/v1/session.proto",
+        "skyway/v1/telemetry.proto",
         "skyway/v1/types.proto",
     ];
 

@@ -22,6 +22,9 @@ pub(super) struct Token {
     /// To whose things: a drone's id, a fleet, or *
     #[arg(long)]
     subject: String,
+    /// Until when it counts: an instant in RFC 3339; without one until it is revoked
+    #[arg(long, value_name = "INSTANT")]
+    ends_at: Option<String>,
     /// Write the token and its digest as JSON, and nothing to standard error
     #[arg(long)]
     json: bool,
@@ -32,13 +35,15 @@ impl Token {
         let mut random = [0; 32];
         getrandom::fill(&mut random)
             .map_err(|error| Stop::failed(format!("the system has no random bits: {error}")))?;
-        let new = NewToken::of(&random, &self.role, &self.subject).map_err(Stop::Usage)?;
+        let new = NewToken::of(&random, &self.role, &self.subject, self.ends_at.as_deref());
+        let new = new.map_err(Stop::Usage)?;
         if self.json {
             output.json(&json!({
                 "token": new.token,
                 "sha256": new.sha256,
                 "role": new.role.name(),
                 "subject": *new.subject,
+                "ends_at": new.ends_at.map(|ends_at| ends_at.to_string()),
                 "stanza": new.stanza(),
             }))?;
         } else {

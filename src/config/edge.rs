@@ -81,6 +81,8 @@ settings! {
         commit: Duration = 2 * SECOND, Duration::from_millis(10)..=MINUTE;
         /// Streams of events.
         event_streams: usize = 256, 0..=100_000;
+        /// Sessions of drones, and streams of their mail.
+        sessions: usize = 10_000, 0..=1_000_000;
         /// Streams of health, which need no token.
         health_streams: usize = 64, 0..=100_000;
     }
@@ -206,6 +208,9 @@ settings! {
     drones: Drones {
         /// The most drones of which it is kept; those heard least recently go first.
         count: usize = 50_000, 1..=10_000_000;
+        /// A drone on its way of which nothing was heard for so long is silent: it is asked where it is, and its session
+        /// may be taken over by another one.
+        silent_after: Duration = 15 * SECOND, SECOND..=HOUR;
     }
     /// Answers that are kept for requests sent again with the same idempotency key.
     idempotency: Idempotency {

@@ -4,6 +4,7 @@
 //! tells a listener nothing of the tokens by its timing.
 
 use crate::access::{Caller, Role};
+use jiff::Timestamp;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -11,6 +12,7 @@ use std::fmt;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::SystemTime;
 use thiserror::Error;
 
 /// What every token begins with, so that people and scanners for leaked secrets know one.
@@ -61,9 +63,16 @@ pub enum TokensError {
     },
 }
 
-/// The tokens that are known.
+/// The tokens that are known, but for those that were revoked.
 #[derive(Clone, Default, PartialEq, Eq)]
-pub struct Tokens(BTreeMap<DigestBytes, Caller>);
+pub struct Tokens(BTreeMap<DigestBytes, KnownToken>);
+
+/// Who comes with a token, and until when.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct KnownToken {
+    caller: Caller,
+    ends_at: Option<Timestamp>,
+}
 
 impl fmt::Debug for Tokens {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -77,6 +86,14 @@ impl fmt::Debug for Tokens {
 struct TokenFile {
     #[serde(default)]
     token: Vec<toml::Spanned<TokenEntry>>,
+    #[serde(default)]
+    revoked: Vec<toml::Spanned<RevokedEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RevokedEntry {
+    sha256: String,
 }
 
 #[derive(Deserialize)]
@@ -85,6 +102,7 @@ struct TokenEntry {
     sha256: String,
     role: String,
     subject: String,
+    ends_at: Option<String>,
 }
 
 impl Tokens {
@@ -125,26 +143,49 @@ impl Tokens {
         let mut tokens = BTreeMap::new();
         for entry in file.token {
             let offset = entry.span().start;
-            let (digest, caller) =
+            let (digest, known) =
                 read_entry(entry.get_ref()).map_err(|message| malformed(offset, message))?;
-            if tokens.insert(digest, caller).is_some() {
+            if tokens.insert(digest, known).is_some() {
                 return Err(malformed(
                     offset,
                     "this token is in the file twice".to_owned(),
                 ));
             }
         }
-        match tokens.is_empty() {
-            true => Err(TokensError::Empty {
+        if tokens.is_empty() {
+            return Err(TokensError::Empty {
                 path: path.to_owned(),
-            }),
-            false => Ok(Self(tokens)),
+            });
         }
+        for entry in file.revoked {
+            let digest = read_digest(&entry.get_ref().sha256);
+            let digest = digest.map_err(|message| malformed(entry.span().start, message))?;
+            tokens.remove(&digest);
+        }
+        Ok(Self(tokens))
     }
 
-    /// Who comes with this token.
-    pub fn find(&self, bearer: &str) -> Option<Caller> {
-        self.0.get(&digest_of(bearer)).cloned()
+    /// Who comes with this token, unless it has ended or was revoked.
+    pub fn find(&self, bearer: &str, now: Timestamp) -> Option<Caller> {
+        let known = self.0.get(&digest_of(bearer))?;
+        let has_ended = known.ends_at.is_some_and(|ends_at| ends_at <= now);
+        (!has_ended).then(|| known.caller.clone())
+    }
+
+    /// When the next one ends.
+    pub fn next_end(&self, now: Timestamp) -> Option<Timestamp> {
+        let ends = self.0.values().filter_map(|known| known.ends_at);
+        ends.filter(|ends_at| *ends_at > now).min()
+    }
+
+    /// When the file of tokens was last written, and how long it is: other tokens may be in it where that changes.
+    ///
+    /// # Errors
+    /// When it cannot be looked at.
+    #[expect(clippy::disallowed_methods, reason = "the door to the file of tokens")]
+    pub fn stamp(path: &Path) -> io::Result<(SystemTime, u64)> {
+        let found = std::fs::metadata(path)?;
+        Ok((found.modified()?, found.len()))
     }
 
     /// How many there are.
@@ -179,14 +220,29 @@ pub fn read_bearer(path: &Path) -> Result<String, TokensError> {
     }
 }
 
-fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, Caller), String> {
+fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, KnownToken), String> {
+    let digest = read_digest(&entry.sha256)?;
+    let role = role_named(&entry.role)?;
+    let known = KnownToken {
+        caller: caller(role, &entry.subject)?,
+        ends_at: entry.ends_at.as_deref().map(read_end).transpose()?,
+    };
+    Ok((digest, known))
+}
+
+fn read_digest(text: &str) -> Result<DigestBytes, String> {
     // What stands there may be a token put there by mistake: it is not repeated in the message.
-    let digest = digest_from_hex(&entry.sha256).ok_or_else(|| {
+    digest_from_hex(text).ok_or_else(|| {
         "sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself"
             .to_owned()
-    })?;
-    let role = role_named(&entry.role)?;
-    Ok((digest, caller(role, &entry.subject)?))
+    })
+}
+
+fn read_end(text: &str) -> Result<Timestamp, String> {
+    let ends_at = text.parse();
+    ends_at.map_err(|_| {
+        format!("ends_at '{text}' is not an instant in RFC 3339, such as 2026-12-31T00:00:00Z")
+    })
 }
 
 fn role_named(name: &str) -> Result<Role, String> {
@@ -217,14 +273,21 @@ pub struct NewToken {
     pub role: Role,
     /// To whose things.
     pub subject: Arc<str>,
+    /// Until when, where it has an end.
+    pub ends_at: Option<Timestamp>,
 }
 
 impl NewToken {
     /// A token of so much randomness for a role, by its name, and a subject.
     ///
     /// # Errors
-    /// When there is no such role, or the subject is none; what to write instead.
-    pub fn of(random: &[u8; TOKEN_BYTES], role: &str, subject: &str) -> Result<Self, String> {
+    /// When there is no such role, the subject is none, or the end no instant; what to write instead.
+    pub fn of(
+        random: &[u8; TOKEN_BYTES],
+        role: &str,
+        subject: &str,
+        ends_at: Option<&str>,
+    ) -> Result<Self, String> {
         let Caller { role, subject } = caller(role_named(role)?, subject)?;
         let token = format!("{TOKEN_PREFIX}{}", hex(random));
         Ok(Self {
@@ -232,16 +295,21 @@ impl NewToken {
             token,
             role,
             subject,
+            ends_at: ends_at.map(read_end).transpose()?,
         })
     }
 
     /// What to add to the file of tokens.
     pub fn stanza(&self) -> String {
         let subject = toml::Value::String(self.subject.to_string());
+        let end = self
+            .ends_at
+            .map(|ends_at| format!("ends_at = \"{ends_at}\"\n"));
         format!(
-            "[[token]]\nsha256 = \"{}\"\nrole = \"{}\"\nsubject = {subject}\n",
+            "[[token]]\nsha256 = \"{}\"\nrole = \"{}\"\nsubject = {subject}\n{}",
             self.sha256,
-            self.role.name()
+            self.role.name(),
+            end.unwrap_or_default()
         )
     }
 }
@@ -298,19 +366,20 @@ mod tests {
     use super::*;
 
     const RANDOM: [u8; TOKEN_BYTES] = [7; TOKEN_BYTES];
+    const NOW: Timestamp = Timestamp::UNIX_EPOCH;
 
     fn stanza(role: &str, subject: &str) -> String {
-        NewToken::of(&RANDOM, role, subject)
+        NewToken::of(&RANDOM, role, subject, None)
             .expect("a token")
             .stanza()
     }
 
     #[test]
     fn a_new_token_is_found_by_its_bearer_and_no_other() {
-        let new = NewToken::of(&RANDOM, "drone", "acme").expect("a token");
+        let new = NewToken::of(&RANDOM, "drone", "acme", None).expect("a token");
         assert_eq!(new.token, format!("sky_{}", "07".repeat(32)));
         let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
-        let caller = tokens.find(&new.token).expect("a caller");
+        let caller = tokens.find(&new.token, NOW).expect("a caller");
         assert_eq!((caller.role, &*caller.subject), (Role::Drone, "acme"));
         for other in [
             "",
@@ -319,7 +388,7 @@ mod tests {
             &new.token.to_uppercase(),
             &new.token[1..],
         ] {
-            assert_eq!(tokens.find(other), None, "{other}");
+            assert_eq!(tokens.find(other, NOW), None, "{other}");
         }
         assert_eq!(format!("{tokens:?}"), "Tokens(1)");
     }
@@ -336,16 +405,40 @@ mod tests {
         let nobody = good.replace("operator", "anyone");
         let blank = good.replace('*', "");
         let extra = format!("{good}scope = \"all\"\n");
-        let messages = ["", &leaked, &twice, &nobody, &blank, &extra, "[[token"].map(error);
+        let endless = format!("{good}ends_at = \"tomorrow\"\n");
+        let no_digest = format!("{good}\n[[revoked]]\nsha256 = \"sky_secret\"\n");
+        let messages = [
+            "", &leaked, &twice, &nobody, &blank, &extra, &endless, &no_digest, "[[token",
+        ];
+        let messages = messages.map(error);
         insta::assert_snapshot!(messages.join("\n"), @r"
     tokens.toml has no token; `skyway token` makes one
     tokens.toml:1: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:6: this token is in the file twice
     tokens.toml:1: 'anyone' is no role: write drone, operator, edge or metrics
     tokens.toml:1: the subject is not 1 to 128 characters without spaces; write a drone's id, a fleet, or *
-    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`
+    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`, `ends_at`
+    tokens.toml:1: ends_at 'tomorrow' is not an instant in RFC 3339, such as 2026-12-31T00:00:00Z
+    tokens.toml:6: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:1: unclosed array table, expected `]]`
     ");
+    }
+
+    #[test]
+    fn a_token_counts_until_its_end_and_until_it_is_revoked() {
+        let end = "1970-01-01T00:00:10Z";
+        let new = NewToken::of(&RANDOM, "drone", "acme", Some(end)).expect("a token");
+        let text = new.stanza();
+        let tokens = Tokens::parse("tokens.toml", &text).expect("tokens");
+        let at = |second| Timestamp::from_second(second).expect("an instant");
+        assert!(tokens.find(&new.token, at(9)).is_some());
+        assert_eq!(tokens.find(&new.token, at(10)), None);
+        assert_eq!(tokens.next_end(at(9)), Some(at(10)));
+        assert_eq!(tokens.next_end(at(10)), None);
+
+        let revoked = format!("{text}\n[[revoked]]\nsha256 = \"{}\"\n", new.sha256);
+        let tokens = Tokens::parse("tokens.toml", &revoked).expect("tokens");
+        assert_eq!(tokens.find(&new.token, at(9)), None);
     }
 
     #[test]
@@ -353,7 +446,7 @@ mod tests {
         let text = stanza("metrics", "a\"b\\ü");
         let tokens = Tokens::parse("tokens.toml", &text).expect("tokens");
         let token = format!("sky_{}", "07".repeat(32));
-        let caller = tokens.find(&token).expect("a caller");
+        let caller = tokens.find(&token, NOW).expect("a caller");
         assert_eq!(&*caller.subject, "a\"b\\ü");
     }
 }

@@ -138,6 +138,11 @@ pub(super) enum Command {
         instead_of: u32,
         version: Box<Version>,
     },
+    /// A drone has received its messages up to this one.
+    ReceiveMail {
+        drone: Arc<str>,
+        through: u64,
+    },
     RaiseAlarm(Box<AlarmDraft>),
     AcknowledgeAlarm {
         number: u64,
@@ -255,6 +260,8 @@ impl Command {
                 | Self::NotForwarded { .. }
                 | Self::ReplaceNetwork(_)
                 | Self::RaiseAlarm(_)
+                // One that is forgotten is told once more.
+                | Self::ReceiveMail { .. }
         )
     }
 }

@@ -6,6 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
+/// The longest id of a drone, in bytes.
+pub(super) const DRONE_ID_BYTES_MAX: usize = 128;
+
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sighting {

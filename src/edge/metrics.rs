@@ -53,7 +53,7 @@ impl Collector for EdgeCollector {
 }
 
 /// Names, meanings and values of what goes up and down.
-fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 15] {
+fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 17] {
     [
         ("network_nodes", "Nodes of the network", status.nodes),
         (
@@ -90,6 +90,16 @@ fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 15] {
             status.alarms,
         ),
         ("drones", "Drones seen", status.drones),
+        (
+            "drones_on_sessions",
+            "Drones that are on a session",
+            status.drones_on_sessions,
+        ),
+        (
+            "mail",
+            "Messages that drones have not received",
+            status.mail,
+        ),
         ("records", "Answers kept", status.records),
         (
             "records_bytes",

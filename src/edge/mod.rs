@@ -22,6 +22,8 @@ mod events;
 mod failures;
 mod fleet;
 mod guard;
+mod line;
+mod mailbox;
 mod metrics;
 mod network;
 mod network_documents;
@@ -46,6 +48,7 @@ mod replanning;
 mod replies;
 mod reporter;
 mod scratches;
+mod sessions;
 mod settings;
 mod snapshot;
 mod standing;
@@ -59,6 +62,7 @@ mod state_ends;
 mod state_fleet;
 mod state_guarded;
 mod state_import;
+mod state_mail;
 mod state_migrated_ends;
 mod state_migrated_plans;
 mod state_outbox;
@@ -96,11 +100,13 @@ pub use answered::{FullRecord, ReportResponse};
 pub use background::Background;
 pub use commands::Decision;
 pub use events::{EventRecord, EventStream};
+pub use line::{Mail, MailStream};
 pub use new_network::NewNetwork;
 pub use opening::{OpenError, Opening};
 pub use plan_reports::PlanWord;
 pub use plans::PlanFilter;
 pub use replies::Idempotency;
+pub use sessions::Session;
 pub use settings::{ClosureLives, FlightSettings, Settings};
 pub use snapshot::Snapshot;
 pub use status::Status;
@@ -125,10 +131,12 @@ use commands::{Command, Outcome};
 use drones::Drones;
 use events::Events;
 use guard::Guard;
+use line::Lines;
 use opened::Listener;
 use planner::Planner;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
+use sessions::Claims;
 use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
@@ -154,6 +162,8 @@ pub struct Edge {
     writer: Writer,
     store: Store,
     events: Arc<Events>,
+    lines: Arc<Lines>,
+    claims: Claims,
     drones: Arc<Drones>,
     planner: Arc<dyn Planner>,
     /// What the checker has not let pass.

@@ -5,11 +5,13 @@ use super::answered_lately::OffPlan;
 use super::background::SearchTurns;
 use super::drones::Drones;
 use super::events::{Events, Happening};
+use super::line::Lines;
 use super::network_documents::NetworkDocuments;
 use super::opened::{self, Listener, Opened};
 use super::planner::{Concern, Planner, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
+use super::sessions::Claims;
 use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
@@ -120,7 +122,9 @@ impl Opening {
         let identity = Identity::of_one_start(self.fresh_id.clone(), self.epoch);
         let (tables, maker) = Tables::new(self.settings.trees_bytes);
         let state = self.state(&identity, &tables);
-        self.begin(state, Store::default(), identity, (tables, maker))
+        let lines = Arc::new(Lines::new(Arc::new(state.next.clone()), self.clock.kind()));
+        let store = Store::without_file(lines.clone());
+        self.begin(state, (store, lines), identity, (tables, maker))
     }
 
     pub(super) async fn with_store(
@@ -167,11 +171,14 @@ impl Opening {
             rows,
         };
         file.commit(&first).await?;
-        let (keeper, store) = Keeper::new(file, number, stored, self.clock.clone(), &self.settings);
+        let lines = Arc::new(Lines::new(stored.clone(), self.clock.kind()));
+        let clock = self.clock.clone();
+        let (keeper, store) =
+            Keeper::new(file, (number, stored), lines.clone(), clock, &self.settings);
         state.store = store.health().clone();
         let place = self.storekeepers_place.take();
         let keeper = place.unwrap_or_else(Handle::current).spawn(keeper.run());
-        let edge = self.begin(state, store, identity, (tables, maker))?;
+        let edge = self.begin(state, (store, lines), identity, (tables, maker))?;
         for (at, reply) in replies {
             match reply {
                 Reply::Report(reply) => edge.report_replies.restore(*reply, at),
@@ -206,7 +213,7 @@ impl Opening {
     fn begin(
         self,
         mut state: State,
-        store: Store,
+        (store, lines): (Store, Arc<Lines>),
         identity: Identity,
         (tables, maker): (Tables, TableMaker),
     ) -> io::Result<Arc<Edge>> {
@@ -262,6 +269,8 @@ impl Opening {
             writer,
             store,
             events,
+            lines,
+            claims: Claims::default(),
             drones,
             planner,
             guard,

@@ -142,6 +142,8 @@ pub struct Settings {
     pub events_bytes_max: usize,
     /// At most this many event streams are open.
     pub event_streams_max: usize,
+    /// A drone on its way of which nothing was heard for so long is silent.
+    pub silent_after: SignedDuration,
     /// At most this many drones are remembered.
     pub drones_max: usize,
     /// At most this many answers are kept for repeated requests.
@@ -199,6 +201,7 @@ impl Default for Settings {
             events_max: 10_000,
             events_bytes_max: 64 << 20,
             event_streams_max: 256,
+            silent_after: SignedDuration::from_secs(15),
             drones_max: 50_000,
             idempotency_max: 20_000,
             idempotency_bytes_max: 64 << 20,

@@ -5,6 +5,7 @@
 
 use super::entries::AlarmEntry;
 pub(super) use super::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
+use super::mailbox::{MailEntry, MailKey};
 use super::network_documents::NetworkDocuments;
 use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{Own, Scene, Traffic};
@@ -60,6 +61,8 @@ pub struct Snapshot {
     pub(super) unacknowledged: u64,
     /// How far the registry is followed; none before it was first read.
     pub(super) registry: Option<Arc<RegistryCursor>>,
+    /// What each drone has yet to be told.
+    pub(super) mail: OrdMap<MailKey, Arc<MailEntry>>,
     /// What the registry has yet to be told, in its order.
     pub(super) outbox: OrdMap<u64, Arc<OutboxEntry>>,
     /// The weather as the registry has it, as text.
@@ -99,6 +102,7 @@ impl Snapshot {
             active_plans: 0,
             unacknowledged: 0,
             registry: None,
+            mail: OrdMap::new(),
             outbox: OrdMap::new(),
             weather: None,
         }

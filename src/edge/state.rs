@@ -244,6 +244,7 @@ impl State {
                 instead_of,
                 version,
             } => Ok(self.offer_version(&plan, instead_of, *version)),
+            Command::ReceiveMail { drone, through } => Ok(self.receive_mail(&drone, through)),
             Command::RaiseAlarm(draft) => Ok(Done::Alarm(self.raise_alarm(*draft, now))),
             Command::AcknowledgeAlarm { number, by } => self.acknowledge_alarm(number, by, now),
             Command::ReplaceNetwork(network) => self.replace_network(&network, now),

@@ -3,6 +3,7 @@
 use super::commands::Done;
 use super::entries::{AlarmDraft, AlarmEntry};
 use super::events::Happening;
+use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::state::State;
@@ -214,11 +215,26 @@ impl State {
     fn keep_alarm(&mut self, entry: AlarmEntry, told: Option<EventKind>) -> Arc<AlarmEntry> {
         let entry = Arc::new(entry);
         self.next.alarms.insert(entry.number, entry.clone());
+        if told == Some(EventKind::AlarmRaised) {
+            self.post_alarm(&entry);
+        }
         if let Some(kind) = told {
             let data = json!({"alarm": alarm_view(self.next.lineage, &entry)});
             self.events.push(Happening::new(kind, data));
         }
         entry
+    }
+
+    /// Tells the drone of a plan that an operator was alarmed about it.
+    fn post_alarm(&mut self, entry: &AlarmEntry) {
+        let plan = entry.draft.plan.as_deref();
+        if let Some(plan) = plan.and_then(|plan| self.next.plans.get(plan)).cloned() {
+            let content = Content::Alarm {
+                kind: entry.draft.kind,
+                text: Arc::from(entry.draft.message.as_str()),
+            };
+            self.post(&plan, &entry.draft.causes, content);
+        }
     }
 
     /// Those go first that have ended, then those that were acknowledged, then the oldest.

@@ -3,6 +3,7 @@
 use super::commands::Done;
 use super::events::Happening;
 use super::fleet::Detour;
+use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Version, legs, stays};
 use super::progress;
@@ -20,7 +21,7 @@ use std::sync::Arc;
 /// What is told of a version whose pad another plan has too.
 const PAD_CONTESTED: &str = "pad_contested";
 /// What the drone of a plan is told to do where it has no way. It is never ordered to land.
-const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
+pub(super) const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
 an operator has been alarmed, and unsafe_way is the least bad way where there is any";
 /// At most this many versions of a plan are kept that its drone may be flying.
 const VERSIONS_MAX: usize = 8;
@@ -75,6 +76,7 @@ impl State {
         }
         if let Some(drone) = &plan.drone_id {
             self.free_air_held_by(drone);
+            self.empty_mailbox(drone);
             self.next.flown_by.insert(drone.clone(), plan.id.clone());
         }
         self.next.active_plans += 1;
@@ -243,6 +245,7 @@ impl State {
         self.guard(&plan);
         self.note_contingencies(&plan);
         self.end_unseparated(&plan);
+        self.drop_overtaken_mail(&plan);
         plan
     }
 
@@ -277,6 +280,17 @@ impl State {
         }
         let outcome = words::outcome_name(newest.outcome);
         self.tell_outcome(kind, plan, outcome, &plan.affected_by);
+        let number = newest.number;
+        let content = match (kind, plan.ended_as) {
+            (EventKind::PlanAffected, _) => Content::Version(number),
+            (EventKind::PlanDeclined, _) if plan.wanted.is_some() => Content::Version(number),
+            (EventKind::PlanDeclined, _) => Content::NoWay { unsafe_way: None },
+            (EventKind::PlanOffered, _) => Content::Offer(number),
+            // Who has landed knows.
+            (EventKind::PlanEnded, Some(how)) if plan.landed_on.is_none() => Content::Ended(how),
+            _ => return,
+        };
+        self.post(plan, &plan.affected_by, content);
     }
 
     /// A plan is flown as it was: what met it is over, or lies behind its drone.
@@ -284,6 +298,7 @@ impl State {
         let plan = self.next.plans.get(&plan.id).cloned();
         if let Some(plan) = plan {
             self.tell_outcome(EventKind::PlanRelieved, &plan, "unaffected", causes);
+            self.post(&plan, causes, Content::Relieved);
         }
     }
 
@@ -292,6 +307,8 @@ impl State {
         let outcome = Outcome::NoRoute.name();
         self.tell_outcome(EventKind::PlanAffected, plan, outcome, &plan.affected_by);
         let way = detour.and_then(|detour| detour.unsafe_way(self.next.topology()));
+        let unsafe_way = way.as_ref().map(|way| Arc::from(way.to_string()));
+        self.post(plan, &plan.affected_by, Content::NoWay { unsafe_way });
         if let Some(Value::Object(members)) = self.events.last_mut().map(|told| &mut told.data) {
             members.insert("unsafe_way".to_owned(), way.unwrap_or(Value::Null));
             members.insert("what_to_do".to_owned(), json!(WITHOUT_WAY_TEXT));

@@ -5,6 +5,7 @@
 
 use super::events::Happening;
 use super::fleet::Detour;
+use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Version};
 use super::progress::{self, Progress};
@@ -375,6 +376,7 @@ impl State {
         let airspace = self.next.airspace.clone();
         let is_same_airspace = Arc::ptr_eq(&airspace, on);
         let mut filled = (*plan).clone();
+        let mut told = None;
         for version in versions {
             if !is_same_airspace && crosses_closed(&airspace, &version) {
                 continue;
@@ -383,15 +385,22 @@ impl State {
                 let is_same = (kept.number, kept.epoch) == (version.number, version.epoch);
                 is_same && kept.composition.way == version.composition.way
             };
+            let number = version.number;
             if is_it(&filled.reported) {
                 filled.reported = Arc::new(version);
             } else if filled.wanted.as_deref().is_some_and(is_it) {
                 filled.wanted = Some(Arc::new(version));
+            } else {
+                continue;
             }
+            told = told.max(Some(number));
         }
         // What is taken for a drone that is not heard of is taken for its new contingencies.
         self.guard_no_more(&filled.id);
-        self.keep_plan(filled);
+        let plan = self.keep_plan(filled);
+        if let Some(number) = told {
+            self.post(&plan, &[], Content::Contingencies(number));
+        }
     }
 
     /// Counts an answer for the closures that asked for it, and tells when all have theirs.

@@ -47,6 +47,9 @@ impl State {
         for plan in plans {
             self.restore_plan(plan);
         }
+        for entry in restored.mail {
+            self.next.mail.insert(entry.key(), Arc::new(entry));
+        }
         let is_forgotten = planted::is(Bug::DropOutbox);
         for entry in restored.outbox.into_iter().filter(|_| !is_forgotten) {
             self.next.outbox.insert(entry.number, Arc::new(entry));
@@ -136,6 +139,7 @@ impl State {
             | Command::ProposeVersion { .. }
             | Command::OfferVersion { .. }
             | Command::RaiseAlarm(_)
+            | Command::ReceiveMail { .. }
             | Command::SeePlan { .. }
             | Command::AdvanceTo(_)
             | Command::Tick

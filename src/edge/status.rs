@@ -39,6 +39,10 @@ pub struct Status {
     pub alarms_raised: Vec<(wire::AlarmKind, u64)>,
     /// Drones seen.
     pub drones: usize,
+    /// Drones that are on a session now.
+    pub drones_on_sessions: usize,
+    /// Messages that drones have not received, and versions that they have not answered.
+    pub mail: usize,
     /// Answers kept, and about how many bytes they and their worlds take.
     pub records: usize,
     /// See `records`.
@@ -103,6 +107,8 @@ impl Edge {
                 .count(),
             alarms_raised: snapshot.alarm_counts().collect(),
             drones: self.drones.count(),
+            drones_on_sessions: self.claims.count(),
+            mail: snapshot.mail.len(),
             records,
             record_bytes,
             tables: tables.destinations,

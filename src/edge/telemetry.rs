@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::conformance::{flown, rests};
-use super::drones::Sighting;
+use super::drones::{DRONE_ID_BYTES_MAX, Sighting};
 use super::places::Untaken;
 use super::planner::Concern;
 use super::snapshot::Snapshot;
@@ -22,8 +22,6 @@ use std::sync::Arc;
 const OFF_PLAN_PER_BATCH: usize = 4;
 /// How far a drone's clock may be ahead.
 const AHEAD_MAX: SignedDuration = SignedDuration::from_secs(5);
-/// The longest id of a drone, in bytes.
-const DRONE_ID_BYTES_MAX: usize = 128;
 
 impl Edge {
     /// Takes positions; each drone is told what it is asked to fly instead of its plan, if anything.
@@ -83,6 +81,8 @@ impl Edge {
             stands_at: snapshot
                 .landed_plan(&id)
                 .map(|(_, landed)| words::node_id(snapshot.topology(), landed.node)),
+            session_id: self.claims.session_of(&id).map(|id| words::text(&id)),
+            unreceived: u32::try_from(snapshot.mail_of(&id, 0).count()).unwrap_or(u32::MAX),
             id: words::text(&id),
             location: sighting.coordinates,
             seen_at: words::instant(sighting.seen_at),

@@ -2,8 +2,7 @@
 
 use crate::api::metrics::RequestMetrics;
 use crate::api::operations::Daemon;
-use crate::api::server::{Authentication, FindCaller};
-use crate::config::{AirframeError, HttpUrl, Tokens};
+use crate::config::{AirframeError, HttpUrl};
 use crate::edge;
 use crate::registry::OpenError;
 use prometheus_client::registry::Registry;
@@ -80,15 +79,4 @@ pub(super) async fn bind(
         flag,
         error,
     })
-}
-
-/// How callers say who they are.
-pub(super) fn authentication(tokens: Option<Tokens>) -> Authentication {
-    match tokens {
-        None => Authentication::Loopback,
-        Some(tokens) => {
-            let find: FindCaller = Arc::new(move |bearer| tokens.find(bearer));
-            Authentication::Tokens(find)
-        }
-    }
 }

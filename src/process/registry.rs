@@ -1,6 +1,7 @@
 //! A running registry: its store, its two listeners, and how it ends.
 
-use super::listening::{Addresses, ServiceError, authentication, bind, request_metrics};
+use super::listening::{Addresses, ServiceError, bind, request_metrics};
+use super::live_tokens::authentication;
 use super::planted::plant_bug;
 use crate::api::operations::{Daemon, Listener};
 use crate::api::registry as rest;
@@ -74,7 +75,7 @@ impl RegistryService {
         let drain = Drain::new();
         let (router, _) = rest::router(registry.clone(), drain.clone());
         let admin_router = rest::admin_router(registry.clone(), Arc::new(metrics), drain.clone());
-        let authentication = authentication(tokens);
+        let authentication = authentication(tokens, config.tokens_file.as_deref());
         let gate = |listener| gate(&config, listener, authentication.clone());
         let server = server(&config);
         let main = serve(
@@ -154,6 +155,7 @@ fn gate(config: &RegistryConfig, listener: Listener, authentication: Authenticat
             other: slots(limits.in_flight_other),
             follows: slots(limits.follows),
             streams: 0,
+            sessions: 0,
             watches: 0,
         },
         // Its requests wait for the database, which their places bound.

@@ -3,7 +3,8 @@
 //! Everything is bound before anything is served, so that a port that is taken stops the start. The main
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
-use super::listening::{Addresses, ServiceError, authentication, bind, request_metrics};
+use super::listening::{Addresses, ServiceError, bind, request_metrics};
+use super::live_tokens::authentication;
 use super::planted::plant_bug;
 use super::store_lock::StoreLock;
 use super::store_thread::StoreThread;
@@ -96,7 +97,7 @@ impl Service {
         let (registry, metrics) = own_metrics(&edge, &config, &queue_wait);
         let following = follow(&edge, &config)?;
         let drain = Drain::new();
-        let authentication = authentication(tokens);
+        let authentication = authentication(tokens, config.tokens_file.as_deref());
         let health = Health::starting().await;
         let limits = grpc::Limits {
             message_bytes_max: config.limits.body.bytes(),
@@ -268,6 +269,7 @@ fn gate(
             // No client follows an edge by asking again and again: it has streams of events.
             follows: 0,
             streams: slots(limits.event_streams),
+            sessions: slots(limits.sessions),
             watches: slots(limits.health_streams),
         },
         queue_wait: Arc::clone(queue_wait),
@@ -333,6 +335,7 @@ fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
         events_max: config.events.count,
         events_bytes_max: config.events.bytes.bytes(),
         event_streams_max: config.limits.event_streams,
+        silent_after: span(config.drones.silent_after),
         drones_max: config.drones.count,
         idempotency_max: config.idempotency.count,
         idempotency_bytes_max: config.idempotency.bytes.bytes(),

@@ -144,7 +144,7 @@ async fn every_example_of_a_body_is_answered() {
             count += 1;
         }
     }
-    assert_eq!(count, 16);
+    assert_eq!(count, 17);
 }
 
 #[tokio::test]

@@ -7,7 +7,7 @@ use skyway::api::grpc::DESCRIPTORS;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Messages whose schema has another name.
-const RENAMED: [(&str, &str); 14] = [
+const RENAMED: [(&str, &str); 15] = [
     ("AcknowledgePlanRequest", "Ack"),
     ("AdvanceToRequest", "ClockAdvance"),
     ("AdvanceToResponse", "ClockAdvanced"),
@@ -17,6 +17,7 @@ const RENAMED: [(&str, &str); 14] = [
     ("GetClockResponse", "ClockReading"),
     ("ListPlansResponse", "Plans"),
     ("NearestResponse", "Nearest"),
+    ("ReceivedRequest", "Received"),
     ("RecompositionAnswer", "Recomposition"),
     ("ReportFailuresRequest", "Failures"),
     ("ReportFailuresResponse", "BatchAnswer"),
@@ -24,15 +25,24 @@ const RENAMED: [(&str, &str); 14] = [
     ("ReportTelemetryResponse", "TelemetryAnswer"),
 ];
 
-/// What REST has in the path, the query and the headers, or as a document of its own.
-const NO_BODY: [&str; 7] = [
+/// What REST has in the path, the query and the headers, or as a document of its own; and what sessions alone have.
+const NO_BODY: [&str; 16] = [
+    "EndedSession",
     "GetClockRequest",
     "GetNetworkRequest",
     "GetNetworkResponse",
     "GetPlanRequest",
+    "Goodbye",
+    "GoodbyeResponse",
+    "Hello",
+    "HelloDrone",
     "ListPlansRequest",
     "NearestRequest",
+    "RefusedDrone",
+    "SessionRequest",
+    "SessionResponse",
     "WatchEventsRequest",
+    "Welcome",
 ];
 
 /// What JSON says in a form of its own: GeoJSON (RFC 7946), pairs of numbers, alternatives.
@@ -54,11 +64,12 @@ const OWN_FORM: [&str; 14] = [
 ];
 
 /// Fields of messages that REST has in the path or a header.
-const OUTSIDE: [(&str, &[&str]); 4] = [
+const OUTSIDE: [(&str, &[&str]); 5] = [
     ("AcknowledgePlanRequest", &["id", "idempotency_key"]),
     ("CompletePlanRequest", &["id", "idempotency_key"]),
     ("CreatePlanRequest", &["idempotency_key"]),
     ("DeclinePlanRequest", &["id", "idempotency_key"]),
+    ("ReceivedRequest", &["drone_id"]),
 ];
 
 /// Fields of JSON that no answer over gRPC has: of the registry, and of writes of operators.

@@ -19,6 +19,7 @@ mod flights_kept;
 mod flying;
 mod idempotency;
 mod journal;
+mod mailboxes;
 mod older_rows;
 mod pads;
 mod plan_ends;

@@ -9,15 +9,15 @@ use skyway::access::{Caller, Role};
 use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::server::{
-    Authentication, Drain, Drained, GateConfig, QueueWait, RequestContext, ServerConfig, Slots,
-    serve,
+    Authentication, Drain, Drained, GateConfig, KnownTokens, QueueWait, RequestContext,
+    ServerConfig, Slots, serve,
 };
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinHandle;
 use tokio_util::task::AbortOnDropHandle;
 
@@ -81,16 +81,16 @@ impl Default for Options {
 impl Options {
     /// Every role has its name as its token.
     pub(crate) fn with_tokens() -> Self {
-        let find = |token: &str| {
-            let roles = [Role::Drone, Role::Operator, Role::Edge, Role::Metrics];
-            let role = roles.into_iter().find(|role| role.name() == token)?;
-            Some(Caller {
-                role,
-                subject: Arc::from("*"),
-            })
+        let tokens = KnownTokens {
+            find: Arc::new(role_of),
+            changed: watch::channel(0).1,
         };
+        Self::with(tokens)
+    }
+
+    pub(crate) fn with(tokens: KnownTokens) -> Self {
         Self {
-            authentication: Authentication::Tokens(Arc::new(find)),
+            authentication: Authentication::Tokens(tokens),
             ..Self::default()
         }
     }
@@ -186,6 +186,16 @@ impl Server {
             .expect("no panic")
             .expect("no error")
     }
+}
+
+/// The caller whose role is its token.
+pub(crate) fn role_of(token: &str) -> Option<Caller> {
+    let roles = [Role::Drone, Role::Operator, Role::Edge, Role::Metrics];
+    let role = roles.into_iter().find(|role| role.name() == token)?;
+    Some(Caller {
+        role,
+        subject: Arc::from("*"),
+    })
 }
 
 /// Counts a handler that is dropped before it is done.

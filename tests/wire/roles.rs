@@ -1,14 +1,21 @@
 //! Who may do what: every operation, role and dialect through the gate, against a list written down here.
 
-use crate::harness::{Options, Server, ask, call, code, grpc_refusal, h2, rest};
+use crate::harness::{
+    Options, Server, WAIT_AT_MOST, ask, call, code, grpc_refusal, h2, rest, role_of,
+};
 use skyway::api::operations::{Daemon, Listener, Row, TABLE};
+use skyway::api::server::KnownTokens;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+use tokio::sync::watch;
 
 const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
 
 /// What each role may do besides what needs no token.
 fn may(role: &str) -> Vec<&'static str> {
     let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan \
-                 cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry";
+                 cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry \
+                 drone_session watch_mail receive_mail";
     let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
@@ -199,4 +206,55 @@ async fn two_tokens_in_one_request_are_none() {
         );
         assert!(problem.contains("send one"), "{problem}");
     }
+}
+
+#[tokio::test]
+async fn a_stream_ends_with_its_token_and_no_other_one_does() {
+    let revoked: Arc<Mutex<Option<&str>>> = Arc::default();
+    let (changed, changes) = watch::channel(0);
+    let counts = revoked.clone();
+    let find = move |token: &str| {
+        let revoked = *counts.lock().expect("not poisoned");
+        role_of(token).filter(|_| revoked != Some(token))
+    };
+    let tokens = KnownTokens {
+        find: Arc::new(find),
+        changed: changes,
+    };
+    let server = Options::with(tokens).start().await;
+    let client = h2();
+    let mut streams = Vec::new();
+    for (path, token) in [
+        ("/skyway.v1.Drones/Session", "drone"),
+        ("/skyway.v1.Drones/Session", "operator"),
+    ] {
+        let call = call(&client, &server, path, "stream").bearer_auth(token);
+        streams.push(call.send().await.expect("a stream"));
+    }
+    let rest = ask(
+        &rest(),
+        http::Method::GET,
+        server.url("/v1/drones/d/events"),
+        "stream",
+    );
+    let events = rest.bearer_auth("drone").send().await.expect("a stream");
+    // Something else has changed: all go on.
+    changed.send_replace(1);
+    assert!(
+        tokio::time::timeout(Duration::from_millis(50), streams[0].chunk())
+            .await
+            .is_err()
+    );
+
+    *revoked.lock().expect("not poisoned") = Some("drone");
+    changed.send_replace(2);
+    let ended = tokio::time::timeout(WAIT_AT_MOST, streams[0].chunk()).await;
+    assert_eq!(ended.expect("in time").expect("an end"), None);
+    let ended = tokio::time::timeout(WAIT_AT_MOST, events.bytes()).await;
+    assert!(ended.expect("in time").expect("an end").is_empty());
+    assert!(
+        tokio::time::timeout(Duration::from_millis(50), streams[1].chunk())
+            .await
+            .is_err()
+    );
 }

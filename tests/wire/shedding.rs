@@ -28,6 +28,7 @@ async fn small() -> Server {
         other: 2,
         follows: 2,
         streams: 2,
+        sessions: 2,
         watches: 2,
     };
     Options {

@@ -113,6 +113,10 @@ pub struct DroneState<'a> {
     pub plan_id: Option<Cow<'a, str>>,
     /// The node on whose pad it stands since it landed, where pads are counted.
     pub stands_at: Option<Id<'a>>,
+    /// The session that it is on, where it is on one.
+    pub session_id: Option<Cow<'a, str>>,
+    /// How many messages it has not received yet.
+    pub unreceived: u32,
 }
 
 /// A page of drones, by id.

@@ -13,6 +13,7 @@ mod failure;
 mod first_stretch;
 mod flight;
 mod id;
+mod mail;
 mod network;
 mod plan;
 mod problem;
@@ -39,6 +40,9 @@ pub use flight::{
     DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,
 };
 pub use id::{Id, Place, with_ids_as_text};
+pub use mail::{
+    DroneMessage, EndedSession, HelloDrone, MailLeft, MessageKind, Received, RefusedDrone, Welcome,
+};
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use plan::{
     Ack, Alternate, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest,

@@ -4,6 +4,7 @@ use super::Service;
 use super::convert::{IntoProto, instant_text};
 use super::proto::{self, clock_server};
 use super::requests::{invalid, opened, told};
+use crate::edge::Refusal;
 use crate::wire;
 use tonic::{Request, Response, Status};
 
@@ -22,11 +23,17 @@ impl clock_server::Clock for Service {
         request: Request<proto::AdvanceToRequest>,
     ) -> Result<Response<proto::AdvanceToResponse>, Status> {
         let (caller, message) = opened(request)?;
-        let missing = || invalid("missing", "/to", "the field 'to' is missing".to_owned());
-        let to = told(message.to.ok_or_else(missing))?;
-        let to = instant_text(&to);
-        let advance = wire::ClockAdvance { to };
+        let advance = told(advance(&message))?;
         let answer = told(self.edge.advance_clock(&caller, &advance).await)?;
         Ok(Response::new(answer.into_proto()))
     }
+}
+
+/// How far the clock is to be moved.
+pub(super) fn advance(message: &proto::AdvanceToRequest) -> Result<wire::ClockAdvance, Refusal> {
+    let missing = || invalid("missing", "/to", "the field 'to' is missing".to_owned());
+    let to = message.to.as_ref().ok_or_else(missing)?;
+    Ok(wire::ClockAdvance {
+        to: instant_text(to),
+    })
 }

@@ -9,6 +9,7 @@ mod clock;
 mod convert;
 mod convert_event;
 mod convert_flight;
+mod convert_mail;
 mod convert_plan;
 mod convert_recomposition;
 mod convert_report;
@@ -20,6 +21,7 @@ mod network;
 mod plans;
 mod recomposition;
 mod requests;
+mod session;
 
 #[cfg(test)]
 mod sample;

@@ -4,8 +4,10 @@ use super::Service;
 use super::convert::{FromProto, IntoProto, instant_text};
 use super::proto::{self, plans_server};
 use super::requests::{finite, idempotency, invalid, opened, told};
-use crate::edge::{PageRequest, PlanFilter, PlanWord, Refusal};
+use crate::access::Caller;
+use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
 use crate::wire;
+use std::sync::Arc;
 use tonic::{Request, Response, Status};
 
 #[tonic::async_trait]
@@ -53,10 +55,7 @@ impl plans_server::Plans for Service {
         request: Request<proto::AcknowledgePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
-        let key = idempotency(message.idempotency_key.clone(), &message);
-        let id = message.id.clone();
-        let word = PlanWord::Acknowledge(told(acknowledgement(message))?);
-        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
+        answer(acknowledge(&self.edge, &caller, message).await)
     }
 
     async fn decline_plan(
@@ -64,16 +63,7 @@ impl plans_server::Plans for Service {
         request: Request<proto::DeclinePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
-        let key = idempotency(message.idempotency_key.clone(), &message);
-        let id = message.id.clone();
-        let word = PlanWord::Decline(wire::Decline {
-            version: message.version,
-            reason: message.reason,
-            location: told(place(message.location))?,
-            leg: message.leg,
-            fraction: told(share(message.fraction))?,
-        });
-        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
+        answer(decline(&self.edge, &caller, message).await)
     }
 
     async fn complete_plan(
@@ -81,15 +71,52 @@ impl plans_server::Plans for Service {
         request: Request<proto::CompletePlanRequest>,
     ) -> Result<Response<proto::Plan>, Status> {
         let (caller, message) = opened(request)?;
-        let key = idempotency(message.idempotency_key.clone(), &message);
-        let id = message.id.clone();
-        let word = PlanWord::Complete(wire::Completion {
-            location: told(place(message.location))?,
-            leg: message.leg,
-            fraction: told(share(message.fraction))?,
-        });
-        answer(self.edge.say_of_plan(&caller, &id, word, key).await)
+        answer(complete(&self.edge, &caller, message).await)
     }
+}
+
+/// A drone takes a version over.
+pub(super) async fn acknowledge(
+    edge: &Arc<Edge>,
+    caller: &Caller,
+    message: proto::AcknowledgePlanRequest,
+) -> Result<wire::Plan<'static>, Refusal> {
+    let key = idempotency(message.idempotency_key.clone(), &message);
+    let id = message.id.clone();
+    let word = PlanWord::Acknowledge(acknowledgement(message)?);
+    edge.say_of_plan(caller, &id, word, key).await
+}
+
+/// A drone does not take a version over.
+pub(super) async fn decline(
+    edge: &Arc<Edge>,
+    caller: &Caller,
+    message: proto::DeclinePlanRequest,
+) -> Result<wire::Plan<'static>, Refusal> {
+    let key = idempotency(message.idempotency_key.clone(), &message);
+    let word = PlanWord::Decline(wire::Decline {
+        version: message.version,
+        reason: message.reason,
+        location: place(message.location)?,
+        leg: message.leg,
+        fraction: share(message.fraction)?,
+    });
+    edge.say_of_plan(caller, &message.id, word, key).await
+}
+
+/// A drone has landed.
+pub(super) async fn complete(
+    edge: &Arc<Edge>,
+    caller: &Caller,
+    message: proto::CompletePlanRequest,
+) -> Result<wire::Plan<'static>, Refusal> {
+    let key = idempotency(message.idempotency_key.clone(), &message);
+    let word = PlanWord::Complete(wire::Completion {
+        location: place(message.location)?,
+        leg: message.leg,
+        fraction: share(message.fraction)?,
+    });
+    edge.say_of_plan(caller, &message.id, word, key).await
 }
 
 fn answer(plan: Result<wire::Plan<'static>, Refusal>) -> Result<Response<proto::Plan>, Status> {

@@ -29,6 +29,8 @@ pub enum Class {
     Follow,
     /// Streams of events, counted until they end.
     Stream,
+    /// Sessions of drones and streams of their mail, counted until they end.
+    Session,
     /// Streams of health, which need no token, counted until they end.
     Watch,
     /// Probes, metrics and status: never shed.
@@ -37,13 +39,14 @@ pub enum Class {
 
 impl Class {
     /// Every class, in the order of `index`.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Failure,
         Self::ZoneWrite,
         Self::Read,
         Self::Other,
         Self::Follow,
         Self::Stream,
+        Self::Session,
         Self::Watch,
         Self::Health,
     ];
@@ -57,6 +60,7 @@ impl Class {
             Self::Other => "other",
             Self::Follow => "follow",
             Self::Stream => "stream",
+            Self::Session => "session",
             Self::Watch => "watch",
             Self::Health => "health",
         }
@@ -64,7 +68,7 @@ impl Class {
 
     /// Whether its answers have no end.
     pub(crate) fn is_stream(self) -> bool {
-        matches!(self, Self::Stream | Self::Watch)
+        matches!(self, Self::Stream | Self::Session | Self::Watch)
     }
 
     pub(crate) fn index(self) -> usize {

@@ -148,6 +148,12 @@ operations! {
             Some("/skyway.v1.Drones/ReportTelemetry"), Other, DRONES, MAIN;
         /// The last known of each drone.
         ListDrones "list_drones" [(Method::GET, "/v1/drones")] None, Read, OPERATORS, MAIN;
+        /// Drones on the line.
+        DroneSession "drone_session" [] Some("/skyway.v1.Drones/Session"), Session, DRONES, MAIN;
+        /// What a drone is told, as it comes into its mailbox.
+        WatchMail "watch_mail" [(Method::GET, "/v1/drones/{id}/events")] None, Session, DRONES, MAIN;
+        /// A drone has received messages.
+        ReceiveMail "receive_mail" [(Method::POST, "/v1/drones/{id}/received")] None, Other, DRONES, MAIN;
         /// Changes as they happen.
         WatchEvents "watch_events" [(Method::GET, "/v1/events")]
             Some("/skyway.v1.Airspace/WatchEvents"), Stream, FOLLOWERS, MAIN;

@@ -15,6 +15,7 @@ mod exposition;
 pub(in crate::api) mod extract;
 mod failures;
 mod holds;
+mod mail;
 mod network;
 mod plans;
 mod probes;
@@ -153,6 +154,8 @@ fn observation() -> OpenApiRouter<Shared> {
         .routes(routes!(network::nearest))
         .routes(routes!(drones::post_telemetry))
         .routes(routes!(drones::list_drones))
+        .routes(routes!(mail::watch_mail))
+        .routes(routes!(mail::receive_mail))
         .routes(routes!(events::watch_events))
         .routes(routes!(probes::live))
         .routes(routes!(probes::ready))

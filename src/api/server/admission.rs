@@ -5,19 +5,20 @@
 //! processor count as in flight.
 //! After: deadline, panics, metrics, the dialect of refusals, headers.
 
+use super::authentication::Lease;
 use super::bodies::{AnswerBody, BoundedBody, Permit};
 use super::date::date;
 use super::drain::Drain;
-use super::gate_config::{Authentication, GateConfig};
+use super::gate_config::GateConfig;
 use super::hosts::Hosts;
 use super::places::Place;
 use super::refuse::{self, Finding};
-use super::request::{RequestContext, RequestId, X_REQUEST_ID, bearer, dialect, grpc_timeout};
+use super::request::{RequestContext, RequestId, X_REQUEST_ID, dialect, grpc_timeout};
 use super::services::{Content, Services};
 use super::spans;
 use crate::access::{Caller, Role};
 use crate::api::metrics::{Dialect, RequestMetrics, ShedReason};
-use crate::api::operations::{Access, Class, Operation, Unresolved};
+use crate::api::operations::{Class, Operation, Unresolved};
 use crate::api::problem;
 use crate::clock::machine_now;
 use crate::edge::{Code, Refusal};
@@ -47,7 +48,6 @@ pub(crate) struct Admission {
     config: GateConfig,
     services: Services,
     hosts: Hosts,
-    anyone: Caller,
     process: u32,
     number: AtomicU64,
     metrics: Arc<RequestMetrics>,
@@ -63,6 +63,7 @@ struct Admitted {
     operation: Operation,
     deadline: Instant,
     permit: Permit,
+    lease: Option<Lease>,
     /// Set when the body turned out too long.
     exceeded: Option<Arc<AtomicBool>>,
 }
@@ -95,7 +96,6 @@ impl Admission {
             config,
             services,
             hosts: Hosts::of(address),
-            anyone: Caller::anyone(),
             process: getrandom::u32().map_err(io::Error::other)?,
             number: AtomicU64::new(0),
             metrics,
@@ -191,7 +191,8 @@ impl Admission {
     ) -> Result<Admitted, Refusal> {
         let class = operation.row().class;
         self.queue(class, known.arrived)?;
-        let caller = self.caller(&head, operation)?;
+        let authentication = &self.config.authentication;
+        let (caller, lease) = authentication.caller(&head, operation, &self.hosts)?;
         self.may_come_over(place, &caller, class)?;
         let body_bytes_max = self.body_bytes_max(operation);
         let (body, exceeded) = bounded(&head, body, known.dialect, body_bytes_max)?;
@@ -217,57 +218,17 @@ impl Admission {
             operation,
             deadline,
             permit,
+            lease,
             exceeded,
         })
     }
 
-    fn caller(&self, head: &Parts, operation: Operation) -> Result<Caller, Refusal> {
-        let find = match &self.config.authentication {
-            Authentication::Tokens(find) => find,
-            Authentication::Loopback => {
-                return match self.hosts.stranger(head) {
-                    None => Ok(self.anyone.clone()),
-                    Some(what) => Err(Refusal::new(Code::HostRefused, what)),
-                };
-            }
-        };
-        if operation.row().access == Access::Open {
-            return Ok(self.anyone.clone());
-        }
-        // A proxy in front may have checked the other one.
-        if head.headers.get_all(header::AUTHORIZATION).iter().count() > 1 {
-            return Err(Refusal::new(
-                Code::Unauthenticated,
-                "there is more than one Authorization header, and it is unclear which one counts; send one",
-            ));
-        }
-        let Some(token) = bearer(head) else {
-            return Err(Refusal::new(
-                Code::Unauthenticated,
-                "there is no bearer token in the Authorization header",
-            ));
-        };
-        let Some(caller) = find(token) else {
-            return Err(Refusal::new(
-                Code::Unauthenticated,
-                "the bearer token is not known here",
-            ));
-        };
-        if !operation.allows(caller.role) {
-            let detail = format!(
-                "the role '{}' may not {}",
-                caller.role.name(),
-                operation.row().name
-            );
-            return Err(Refusal::new(Code::Forbidden, detail));
-        }
-        Ok(caller)
-    }
-
     fn body_bytes_max(&self, operation: Operation) -> usize {
-        match operation.takes_file() {
-            true => self.config.file_bytes_max,
-            false => self.config.body_bytes_max,
+        match operation.row().class {
+            // Its messages are bounded one by one.
+            Class::Session => usize::MAX,
+            _ if operation.takes_file() => self.config.file_bytes_max,
+            _ => self.config.body_bytes_max,
         }
     }
 
@@ -312,7 +273,7 @@ impl Admission {
             return Ok(permit);
         }
         let (code, reason) = match class {
-            Class::Stream | Class::Watch | Class::Follow => {
+            Class::Stream | Class::Session | Class::Watch | Class::Follow => {
                 (Code::LimitReached, ShedReason::Streams)
             }
             _ => (Code::Overloaded, ShedReason::Slots),
@@ -331,6 +292,7 @@ impl Admission {
             operation,
             deadline,
             permit,
+            lease,
             exceeded,
         } = passed;
         let outcome = self.handle(request, operation, &known, deadline).await;
@@ -340,8 +302,9 @@ impl Admission {
             Outcome::Answered(response) => {
                 let response = self.finish(response, &known);
                 if operation.row().class.is_stream() {
+                    let held = (permit, lease);
                     return response
-                        .map(|body| AnswerBody::stream(body, permit, known.dialect, &self.drain));
+                        .map(|body| AnswerBody::stream(body, held, known.dialect, &self.drain));
                 }
                 return response.map(AnswerBody::whole);
             }

@@ -1,5 +1,6 @@
 //! Bodies under watch: of requests, which may not grow beyond the limit, and of answers, which end with the drain.
 
+use super::authentication::Lease;
 use super::drain::{Drain, Phase};
 use super::services::Content;
 use super::watch::InFlight;
@@ -106,6 +107,7 @@ pub(crate) struct AnswerBody {
 struct OpenStream {
     dialect: Dialect,
     closing: Pin<Box<WaitForCancellationFutureOwned>>,
+    lease: Option<Lease>,
     has_ended: bool,
     _permit: Permit,
 }
@@ -119,11 +121,17 @@ impl AnswerBody {
         }
     }
 
-    /// A body without an end: it keeps its place until it is dropped, and ends when connections close.
-    pub(crate) fn stream(inner: Content, permit: Permit, dialect: Dialect, drain: &Drain) -> Self {
+    /// A body without an end: it keeps its place until it is dropped, and ends when connections close, or its token.
+    pub(crate) fn stream(
+        inner: Content,
+        (permit, lease): (Permit, Option<Lease>),
+        dialect: Dialect,
+        drain: &Drain,
+    ) -> Self {
         let stream = OpenStream {
             dialect,
             closing: Box::pin(drain.past(Phase::Open)),
+            lease,
             has_ended: false,
             _permit: permit,
         };
@@ -141,18 +149,28 @@ impl AnswerBody {
 }
 
 impl OpenStream {
-    /// The end of a stream by the drain: gRPC says it in trailers, server-sent events just end.
-    fn end(&mut self) -> Option<Frame<Bytes>> {
+    /// Why it ends now, if it does.
+    fn poll_end(&mut self, context: &mut Context<'_>) -> Poll<Refusal> {
+        if self.closing.as_mut().poll(context).is_ready() {
+            let detail = "the server stops; watch another, or this one when it is back";
+            return Poll::Ready(Refusal::new(Code::ShuttingDown, detail));
+        }
+        let lease = self.lease.as_mut();
+        if lease.is_some_and(|lease| lease.poll_ended(context).is_ready()) {
+            let detail = "the bearer token has ended, or was revoked; come back with another one";
+            return Poll::Ready(Refusal::new(Code::Unauthenticated, detail));
+        }
+        Poll::Pending
+    }
+
+    /// The end of a stream: gRPC says why in trailers, server-sent events just end.
+    fn end(&mut self, refusal: &Refusal) -> Option<Frame<Bytes>> {
         self.has_ended = true;
         if self.dialect == Dialect::Rest {
             return None;
         }
-        let refusal = Refusal::new(
-            Code::ShuttingDown,
-            "the server stops; watch another, or this one when it is back",
-        );
         let mut trailers = http::HeaderMap::new();
-        problem::grpc_status(&refusal)
+        problem::grpc_status(refusal)
             .add_header(&mut trailers)
             .ok()?;
         Some(Frame::trailers(trailers))
@@ -171,8 +189,8 @@ impl http_body::Body for AnswerBody {
             if stream.has_ended {
                 return Poll::Ready(None);
             }
-            if stream.closing.as_mut().poll(context).is_ready() {
-                return Poll::Ready(stream.end().map(Ok));
+            if let Poll::Ready(refusal) = stream.poll_end(context) {
+                return Poll::Ready(stream.end(&refusal).map(Ok));
             }
         }
         Pin::new(&mut self.inner).poll_frame(context)

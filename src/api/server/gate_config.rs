@@ -1,22 +1,10 @@
 //! What a gate lets pass: whose it is, who may, and how much at once.
 
+use super::authentication::Authentication;
 use super::queue_wait::QueueWait;
-use crate::access::Caller;
 use crate::api::operations::{Class, Daemon, Listener};
 use std::sync::Arc;
 use std::time::Duration;
-
-/// Finds the caller of a bearer token.
-pub type FindCaller = Arc<dyn Fn(&str) -> Option<Caller> + Send + Sync>;
-
-/// How callers say who they are.
-#[derive(Clone)]
-pub enum Authentication {
-    /// They need not, but must name this listener as their host: for loopback without tokens.
-    Loopback,
-    /// By a bearer token.
-    Tokens(FindCaller),
-}
 
 /// How many requests of each class may be in flight.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +21,8 @@ pub struct Slots {
     pub follows: u32,
     /// Streams of events.
     pub streams: u32,
+    /// Sessions of drones.
+    pub sessions: u32,
     /// Streams of health, which need no token.
     pub watches: u32,
 }
@@ -46,6 +36,7 @@ impl Default for Slots {
             other: 64,
             follows: 1024,
             streams: 256,
+            sessions: 10_000,
             watches: 64,
         }
     }
@@ -60,6 +51,7 @@ impl Slots {
             Class::Other => i64::from(self.other),
             Class::Follow => i64::from(self.follows),
             Class::Stream => i64::from(self.streams),
+            Class::Session => i64::from(self.sessions),
             Class::Watch => i64::from(self.watches),
             Class::Health => i64::MAX,
         }

@@ -6,6 +6,7 @@
 
 mod accept;
 mod admission;
+mod authentication;
 mod bodies;
 mod connection;
 mod date;
@@ -22,8 +23,9 @@ mod spans;
 mod watch;
 
 pub use accept::{Drained, serve};
+pub use authentication::{Authentication, FindCaller, KnownTokens};
 pub use drain::Drain;
-pub use gate_config::{Authentication, FindCaller, GateConfig, Slots};
+pub use gate_config::{GateConfig, Slots};
 pub use queue_wait::QueueWait;
 pub use request::{RequestContext, RequestId};
 pub use services::{Answering, GrpcHandler, RestAnswering, RestHandler, Services};

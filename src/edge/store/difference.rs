@@ -7,8 +7,10 @@ use super::closure_rows::{
 };
 use super::codec::{Instant, number_key, write};
 use super::file::{Row, Table};
+use super::mail_rows::write_message;
 use super::opening::network_row;
 use super::plan_rows::write_plan;
+use crate::edge::mailbox::MailKey;
 use crate::edge::snapshot::Snapshot;
 use imbl::OrdMap;
 use imbl::ordmap::DiffItem;
@@ -56,6 +58,9 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
     changes.map(Table::Plans, &before.plans, &after.plans, text, |plan| {
         write_plan(topology, plan)
     });
+    let mail = (&before.mail, &after.mail);
+    let key = |(_, number): &MailKey| number_key(*number);
+    changes.map(Table::Mail, mail.0, mail.1, key, write_message);
     let outbox = (&before.outbox, &after.outbox);
     changes.map(Table::Outbox, outbox.0, outbox.1, number, write_outbox);
     let mut rows = changes.rows;

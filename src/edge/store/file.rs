@@ -121,11 +121,13 @@ pub enum Table {
     Parts,
     /// From which of these worlds to which a part counted.
     Spans,
+    /// What drones have yet to be told.
+    Mail,
 }
 
 impl Table {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Facts,
         Self::Zones,
         Self::Closures,
@@ -138,6 +140,7 @@ impl Table {
         Self::Parts,
         Self::Spans,
         Self::Alarms,
+        Self::Mail,
     ];
 
     /// The number of the table in a file; never given to another one.
@@ -155,6 +158,7 @@ impl Table {
             Self::Parts => 10,
             Self::Spans => 11,
             Self::Alarms => 12,
+            Self::Mail => 13,
         }
     }
 }

@@ -5,14 +5,15 @@ use super::difference::difference;
 use super::file::{StoreFault, StoreFile, Transaction};
 use super::health::{Health, StoreStatus};
 use super::journal::{ENTRIES_MAX, Entry, Journal};
+use super::patience::{patiently, sleep};
 use crate::clock::Clock;
 use crate::edge::commands::{Outcome, Reply};
+use crate::edge::line::Lines;
 use crate::edge::records::AnswerRecord;
 use crate::edge::settings::Settings;
 use crate::edge::snapshot::Snapshot;
 use crate::edge::standing::Staleness;
 use crate::planted::{self, Bug};
-use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Notify, oneshot};
@@ -21,9 +22,6 @@ use tokio::sync::{Notify, oneshot};
 const FIRST_PAUSE: Duration = Duration::from_millis(250);
 /// At most so long.
 const LONGEST_PAUSE: Duration = Duration::from_secs(4);
-
-/// So long entries of the journal are gathered before they are written.
-const GATHER: Duration = Duration::from_millis(20);
 
 /// Someone who waits for what became of an order.
 pub(in crate::edge) type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
@@ -37,7 +35,7 @@ pub(in crate::edge) struct Waiting {
 
 impl Waiting {
     /// Gives the answers, each with whether it survives a restart.
-    fn release(self, durable: bool) {
+    pub(super) fn release(self, durable: bool) {
         for (asker, reply) in self.answers {
             let reply = reply.map(|outcome| Outcome { durable, ..outcome });
             // The caller may have gone at its deadline.
@@ -54,11 +52,11 @@ struct Question {
 }
 
 #[derive(Debug, Default)]
-struct Inbox {
+pub(super) struct Inbox {
     /// The newest snapshot, where it is newer than the one taken last.
     newest: Option<Arc<Snapshot>>,
     waiting: Vec<Waiting>,
-    journal: Vec<Entry>,
+    pub(super) journal: Vec<Entry>,
     questions: Vec<Question>,
     is_closing: bool,
     /// The storekeeper is gone: nothing is taken out any more.
@@ -67,29 +65,33 @@ struct Inbox {
 
 impl Inbox {
     /// Whether there is something that cannot wait a moment.
-    fn has_work(&self) -> bool {
+    pub(super) fn has_work(&self) -> bool {
         self.newest.is_some() || !self.questions.is_empty() || self.is_closing
     }
 }
 
 /// What the writer and the storekeeper share.
 #[derive(Debug)]
-struct Shared {
+pub(super) struct Shared {
     clock: Clock,
-    health: Arc<Health>,
+    pub(super) health: Arc<Health>,
+    /// Where drones are told what is stored.
+    lines: Arc<Lines>,
     inbox: Mutex<Inbox>,
-    wake: Notify,
+    pub(super) wake: Notify,
     /// A write that takes longer counts as failing.
-    patience: Duration,
+    pub(super) patience: Duration,
 }
 
 impl Shared {
     // The inbox is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+    pub(super) fn inbox(&self) -> MutexGuard<'_, Inbox> {
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn release_all(&self, durable: bool) {
+    /// Answers all who wait, and tells all that drones wait for.
+    pub(super) fn release_all(&self, durable: bool) {
+        self.lines.tell_newest();
         let waiting = std::mem::take(&mut self.inbox().waiting);
         for waiting in waiting {
             waiting.release(durable);
@@ -103,9 +105,10 @@ impl Shared {
 }
 
 /// Where the writer hands in what is in force. The storekeeper ends with the last handle.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(in crate::edge) struct Store {
     health: Arc<Health>,
+    lines: Arc<Lines>,
     keeper: Option<Arc<Handle>>,
 }
 
@@ -119,6 +122,15 @@ impl Drop for Handle {
 }
 
 impl Store {
+    /// Nothing is kept, and drones are told at once.
+    pub(in crate::edge) fn without_file(lines: Arc<Lines>) -> Self {
+        Self {
+            health: Arc::default(),
+            lines,
+            keeper: None,
+        }
+    }
+
     /// Whether anything is kept.
     pub(in crate::edge) fn is_kept(&self) -> bool {
         self.keeper.is_some()
@@ -139,7 +151,9 @@ impl Store {
 
     /// Takes what is in force now. Answers are given once it is stored; at once where nothing is kept.
     pub(in crate::edge) fn publish(&self, waiting: Waiting) {
+        self.lines.publish(&waiting.snapshot);
         let Some(Handle(shared)) = self.keeper.as_deref() else {
+            self.lines.tell_newest();
             waiting.release(false);
             return;
         };
@@ -147,6 +161,7 @@ impl Store {
         let mut inbox = shared.inbox();
         if inbox.has_ended {
             drop(inbox);
+            self.lines.tell_newest();
             waiting.release(false);
             return;
         }
@@ -243,8 +258,8 @@ impl Keeper {
     /// A storekeeper over a file that has this snapshot, and the handle to it.
     pub(in crate::edge) fn new(
         file: Box<dyn StoreFile>,
-        number: u64,
-        stored: Arc<Snapshot>,
+        (number, stored): (u64, Arc<Snapshot>),
+        lines: Arc<Lines>,
         clock: Clock,
         settings: &Settings,
     ) -> (Self, Store) {
@@ -254,12 +269,14 @@ impl Keeper {
         let shared = Arc::new(Shared {
             clock,
             health: health.clone(),
+            lines: lines.clone(),
             inbox: Mutex::default(),
             wake: Notify::new(),
             patience: settings.commit_within,
         });
         let store = Store {
             health,
+            lines,
             keeper: Some(Arc::new(Handle(shared.clone()))),
         };
         let keeper = Self {
@@ -308,6 +325,7 @@ impl Keeper {
         let stopwatch = self.shared.clock.stopwatch();
         match self.write(&mut waiting).await {
             Ok(has_written) => {
+                self.shared.lines.stored(&self.stored);
                 if has_written {
                     let seconds = stopwatch.elapsed().as_secs_f64();
                     if self.shared.health.is_failing() {
@@ -326,6 +344,7 @@ impl Keeper {
                     tracing::error!(%fault, "the store fails; what is in force stays so in memory");
                 }
                 self.shared.health.failed(fault.to_string());
+                self.shared.lines.tell_newest();
                 self.pause = (self.pause * 2).min(LONGEST_PAUSE);
                 for waiting in waiting.drain(..) {
                     waiting.release(false);
@@ -427,59 +446,6 @@ impl Drop for End {
         };
         for waiting in left {
             waiting.release(false);
-        }
-    }
-}
-
-/// Until there is something to store, or time to try again.
-async fn sleep(shared: &Shared, pause: Duration) {
-    loop {
-        let (has_work, has_journal) = {
-            let inbox = shared.inbox();
-            (inbox.has_work(), !inbox.journal.is_empty())
-        };
-        let longest = match (has_work, shared.health.is_failing(), has_journal) {
-            (true, ..) => return,
-            (false, true, _) => pause,
-            (false, false, true) => GATHER,
-            (false, false, false) => {
-                shared.wake.notified().await;
-                continue;
-            }
-        };
-        tokio::select! {
-            // In one order, so that a simulation is the same every time.
-            biased;
-            () = shared.wake.notified() => {}
-            () = tokio::time::sleep(longest) => return,
-        }
-    }
-}
-
-/// Waits for the file. When it takes too long, the caller is told that nothing is stored.
-async fn patiently<T>(
-    shared: &Shared,
-    waiting: &mut Vec<Waiting>,
-    work: impl Future<Output = Result<T, StoreFault>>,
-) -> Result<T, StoreFault> {
-    let mut work = pin!(work);
-    let mut patience = pin!(tokio::time::sleep(shared.patience));
-    let mut is_late = false;
-    loop {
-        tokio::select! {
-            biased;
-            done = &mut work => return done,
-            () = &mut patience, if !is_late => {
-                is_late = true;
-                let message = format!("nothing was heard of a write for {:?}", shared.patience);
-                tracing::error!(message, "the store fails; what is in force stays so in memory");
-                shared.health.failed(StoreFault::Unavailable { message }.to_string());
-                for waiting in waiting.drain(..) {
-                    waiting.release(false);
-                }
-                shared.release_all(false);
-            }
-            () = shared.wake.notified(), if is_late => shared.release_all(false),
         }
     }
 }

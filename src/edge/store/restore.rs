@@ -7,12 +7,14 @@ use super::closure_rows::{
 use super::codec::{Instant, number_of, read};
 use super::difference::{COUNTS, REGISTRY, WEATHER};
 use super::file::{StoreFault, StoreFile, Table};
+use super::mail_rows::read_message;
 use super::opening::fact;
 use super::plan_rows::read_plan;
 use super::reply_rows::{Reply, read_reply};
 use crate::airspace::Closure;
 use crate::edge::entries::AlarmEntry;
 use crate::edge::entries::{ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
+use crate::edge::mailbox::MailEntry;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::upstream::{OutboxEntry, RegistryCursor};
 use crate::network::Topology;
@@ -30,6 +32,8 @@ pub(in crate::edge) struct Restored {
     pub(in crate::edge) holds: Vec<PendingReview>,
     pub(in crate::edge) alarms: Vec<AlarmEntry>,
     pub(in crate::edge) plans: Vec<PlanEntry>,
+    /// What drones have yet to be told.
+    pub(in crate::edge) mail: Vec<MailEntry>,
     pub(in crate::edge) outbox: Vec<OutboxEntry>,
     pub(in crate::edge) registry: Option<RegistryCursor>,
     /// The weather as it was stated, here or at the registry, as text.
@@ -53,6 +57,7 @@ pub(in crate::edge) async fn restore(
     let holds = file.load(Table::Holds).await?;
     let alarms = file.load(Table::Alarms).await?;
     let plans = file.load(Table::Plans).await?;
+    let mail = file.load(Table::Mail).await?;
     let outbox = file.load(Table::Outbox).await?;
     let replies = file.load(Table::Replies).await?;
     let counts: Option<(u64, Instant)> = fact(facts, COUNTS)
@@ -75,6 +80,9 @@ pub(in crate::edge) async fn restore(
             read_alarm(number_of("an alarm", key)?, body)
         })?,
         plans: each(&plans, |key, body| read_plan(topology, key, body))?,
+        mail: each(&mail, |key, body| {
+            read_message(number_of("a message", key)?, body)
+        })?,
         outbox: each(&outbox, |key, body| {
             read_outbox(number_of("an outbox entry", key)?, body)
         })?,

@@ -43,6 +43,8 @@ fn every_shape_survives_the_way_through_messages() {
     survives::<wire::Plans<'static>, proto::ListPlansResponse>("Plans");
     survives::<wire::Event<'static>, proto::Event>("Event");
     survives::<wire::Nearest<'static>, proto::NearestResponse>("Nearest");
+    survives::<wire::DroneMessage<'static>, proto::DroneMessage>("DroneMessage");
+    survives::<wire::Welcome<'static>, proto::Welcome>("Welcome");
     survives::<wire::TelemetryAnswer<'static>, proto::ReportTelemetryResponse>("TelemetryAnswer");
 }
 

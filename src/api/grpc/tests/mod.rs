@@ -3,3 +3,4 @@
 mod conversions;
 mod readiness;
 mod services;
+mod session;

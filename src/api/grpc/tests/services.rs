@@ -34,10 +34,11 @@ pub(super) const REPORT_FAILURE: &str = "Recomposition/ReportFailure";
 /// ```
 pub(super) async fn services() -> (Routes, Health) {
     let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
-    services_by(Clock::simulated(start, 1.0)).await
+    let (_, routes, health) = services_by(Clock::simulated(start, 1.0)).await;
+    (routes, health)
 }
 
-async fn services_by(clock: Clock) -> (Routes, Health) {
+pub(super) async fn services_by(clock: Clock) -> (Arc<Edge>, Routes, Health) {
     let drawing = "1 2 3\n4 5 6";
     let segments = [
         ("1", "2"),
@@ -51,7 +52,8 @@ async fn services_by(clock: Clock) -> (Routes, Health) {
     let topology = Arc::new(sketch(drawing, &segments));
     let edge = Edge::start(topology, "{}".into(), 1, Settings::default(), clock).expect("threads");
     let health = Health::starting().await;
-    (Routes::of(&edge, &health), health)
+    let routes = Routes::of(&edge, &health);
+    (edge, routes, health)
 }
 
 /// Hands each request to the handler of its path, as the gate does.
@@ -102,7 +104,7 @@ where
     answer.map(tonic::Response::into_inner)
 }
 
-fn path(method: &str) -> PathAndQuery {
+pub(super) fn path(method: &str) -> PathAndQuery {
     let path = format!("/skyway.v1.{method}");
     path.parse().expect("a path")
 }
@@ -114,7 +116,7 @@ pub(super) fn passed<M>(message: M) -> Request<M> {
     request
 }
 
-fn context() -> RequestContext {
+pub(super) fn context() -> RequestContext {
     RequestContext {
         caller: Caller::anyone(),
         operation: Operation::ReportFailure,
@@ -182,7 +184,7 @@ async fn a_request_that_has_not_passed_the_gate_is_refused() {
     );
 }
 
-fn delivery() -> proto::CreatePlanRequest {
+pub(super) fn delivery() -> proto::CreatePlanRequest {
     proto::CreatePlanRequest {
         id: Some("p".to_owned()),
         source: "1".to_owned(),
@@ -254,7 +256,7 @@ async fn a_plan_is_composed_once_its_drone_told_of_it_and_all_of_it_can_be_watch
 #[tokio::test]
 async fn a_simulator_moves_the_clock_and_is_told_why_not() {
     let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
-    let (routes, _) = services_by(Clock::external(start)).await;
+    let (_, routes, _) = services_by(Clock::external(start)).await;
     let to = timestamp("2026-11-27T19:00:00Z");
     let message = proto::AdvanceToRequest { to };
     let moved = call(&routes, "Clock/AdvanceTo", passed(message)).await;
@@ -349,7 +351,7 @@ fn the_table_of_operations_and_the_descriptors_have_the_same_methods() {
             );
         }
     }
-    assert_eq!(paths.len(), 14, "{paths:?}");
+    assert_eq!(paths.len(), 15, "{paths:?}");
     for path in paths {
         let found = Operation::of(Daemon::Edge, &http::Method::POST, &path);
         assert!(found.is_some(), "{path} is not in the table of operations");

@@ -1,0 +1,81 @@
+//! The mailboxes in the state: what is put into them, what overtakes what, and what is taken out.
+
+use super::commands::Done;
+use super::mailbox::{Content, KEPT_MAX, MailEntry};
+use super::plan_entry::PlanEntry;
+use super::state::State;
+use std::sync::Arc;
+
+impl State {
+    /// Puts a message for the drone of a plan into its mailbox, in the place of those that it overtakes.
+    pub(super) fn post(&mut self, plan: &PlanEntry, causes: &[String], content: Content) {
+        let Some(drone) = plan.drone_id.clone().filter(|_| !plan.is_quote()) else {
+            return;
+        };
+        let is_overtaken =
+            |entry: &MailEntry| entry.plan == plan.id && content.overtakes(&entry.content);
+        self.drop_mail(&drone, is_overtaken);
+        let entry = MailEntry {
+            drone,
+            number: self.write_number(),
+            at: self.now,
+            plan: plan.id.clone(),
+            causes: causes.to_vec(),
+            content,
+        };
+        self.bound_mail(&entry.drone);
+        self.next.mail.insert(entry.key(), Arc::new(entry));
+    }
+
+    /// Takes out the orders of a plan that are no longer what its drone is to fly; all but its end once it is over.
+    pub(super) fn drop_overtaken_mail(&mut self, plan: &PlanEntry) {
+        if let Some(drone) = plan.drone_id.clone().filter(|_| !self.next.mail.is_empty()) {
+            let is_over = |entry: &MailEntry| match plan.is_active() {
+                true => entry.content.is_order() && !entry.is_open_order(Some(plan)),
+                false => !matches!(entry.content, Content::Ended(_) | Content::Alarm { .. }),
+            };
+            self.drop_mail(&drone, |entry| entry.plan == plan.id && is_over(entry));
+        }
+    }
+
+    /// A drone begins with a plan: what it was told of earlier ones is over.
+    pub(super) fn empty_mailbox(&mut self, drone: &Arc<str>) {
+        self.drop_mail(drone, |_| true);
+    }
+
+    /// A drone has received its messages up to one. Orders stay until they are acknowledged, declined or overtaken.
+    pub(super) fn receive_mail(&mut self, drone: &Arc<str>, through: u64) -> Done {
+        let plans = self.next.plans.clone();
+        self.drop_mail(drone, |entry| {
+            let plan = plans.get(&entry.plan).map(|plan| &**plan);
+            entry.number <= through && !entry.is_open_order(plan)
+        });
+        Done::Nothing
+    }
+
+    fn drop_mail(&mut self, drone: &Arc<str>, is_dropped: impl Fn(&MailEntry) -> bool) {
+        let mail = self.next.mail_of(drone, 0);
+        let dropped = mail.filter(|entry| is_dropped(entry));
+        let dropped: Vec<_> = dropped.map(|entry| entry.key()).collect();
+        for key in dropped {
+            self.next.mail.remove(&key);
+        }
+    }
+
+    /// Makes room for one more message.
+    fn bound_mail(&mut self, drone: &Arc<str>) {
+        if self.next.mail_of(drone, 0).count() < KEPT_MAX {
+            return;
+        }
+        let oldest = self.next.mail_of(drone, 0);
+        let oldest = oldest.filter(|entry| !entry.content.is_order()).next();
+        if let Some(oldest) = oldest.cloned() {
+            tracing::warn!(
+                %drone,
+                plan = %oldest.plan,
+                "a message was never received, and makes room for a newer one"
+            );
+            self.next.mail.remove(&oldest.key());
+        }
+    }
+}
