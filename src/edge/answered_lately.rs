@@ -4,8 +4,8 @@ use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A plan is answered so often at most.
-const APART: SignedDuration = SignedDuration::from_mins(1);
+/// So long one is remembered at most.
+const FORGOTTEN_AFTER: SignedDuration = SignedDuration::from_mins(1);
 /// Plans remembered before those answered long ago are forgotten.
 const REMEMBERED: usize = 1_000;
 
@@ -14,16 +14,16 @@ const REMEMBERED: usize = 1_000;
 pub(super) struct OffPlan(Mutex<BTreeMap<Arc<str>, Timestamp>>);
 
 impl OffPlan {
-    /// Whether a plan may be answered now; then it counts as answered.
-    pub(super) fn begins(&self, plan: &Arc<str>, now: Timestamp) -> bool {
+    /// Whether a plan may be answered now, so long after it was last; then it counts as answered.
+    pub(super) fn begins(&self, plan: &Arc<str>, now: Timestamp, apart: SignedDuration) -> bool {
         // The map is whole after every call, so a panic elsewhere cannot spoil it.
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_recent = |at: &Timestamp| now.duration_since(*at) < APART;
-        if last.get(plan).is_some_and(is_recent) {
+        let is_within = |span: SignedDuration| move |at: &Timestamp| now.duration_since(*at) < span;
+        if last.get(plan).is_some_and(is_within(apart)) {
             return false;
         }
         if last.len() >= REMEMBERED {
-            last.retain(|_, at| is_recent(at));
+            last.retain(|_, at| is_within(FORGOTTEN_AFTER)(at));
         }
         last.insert(plan.clone(), now);
         true

@@ -342,10 +342,12 @@ pub(super) fn unexpected() -> Refusal {
 pub(super) enum Seen {
     /// It is in the air.
     Departed,
-    /// It is off every way that it was told.
-    OffItsWays,
-    /// It is on one of them again.
-    OnItsWay,
+    /// It is elsewhere than anything that it was told has it.
+    Deviates,
+    /// It is where it is to be again.
+    Conforms,
+    /// It is heard of again.
+    Heard,
     /// It rests at the end of this version.
     Landed(u32),
     /// It has left the pad that it has landed on with this plan, which has ended.

@@ -1,6 +1,8 @@
-//! What telemetry shows of a drone's plan: that it has departed, and that it has landed at its end.
+//! What telemetry shows of a drone's plan: that it has departed, that it is where it is to be, and that it has landed at
+//! its end.
 
 use super::Edge;
+use super::agreement::{Agreement, Conformance, deviation};
 use super::commands::Command;
 use super::commands::Seen;
 use super::drones::{Drones, Flown, Rest, Sighting};
@@ -13,7 +15,7 @@ use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
-/// So far off every way that it was told, in metres, a drone does not conform.
+/// What is farther off its way, in metres, says nothing of how far a drone has come.
 const OFF_WAY_M: f64 = 50.0;
 /// So near to the last node, in metres, a drone is at it.
 const AT_END_M: f64 = 15.0;
@@ -74,17 +76,41 @@ impl Edge {
         {
             return Some(Seen::Landed(rest.version));
         }
-        match plan.state {
-            PlanState::Accepted => (sighting.airborne == Some(true)).then_some(Seen::Departed),
-            PlanState::Activated => {
-                let is_off = !is_on_its_ways(snapshot.topology(), plan, sighting);
-                is_off.then_some(Seen::OffItsWays)
-            }
-            PlanState::Nonconforming => {
-                let is_back = is_on_its_ways(snapshot.topology(), plan, sighting);
-                is_back.then_some(Seen::OnItsWay)
-            }
-            PlanState::Contingent | PlanState::Ended => None,
+        if plan.flags.silent {
+            return Some(Seen::Heard);
+        }
+        let agreement = sighting.agreement.as_ref();
+        let conformance = agreement.map(|agreement| agreement.conformance(sighting.seen_at));
+        match (plan.state, conformance) {
+            (PlanState::Accepted, _) => (sighting.airborne == Some(true)).then_some(Seen::Departed),
+            (PlanState::Activated, Some(Conformance::Deviates)) => Some(Seen::Deviates),
+            (PlanState::Nonconforming, Some(Conformance::Conforms)) => Some(Seen::Conforms),
+            _ => None,
+        }
+    }
+
+    /// A sighting of the drone of a plan, with how far it has come, and how it agrees with that plan.
+    pub(super) fn held_against(
+        &self,
+        snapshot: &Snapshot,
+        plan: &Arc<PlanEntry>,
+        sighting: Sighting,
+        before: Option<&Sighting>,
+    ) -> Sighting {
+        let topology = snapshot.topology();
+        let is_in_flight = plan.is_active()
+            && plan.state != PlanState::Accepted
+            && sighting.seen_at >= plan.reported.departs_at;
+        let agreement = is_in_flight.then(|| {
+            let newest = deviation(topology, plan, &sighting, &*self.planner);
+            let before = before.and_then(|before| before.agreement.as_ref());
+            Agreement::after(before, &plan.id, sighting.seen_at, newest)
+        });
+        Sighting {
+            flown: flown(topology, plan, &sighting, before),
+            rests: rests(topology, plan, &sighting, before),
+            agreement,
+            ..sighting
         }
     }
 }
@@ -100,7 +126,7 @@ fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Time
 }
 
 /// How far a drone has come on what it reported to fly.
-pub(super) fn flown(
+fn flown(
     topology: &Topology,
     plan: &PlanEntry,
     sighting: &Sighting,
@@ -124,17 +150,8 @@ pub(super) fn flown(
     })
 }
 
-/// Whether a drone is on any of the ways that it was told.
-fn is_on_its_ways(topology: &Topology, plan: &PlanEntry, sighting: &Sighting) -> bool {
-    let place = sighting.position(topology.frame());
-    plan.versions().any(|version| {
-        let spot = spot_on(topology, version, place, 0.0);
-        spot.is_none_or(|spot| spot.off_m <= OFF_WAY_M)
-    })
-}
-
 /// Since when a drone rests at the end of what it reported to fly.
-pub(super) fn rests(
+fn rests(
     topology: &Topology,
     plan: &PlanEntry,
     sighting: &Sighting,

@@ -1,5 +1,6 @@
 //! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
 
+use super::agreement::{Agreement, Conformance, Deviation};
 use crate::geo::{AltitudeReference, Frame, Point};
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,6 +28,8 @@ pub(super) struct Sighting {
     pub(super) flown: Option<Flown>,
     /// Since when it rests at the end of its plan, if it does.
     pub(super) rests: Option<Rest>,
+    /// How its positions agree with its plan, in flight.
+    pub(super) agreement: Option<Agreement>,
 }
 
 /// How far a drone has come on a version of its plan.
@@ -59,6 +62,7 @@ impl Sighting {
             airborne: None,
             flown: None,
             rests: None,
+            agreement: None,
         }
     }
 
@@ -67,6 +71,24 @@ impl Sighting {
         let flown = self.flown.as_ref();
         let flown = flown.filter(|flown| &*flown.plan == plan && flown.version == version);
         flown.map_or(0.0, |flown| flown.at_m)
+    }
+
+    /// Whether it was made in flight on a plan.
+    pub(super) fn is_on(&self, plan: &str) -> bool {
+        let agreement = self.agreement.as_ref();
+        agreement.is_some_and(|agreement| agreement.is_of(plan))
+    }
+
+    /// Whether it shows, with those before it, that the drone is elsewhere than its plan has it, and not only at another
+    /// time.
+    pub(super) fn is_elsewhere(&self) -> bool {
+        self.agreement.as_ref().is_some_and(|agreement| {
+            let deviates = agreement.conformance(self.seen_at) == Conformance::Deviates;
+            deviates
+                && agreement
+                    .newest
+                    .is_some_and(|newest| newest != Deviation::Time)
+        })
     }
 
     /// Where the drone was, on a network's plane; it may be laid on another one than when the drone was seen.

@@ -53,7 +53,7 @@ impl Collector for EdgeCollector {
 }
 
 /// Names, meanings and values of what goes up and down.
-fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 17] {
+fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 19] {
     [
         ("network_nodes", "Nodes of the network", status.nodes),
         (
@@ -77,6 +77,16 @@ fn gauges(status: &Status) -> [(&'static str, &'static str, usize); 17] {
             "affected_plans",
             "Plans with something closed ahead",
             status.affected_plans,
+        ),
+        (
+            "nonconforming_plans",
+            "Plans whose drones are elsewhere than they were told",
+            status.nonconforming_plans,
+        ),
+        (
+            "contingent_plans",
+            "Plans whose drones are silent, or have no way",
+            status.contingent_plans,
         ),
         (
             "proposals",

@@ -5,6 +5,7 @@
 //! snapshot for each batch, stores it and then acknowledges. Both dialects call the use cases here; nothing
 //! here knows HTTP or gRPC.
 
+mod agreement;
 mod alarms;
 mod answered;
 mod answered_lately;
@@ -69,6 +70,7 @@ mod state_outbox;
 mod state_pads;
 mod state_replanning;
 mod state_reviews;
+mod state_silence;
 mod state_store;
 mod state_sync;
 mod state_topology;

@@ -1,4 +1,5 @@
-//! Telemetry that shows a drone early, late or with less battery than planned: a `service_level` failure by itself.
+//! Telemetry that shows a drone elsewhere, early, late or with less battery than planned: a `service_level` failure by
+//! itself.
 
 use super::Edge;
 use super::failures::ReplyMode;
@@ -10,11 +11,17 @@ use super::snapshot::Snapshot;
 use crate::access::Caller;
 use crate::formats::ParsedReport;
 use crate::wire;
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
+/// So often the drone of a plan is answered at most that is early, late or short of battery.
+const OFF_ITS_TIMES: SignedDuration = SignedDuration::from_mins(1);
+/// And one that is elsewhere: from where it is then.
+const WHERE_IT_IS: SignedDuration = SignedDuration::from_secs(10);
+
 impl Edge {
-    /// Answers a drone that was seen off its plan, at most once a minute; `None` where it is on it.
+    /// Answers a drone that was seen off its plan: at most once a minute where it is early, late or short of battery, every
+    /// ten seconds where it is elsewhere; `None` where it is on it.
     pub(super) fn answer_off_plan(
         &self,
         caller: &Caller,
@@ -23,16 +30,24 @@ impl Edge {
         entry: &wire::TelemetryEntry,
         now: Timestamp,
     ) -> Option<Arc<AnswerRecord>> {
-        let is_waiting = !plan.is_as_planned() || plan.wanted.is_some();
         let version = &plan.reported;
-        if is_waiting || !self.planner.minds(Concern::Telemetry, Some(version)) {
+        let sighting = self.drones.last(&entry.drone_id)?;
+        let is_elsewhere = sighting.is_elsewhere();
+        let is_waiting = !plan.is_as_planned() || plan.wanted.is_some();
+        let minds = || self.planner.minds(Concern::Telemetry, Some(version));
+        if !is_elsewhere && (is_waiting || !minds()) {
             return None;
         }
-        let sighting = self.drones.last(&entry.drone_id)?;
         let topology = snapshot.topology();
         let progress = progress::progress(topology, plan, &self.drones, now)?;
-        let is_off = self.planner.is_off(topology, version, &progress, &sighting);
-        if !is_off || !self.off_plan.begins(&plan.id, now) {
+        let apart = match is_elsewhere {
+            true => WHERE_IT_IS,
+            false => OFF_ITS_TIMES,
+        };
+        if !is_elsewhere && !self.planner.is_off(topology, version, &progress, &sighting) {
+            return None;
+        }
+        if !self.off_plan.begins(&plan.id, now, apart) {
             return None;
         }
         let leg = u32::try_from(progress.leg).ok();

@@ -16,6 +16,8 @@ pub(super) struct PlanFlags {
     pub(super) overdue: bool,
     /// A wanted version was not acknowledged in its time.
     pub(super) unacknowledged: bool,
+    /// Nothing was heard of its drone in flight for long.
+    pub(super) silent: bool,
 }
 
 impl PlanFlags {

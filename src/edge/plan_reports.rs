@@ -273,6 +273,7 @@ impl Edge {
             seen_at,
             flown: None,
             rests: None,
+            agreement: None,
             ..sighting
         };
         match self.judge_place(snapshot, Some(plan), drone, &sighting) {

@@ -364,6 +364,7 @@ impl State {
                 Due::Departure(plan) => self.depart(&plan),
                 Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
+                Due::Sign(plan) => self.miss_sign(&plan, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
                 Due::Way(plan) => _ = self.touched_plans.insert(plan),
             }

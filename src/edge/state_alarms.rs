@@ -24,11 +24,12 @@ const DROPPED_AT_ONCE: usize = 100;
 /// What a way that is open again ends.
 pub(super) const WITHOUT_WAY: [AlarmKind; 2] = [AlarmKind::NoRoute, AlarmKind::Grounded];
 /// What a drone that is known to fly an open version ends.
-pub(super) const AFTER_RELIEF: [AlarmKind; 4] = [
+pub(super) const AFTER_RELIEF: [AlarmKind; 5] = [
     AlarmKind::NoRoute,
     AlarmKind::Grounded,
     AlarmKind::Unacknowledged,
     AlarmKind::Declined,
+    AlarmKind::Contingent,
 ];
 /// What the end of a plan ends; that a drone is lost is not over with its plan.
 pub(super) const AT_THE_END: [AlarmKind; 7] = [

@@ -86,6 +86,7 @@ impl State {
     fn activate(&mut self, plan: &Arc<PlanEntry>) {
         if plan.state == PlanState::Accepted {
             self.leave_pad_of(plan);
+            self.listen_for(&plan.id);
             self.keep_plan(PlanEntry {
                 state: PlanState::Activated,
                 ..(**plan).clone()
@@ -121,17 +122,24 @@ impl State {
                 return Done::Nothing;
             }
             (Seen::Departed, PlanState::Accepted) => PlanState::Activated,
-            (Seen::OffItsWays, PlanState::Activated) => PlanState::Nonconforming,
-            (Seen::OnItsWay, PlanState::Nonconforming) => PlanState::Activated,
+            (Seen::Heard, _) => return self.hear_of_again(&plan),
+            (Seen::Deviates, PlanState::Activated) => PlanState::Nonconforming,
+            (Seen::Conforms, PlanState::Nonconforming) => PlanState::Activated,
             _ => return Done::Nothing,
         };
         if seen == Seen::Departed {
             self.leave_pad_of(&plan);
+            self.listen_for(&plan.id);
         }
         let plan = self.keep_plan(PlanEntry {
             state,
             ..(*plan).clone()
         });
+        match seen {
+            Seen::Deviates => self.tell(EventKind::PlanNonconforming, &plan),
+            Seen::Conforms => self.tell(EventKind::PlanConforming, &plan),
+            _ => {}
+        }
         Done::Plan(plan)
     }
 

@@ -16,9 +16,9 @@ const OF_NO_VERSION: u32 = u32::MAX;
 
 impl State {
     /// Takes the contingencies of the legs that the drone of a plan may be on while it is
-    /// unacknowledged, and lets them go once it is not.
+    /// unacknowledged or silent, and lets them go once it is not.
     pub(super) fn guard(&mut self, plan: &PlanEntry) {
-        let is_due = plan.is_active() && plan.flags.unacknowledged;
+        let is_due = plan.is_active() && (plan.flags.unacknowledged || plan.flags.silent);
         if !is_due {
             self.guard_no_more(&plan.id);
             return;

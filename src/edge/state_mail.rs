@@ -38,6 +38,15 @@ impl State {
         }
     }
 
+    /// Nobody asks any more where the drone of a plan is.
+    pub(super) fn drop_questions(&mut self, plan: &PlanEntry) {
+        if let Some(drone) = &plan.drone_id {
+            self.drop_mail(drone, |entry| {
+                entry.plan == plan.id && entry.content == Content::WhereAreYou
+            });
+        }
+    }
+
     /// A drone begins with a plan: what it was told of earlier ones is over.
     pub(super) fn empty_mailbox(&mut self, drone: &Arc<str>) {
         self.drop_mail(drone, |_| true);

@@ -27,6 +27,10 @@ pub struct Status {
     pub active_plans: usize,
     /// Plans that have something closed ahead.
     pub affected_plans: usize,
+    /// Plans whose drones are elsewhere, higher, lower, earlier or later than they were told.
+    pub nonconforming_plans: usize,
+    /// Plans whose drones are silent, or have no way that they could be told.
+    pub contingent_plans: usize,
     /// Proposed versions that were not acknowledged in time, ever.
     pub plans_unacknowledged: u64,
     /// Proposals that wait for an operator.
@@ -83,7 +87,8 @@ impl Edge {
         let topology = snapshot.topology();
         let (records, record_bytes) = self.records.figures();
         let tables = self.tables.trees().figures();
-        let plans = snapshot.plans.values();
+        let plans = || snapshot.plans.values();
+        let in_state = |state| plans().filter(|plan| plan.state == state).count();
         let clock = self.clock.reading();
         let flight = self.settings.flight.as_ref();
         Status {
@@ -94,7 +99,9 @@ impl Edge {
             closures: snapshot.closures.len(),
             blocked_segments: snapshot.airspace.closed().blocked_segment_count(),
             active_plans: snapshot.active_plans,
-            affected_plans: plans
+            nonconforming_plans: in_state(wire::PlanState::Nonconforming),
+            contingent_plans: in_state(wire::PlanState::Contingent),
+            affected_plans: plans()
                 .filter(|plan| plan.is_active() && snapshot.is_affected(plan))
                 .count(),
             plans_unacknowledged: snapshot.unacknowledged,

@@ -1,7 +1,6 @@
 //! Telemetry: where drones are, and what they are told in return.
 
 use super::Edge;
-use super::conformance::{flown, rests};
 use super::drones::{DRONE_ID_BYTES_MAX, Sighting};
 use super::places::Untaken;
 use super::planner::Concern;
@@ -199,24 +198,17 @@ impl Edge {
             airborne: entry.airborne,
             flown: None,
             rests: None,
+            agreement: None,
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
         if let Err(why) = self.judge_place(snapshot, plan, &entry.drone_id, &sighting) {
             warnings.push(words::warning(why.code(), &why.to_string()));
             return false;
         }
-        let rests = plan.and_then(|plan| {
-            let before = self.drones.last(&entry.drone_id);
-            rests(snapshot.topology(), plan, &sighting, before.as_ref())
-        });
-        let flown = plan.and_then(|plan| {
-            let before = self.drones.last(&entry.drone_id);
-            flown(snapshot.topology(), plan, &sighting, before.as_ref())
-        });
-        let sighting = Sighting {
-            flown,
-            rests,
-            ..sighting
+        let before = self.drones.last(&entry.drone_id);
+        let sighting = match plan {
+            Some(plan) => self.held_against(snapshot, plan, sighting, before.as_ref()),
+            None => sighting,
         };
         let taken = self.drones.see(&entry.drone_id, sighting.clone());
         if taken {
@@ -291,14 +283,15 @@ pub(super) fn place_of(place: &wire::Place, snapshot: &Snapshot) -> Option<[f64;
     (is_on_earth && frame.to_plane(coordinates).is_finite()).then_some(coordinates)
 }
 
-/// What a height is measured from; sea level where nothing is said.
+/// What a height is measured from, where that is said.
 fn reference(
     entry: &wire::TelemetryEntry,
     warnings: &mut Vec<wire::Warning<'static>>,
 ) -> Option<AltitudeReference> {
     entry.altitude_m?;
     match entry.altitude_reference.as_deref() {
-        None | Some("amsl") => Some(AltitudeReference::Amsl),
+        None => None,
+        Some("amsl") => Some(AltitudeReference::Amsl),
         Some("agl") => Some(AltitudeReference::Agl),
         Some("wgs84") => Some(AltitudeReference::Wgs84),
         Some(other) => {

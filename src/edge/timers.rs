@@ -21,6 +21,8 @@ pub(super) enum Due {
     Arrival { plan: Arc<str>, version: u32 },
     /// A plan that has not ended was not heard of for long.
     Silence(Arc<str>),
+    /// A drone in flight should have given a sign.
+    Sign(Arc<str>),
     /// A plan without a way is looked at again: others have flown on, and pads are free.
     Way(Arc<str>),
 }

@@ -374,6 +374,7 @@ fn flags(snapshot: &Snapshot, entry: &PlanEntry) -> Vec<wire::PlanFlag> {
         (snapshot.is_affected(entry), wire::PlanFlag::Affected),
         (entry.flags.overdue, wire::PlanFlag::Overdue),
         (entry.flags.unacknowledged, wire::PlanFlag::Unacknowledged),
+        (entry.flags.silent, wire::PlanFlag::Silent),
     ];
     let holding = flags.into_iter().filter(|(holds, _)| *holds);
     holding.map(|(_, flag)| flag).collect()

@@ -3,6 +3,7 @@
 mod alarms;
 mod bad_input;
 mod clock;
+mod conformance;
 mod description;
 mod doubtful_places;
 mod events;

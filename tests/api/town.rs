@@ -1,7 +1,7 @@
 //! A small town with the flight model on, asked in either dialect.
 
 use crate::harness::{Api, WAIT_AT_MOST};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use prost::Message;
 use serde_json::{Value, json};
 use skyway::api::grpc::{FromProto, IntoProto, proto};
@@ -104,14 +104,35 @@ impl Town {
         time: &str,
         flight: Option<FlightSettings>,
     ) -> Self {
-        let text = write_network(draft);
-        let loaded = load_network(&text).expect("a network");
         let settings = Settings {
             flight,
             // A town has few segments.
             closed_fraction_max: 0.5,
+            // Its drones tell where they are only where that matters.
+            silent_after: SignedDuration::from_hours(24),
             ..Settings::default()
         };
+        Self::set(draft, dialect, time, settings).await
+    }
+
+    /// The same, where drones are asked when they fall silent.
+    pub(crate) async fn listening(
+        draft: &NetworkDraft,
+        dialect: Dialect,
+        time: &str,
+        flight: Option<FlightSettings>,
+    ) -> Self {
+        let settings = Settings {
+            flight,
+            closed_fraction_max: 0.5,
+            ..Settings::default()
+        };
+        Self::set(draft, dialect, time, settings).await
+    }
+
+    async fn set(draft: &NetworkDraft, dialect: Dialect, time: &str, settings: Settings) -> Self {
+        let text = write_network(draft);
+        let loaded = load_network(&text).expect("a network");
         let topology = Arc::new(loaded.topology);
         let (api, hand) = Api::at(topology, text.into(), settings, at(time)).await;
         Self { api, hand, dialect }

@@ -36,6 +36,12 @@ pub enum EventKind {
     PlanUnacknowledged,
     /// A drone does not take a recomposed version over.
     PlanDeclined,
+    /// The drone of a plan is elsewhere, higher, lower, earlier or later than anything that it was told has it.
+    PlanNonconforming,
+    /// The drone of a plan is where it is to be again, or heard of again.
+    PlanConforming,
+    /// Nothing was heard of the drone of a plan in flight for long.
+    PlanContingent,
     /// A plan has not ended some time after its arrival.
     PlanOverdue,
     /// A plan is over; `ended_as` says what became of it.

@@ -70,9 +70,9 @@ pub enum PlanState {
     Accepted,
     /// Its drone has departed.
     Activated,
-    /// Its drone was last seen off every way that it was told.
+    /// Its drone is elsewhere, higher, lower, earlier or later than anything that it was told has it.
     Nonconforming,
-    /// There is no way that its drone could be told, or it declines all of them.
+    /// There is no way that its drone could be told, it declines all of them, or it is silent.
     Contingent,
     /// Over; `ended_as` says how.
     Ended,
@@ -102,6 +102,8 @@ pub enum PlanFlag {
     Overdue,
     /// A wanted version was not acknowledged in its time.
     Unacknowledged,
+    /// Nothing was heard of its drone in flight for long: it may fly its contingencies.
+    Silent,
 }
 
 /// A version that was sent to its drone and has not ended.
@@ -316,9 +318,9 @@ pub struct PlanCounts {
     pub accepted: u32,
     /// Departed.
     pub activated: u32,
-    /// Off every way that their drones were told.
+    /// With drones that are elsewhere than they were told.
     pub nonconforming: u32,
-    /// Without a way that their drones could be told.
+    /// Without a way that their drones could be told, or with silent ones.
     pub contingent: u32,
     /// Over, as far as they are still kept.
     pub ended: u32,

@@ -39,7 +39,8 @@ mirror_enum!(EndedAs {
 mirror_enum!(PlanFlag {
     Affected,
     Overdue,
-    Unacknowledged
+    Unacknowledged,
+    Silent
 });
 
 mirror!(wire::SentVersion<'_> => SentVersion {

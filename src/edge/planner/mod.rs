@@ -26,6 +26,7 @@ use crate::airspace::Closure;
 use crate::checked::{Alternatives, Case, Known};
 use crate::checker::Fault;
 use crate::formats::ReadWarning;
+use crate::geo::Point;
 use crate::intake::Faults;
 use crate::network::Topology;
 use crate::recompose::Request;
@@ -199,6 +200,12 @@ pub(super) trait Planner: Debug + Send + Sync {
     /// Whether an answer is better than what the drone of a plan flies, by more than it costs to tell.
     fn improves(&self, _: &PlanEntry, _: &Progress, _: &Answer) -> bool {
         false
+    }
+
+    /// How much earlier or later a drone is at a place of a leg than its version has it there, in seconds from the departure;
+    /// `None` where no times are computed.
+    fn apart_s(&self, _: &Topology, _: &Version, _: (usize, Point), _seen_s: f64) -> Option<f64> {
+        None
     }
 
     /// Whether a drone was seen earlier, later or emptier than its version has it where it is, by more than is tolerated.

@@ -46,6 +46,8 @@ struct StoredPlan {
     #[serde(default, skip_serializing_if = "is_false")]
     unacknowledged: bool,
     #[serde(default, skip_serializing_if = "is_false")]
+    silent: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
     holds: bool,
     /// The node, the pad and since when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -202,6 +204,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         affected: plan.flags.affected,
         overdue: plan.flags.overdue,
         unacknowledged: plan.flags.unacknowledged,
+        silent: plan.flags.silent,
         holds: plan.holds,
         landed_on,
         expires_at: plan.expires_at.map(Into::into),
@@ -293,6 +296,7 @@ pub(super) fn read_plan(
             affected: stored.affected || was_affected,
             overdue: stored.overdue,
             unacknowledged: stored.unacknowledged,
+            silent: stored.silent,
         },
         reported: read_one(&stored.reported)?,
         wanted: stored.wanted.as_ref().map(read_one).transpose()?,

@@ -18,6 +18,11 @@ pub(super) struct Expected {
 }
 
 impl Expected {
+    /// How much earlier or later that is, in seconds.
+    pub(super) fn apart_s(&self, seen_s: f64) -> f64 {
+        (self.from_s - seen_s).max(seen_s - self.until_s).max(0.0)
+    }
+
     /// Whether a drone is earlier, later or emptier than that, by more than is tolerated in seconds and as a fraction.
     pub(super) fn is_missed(
         &self,

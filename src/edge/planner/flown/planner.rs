@@ -18,6 +18,7 @@ use crate::edge::settings::Settings;
 use crate::edge::stretches::Stretch;
 use crate::flight::Location;
 use crate::formats::ReadWarning;
+use crate::geo::Point;
 use crate::intake::Faults;
 use crate::itinerary::Objective;
 use crate::network::{NodeIx, Topology};
@@ -454,6 +455,17 @@ impl Planner for Flown {
                 Objective::Time => lands_earlier,
                 Objective::Energy => gains_wh > LEAST_GAIN_WH,
             }
+    }
+
+    fn apart_s(
+        &self,
+        topology: &Topology,
+        version: &Version,
+        (leg, place): (usize, Point),
+        seen_s: f64,
+    ) -> Option<f64> {
+        let flown = version.flight.as_deref()?;
+        Some(flown.expected(topology, leg, place)?.apart_s(seen_s))
     }
 
     fn is_off(
