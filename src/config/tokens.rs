@@ -12,7 +12,6 @@ use std::fmt;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
-use std::time::SystemTime;
 use thiserror::Error;
 
 /// What every token begins with, so that people and scanners for leaked secrets know one.
@@ -183,9 +182,10 @@ impl Tokens {
     /// # Errors
     /// When it cannot be looked at.
     #[expect(clippy::disallowed_methods, reason = "the door to the file of tokens")]
-    pub fn stamp(path: &Path) -> io::Result<(SystemTime, u64)> {
+    pub fn stamp(path: &Path) -> io::Result<(Timestamp, u64)> {
         let found = std::fs::metadata(path)?;
-        Ok((found.modified()?, found.len()))
+        let written = Timestamp::try_from(found.modified()?).map_err(io::Error::other)?;
+        Ok((written, found.len()))
     }
 
     /// How many there are.

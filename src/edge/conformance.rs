@@ -2,9 +2,10 @@
 //! its end.
 
 use super::Edge;
-use super::agreement::{Agreement, Conformance, deviation};
+use super::agreement::{Agreement, Conformance};
 use super::commands::Command;
 use super::commands::Seen;
+use super::deviation::deviation;
 use super::drones::{Drones, Flown, Rest, Sighting};
 use super::plan_entry::PlanEntry;
 use super::progress::{self, spot_on};

@@ -4,18 +4,14 @@
 //! stays in its order. Messages refer to versions by their numbers, and are written out when they are told.
 
 use super::plan_entry::PlanEntry;
-use super::planner::Version;
-use super::snapshot::Snapshot;
-use super::state_fleet::WITHOUT_WAY_TEXT;
-use super::views;
-use super::words;
-use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{self, AlarmKind, EndedAs, MessageKind};
+use crate::wire::{AlarmKind, EndedAs, MessageKind};
 use jiff::Timestamp;
-use std::borrow::Cow;
-use std::ops::Bound;
 use std::sync::Arc;
+
+/// What the drone of a plan is told to do where it has no way. It is never ordered to land.
+pub(super) const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
+an operator has been alarmed, and unsafe_way is the least bad way where there is any";
 
 /// At most so many messages are kept for one drone; the oldest that is no order goes first.
 pub(super) const KEPT_MAX: usize = 64;
@@ -45,7 +41,8 @@ pub(super) enum Content {
 }
 
 impl Content {
-    fn kind(&self) -> MessageKind {
+    /// What it tells.
+    pub(super) fn kind(&self) -> MessageKind {
         match self {
             Self::Version(_) => MessageKind::Version,
             Self::Offer(_) => MessageKind::Offer,
@@ -80,7 +77,7 @@ impl Content {
     }
 
     /// The number of the version that it speaks of.
-    fn version_number(&self) -> Option<u32> {
+    pub(super) fn version_number(&self) -> Option<u32> {
         match self {
             Self::Version(number) | Self::Offer(number) | Self::Contingencies(number) => {
                 Some(*number)
@@ -116,58 +113,8 @@ impl MailEntry {
     }
 }
 
-impl Snapshot {
-    /// The messages of a drone that come after a number.
-    pub(super) fn mail_of(
-        &self,
-        drone: &Arc<str>,
-        after: u64,
-    ) -> impl Iterator<Item = &Arc<MailEntry>> {
-        let from = Bound::Excluded((drone.clone(), after));
-        let until = Bound::Included((drone.clone(), u64::MAX));
-        self.mail.range((from, until)).map(|(_, entry)| entry)
-    }
-
-    /// A message as its drone is told it; none where the version that it speaks of is there no more.
-    pub(super) fn told_message(
-        &self,
-        entry: &MailEntry,
-        stamp: wire::Stamp<'static>,
-    ) -> Option<wire::DroneMessage<'static>> {
-        let plan = self.plans.get(&entry.plan);
-        let version = entry.content.version_number();
-        let version = version.map(|number| version_of(self.topology(), plan?, number));
-        if version.as_ref().is_some_and(Option::is_none) {
-            return None;
-        }
-        let (unsafe_way, ended_as, alarm, text) = match &entry.content {
-            Content::NoWay { unsafe_way } => {
-                let way = unsafe_way.as_deref();
-                let way = way.and_then(|way| serde_json::from_str(way).ok());
-                (way, None, None, Some(WITHOUT_WAY_TEXT.into()))
-            }
-            Content::Ended(how) => (None, Some(*how), None, None),
-            Content::Alarm { kind, text } => (None, None, Some(*kind), Some(words::text(text))),
-            _ => (None, None, None, None),
-        };
-        Some(wire::DroneMessage {
-            id: Cow::Owned(message_id(self.lineage, entry.number)),
-            drone_id: words::text(&entry.drone),
-            kind: entry.content.kind(),
-            at: words::instant(entry.at),
-            plan_id: words::text(&entry.plan),
-            version: version.flatten(),
-            causes: entry.causes.iter().cloned().map(Cow::Owned).collect(),
-            unsafe_way,
-            ended_as,
-            alarm,
-            text,
-            stamp,
-        })
-    }
-}
-
-fn message_id(lineage: u64, number: u64) -> String {
+/// The id of a message.
+pub(super) fn message_id(lineage: u64, number: u64) -> String {
     format!("{lineage}-{number}")
 }
 
@@ -189,15 +136,4 @@ pub(super) fn message_number(id: &str, lineage: u64) -> Result<u64, Refusal> {
             Err(Refusal::new(Code::ParameterInvalid, detail))
         }
     }
-}
-
-/// A version of a plan that was sent and has not ended.
-fn version_of(
-    topology: &Topology,
-    plan: &PlanEntry,
-    number: u32,
-) -> Option<wire::PlanVersion<'static>> {
-    let is_it = |version: &&Arc<Version>| version.number == number;
-    let version = plan.versions().find(is_it)?;
-    Some(views::version(topology, version))
 }

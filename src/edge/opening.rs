@@ -3,6 +3,7 @@
 use super::Edge;
 use super::answered_lately::OffPlan;
 use super::background::SearchTurns;
+use super::claims::Claims;
 use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::line::Lines;
@@ -11,7 +12,6 @@ use super::opened::{self, Listener, Opened};
 use super::planner::{Concern, Planner, planner_of};
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
-use super::sessions::Claims;
 use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
@@ -248,10 +248,7 @@ impl Opening {
             has_new_airspace: false,
             waiting: Unanswered::default(),
         };
-        let writer = match self.is_in_place {
-            true => Writer::in_place(desk),
-            false => Writer::start(desk)?,
-        };
+        let writer = writer_of(desk, self.is_in_place)?;
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
@@ -281,6 +278,13 @@ impl Opening {
         });
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)
+    }
+}
+
+fn writer_of(desk: WriterLoop, is_in_place: bool) -> io::Result<Writer> {
+    match is_in_place {
+        true => Ok(Writer::in_place(desk)),
+        false => Writer::start(desk),
     }
 }
 

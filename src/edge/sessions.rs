@@ -2,62 +2,22 @@
 //! names the session that it ends, or where nothing was heard on that one for long.
 
 use super::Edge;
+use super::claims::{Claim, SessionLine};
 use super::commands::Command;
 use super::drones::DRONE_ID_BYTES_MAX;
-use super::line::{Line, MailStream};
+use super::mail_stream::MailStream;
 use super::mailbox::message_number;
 use super::words;
 use crate::access::Caller;
 use crate::refusal::{Code, Refusal};
 use crate::wire;
-use jiff::{SignedDuration, Timestamp};
+use jiff::SignedDuration;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 
 /// A drone is taken over at most this often.
 const TAKEOVER_EVERY: SignedDuration = SignedDuration::from_secs(5);
-
-/// The drones that are on sessions.
-#[derive(Debug, Default)]
-pub(super) struct Claims {
-    number: AtomicU64,
-    by_drone: Mutex<BTreeMap<Arc<str>, Claim>>,
-}
-
-/// On which session a drone is.
-#[derive(Clone, Debug)]
-struct Claim {
-    session: Arc<SessionLine>,
-    taken_over_at: Option<Timestamp>,
-}
-
-/// What is known of a session beside its drones.
-#[derive(Debug)]
-struct SessionLine {
-    id: Arc<str>,
-    line: Arc<Line>,
-    /// When anything was last said on it, in microseconds of the edge's clock.
-    heard_at_us: AtomicI64,
-}
-
-impl Claims {
-    // The map is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Claim>> {
-        self.by_drone.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The session that a drone is on.
-    pub(super) fn session_of(&self, drone: &str) -> Option<Arc<str>> {
-        self.lock().get(drone).map(|claim| claim.session.id.clone())
-    }
-
-    /// How many drones are on sessions.
-    pub(super) fn count(&self) -> usize {
-        self.lock().len()
-    }
-}
 
 /// A session of one drone or of many. Its drones leave the line when it is dropped; their mail is kept.
 #[derive(Debug)]
@@ -76,7 +36,7 @@ enum Claimed {
 impl Edge {
     /// Begins a session without drones.
     pub fn begin_session(self: &Arc<Self>, caller: &Caller) -> Session {
-        let number = self.claims.number.fetch_add(1, Ordering::Relaxed) + 1;
+        let number = self.claims.sessions.fetch_add(1, Ordering::Relaxed) + 1;
         let line = SessionLine {
             id: Arc::from(format!("session-{}-{number}", self.epoch)),
             line: Arc::default(),

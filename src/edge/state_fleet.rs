@@ -3,7 +3,7 @@
 use super::commands::Done;
 use super::events::Happening;
 use super::fleet::Detour;
-use super::mailbox::Content;
+use super::mailbox::{Content, WITHOUT_WAY_TEXT};
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Version, legs, stays};
 use super::progress;
@@ -20,9 +20,6 @@ use std::sync::Arc;
 
 /// What is told of a version whose pad another plan has too.
 const PAD_CONTESTED: &str = "pad_contested";
-/// What the drone of a plan is told to do where it has no way. It is never ordered to land.
-pub(super) const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
-an operator has been alarmed, and unsafe_way is the least bad way where there is any";
 /// At most this many versions of a plan are kept that its drone may be flying.
 const VERSIONS_MAX: usize = 8;
 

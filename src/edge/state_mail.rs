@@ -76,9 +76,10 @@ impl State {
         if self.next.mail_of(drone, 0).count() < KEPT_MAX {
             return;
         }
-        let oldest = self.next.mail_of(drone, 0);
-        let oldest = oldest.filter(|entry| !entry.content.is_order()).next();
-        if let Some(oldest) = oldest.cloned() {
+        let mut mail = self.next.mail_of(drone, 0);
+        let oldest = mail.find(|entry| !entry.content.is_order()).cloned();
+        drop(mail);
+        if let Some(oldest) = oldest {
             tracing::warn!(
                 %drone,
                 plan = %oldest.plan,

@@ -8,7 +8,7 @@ use arc_swap::ArcSwap;
 use jiff::Timestamp;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Weak};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 use tokio::sync::watch;
 use tokio::time::sleep;
 
@@ -62,7 +62,7 @@ async fn follow(tokens: Weak<LiveTokens>) {
 }
 
 /// When a file was written, and how long it was then.
-type Stamp = (SystemTime, u64);
+type Stamp = (Timestamp, u64);
 
 impl LiveTokens {
     /// Reads the file where it is not as it was; what cannot be read leaves the tokens as they are.
