@@ -82,6 +82,10 @@ impl Conversation {
         context: &mut Context<'_>,
     ) -> Poll<Option<Result<SessionResponse, Status>>> {
         for _ in 0..IN_A_ROW {
+            // Nobody is told anything before the welcome.
+            if let Some(welcome) = self.answer.take_if(|answer| is_welcome(answer)) {
+                return Poll::Ready(Some(Ok(welcome)));
+            }
             if let Poll::Ready(Some(mail)) = Pin::new(&mut self.mail).poll_next(context) {
                 return Poll::Ready(Some(Ok(told(mail))));
             }
@@ -139,6 +143,10 @@ impl Stream for Conversation {
         self.has_ended = matches!(next, Poll::Ready(None | Some(Err(_))));
         next
     }
+}
+
+fn is_welcome(answer: &SessionResponse) -> bool {
+    matches!(answer.body, Some(Told::Welcome(_)))
 }
 
 fn told(mail: Mail) -> SessionResponse {

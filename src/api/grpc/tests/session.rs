@@ -81,6 +81,18 @@ fn hello(drone: &str) -> Said {
     })
 }
 
+/// The drone of a session that this one ends.
+fn hello_after(session: &str) -> Said {
+    let drone = proto::HelloDrone {
+        drone_id: "d".to_owned(),
+        ends_session: Some(session.to_owned()),
+        received_through: None,
+    };
+    Said::Hello(proto::Hello {
+        drones: vec![drone],
+    })
+}
+
 fn seen(drone: &str, node: &str) -> Said {
     let place = proto::Place {
         place: Some(proto::place::Place::Node(node.to_owned())),
@@ -152,6 +164,11 @@ async fn a_zone_is_told_on_the_session_and_taken_over_on_it() {
     assert!(plan.wanted.is_none());
     assert_eq!(plan.reported.map(|it| it.version), Some(version.version));
 
+    // It comes back before it has said that it has received that: the welcome stands before all else.
+    let mut again = Line::begin(&routes, Caller::anyone()).await;
+    again.say(None, hello_after(&welcome.session_id)).await;
+    assert!(matches!(again.told().await, (None, Told::Welcome(_))));
+    assert!(matches!(line.told().await, (None, Told::Ended(_))));
     let received = proto::ReceivedRequest {
         drone_id: "d".to_owned(),
         through: message.id,
