@@ -18,6 +18,7 @@ mod cores;
 mod echo;
 mod elsewhere;
 mod fleet;
+mod line;
 mod load;
 mod measures;
 mod mix;
@@ -40,6 +41,7 @@ mod watch;
 mod workload;
 
 use clap::{Args, Parser, Subcommand};
+use line::{LineArguments, run_line};
 use report::Report;
 use run::{RunOptions, Target, eprintln_line};
 use scenario::Scenario;
@@ -66,6 +68,7 @@ Examples:
   skyway-loadtest run --server target/dist/skyway recompositions      one scenario
   skyway-loadtest run --server target/release/skyway --quick          whether everything works, in seconds
   skyway-loadtest fleet --server target/dist/skyway sydney            a fleet over Sydney, with the flight model
+  skyway-loadtest line --server target/dist/skyway                    10,000 sessions of drones
   skyway-loadtest table target/load/report.json                       the tables as Markdown
 
 Exit codes: 0 when every objective is met, 5 when one is missed, 2 for wrong arguments and scenarios, 1 for other failures.";
@@ -86,6 +89,8 @@ enum Command {
     List(ListArguments),
     /// Fill an edge with plans, close half of its airspace, and hold what drones are told against goals
     Fleet(FleetArguments),
+    /// Put drones on the line, and hold what that takes and how soon they are told against goals
+    Line(LineArguments),
     /// Print the tables of a report as Markdown
     Table {
         /// A report.json
@@ -141,6 +146,7 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Run(arguments) => run_scenarios(&arguments),
         Command::Fleet(arguments) => run_fleets(&arguments),
+        Command::Line(arguments) => run_line(&arguments),
         Command::List(arguments) => list(&arguments),
         Command::Table { report } => print_table(&report),
         Command::Echo {

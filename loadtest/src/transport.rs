@@ -279,7 +279,7 @@ pub(crate) async fn stream(
     Ok(sender.send_request(request).await?)
 }
 
-async fn connected(address: SocketAddr) -> Result<TcpStream, Broken> {
+pub(crate) async fn connected(address: SocketAddr) -> Result<TcpStream, Broken> {
     let stream = TcpStream::connect(address).await?;
     stream.set_nodelay(true)?;
     Ok(stream)

@@ -391,8 +391,9 @@ impl State {
         self.over.push_back(plan.clone());
         if self.over.len() > OVER_MAX
             && let Some(oldest) = self.over.pop_front()
+            && let Some(forgotten) = self.next.plans.remove(&oldest)
         {
-            self.next.plans.remove(&oldest);
+            self.forget_mail(&forgotten);
         }
     }
 }

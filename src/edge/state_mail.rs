@@ -47,6 +47,13 @@ impl State {
         }
     }
 
+    /// A plan is told of no more, nor is its drone told of it.
+    pub(super) fn forget_mail(&mut self, plan: &PlanEntry) {
+        if let Some(drone) = &plan.drone_id {
+            self.drop_mail(drone, |entry| entry.plan == plan.id);
+        }
+    }
+
     /// A drone begins with a plan: what it was told of earlier ones is over.
     pub(super) fn empty_mailbox(&mut self, drone: &Arc<str>) {
         self.drop_mail(drone, |_| true);

@@ -48,7 +48,9 @@ impl State {
             self.restore_plan(plan);
         }
         for entry in restored.mail {
-            self.next.mail.insert(entry.key(), Arc::new(entry));
+            if self.next.plans.contains_key(&entry.plan) {
+                self.next.mail.insert(entry.key(), Arc::new(entry));
+            }
         }
         let is_forgotten = planted::is(Bug::DropOutbox);
         for entry in restored.outbox.into_iter().filter(|_| !is_forgotten) {

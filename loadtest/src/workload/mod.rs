@@ -16,6 +16,7 @@ mod storm;
 mod world;
 
 pub(crate) use command::{FleetArguments, run_fleets};
+pub(crate) use world::World;
 
 use crate::scenario::{Unusable, named, text_of};
 use goals::{Goal, Measure};

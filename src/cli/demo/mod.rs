@@ -23,6 +23,9 @@ use std::pin::pin;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
 
+/// So long a drone has to send nothing before it is silent, in seconds of the machine.
+const SILENT_AFTER_S: f64 = 5.0;
+
 const EXAMPLES: &str = "\
 Examples:
   skyway demo                                        twelve drones over Sydney; look at http://127.0.0.1:8080/
@@ -154,8 +157,16 @@ impl Demo {
                 ("the demo", "store", &store),
                 ("the demo", "registry.url", &url),
                 ("the demo", "registry.network", NETWORK),
+                ("the demo", "drones.silent_after", &self.silent_after()),
             ],
         )
+    }
+
+    /// When a drone counts as silent: not before it has missed many positions, which come by the machine's clock.
+    fn silent_after(&self) -> String {
+        let rate: f64 = self.rate.parse().unwrap_or(1.0);
+        let missed_s = SILENT_AFTER_S * rate;
+        format!("{}s", missed_s.clamp(15.0, 3600.0).ceil())
     }
 
     fn resolved<C: Configuration>(
