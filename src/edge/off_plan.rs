@@ -20,16 +20,15 @@ const OFF_ITS_TIMES: SignedDuration = SignedDuration::from_mins(1);
 const WHERE_IT_IS: SignedDuration = SignedDuration::from_secs(10);
 
 impl Edge {
-    /// Answers a drone that was seen off its plan: at most once a minute where it is early, late or short of battery, every
-    /// ten seconds where it is elsewhere; `None` where it is on it.
-    pub(super) fn answer_off_plan(
+    /// The report of a drone that was seen off its plan: at most once a minute where it is early, late or short of battery,
+    /// every ten seconds where it is elsewhere; `None` where it is on it.
+    pub(super) fn off_plan_report(
         &self,
-        caller: &Caller,
         snapshot: &Snapshot,
         plan: &Arc<PlanEntry>,
         entry: &wire::TelemetryEntry,
         now: Timestamp,
-    ) -> Option<Arc<AnswerRecord>> {
+    ) -> Option<ParsedReport> {
         let version = &plan.reported;
         let sighting = self.drones.last(&entry.drone_id)?;
         let is_elsewhere = sighting.is_elsewhere();
@@ -67,13 +66,19 @@ impl Edge {
             }),
             ..wire::FailureReport::default()
         };
-        let parsed = ParsedReport {
+        Some(ParsedReport {
             report,
             warnings: Vec::new(),
-        };
-        let answered = self
-            .answer_in_place(caller, parsed, ReplyMode::First)
-            .ok()?;
-        answered.record().cloned()
+        })
+    }
+
+    /// Answers such a report, which takes a search.
+    pub(super) fn answer_off_plan(
+        &self,
+        caller: &Caller,
+        report: ParsedReport,
+    ) -> Option<Arc<AnswerRecord>> {
+        let answered = self.answer_in_place(caller, report, ReplyMode::First);
+        answered.ok()?.record().cloned()
     }
 }

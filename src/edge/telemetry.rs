@@ -3,11 +3,12 @@
 use super::Edge;
 use super::drones::{DRONE_ID_BYTES_MAX, Sighting};
 use super::places::Untaken;
-use super::planner::Concern;
+use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use super::views;
 use super::words;
 use crate::access::Caller;
+use crate::formats::ParsedReport;
 use crate::geo::AltitudeReference;
 use crate::intake::{PageRequest, token};
 use crate::refusal::Refusal;
@@ -17,6 +18,8 @@ use serde_json::Value;
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// So many positions are taken where they come in, which is a matter of microseconds; more of them aside.
+const AT_ONCE: usize = 32;
 /// Drones of one batch that are answered for being off their plans; the others with their next positions.
 const OFF_PLAN_PER_BATCH: usize = 4;
 /// How far a drone's clock may be ahead.
@@ -33,30 +36,49 @@ impl Edge {
         batch: wire::Telemetry,
     ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
         self.check_batch("positions", batch.positions.len())?;
-        if !self.planner.minds(Concern::Telemetry, None) {
-            return self.take_positions(caller, batch);
+        let (mut answer, off_plan) = if batch.positions.len() <= AT_ONCE {
+            self.take_positions(caller, batch)?
+        } else {
+            let (edge, caller) = (self.clone(), caller.clone());
+            self.aside(move || edge.take_positions(&caller, batch))
+                .await??
+        };
+        if off_plan.is_empty() {
+            return Ok(answer);
         }
-        // Drones off their plans are answered, which takes a search each.
         let (edge, caller) = (self.clone(), caller.clone());
-        self.aside(move || edge.take_positions(&caller, batch))
-            .await?
+        let answering = self.aside(move || {
+            let answers = off_plan.into_iter().map(|(place, report)| {
+                let answered = edge.answer_off_plan(&caller, report);
+                answered.map(|record| (place, record))
+            });
+            answers.flatten().collect::<Vec<_>>()
+        });
+        for (place, record) in answering.await? {
+            tell_answer(&mut answer.positions[place], &record);
+        }
+        Ok(answer)
     }
 
+    /// Takes positions, and gives the reports of those drones that are off their plans, each with its place.
     fn take_positions(
         &self,
         caller: &Caller,
         batch: wire::Telemetry,
-    ) -> Result<wire::TelemetryAnswer<'static>, Refusal> {
+    ) -> Result<(wire::TelemetryAnswer<'static>, Vec<(usize, ParsedReport)>), Refusal> {
         let snapshot = self.on_network()?;
         let now = self.clock.now();
-        let positions = batch.positions.into_iter();
-        let mut answers_left = OFF_PLAN_PER_BATCH;
-        Ok(wire::TelemetryAnswer {
-            positions: positions
-                .map(|entry| self.take_position(caller, entry, &snapshot, now, &mut answers_left))
-                .collect(),
-            stamp: self.stamp_of(&snapshot),
-        })
+        let mut off_plan = Vec::new();
+        let mut positions = Vec::with_capacity(batch.positions.len());
+        for (place, entry) in batch.positions.into_iter().enumerate() {
+            let may_be_answered = off_plan.len() < OFF_PLAN_PER_BATCH;
+            let (position, report) =
+                self.take_position(caller, entry, (&snapshot, now), may_be_answered);
+            positions.push(position);
+            off_plan.extend(report.map(|report| (place, report)));
+        }
+        let stamp = self.stamp_of(&snapshot);
+        Ok((wire::TelemetryAnswer { positions, stamp }, off_plan))
     }
 
     /// What is last known of each drone that the caller may see, by id.
@@ -103,10 +125,9 @@ impl Edge {
         &self,
         caller: &Caller,
         entry: Value,
-        snapshot: &Snapshot,
-        now: Timestamp,
-        answers_left: &mut usize,
-    ) -> wire::Position<'static> {
+        (snapshot, now): (&Snapshot, Timestamp),
+        may_be_answered: bool,
+    ) -> (wire::Position<'static>, Option<ParsedReport>) {
         let mut warnings = Vec::new();
         let drone_id = entry
             .get("drone_id")
@@ -129,27 +150,13 @@ impl Edge {
         let own = drone_id.as_deref().filter(|drone| caller.speaks_for(drone));
         let plan = own.and_then(|drone| snapshot.plan_of_drone(drone));
         let wanted = plan.and_then(|plan| plan.wanted.as_deref());
-        let answered = match (plan, &read) {
-            (Some(plan), Some(entry)) if accepted && *answers_left > 0 => {
-                self.answer_off_plan(caller, snapshot, plan, entry, now)
+        let off_plan = match (plan, &read) {
+            (Some(plan), Some(entry)) if accepted && may_be_answered => {
+                self.off_plan_report(snapshot, plan, entry, now)
             }
             _ => None,
         };
-        if let Some(record) = &answered {
-            *answers_left -= 1;
-            let topology = record.airspace.topology();
-            let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
-            return wire::Position {
-                drone_id: drone_id.map(Cow::Owned),
-                accepted,
-                plan_id: plan.map(|plan| words::text(&plan.id)),
-                affected: version.is_some(),
-                wanted: version.map(|version| views::version(topology, version)),
-                recomposition_id: Some(Cow::Owned(record.id())),
-                warnings,
-            };
-        }
-        wire::Position {
+        let position = wire::Position {
             drone_id: drone_id.map(Cow::Owned),
             accepted,
             plan_id: plan.map(|plan| words::text(&plan.id)),
@@ -157,7 +164,8 @@ impl Edge {
             wanted: wanted.map(|wanted| views::version(snapshot.topology(), wanted)),
             recomposition_id: None,
             warnings,
-        }
+        };
+        (position, off_plan)
     }
 
     fn see(
@@ -223,6 +231,15 @@ impl Edge {
         }
         taken
     }
+}
+
+/// Tells a drone that was off its plan what it was answered.
+fn tell_answer(position: &mut wire::Position<'static>, record: &AnswerRecord) {
+    let topology = record.airspace.topology();
+    let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
+    position.affected = version.is_some();
+    position.wanted = version.map(|version| views::version(topology, version));
+    position.recomposition_id = Some(Cow::Owned(record.id()));
 }
 
 /// Reads one entry; unknown fields are passed over with a warning, what is wrong otherwise is told.

@@ -230,15 +230,15 @@ function drawChosen(context, view, chosen) {
   if (leg.length === 2) cross(context, view.pixels([(leg[0][0] + leg[1][0]) / 2, (leg[0][1] + leg[1][1]) / 2]));
 }
 
-/** Draws a drone: an arrow in flight, a diamond when affected, a square without a plan. */
+/** Draws a drone: an arrow in flight, a diamond when affected, off its plan or silent, a square without a plan. */
 function drawDrone(context, view, drone, place, withName) {
   const [x, y] = view.pixels(place);
   const plan = world.plans.get(drone.plan_id);
-  const affected = plan?.affected;
+  const troubled = plan && (plan.affected || plan.silent || plan.state === "nonconforming");
   context.save();
   context.translate(x, y);
   context.beginPath();
-  if (affected) {
+  if (troubled) {
     for (const [east, south] of [[0, -9], [9, 0], [0, 9], [-9, 0]]) context.lineTo(east, south);
   } else if (plan) {
     context.rotate(((drone.heading_deg ?? 0) * Math.PI) / 180);
@@ -250,7 +250,7 @@ function drawDrone(context, view, drone, place, withName) {
   context.lineWidth = 4;
   context.strokeStyle = ink.halo;
   context.stroke();
-  context.fillStyle = affected ? ink.failed : ink.drone;
+  context.fillStyle = troubled ? ink.failed : ink.drone;
   if (plan) context.fill();
   else {
     context.lineWidth = 2;

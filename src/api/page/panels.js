@@ -105,6 +105,7 @@ export function showCounts() {
     [world.drones.size + (world.dronesLeftOut ? "+" : ""), "drones"],
     [flown, "plans flown"],
     [affected, "affected"],
+    [plans.filter((plan) => plan.silent || plan.state === "nonconforming").length, "off plan or silent"],
     [[...world.zones.values()].filter((zone) => standing(zone) === "active").length, "zones in force"],
     [world.closures.size, "closures"],
     [[...world.padsTaken.values()].reduce((sum, taken) => sum + taken, 0), "pads taken"],
@@ -182,6 +183,9 @@ export function sentence({ kind, data }) {
     case "plan_acknowledged": return `${flyer} took version ${plan.reported.version} over`;
     case "plan_unacknowledged": return `${flyer} has not acknowledged in time`;
     case "plan_declined": return `${flyer} does not take a version over`;
+    case "plan_nonconforming": return `${flyer} is elsewhere than its plan has it`;
+    case "plan_conforming": return `${flyer} is where its plan has it again`;
+    case "plan_contingent": return `nothing is heard of ${flyer}`;
     case "plan_overdue": return `${flyer} has not landed in time`;
     case "plan_ended": return `${flyer} is done with its plan: ${words(plan.ended_as)}`;
     case "proposal_made": return `an operator is to decide on ${data.proposal.id} (${words(data.proposal.reason)})`;
@@ -211,6 +215,8 @@ export function showEvents() {
 function stateOf(drone, plan, now) {
   if (now - Date.parse(drone.seen_at) > 60000) return ["not heard lately", "bad"];
   if (!plan) return ["without a plan", "quiet"];
+  if (plan.silent) return ["silent", "bad"];
+  if (plan.state === "nonconforming") return ["off its plan", "bad"];
   return plan.affected ? ["affected", "bad"] : ["in flight", "info"];
 }
 

@@ -154,6 +154,7 @@ export function setPlan(plan) {
     state: plan.state,
     drone_id: plan.drone_id,
     affected: plan.flags.includes("affected"),
+    silent: plan.flags.includes("silent"),
     reported: brief(plan.reported),
     wanted: brief(plan.wanted),
   });
