@@ -43,13 +43,17 @@ impl Edge {
             true => WHERE_IT_IS,
             false => OFF_ITS_TIMES,
         };
-        if !is_elsewhere && !self.planner.is_off(topology, version, &progress, &sighting) {
+        // On its first stretch it is on no leg, whose times it could miss.
+        let is_off =
+            || !progress.on_stretch && self.planner.is_off(topology, version, &progress, &sighting);
+        if !is_elsewhere && !is_off() {
             return None;
         }
         if !self.off_plan.begins(&plan.id, now, apart) {
             return None;
         }
         let leg = u32::try_from(progress.leg).ok();
+        let leg = leg.filter(|_| !progress.on_stretch);
         let report = wire::FailureReport {
             failure: Some(wire::FailureType::ServiceLevel),
             service: Some(wire::Service {
@@ -58,6 +62,7 @@ impl Edge {
                 ..wire::Service::default()
             }),
             location: Some(entry.location.clone()),
+            airborne: sighting.airborne,
             timestamp: Some(sighting.seen_at.to_string()),
             drone: Some(wire::DroneFacts {
                 id: Some(entry.drone_id.clone()),

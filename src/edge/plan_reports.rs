@@ -198,8 +198,14 @@ impl Edge {
         let landed = place.map_or_else(
             || landed_as(&plan),
             |place| {
-                let goal = topology.position(plan.destination);
-                match place.distance_m(goal) <= LANDED_WITHIN_M {
+                let off_m = |node| place.distance_m(topology.position(node));
+                let goal_m = off_m(plan.destination);
+                // A node where it was diverted to may be as near as that.
+                let is_nearest = plan
+                    .reported
+                    .last_node()
+                    .is_none_or(|end| goal_m <= off_m(end));
+                match goal_m <= LANDED_WITHIN_M && is_nearest {
                     true => EndedAs::Delivered,
                     false => EndedAs::Diverted,
                 }

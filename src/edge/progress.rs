@@ -13,6 +13,8 @@ use jiff::Timestamp;
 
 /// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
 const BACK_M: f64 = 15.0;
+/// So far from its first stretch a drone may be, in metres, that has just begun a version: it takes as much to turn.
+const BEGINS_WITHIN_M: f64 = 50.0;
 
 /// How far a drone has come on a version of its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +72,11 @@ pub(super) fn spot_on(
                 at_m: begins_m + fraction * length_m,
                 off_m: place.distance_m(from.towards(to, fraction)),
             };
+            // A drone that has just begun, and brakes to turn, is on its first stretch and on no leg that happens to be near.
+            if leg.is_none() && flown_m < BACK_M && fraction < 1.0 && spot.off_m <= BEGINS_WITHIN_M
+            {
+                return Some(spot);
+            }
             if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m) {
                 nearest = Some(spot);
             }

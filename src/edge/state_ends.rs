@@ -2,6 +2,7 @@
 //! says what became of it, or nobody has for long.
 
 use super::commands::{Done, Seen};
+use super::mailbox::Content;
 use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use super::planner::{Version, later};
 use super::state::State;
@@ -301,11 +302,10 @@ impl State {
     pub(super) fn release_plan(&mut self, id: &str, ended_as: EndedAs) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
         if plan.is_active() {
-            return Ok(Done::Plan(self.end_plan(
-                &plan,
-                (ended_as, None),
-                Holds::Nothing,
-            )));
+            let plan = self.end_plan(&plan, (ended_as, None), Holds::Nothing);
+            // Its drone may be on its way yet.
+            self.post(&plan, &[], Content::Ended(ended_as));
+            return Ok(Done::Plan(plan));
         }
         if plan.holds {
             return Ok(Done::Plan(self.amend_end(&plan, ended_as, None)));

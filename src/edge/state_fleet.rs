@@ -14,7 +14,7 @@ use super::views;
 use super::words;
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
-use crate::wire::EventKind;
+use crate::wire::{EndedAs, EventKind};
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -284,7 +284,9 @@ impl State {
             (EventKind::PlanDeclined, _) => Content::NoWay { unsafe_way: None },
             (EventKind::PlanOffered, _) => Content::Offer(number),
             // Who has landed knows.
-            (EventKind::PlanEnded, Some(how)) if plan.landed_on.is_none() => Content::Ended(how),
+            (EventKind::PlanEnded, Some(how @ (EndedAs::Cancelled | EndedAs::Lost))) => {
+                Content::Ended(how)
+            }
             _ => return,
         };
         self.post(plan, &plan.affected_by, content);

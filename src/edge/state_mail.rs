@@ -12,6 +12,23 @@ impl State {
         let Some(drone) = plan.drone_id.clone().filter(|_| !plan.is_quote()) else {
             return;
         };
+        let mut causes = causes.to_vec();
+        causes.sort_unstable();
+        causes.dedup();
+        // An order that stands already is not given twice.
+        let is_same = |entry: &&Arc<MailEntry>| {
+            let is_order = entry.plan == plan.id && entry.content.is_order();
+            is_order && entry.content == content
+        };
+        let standing = self.next.mail_of(&drone, 0).find(is_same).cloned();
+        if let Some(standing) = standing {
+            let entry = MailEntry {
+                causes,
+                ..(*standing).clone()
+            };
+            self.next.mail.insert(entry.key(), Arc::new(entry));
+            return;
+        }
         let is_overtaken =
             |entry: &MailEntry| entry.plan == plan.id && content.overtakes(&entry.content);
         self.drop_mail(&drone, is_overtaken);
@@ -20,7 +37,7 @@ impl State {
             number: self.write_number(),
             at: self.now,
             plan: plan.id.clone(),
-            causes: causes.to_vec(),
+            causes,
             content,
         };
         self.bound_mail(&entry.drone);

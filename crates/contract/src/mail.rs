@@ -89,6 +89,7 @@ pub struct DroneMessage<'a> {
 #[serde(deny_unknown_fields)]
 pub struct Received {
     /// Id of the last message that it has received; all before it are received with it.
+    #[schema(pattern = "^[0-9]{1,15}-[0-9]{1,15}$")]
     pub through: String,
 }
 

@@ -37,7 +37,7 @@ pub(super) struct MailParameters {
     path = "/v1/drones/{id}/events",
     tag = "drones",
     params(
-        ("id" = String, Path, description = "Id of the drone."),
+        ("id" = String, Path, min_length = 1, max_length = 128, description = "Id of the drone."),
         MailParameters,
         ("Last-Event-ID" = Option<String>, Header, description = "Id of the last message received, which browsers send by themselves."),
     ),
@@ -80,7 +80,7 @@ fn frame(mail: Mail) -> Option<Event> {
     post,
     path = "/v1/drones/{id}/received",
     tag = "drones",
-    params(("id" = String, Path, description = "Id of the drone.")),
+    params(("id" = String, Path, min_length = 1, max_length = 128, description = "Id of the drone.")),
     request_body(content = Received, example = json!({"through": "1795334027520-17"})),
     responses((status = 200, description = "How many are left.", body = MailLeft)),
 )]

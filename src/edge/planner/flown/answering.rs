@@ -18,6 +18,9 @@ use std::sync::Arc;
 /// A drone that was seen so near to a node, in metres, may stand on a pad there.
 pub(super) const AT_NODE_M: f64 = 50.0;
 
+/// One that says that it is in the air only lands so near to it.
+const ON_PAD_M: f64 = 15.0;
+
 /// A drone that stands on a pad, or has not left yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stand {
@@ -186,7 +189,9 @@ impl Flights {
         let seen = seen.filter(|sighting| sighting.seen_at >= landed_at);
         let is_elsewhere = seen.is_some_and(|sighting| {
             let place = sighting.position(topology.frame());
-            place.distance_m(topology.position(stop.node)) > AT_NODE_M
+            let off_m = place.distance_m(topology.position(stop.node));
+            let is_in_the_air = sighting.airborne == Some(true);
+            off_m > if is_in_the_air { ON_PAD_M } else { AT_NODE_M }
         });
         if is_elsewhere {
             return None;
