@@ -1,5 +1,6 @@
 """An edge as a child process that is killed and started again, and a client of its sessions."""
 
+import atexit
 import json
 import os
 import pathlib
@@ -31,12 +32,20 @@ class Edge:
         self.folder, self.port = folder, 0
         self._binary, self._arguments = binary, arguments
         self._process = None
+        # A story that fails leaves no edge behind.
+        atexit.register(lambda: self._process and self._process.kill())
+
+    def __enter__(self) -> "Edge":
+        return self.start()
+
+    def __exit__(self, *_) -> None:
+        self.kill()
 
     def start(self) -> "Edge":
         """Starts it, or starts it again."""
         ports_file = self.folder / "ports.json"
         ports_file.unlink(missing_ok=True)
-        command = [self._binary, "edge", f"--store={self.folder / 'edge.db'}", f"--listen=127.0.0.1:{self.port}",
+        command = [self._binary.resolve(), "edge", f"--store={self.folder / 'edge.db'}", f"--listen=127.0.0.1:{self.port}",
                    "--admin-listen=127.0.0.1:0", f"--ports-file={ports_file}", *self._arguments]
         environment = {name: value for name, value in os.environ.items() if not name.startswith("SKYWAY_")}
         log = (self.folder / "edge.log").open("ab")

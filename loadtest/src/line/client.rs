@@ -99,6 +99,7 @@ impl Connection {
             said,
             told: None,
             read: BytesMut::new(),
+            _connection: self.clone(),
         };
         session.say(
             None,
@@ -119,6 +120,8 @@ pub(super) struct Session {
     said: UnboundedSender<Bytes>,
     told: Option<Incoming>,
     read: BytesMut,
+    /// It lasts as long as somebody may ask over it.
+    _connection: Connection,
 }
 
 impl Session {

@@ -33,9 +33,11 @@ struct Fleet {
 pub(super) async fn measure(arguments: &LineArguments, size: Size) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let edge = served(arguments, "none").await?;
-    let mut fleet = Fleet::fill(edge.connect().await?, size.sessions, Some(0.05)).await?;
+    let mut fleet = Fleet::fill(edge.connect().await?, size.sessions, Some(0.1)).await?;
     fleet.listen(&edge.connect().await?, size.sessions).await?;
-    let few = fleet.told_after(0.01).await?;
+    // Of few drones a hundredth may be none.
+    let part = (5.0 / size.sessions as f64).max(0.01);
+    let few = fleet.told_after(part).await?;
     let what = format!(
         "by distance, {} of {} drones: told",
         few.len(),
@@ -93,6 +95,7 @@ impl Fleet {
         let world = World::of(compact);
         let mut chance = Chance::of(SEED);
         let mut ways = Vec::new();
+        let mut refused = None;
         for _ in 0..3 * plans {
             if ways.len() == plans {
                 break;
@@ -108,13 +111,20 @@ impl Fleet {
             let told = operator
                 .ask(Method::POST, "/v1/plans", asked.to_string().into())
                 .await;
-            let Ok(told) = told else {
-                continue;
+            let told = match told {
+                Ok(told) => told,
+                Err(error) => {
+                    refused = Some(error);
+                    continue;
+                }
             };
             let plan: Value = serde_json::from_slice(&told)?;
             let nodes = plan["reported"]["path"]["nodes"].as_array();
             let nodes = nodes.into_iter().flatten().filter_map(Value::as_str);
             ways.push(world.way(nodes));
+        }
+        if let Some(error) = refused.filter(|_| ways.is_empty()) {
+            return Err(error);
         }
         let (_, told) = unbounded_channel();
         Ok(Self {
@@ -154,7 +164,7 @@ impl Fleet {
 
     /// Closes an area over this part of the fleet; gives how long it took until each drone was told, in milliseconds, sorted.
     async fn told_after(&mut self, part: f64) -> Result<Vec<f64>> {
-        while timeout(SILENCE, self.told.recv()).await.is_ok() {}
+        while let Ok(Some(_)) = timeout(SILENCE, self.told.recv()).await {}
         let mut chance = Chance::of(SEED);
         let middle = self.world.about_the_middle(0.1, &mut chance);
         let ways: Vec<&[usize]> = self.ways.iter().map(Vec::as_slice).collect();
@@ -174,7 +184,8 @@ impl Fleet {
         }
         posting.await??;
         if times_ms.is_empty() {
-            return Err("no drone was told".into());
+            let text = format!("no drone was told of a zone of {} m", disc.radius_m);
+            return Err(text.into());
         }
         times_ms.sort_by(f64::total_cmp);
         Ok(times_ms)
