@@ -184,7 +184,8 @@ impl Pilot {
         let request = wire::DeliveryRequest {
             id: Some(format!("{}-{}", self.drone_id, self.asked)),
             source: self.map.id(node).clone(),
-            destination: self.map.id(delivery.destination).clone(),
+            destination: Some(self.map.id(delivery.destination).clone()),
+            stops: None,
             start_time: None,
             payload_kg: Some(delivery.payload_kg),
             drone_id: Some(self.drone_id.clone()),

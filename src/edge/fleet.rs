@@ -5,6 +5,7 @@ use super::plan_entry::PlanEntry;
 use super::planner::{Answer, Planner, Scene, occupation};
 use super::progress::{Progress, ahead, leg_ahead, whole};
 use super::snapshot::Snapshot;
+use super::stops::onward;
 use crate::compose::{Conflict, conflicts};
 use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::Point;
@@ -87,7 +88,8 @@ pub(super) fn obstructed(
     let wanted_by = wanted.and_then(|wanted| by(wanted, whole(wanted)));
     let by = by(&plan.reported, ahead(plan, progress));
     Obstructed {
-        is_reported: plan.ends_early() || by.is_some(),
+        // A way on from the stop where it ends is looked for once its drone is there.
+        is_reported: (plan.ends_early() && !plan.comes_to_stop(means.scene.now)) || by.is_some(),
         by,
         wanted_by,
     }
@@ -153,10 +155,12 @@ pub(super) fn detour_for(
         remaining_path,
     };
     let turns_back = report.remaining_path.is_none();
-    let request = Request {
+    let mut request = Request {
         circumstances,
         ..Request::exact(report)
     };
+    let (topology, now) = (means.scene.topology(), means.scene.now);
+    request.lead_by(onward(topology, plan, Some(progress), now));
     let at = (progress.leg, sighting.as_ref());
     let answered = means.planner.replan(means.scene, plan, request, at);
     let mut detour = Detour::new(plan, answered);

@@ -51,6 +51,13 @@ impl State {
         self.timers.set(at, Due::Arrival { plan, version });
     }
 
+    /// Looks for a way on once a drone is at the stop where its version ends.
+    pub(super) fn time_way_on(&mut self, plan: &Arc<str>, version: &Version) {
+        if version.ends_at_stop() {
+            self.time_look(plan, just_after(version.arrives_at()));
+        }
+    }
+
     pub(super) fn time_quote(&mut self, plan: &PlanEntry) {
         if let Some(expires_at) = plan.expires_at {
             let due = Due::Quote(plan.id.clone());
@@ -115,6 +122,9 @@ impl State {
         };
         let state = match (seen, plan.state) {
             (Seen::Landed(version), _) => {
+                if plan.reported.number == version && plan.reported.ends_at_stop() {
+                    return Done::Plan(plan);
+                }
                 if plan.reported.number == version {
                     let how = landed_as(&plan);
                     let node = plan.reported.last_node();
@@ -262,6 +272,11 @@ impl State {
             Some(place) => self.node_at(place),
             None => plan.reported.last_node(),
         };
+        let is_at_end = node == plan.reported.last_node();
+        if plan.is_active() && is_at_end && plan.reported.ends_at_stop() {
+            // A way on is looked for again and again from its arrival on.
+            return Ok(Done::Plan(plan));
+        }
         if plan.is_active() {
             return Ok(Done::Plan(self.land(&plan, landed, node)));
         }

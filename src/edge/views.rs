@@ -332,6 +332,10 @@ pub(super) fn plan(
         sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
     });
+    let stops = entry.reported.stops.iter().map(|stop| wire::ServiceStop {
+        node: node_id(topology, stop.node),
+        service_s: stop.service_s,
+    });
     let affecting = snapshot.affecting(entry).map(String::as_str);
     let affecting = affecting.chain(snapshot.shut(entry));
     wire::Plan {
@@ -342,6 +346,7 @@ pub(super) fn plan(
         drone_id: entry.drone_id.as_deref().map(text),
         source: node_id(topology, entry.source),
         destination: node_id(topology, entry.destination),
+        stops: stops.collect(),
         payload_kg: entry.payload_kg,
         airspeed_mps: entry.airspeed_mps,
         airframe: order

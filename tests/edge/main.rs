@@ -29,6 +29,7 @@ mod publication;
 mod restart;
 mod sharing;
 mod stage;
+mod stops;
 mod store_file;
 mod topology;
 mod topology_property;

@@ -27,6 +27,7 @@ pub(super) fn hold_on_the_ground(
         source: node,
         destination: failure.request.report.destination,
         start_s: failure.at_s,
+        began_s: failure.at_s,
         battery: battery_now(world.setting.topology(), failure),
         objective: failure.objective,
         deadline_s: failure.deadline_s,
