@@ -97,6 +97,12 @@ impl Flight {
         })
     }
 
+    /// Begins at an instant where that is later than planned, as the plan was told late.
+    pub(super) fn begin_at(&mut self, now: Timestamp) {
+        let late = self.knots.first().map(|first| first.at.duration_until(now));
+        self.delay = late.unwrap_or_default().max(SignedDuration::ZERO);
+    }
+
     /// Waits on the spot, in the air or on a pad: all that is left happens that much later.
     pub(super) fn wait(&mut self, now: Timestamp, time: SignedDuration) {
         if !self.is_on_pad(now) {
