@@ -3,7 +3,7 @@
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
 use super::case::{Case, Found, conclude};
 use super::flight_failure::{FlightFailure, FlightRecomposition};
-use super::grounded::hold_on_the_ground;
+use super::grounded::{hold_instead, hold_on_the_ground};
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::land;
 use super::local::{Local, answer_locally};
@@ -52,7 +52,11 @@ pub fn answer_failure(
     let aloft = failure.request.circumstances.aloft;
     let held = ways.held_at.filter(|_| aloft != Aloft::Airborne);
     let Some(node) = held else {
-        return answer_in_the_air(world, failure, &ways, scratch);
+        let mut answer = answer_in_the_air(world, failure, &ways, scratch);
+        if aloft == Aloft::Grounded {
+            hold_instead(failure, &mut answer);
+        }
+        return answer;
     };
     let mut answer = hold_on_the_ground(world, failure, node, scratch);
     if aloft == Aloft::Unknown {
