@@ -80,8 +80,11 @@ async fn a_drone_whose_way_closes_while_it_stands_holds_until_it_opens() {
     let plan = takes_over(&stage).await;
     assert_eq!((told(Some(&plan.reported)), plan.wanted), (hold, None));
     stands(&stage).await;
+    stage.pass(SignedDuration::from_secs(120)).await;
+    stands(&stage).await;
     let plan = stage.plan("p");
     assert_eq!((plan.ended_as, plan.wanted), (None, None), "it waits");
+    assert_eq!(plan.flags, [], "and is not overdue");
     let mut events = stage.edge.events(None).expect("a stream");
     let lifted = stage
         .edge
