@@ -12,6 +12,7 @@ use crate::geo::Point;
 use crate::network::Topology;
 use crate::recompose::{Outcome, Request};
 use crate::routing::Path;
+use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -19,6 +20,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct Detour {
     pub(super) plan: Arc<PlanEntry>,
+    /// When it was worked out: what is told begins then, however much later it is committed.
+    pub(super) at: Timestamp,
     /// What was asked.
     pub(super) request: Box<Request>,
     pub(super) answer: Box<Answer>,
@@ -30,9 +33,14 @@ pub(super) struct Detour {
 
 impl Detour {
     /// Whose extra length no request has asked for.
-    pub(super) fn new(plan: &Arc<PlanEntry>, (request, answer): (Request, Answer)) -> Self {
+    pub(super) fn new(
+        plan: &Arc<PlanEntry>,
+        at: Timestamp,
+        (request, answer): (Request, Answer),
+    ) -> Self {
         Self {
             plan: plan.clone(),
+            at,
             request: Box::new(request),
             answer: Box::new(answer),
             extra_m: None,
@@ -163,7 +171,7 @@ pub(super) fn detour_for(
     request.lead_by(onward(topology, plan, Some(progress), now));
     let at = (progress.leg, sighting.as_ref());
     let answered = means.planner.replan(means.scene, plan, request, at);
-    let mut detour = Detour::new(plan, answered);
+    let mut detour = Detour::new(plan, means.scene.now, answered);
     if turns_back {
         detour.answer.is_another_way();
     }

@@ -98,7 +98,7 @@ impl State {
         let alone = found.is_none();
         let is_clear = affected_by.is_empty();
         let detour = match found {
-            Some(found) => self.not_overtaken(found, plan, now),
+            Some(found) => self.not_overtaken(found, plan),
             None => Some(fleet::detour(plan, &progress, &self.means(airspace, now))),
         };
         let Some(detour) = detour else {
@@ -123,7 +123,7 @@ impl State {
 
     /// What a wave has found for a plan, unless that is another one now, or what has closed or was taken since makes it one that
     /// the checker would refuse: that is no fault of the search.
-    fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>, now: Timestamp) -> Option<Detour> {
+    fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>) -> Option<Detour> {
         let detour = *found.detour?;
         let is_same_airspace = Arc::ptr_eq(&found.airspace, &self.next.airspace);
         let has_way = !detour.way().nodes.is_empty();
@@ -140,7 +140,7 @@ impl State {
         let known = Known::default();
         let checked = self
             .planner
-            .check(self.next.scene(now), request, &known, answer);
+            .check(self.next.scene(detour.at), request, &known, answer);
         checked.is_ok().then_some(detour)
     }
 

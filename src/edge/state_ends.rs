@@ -175,7 +175,9 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        if plan.reported.number != version || overdue_at(&plan.reported) > now {
+        // Who holds without a way on is not to arrive; whether it is silent is looked at all the same.
+        let holds = plan.reported.waits_at().is_some();
+        if holds || plan.reported.number != version || overdue_at(&plan.reported) > now {
             return;
         }
         let id = plan.id.clone();

@@ -234,7 +234,7 @@ impl State {
         };
         let scene = self.next.scene(now);
         let answered = self.planner.replan_displaced(scene, plan, displaced)?;
-        let mut detour = Detour::new(plan, answered);
+        let mut detour = Detour::new(plan, now, answered);
         // Of a way that only the report's reader assumed.
         detour.answer.is_another_way();
         Some(detour)

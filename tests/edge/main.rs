@@ -17,6 +17,7 @@ mod flights;
 mod flights_change;
 mod flights_kept;
 mod flying;
+mod grounded;
 mod idempotency;
 mod journal;
 mod mailboxes;

@@ -226,7 +226,7 @@ pub struct PlanVersion<'a> {
     pub sent_at: Cow<'a, str>,
     /// What the drone is to do; a first version is `composed`.
     pub outcome: Cow<'a, str>,
-    /// How the drone comes from its place to the first node; null where it is there.
+    /// How the drone comes from its place to the first node; null where it is there and a leg begins.
     pub first_stretch: Option<FirstStretch<'a>>,
     /// The way.
     pub path: Path<'a>,

@@ -151,6 +151,13 @@ impl Version {
         self.outcome == Some(crate::recompose::Outcome::Diverted)
     }
 
+    /// The node at which its drone holds that has no way on.
+    pub(in crate::edge) fn waits_at(&self) -> Option<NodeIx> {
+        let waits = self.outcome == Some(crate::recompose::Outcome::Hold);
+        self.last_node()
+            .filter(|_| waits && self.composition.legs.is_empty())
+    }
+
     /// When the drone leaves the last pad on its way, in flight for the last time.
     pub(in crate::edge) fn takes_off_last_at(&self) -> Timestamp {
         let flight = self.flight.as_deref();

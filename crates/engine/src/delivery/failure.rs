@@ -3,7 +3,7 @@
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
 use super::case::{Case, Found, conclude};
 use super::flight_failure::{FlightFailure, FlightRecomposition};
-use super::grounded::hold_on_the_ground;
+use super::grounded::{hold_instead, hold_on_the_ground};
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::land;
 use super::local::{Local, answer_locally};
@@ -58,7 +58,11 @@ pub fn answer_failure(
         go_on(world, failure.request, onward, answer, scratch)
     };
     let Some(node) = held else {
-        return airborne(scratch);
+        let mut answer = airborne(scratch);
+        if aloft == Aloft::Grounded {
+            hold_instead(failure, &mut answer);
+        }
+        return answer;
     };
     let answer = hold_on_the_ground(world, failure, node, scratch);
     let mut answer = go_on(world, failure.request, onward, answer, scratch);

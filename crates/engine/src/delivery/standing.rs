@@ -3,7 +3,7 @@
 use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
 use super::flight_failure::{FlightFailure, FlightRecomposition};
-use super::grounded::{is_in_zone, stay};
+use super::grounded::{hold_instead, is_in_zone, stay};
 use super::landing::landed;
 use super::stops::{go_on, served_first};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
@@ -52,6 +52,7 @@ impl Stand {
         if let Some(composition) = answer.composition.as_mut().filter(|_| served.is_some()) {
             served_first(world, composition, (self.at_s, self.battery, service_s));
         }
+        hold_instead(failure, &mut answer);
         // In a zone it is told to hold, as one that reports there: no operator has to find it a way.
         let has_nowhere_to_go = answer.outcome == Outcome::NoRoute;
         if has_nowhere_to_go && is_in_zone(world, failure.request, self.node) {
@@ -80,7 +81,7 @@ impl Stand {
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
 /// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at an alternate, or
-/// goes to an alternate. One that has to land stays where its pad is free.
+/// goes to an alternate; both are told as diverted. One that has to land stays where its pad is free.
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,
