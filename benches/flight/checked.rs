@@ -58,6 +58,7 @@ impl Flown {
             stopping_m: 0.0,
             stands_at: Some(start.node),
             destination: self.destination,
+            onward: &[],
             planned: None,
             need: Need::Nothing,
             at_s: start.at_s,

@@ -86,7 +86,9 @@ class Pilot:
 
     def take_over(self, version) -> None:
         """From now on it flies this version, from where it is."""
-        self.version, self.holds, self.ahead = version, False, []
+        self.version, self.ahead = version, []
+        # It has no way on, and stays on its pad until it is offered one.
+        self.holds = version.outcome == "hold" and not version.legs
         self.start = (self.x, self.y, self.height_m)
         departs_s = self.second(version.departs_at)
         if version.HasField("first_stretch"):
@@ -131,7 +133,7 @@ class Pilot:
         if not self.ahead or self.holds or self.ahead[0].departs_s > now_s + STEP_S:
             bs.traf.selspd[index] = 0.0
             bs.traf.selalt[index] = self.height_m
-            self.has_landed = not self.ahead and self.speed_mps < 0.1
+            self.has_landed = not self.ahead and not self.holds and self.speed_mps < 0.1
             return
         piece = self.ahead[0]
         length_m, along_m = self.progress(piece)
@@ -206,7 +208,8 @@ class Pilot:
 
     def is_on_pad(self) -> bool:
         """Whether it stands where its version has a stop."""
-        return bool(self.ahead) and self.ahead[0].stands and self.speed_mps < 0.1
+        stands = self.ahead[0].stands if self.ahead else self.holds
+        return stands and self.speed_mps < 0.1
 
 
 def off_m(point, start, end) -> tuple[float, float]:
@@ -381,7 +384,7 @@ def main() -> None:
     sky = Sky(gateway, given.folder, plane, given.drones, given.seed, pads)
     gateway.come_on_line()
     script, now_s = Script(gateway, sky.pilots, given.seed), 0
-    while now_s < LIMIT_S and any(pilot.is_flying or pilot.ahead for pilot in sky.pilots):
+    while now_s < LIMIT_S and any(pilot.is_flying or pilot.ahead or pilot.holds for pilot in sky.pilots):
         now_s += 1
         script.act(now_s - 1)
         sky.second(now_s)

@@ -70,6 +70,10 @@ class Drone:
     def fly(self, version):
         """From now on it flies this version: pieces of way with the times of their ends."""
         self.version, self.lands_at = version, version.arrives_at.ToDatetime(UTC)
+        if version.legs:
+            self.height_reference = version.legs[0].height_reference
+        elif version.outcome == "hold":
+            self.lands_at = datetime.datetime.max.replace(tzinfo=UTC)
         legs, starts = version.legs, version.departs_at.ToDatetime(UTC)
         self.pieces = []
         if version.HasField("first_stretch"):
@@ -99,7 +103,7 @@ class Drone:
         """Its telemetry."""
         lon, lat, height_m = self.place(now)
         entry = telemetry.TelemetryEntry(
-            drone_id=self.id, location=at(lon, lat), altitude_m=height_m, altitude_reference=self.version.legs[0].height_reference,
+            drone_id=self.id, location=at(lon, lat), altitude_m=height_m, altitude_reference=self.height_reference,
             airborne=self.pieces[0][0] <= now < self.lands_at)
         entry.timestamp.FromDatetime(now)
         return session.SessionRequest(telemetry=telemetry.ReportTelemetryRequest(positions=[entry]))

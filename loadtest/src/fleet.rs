@@ -70,7 +70,8 @@ impl Fleet {
             let request = DeliveryRequest {
                 id: None,
                 source: fleet.nodes[chance.below(fleet.nodes.len())].clone(),
-                destination: fleet.nodes[chance.below(fleet.nodes.len())].clone(),
+                destination: Some(fleet.nodes[chance.below(fleet.nodes.len())].clone()),
+                stops: None,
                 start_time: None,
                 payload_kg: None,
                 drone_id: Some(format!("drone-{draw}")),

@@ -125,7 +125,8 @@ impl Mix {
         let request = DeliveryRequest {
             id: Some(plan.clone()),
             source: nodes[0].clone(),
-            destination: nodes[nodes.len() - 1].clone(),
+            destination: Some(nodes[nodes.len() - 1].clone()),
+            stops: None,
             start_time: None,
             payload_kg: None,
             drone_id: Some(plan.clone()),

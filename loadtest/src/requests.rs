@@ -114,7 +114,7 @@ pub(crate) fn delivery(dialect: Dialect, request: &DeliveryRequest) -> Wanted {
             let message = proto::CreatePlanRequest {
                 id: request.id.clone(),
                 source: request.source.text().to_owned(),
-                destination: request.destination.text().to_owned(),
+                destination: request.destination.as_ref().map(|id| id.text().to_owned()),
                 drone_id: request.drone_id.clone(),
                 airspeed_mps: request.airspeed_mps,
                 ..proto::CreatePlanRequest::default()

@@ -13,6 +13,7 @@ use super::plan;
 use super::stop::{Stop, Verdict};
 use crate::airspace::Airspace;
 use crate::compose::{Alternate, Composition, Leg, compose};
+use crate::flight::ServiceStop;
 use crate::formats::{Route, RouteFormat, node_id_json, segment_id_json, write_route};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Outcome, Scratch, World};
@@ -27,6 +28,7 @@ Examples:
   skyway compose --source 1 --destination 450 --airspeed 12 --json
   skyway compose --source 1 --destination 450 --close 353
   skyway compose --source 1 --destination 450 --format plan > mission.plan
+  skyway compose --source 1 --stop 9=90 --stop 14=60 --destination 1 --payload-kg 0.5
   skyway compose --network corridor --source 1 --destination 280 --payload-kg 0.25 --wind 225/7 --deadline 14h
 
 Without a drone times are nominal: the airspeed, or a segment's limit where that is slower, without wind, \
@@ -47,6 +49,9 @@ pub(super) struct Compose {
     /// Where the delivery goes
     #[arg(help_heading = "Plan", long, value_name = "NODE")]
     destination: String,
+    /// Where it is served on its way, and for how many seconds; repeat for more, in order. Takes a drone
+    #[arg(help_heading = "Plan", long, value_name = "NODE[=SECONDS]")]
+    stop: Vec<String>,
     /// Airspeed, in metres per second
     #[arg(help_heading = "Plan", long, value_name = "MPS", default_value_t = DEFAULT_AIRSPEED_MPS, value_parser = airspeed)]
     airspeed: f64,
@@ -136,6 +141,11 @@ impl Compose {
         if self.flight.is_given() {
             return self.fly(topology, (source, destination), output);
         }
+        if !self.stop.is_empty() {
+            let problem =
+                "--stop takes a plan that is flown; name a drone, such as --airframe phantom3";
+            return Err(Stop::Usage(problem.to_owned()));
+        }
         if self.certificate.is_some() || self.svg.is_some() {
             let problem = "--certificate and --svg take a plan that is flown; name a drone, such as --airframe phantom3";
             return Err(Stop::Usage(problem.to_owned()));
@@ -181,15 +191,32 @@ impl Compose {
     ) -> Result<Verdict, Stop> {
         let airspace = self.flight.airspace(&self.airspace, topology, output)?;
         let flight = self.flight.flight(&airspace, output)?;
+        let stops = self.stop.iter().map(|text| service_stop(topology, text));
+        let stops = stops.collect::<Result<Vec<_>, _>>()?;
         let wanted = Wanted {
             json: self.json,
             format: self.format,
             certificate: self.certificate.as_deref(),
             svg: self.svg.as_deref(),
         };
-        flight::compose(&flight, ends, &wanted, output)?;
+        flight::compose(&flight, (ends, &stops), &wanted, output)?;
         Ok(Verdict::Done)
     }
+}
+
+/// A stop with its service time, none where it states none. An id may have an equals sign itself.
+fn service_stop(topology: &Topology, text: &str) -> Result<ServiceStop, Stop> {
+    let timed = text.rsplit_once('=').and_then(|(id, seconds)| {
+        let seconds = seconds.parse::<f64>().ok();
+        let possible = seconds.filter(|seconds| seconds.is_finite() && *seconds >= 0.0);
+        Some((id, possible?))
+    });
+    let (id, service_s) = timed.unwrap_or((text, 0.0));
+    let node = names::node(topology, id)?;
+    if topology.pads(node) == 0 {
+        return Err(Stop::failed(format!("node {id} has no pad to stop on")));
+    }
+    Ok(ServiceStop { node, service_s })
 }
 
 /// Nothing is to be written where no way leads.

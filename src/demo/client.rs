@@ -10,6 +10,8 @@ use thiserror::Error;
 
 /// The longest wait for an answer; one edge on the same machine takes a thousandth of it.
 const ANSWER_WITHIN: Duration = Duration::from_secs(5);
+/// A stream of mail on which nothing came for so long is dead: twice as long as an edge is silent on one.
+const SILENCE_MAX: Duration = Duration::from_secs(30);
 
 /// Why something asked of the edge did not come about.
 #[derive(Debug, Error)]
@@ -67,7 +69,7 @@ impl Client {
         let http = reqwest::Client::builder()
             .no_proxy()
             .tls_certs_only([])
-            .timeout(ANSWER_WITHIN)
+            .read_timeout(SILENCE_MAX)
             .build()?;
         Ok(Self {
             http,
@@ -86,19 +88,8 @@ impl Client {
         self.send(Method::POST, "/v1/plans", request).await
     }
 
-    /// The plans of a drone, those that are over included.
-    pub(super) async fn plans_of(
-        &self,
-        drone_id: &str,
-    ) -> Result<wire::Plans<'static>, ClientError> {
-        self.read(&format!("/v1/plans?drone_id={drone_id}&page_size=1000"))
-            .await
-    }
-
-    pub(super) async fn end_plan(&self, id: &str) -> Result<(), ClientError> {
-        let path = format!("/v1/plans/{id}");
-        self.ask(Method::DELETE, &path, |request| request).await?;
-        Ok(())
+    pub(super) async fn plan(&self, id: &str) -> Result<wire::Plan<'static>, ClientError> {
+        self.read(&format!("/v1/plans/{id}")).await
     }
 
     /// Tells where the drone of a plan has landed.
@@ -107,32 +98,53 @@ impl Client {
         id: &str,
         coordinates: [f64; 2],
     ) -> Result<(), ClientError> {
-        let path = format!("/v1/plans/{id}/complete");
         let completion = wire::Completion {
             location: Some(wire::Place::Pair(coordinates)),
             ..wire::Completion::default()
         };
-        self.ask(Method::POST, &path, |request| request.json(&completion))
-            .await?;
-        Ok(())
+        self.say(&format!("/v1/plans/{id}/complete"), &completion)
+            .await
     }
 
     pub(super) async fn acknowledge(&self, id: &str, ack: &wire::Ack) -> Result<(), ClientError> {
-        let path = format!("/v1/plans/{id}/ack");
-        self.ask(Method::POST, &path, |request| request.json(ack))
-            .await?;
-        Ok(())
+        self.say(&format!("/v1/plans/{id}/ack"), ack).await
     }
 
-    /// Tells where a drone is, and gives what it is told in return.
-    pub(super) async fn telemetry(
+    pub(super) async fn decline(
         &self,
-        entry: &wire::TelemetryEntry,
-    ) -> Result<Option<wire::Position<'static>>, ClientError> {
-        let batch = json!({"positions": [entry]});
-        let answer: wire::TelemetryAnswer<'static> =
-            self.send(Method::POST, "/v1/telemetry", &batch).await?;
-        Ok(answer.positions.into_iter().next())
+        id: &str,
+        decline: &wire::Decline,
+    ) -> Result<(), ClientError> {
+        self.say(&format!("/v1/plans/{id}/decline"), decline).await
+    }
+
+    /// Tells where a drone is. What it has to know is told by its mailbox.
+    pub(super) async fn telemetry(&self, entry: &wire::TelemetryEntry) -> Result<(), ClientError> {
+        self.say("/v1/telemetry", &json!({"positions": [entry]}))
+            .await
+    }
+
+    /// The stream of a drone's mail, from after a message on.
+    pub(super) async fn mail(
+        &self,
+        drone_id: &str,
+        after: Option<&str>,
+    ) -> Result<Response, ClientError> {
+        let path = format!("/v1/drones/{drone_id}/events");
+        let after_it = |request: RequestBuilder| match after {
+            Some(id) => request.header("last-event-id", id),
+            None => request,
+        };
+        self.begin(Method::GET, &path, after_it).await
+    }
+
+    /// A drone has carried out its messages up to one.
+    pub(super) async fn receive(&self, drone_id: &str, through: &str) -> Result<(), ClientError> {
+        let received = wire::Received {
+            through: through.to_owned(),
+        };
+        self.say(&format!("/v1/drones/{drone_id}/received"), &received)
+            .await
     }
 
     pub(super) async fn report(
@@ -199,6 +211,11 @@ impl Client {
         Ok(answer.json().await?)
     }
 
+    async fn say(&self, path: &str, body: &impl Serialize) -> Result<(), ClientError> {
+        let with_body = |request: RequestBuilder| request.json(body);
+        self.ask(Method::POST, path, with_body).await.map(drop)
+    }
+
     async fn send<T: DeserializeOwned>(
         &self,
         method: Method,
@@ -210,6 +227,17 @@ impl Client {
     }
 
     async fn ask(
+        &self,
+        method: Method,
+        path: &str,
+        complete: impl FnOnce(RequestBuilder) -> RequestBuilder,
+    ) -> Result<Response, ClientError> {
+        let in_time = |request: RequestBuilder| complete(request).timeout(ANSWER_WITHIN);
+        self.begin(method, path, in_time).await
+    }
+
+    /// The same, where the answer has no end.
+    async fn begin(
         &self,
         method: Method,
         path: &str,

@@ -60,11 +60,12 @@ impl Flight {
         for stop in stops.unwrap_or_default() {
             before.entry(stop.before_leg).or_default().push(stop);
         }
+        let holds = version.outcome == "hold" && version.legs.is_empty();
         let mut knots = vec![Knot {
             at: instant(&version.departs_at)?,
             place: from,
             battery,
-            doing: Doing::Stretch,
+            doing: if holds { Doing::Pad } else { Doing::Stretch },
         }];
         for (number, leg) in (0..).zip(&version.legs) {
             for stop in before.remove(&number).unwrap_or_default() {
@@ -82,19 +83,24 @@ impl Flight {
         for stop in before.into_values().flatten() {
             rest(&mut knots, map, stop)?;
         }
-        add(
-            &mut knots,
-            instant(&version.arrives_at)?,
-            map.position(end),
-            0.0,
-            Doing::Pad,
-        );
+        // One that holds without a way on is told when there is one.
+        let arrives_at = match holds {
+            true => Timestamp::MAX,
+            false => instant(&version.arrives_at)?,
+        };
+        add(&mut knots, arrives_at, map.position(end), 0.0, Doing::Pad);
         Some(Self {
             knots,
             delay: SignedDuration::ZERO,
             hovered: 0.0,
             end,
         })
+    }
+
+    /// Begins at an instant where that is later than planned, as the plan was told late.
+    pub(super) fn begin_at(&mut self, now: Timestamp) {
+        let late = self.knots.first().map(|first| first.at.duration_until(now));
+        self.delay = late.unwrap_or_default().max(SignedDuration::ZERO);
     }
 
     /// Waits on the spot, in the air or on a pad: all that is left happens that much later.
@@ -322,6 +328,20 @@ mod tests {
         assert_eq!(flight.place(at(-5)), from);
         let left = 0.9 - 200.0 * BATTERY_PER_M;
         assert!((flight.battery(at(400)) - left).abs() < 1e-9);
+    }
+
+    #[test]
+    fn who_holds_without_a_way_on_stays_on_its_pad() {
+        let map = Map::of(&network()).expect("a map");
+        let mut hold = version(false);
+        hold.outcome = "hold".into();
+        hold.path.nodes.truncate(1);
+        hold.legs.clear();
+        let flight = Flight::along(&map, (map.position(0), 0.9), &hold).expect("a flight");
+        let much_later = at(1_000_000);
+        assert!(flight.is_on_pad(much_later) && !flight.is_over(much_later));
+        assert_eq!(flight.place(much_later), map.position(0));
+        assert_eq!(flight.battery(much_later), 0.9);
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! The demo fleet: pilots that fly deliveries, and an operator who closes circles now and then.
 //!
-//! It is a client of an edge like any other and speaks REST to it. What is to happen, and when, comes from a
-//! [`Script`] that a seed determines; what the edge answers decides what becomes of it.
+//! It is a client of an edge like any other and speaks REST to it: each drone listens to the stream of its mail. What is to
+//! happen, and when, comes from a [`Script`] that a seed determines; what the edge tells decides what becomes of it.
 
 mod client;
 mod flight;
+mod mailbox;
 mod map;
 mod operator;
 mod pilot;

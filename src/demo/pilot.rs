@@ -2,12 +2,13 @@
 
 use super::client::{Client, ClientError};
 use super::flight::Flight;
+use super::mailbox::Mailbox;
 use super::map::Map;
 use super::script::{Delivery, PilotScript, PlannedFailure};
 use crate::clock::Clock;
 use crate::geo::Point;
-use crate::wire;
-use jiff::{SignedDuration, Timestamp};
+use crate::wire::{self, MessageKind};
+use jiff::Timestamp;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio_util::sync::CancellationToken;
@@ -20,6 +21,8 @@ const AIRFRAME: &str = "phantom3";
 const FULL: f64 = 0.98;
 /// What is missing in a battery falls to 1/e of it in so many seconds on a pad.
 const CHARGE_TAU_S: f64 = 960.0;
+/// A version that has its drone farther away than this, in metres, was overtaken by the flight.
+const NEAR_M: f64 = 150.0;
 
 /// A pilot and its drone.
 #[derive(Debug)]
@@ -29,10 +32,15 @@ pub(super) struct Pilot {
     map: Arc<Map>,
     client: Arc<Client>,
     clock: Clock,
+    mailbox: Mailbox,
+    /// What it was told and has not carried out.
+    told: Option<wire::DroneMessage<'static>>,
     /// When it last moved.
     moved_at: Timestamp,
     /// How many plans it has asked for.
-    asked: u32,
+    plan_count: u32,
+    /// The plan that it has asked for and was not answered.
+    asked: Option<(Delivery, wire::DeliveryRequest)>,
     battery_fraction: f64,
     at: At,
 }
@@ -50,13 +58,21 @@ enum At {
 #[derive(Debug)]
 struct Mission {
     plan_id: String,
-    version: u32,
+    /// The version that is flown. Only a higher one is taken over.
+    version: VersionRank,
     destination: wire::Id<'static>,
     flight: Flight,
     /// What is still to fail, and when.
     failure: Option<(PlannedFailure, Timestamp)>,
     /// True while the drone waits where it is to be told what to fly instead.
     hovers: bool,
+}
+
+/// Token, epoch and number of a version.
+type VersionRank = (u64, u64, u32);
+
+fn rank_of(version: &wire::PlanVersion<'_>) -> VersionRank {
+    (version.token, version.epoch, version.version)
 }
 
 impl Pilot {
@@ -71,14 +87,18 @@ impl Pilot {
         let now = clock.now();
         let node = script.home(&map);
         let until = now.saturating_add(script.first_wait()).unwrap_or(now);
+        let drone_id = format!("drone-{number}");
         Self {
-            drone_id: format!("drone-{number}"),
+            mailbox: Mailbox::open(client.clone(), drone_id.clone()),
+            told: None,
+            drone_id,
             script,
             map,
             client,
             clock,
             moved_at: now,
-            asked: 0,
+            plan_count: 0,
+            asked: None,
             battery_fraction: FULL,
             at: At::Station { node, until },
         }
@@ -89,13 +109,21 @@ impl Pilot {
         let mut ticks = tokio::time::interval(TICK);
         ticks.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
+            let next = tokio::select! {
+                () = stop.cancelled() => return,
+                _ = ticks.tick() => None,
+                // One after the other; and none about a plan of which it does not know.
+                told = self.mailbox.next(), if self.told.is_none() && self.asked.is_none() => told,
+            };
+            let done = async {
+                match next {
+                    Some(told) => self.obey(told).await,
+                    None => self.tick().await,
+                }
+            };
             tokio::select! {
                 () = stop.cancelled() => return,
-                _ = ticks.tick() => {}
-            }
-            tokio::select! {
-                () = stop.cancelled() => return,
-                done = self.tick() => if let Err(error) = done {
+                done = done => if let Err(error) = done {
                     tracing::warn!(drone = self.drone_id, %error, "a pilot tries again");
                 }
             }
@@ -103,27 +131,26 @@ impl Pilot {
     }
 
     async fn tick(&mut self) -> Result<(), ClientError> {
-        let now = self.clock.now();
-        let elapsed = now.duration_since(self.moved_at);
-        self.moved_at = now;
-        self.advance(elapsed);
-        let told = self.tell_position().await?;
-        if let At::Station { node, until } = self.at {
-            return match now >= until {
-                true => self.depart(node).await,
-                false => Ok(()),
-            };
-        }
-        if let Some(told) = told {
+        self.advance();
+        self.tell_position().await?;
+        if let Some(told) = self.told.take() {
             self.obey(told).await?;
         }
-        self.report_what_fails().await?;
-        self.land().await
+        match self.at {
+            At::Station { node, until } if self.moved_at >= until => self.depart(node).await,
+            At::Station { .. } => Ok(()),
+            At::Way(_) => {
+                self.report_what_fails().await?;
+                self.land().await
+            }
+        }
     }
 
     /// Lets a battery run down in the air, and charge on a pad.
-    fn advance(&mut self, elapsed: SignedDuration) {
-        let now = self.moved_at;
+    fn advance(&mut self) {
+        let now = self.clock.now();
+        let elapsed = now.duration_since(self.moved_at);
+        self.moved_at = now;
         self.battery_fraction = match &mut self.at {
             At::Way(mission) => {
                 if mission.hovers {
@@ -141,7 +168,7 @@ impl Pilot {
         };
     }
 
-    async fn tell_position(&self) -> Result<Option<wire::Position<'static>>, ClientError> {
+    async fn tell_position(&self) -> Result<(), ClientError> {
         let now = self.moved_at;
         let (speed_mps, heading_deg, airborne) = match &self.at {
             At::Way(mission) => {
@@ -179,12 +206,45 @@ impl Pilot {
 
     /// Asks for the plan of the next delivery.
     async fn depart(&mut self, node: usize) -> Result<(), ClientError> {
+        let (delivery, request) = match self.asked.take() {
+            Some(asked) => asked,
+            None => self.next_delivery(node),
+        };
+        let plan = match self.client.compose(&request).await {
+            Ok(plan) => plan,
+            // It charges, a pad becomes free, or the wind drops: the next delivery is another one.
+            Err(error) if error.is_no_plan() => {
+                self.at = self.station(node);
+                return Ok(());
+            }
+            // The answer to an earlier request was lost: there is a plan that this drone does not know.
+            Err(error) => {
+                let id = request.id.clone().unwrap_or_default();
+                self.asked = Some((delivery, request));
+                match error.is_conflict() {
+                    true => self.client.plan(&id).await?,
+                    false => return Err(error),
+                }
+            }
+        };
+        self.asked = None;
+        match self.mission(&plan, delivery, node) {
+            Some(mission) => self.at = At::Way(Box::new(mission)),
+            None => {
+                tracing::warn!(plan = %plan.id, "the plan leads over nodes that are not on the map")
+            }
+        }
+        Ok(())
+    }
+
+    fn next_delivery(&mut self, node: usize) -> (Delivery, wire::DeliveryRequest) {
         let delivery = self.script.delivery(&self.map, node);
-        self.asked += 1;
+        self.plan_count += 1;
         let request = wire::DeliveryRequest {
-            id: Some(format!("{}-{}", self.drone_id, self.asked)),
+            id: Some(format!("{}-{}", self.drone_id, self.plan_count)),
             source: self.map.id(node).clone(),
-            destination: self.map.id(delivery.destination).clone(),
+            destination: Some(self.map.id(delivery.destination).clone()),
+            stops: None,
             start_time: None,
             payload_kg: Some(delivery.payload_kg),
             drone_id: Some(self.drone_id.clone()),
@@ -195,24 +255,7 @@ impl Pilot {
             deadline: None,
             priority: None,
         };
-        let plan = match self.client.compose(&request).await {
-            Ok(plan) => plan,
-            // It charges, a pad becomes free, or the wind drops: the next delivery is another one.
-            Err(error) if error.is_no_plan() => {
-                self.at = self.station(node);
-                return Ok(());
-            }
-            // The answer to an earlier request was lost, so there is a plan that this drone does not know.
-            Err(error) if error.is_conflict() => return self.end_unknown_plans().await,
-            Err(error) => return Err(error),
-        };
-        match self.mission(&plan, delivery, node) {
-            Some(mission) => self.at = At::Way(Box::new(mission)),
-            None => {
-                tracing::warn!(plan = %plan.id, "the plan leads over nodes that are not on the map")
-            }
-        }
-        Ok(())
+        (delivery, request)
     }
 
     fn mission(
@@ -222,12 +265,13 @@ impl Pilot {
         node: usize,
     ) -> Option<Mission> {
         let from = (self.map.position(node), self.battery_fraction);
-        let flight = Flight::along(&self.map, from, &plan.reported)?;
+        let mut flight = Flight::along(&self.map, from, &plan.reported)?;
+        flight.begin_at(self.moved_at);
         let failure = delivery.failure;
         let failure = failure.map(|planned| (planned, flight.after(planned.after_fraction)));
         Some(Mission {
             plan_id: plan.id.to_string(),
-            version: plan.reported.version,
+            version: rank_of(&plan.reported),
             destination: plan.destination.clone(),
             flight,
             failure,
@@ -235,52 +279,76 @@ impl Pilot {
         })
     }
 
-    async fn end_unknown_plans(&self) -> Result<(), ClientError> {
-        let plans = self.client.plans_of(&self.drone_id).await?.plans;
-        let is_flown = |plan: &&wire::Plan<'_>| plan.state != wire::PlanState::Ended;
-        for plan in plans.iter().filter(is_flown) {
-            self.client.end_plan(&plan.id).await?;
+    /// Carries out what it was told, and keeps it for the next tick where the edge could not be told so.
+    async fn obey(&mut self, told: wire::DroneMessage<'static>) -> Result<(), ClientError> {
+        self.advance();
+        let done = self.carry_out(&told).await;
+        if done.is_err() {
+            self.told = Some(told);
         }
-        Ok(())
+        done
     }
 
-    /// Takes over what the edge proposes; waits where there is nothing to fly yet.
-    async fn obey(&mut self, told: wire::Position<'static>) -> Result<(), ClientError> {
+    async fn carry_out(&mut self, told: &wire::DroneMessage<'static>) -> Result<(), ClientError> {
+        if let At::Way(mission) = &mut self.at
+            && *mission.plan_id == *told.plan_id
+        {
+            match (told.kind, &told.version) {
+                (MessageKind::Version | MessageKind::Offer, Some(version)) => {
+                    return self.answer(version).await;
+                }
+                (MessageKind::NoWay, _) => mission.hovers = true,
+                (MessageKind::Relieved | MessageKind::Ended, _) => mission.hovers = false,
+                _ => {}
+            }
+        }
+        self.client.receive(&self.drone_id, &told.id).await
+    }
+
+    /// Takes a version over, or declines it where the drone has flown past its beginning.
+    async fn answer(&mut self, version: &wire::PlanVersion<'static>) -> Result<(), ClientError> {
         let place = self.place();
+        let location = Some(wire::Place::Pair(self.map.coordinates(place)));
         let At::Way(mission) = &mut self.at else {
             return Ok(());
         };
-        if told.plan_id.as_deref() != Some(&*mission.plan_id) {
-            // Its time is over, or somebody has cancelled it: this drone will be told nothing new.
-            mission.hovers = false;
-            return Ok(());
-        }
-        mission.hovers = told.affected;
-        let Some(wanted) = told
-            .wanted
-            .filter(|wanted| wanted.version != mission.version)
-        else {
-            return Ok(());
-        };
-        let from = (place, self.battery_fraction);
-        let Some(flight) = Flight::along(&self.map, from, &wanted) else {
-            return Ok(());
-        };
-        let ack = wire::Ack {
-            version: wanted.version,
-            location: Some(wire::Place::Pair(self.map.coordinates(place))),
-            ..wire::Ack::default()
-        };
-        match self.client.acknowledge(&mission.plan_id, &ack).await {
-            Ok(()) => {
-                mission.version = wanted.version;
-                mission.flight = flight;
-                mission.hovers = false;
-                Ok(())
+        let mut is_declined = false;
+        if rank_of(version) > mission.version {
+            let from = (place, self.battery_fraction);
+            let flight = Flight::along(&self.map, from, version)
+                .filter(|flight| flight.place(self.moved_at).distance_m(place) <= NEAR_M);
+            match flight {
+                Some(flight) => {
+                    mission.version = rank_of(version);
+                    mission.flight = flight;
+                    mission.hovers = false;
+                }
+                None => is_declined = true,
             }
-            // The plan is over: the next answer tells.
+        }
+        let answered = match is_declined {
+            true => {
+                let decline = wire::Decline {
+                    version: version.version,
+                    reason: Some("passed".to_owned()),
+                    location,
+                    ..wire::Decline::default()
+                };
+                self.client.decline(&mission.plan_id, &decline).await
+            }
+            false => {
+                let ack = wire::Ack {
+                    version: mission.version.2,
+                    location,
+                    ..wire::Ack::default()
+                };
+                self.client.acknowledge(&mission.plan_id, &ack).await
+            }
+        };
+        match answered {
+            // The plan is over, which the next message tells.
             Err(error) if error.is_conflict() => Ok(()),
-            Err(error) => Err(error),
+            answered => answered,
         }
     }
 
@@ -317,7 +385,7 @@ impl Pilot {
         };
         let answer = self.client.report(&report).await?;
         mission.failure = None;
-        // The version to take over comes with the next answer to telemetry, as after a zone.
+        // The version to take over comes by itself, as after a zone.
         mission.hovers = answer.answer.outcome != wire::Outcome::Unaffected;
         Ok(())
     }

@@ -15,13 +15,15 @@ use super::records::{AnswerRecord, Published, record_id};
 use super::reporter::{author, drone_of, may_speak_for, reporter};
 use super::snapshot::Snapshot;
 use super::standing::Staleness;
+use super::stops;
 use super::store::Entry;
 use super::stored_answer::StoredAnswer;
 use super::stretches::Stretch;
 use super::traces;
 use crate::access::Caller;
 use crate::formats::{
-    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, Unplaced, bounded, resolve_report,
+    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, ResolvedReport, Unplaced, bounded,
+    resolve_report,
 };
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
@@ -203,6 +205,7 @@ impl Edge {
             let known = self.known(&snapshot, &report, plan.as_ref(), own.as_deref(), now);
             resolve_report(&report, &known, &snapshot.airspace, &mut read)
         })?;
+        let settled = self.by_stops(settled, &snapshot, plan.as_deref(), now);
         let dry_run = report.dry_run == Some(true);
         let is_told_only = dry_run || manner == ReplyMode::Suppressed;
         let case = Case {
@@ -284,6 +287,25 @@ impl Edge {
         let acknowledged = acknowledged.unwrap_or(now);
         let turn = snapshot.airspace.next_change();
         turn.map_or(acknowledged, |turn| turn.clamp(now, acknowledged))
+    }
+
+    /// A report about a plan that stops on its way leads to the next of its stops, unless it states another destination.
+    fn by_stops(
+        &self,
+        mut settled: ResolvedReport,
+        snapshot: &Snapshot,
+        plan: Option<&PlanEntry>,
+        now: Timestamp,
+    ) -> ResolvedReport {
+        let request = &mut settled.request;
+        let goes_there = |plan: &&PlanEntry| plan.destination == request.report.destination;
+        if let Some(plan) = plan.filter(goes_there) {
+            let topology = snapshot.topology();
+            let progress = progress::progress(topology, plan, &self.drones, now);
+            let onward = stops::onward(topology, plan, progress.as_ref(), now);
+            request.lead_by(onward);
+        }
+        settled
     }
 
     /// What the edge knows of the drone.

@@ -5,12 +5,14 @@ use super::plan_entry::PlanEntry;
 use super::planner::{Answer, Planner, Scene, occupation};
 use super::progress::{Progress, ahead, leg_ahead, whole};
 use super::snapshot::Snapshot;
+use super::stops::onward;
 use crate::compose::{Conflict, conflicts};
 use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
 use crate::geo::Point;
 use crate::network::Topology;
 use crate::recompose::{Outcome, Request};
 use crate::routing::Path;
+use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
 
@@ -18,6 +20,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct Detour {
     pub(super) plan: Arc<PlanEntry>,
+    /// When it was worked out: what is told begins then, however much later it is committed.
+    pub(super) at: Timestamp,
     /// What was asked.
     pub(super) request: Box<Request>,
     pub(super) answer: Box<Answer>,
@@ -29,9 +33,14 @@ pub(super) struct Detour {
 
 impl Detour {
     /// Whose extra length no request has asked for.
-    pub(super) fn new(plan: &Arc<PlanEntry>, (request, answer): (Request, Answer)) -> Self {
+    pub(super) fn new(
+        plan: &Arc<PlanEntry>,
+        at: Timestamp,
+        (request, answer): (Request, Answer),
+    ) -> Self {
         Self {
             plan: plan.clone(),
+            at,
             request: Box::new(request),
             answer: Box::new(answer),
             extra_m: None,
@@ -87,7 +96,8 @@ pub(super) fn obstructed(
     let wanted_by = wanted.and_then(|wanted| by(wanted, whole(wanted)));
     let by = by(&plan.reported, ahead(plan, progress));
     Obstructed {
-        is_reported: plan.ends_early() || by.is_some(),
+        // A way on from the stop where it ends is looked for once its drone is there.
+        is_reported: (plan.ends_early() && !plan.comes_to_stop(means.scene.now)) || by.is_some(),
         by,
         wanted_by,
     }
@@ -153,13 +163,15 @@ pub(super) fn detour_for(
         remaining_path,
     };
     let turns_back = report.remaining_path.is_none();
-    let request = Request {
+    let mut request = Request {
         circumstances,
         ..Request::exact(report)
     };
+    let (topology, now) = (means.scene.topology(), means.scene.now);
+    request.lead_by(onward(topology, plan, Some(progress), now));
     let at = (progress.leg, sighting.as_ref());
     let answered = means.planner.replan(means.scene, plan, request, at);
-    let mut detour = Detour::new(plan, answered);
+    let mut detour = Detour::new(plan, means.scene.now, answered);
     if turns_back {
         detour.answer.is_another_way();
     }

@@ -1,6 +1,6 @@
 //! The messages of a snapshot, as their drones are told them.
 
-use super::mailbox::{Content, MailEntry, WITHOUT_WAY_TEXT, message_id};
+use super::mailbox::{Content, DECLINED_TEXT, MailEntry, WITHOUT_WAY_TEXT, message_id};
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::snapshot::Snapshot;
@@ -42,6 +42,7 @@ impl Snapshot {
                 let way = way.and_then(|way| serde_json::from_str(way).ok());
                 (way, None, None, Some(WITHOUT_WAY_TEXT.into()))
             }
+            Content::Declined => (None, None, None, Some(DECLINED_TEXT.into())),
             Content::Ended(how) => (None, Some(*how), None, None),
             Content::Alarm { kind, text } => (None, None, Some(*kind), Some(words::text(text))),
             _ => (None, None, None, None),

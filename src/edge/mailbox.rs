@@ -13,6 +13,10 @@ use std::sync::Arc;
 pub(super) const WITHOUT_WAY_TEXT: &str = "no open way is known: keep out of what is closed, hover or stay where that can be done, and report again; \
 an operator has been alarmed, and unsafe_way is the least bad way where there is any";
 
+/// What a drone is told to do that was sent nothing after what it has declined.
+pub(super) const DECLINED_TEXT: &str = "no version is left that this drone has not declined: keep out of what is closed, hover or stay where that can be \
+done, and report what is in the way; an operator has been alarmed";
+
 /// At most so many messages are kept for one drone; the oldest that is no order goes first.
 pub(super) const KEPT_MAX: usize = 64;
 
@@ -32,6 +36,8 @@ pub(super) enum Content {
     Contingencies(u32),
     /// There is no way: the least bad one as JSON, where there is any.
     NoWay { unsafe_way: Option<Arc<str>> },
+    /// There is no other version after those that its drone has declined.
+    Declined,
     /// The plan is over.
     Ended(EndedAs),
     /// An operator was alarmed.
@@ -48,7 +54,7 @@ impl Content {
             Self::Offer(_) => MessageKind::Offer,
             Self::Relieved => MessageKind::Relieved,
             Self::Contingencies(_) => MessageKind::Contingencies,
-            Self::NoWay { .. } => MessageKind::NoWay,
+            Self::NoWay { .. } | Self::Declined => MessageKind::NoWay,
             Self::Ended(_) => MessageKind::Ended,
             Self::Alarm { .. } => MessageKind::Alarm,
             Self::WhereAreYou => MessageKind::WhereAreYou,
@@ -64,7 +70,11 @@ impl Content {
     pub(super) fn overtakes(&self, other: &Self) -> bool {
         match (self, other) {
             (
-                Self::Version(_) | Self::Offer(_) | Self::Relieved | Self::NoWay { .. },
+                Self::Version(_)
+                | Self::Offer(_)
+                | Self::Relieved
+                | Self::NoWay { .. }
+                | Self::Declined,
                 Self::Version(_) | Self::Offer(_) | Self::Relieved,
             ) => true,
             (Self::Contingencies(_), Self::Contingencies(_))

@@ -80,6 +80,7 @@ mod state_sync;
 mod state_topology;
 mod state_versions;
 mod status;
+mod stops;
 mod store;
 mod stored_answer;
 mod stretches;

@@ -140,6 +140,11 @@ impl PlanEntry {
         is_known && !self.ends_early()
     }
 
+    /// Whether the reported version ends at a stop of the delivery, and its drone has yet to come there.
+    pub(super) fn comes_to_stop(&self, now: Timestamp) -> bool {
+        self.reported.ends_at_stop() && now < self.reported.arrives_at()
+    }
+
     /// Whether the reported version ends before the destination though no drone was told to divert.
     pub(super) fn ends_early(&self) -> bool {
         let last = self.reported.composition.way.nodes.last();

@@ -31,7 +31,12 @@ impl PlanWays {
         let mut legs = composition.legs.iter();
         let number = legs.position(|leg| (leg.from, leg.to) == ends)?;
         let leg = &composition.legs[number];
-        let ahead = &composition.way.nodes[number..];
+        // Up to where its drone is served next: that comes before what follows.
+        let flight = plan.reported.flight.iter();
+        let mut stops = flight.flat_map(|flight| &flight.composition.plan.stops);
+        let next = stops.find(|stop| stop.service_s.is_some() && stop.before_leg > number);
+        let end = next.map_or(composition.legs.len(), |stop| stop.before_leg);
+        let ahead = &composition.way.nodes[number..=end];
         Some(Self {
             reported: Some(ahead.to_vec()),
             if_closed: leg.if_closed.as_ref().and_then(|it| rejoined(it, ahead)),

@@ -8,9 +8,11 @@ use super::planner::{Course, Stated, Terms, Version, Wanted};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
 use super::snapshot::Snapshot;
+use super::stops::read_places;
 use super::views;
 use crate::access::{Caller, Role};
 use crate::checked::{Case, FallenBackTo};
+use crate::flight::ServiceStop;
 use crate::formats::{Route, RouteFormat, first_stretch, write_route};
 use crate::intake::Faults;
 use crate::intake::{PageRequest, filtered, token};
@@ -82,7 +84,8 @@ fn counted(snapshot: &Snapshot, caller: &Caller) -> wire::PlanCounts {
 struct Delivery {
     id: Option<String>,
     source: NodeIx,
-    destination: NodeIx,
+    destination: Option<NodeIx>,
+    stops: Vec<ServiceStop>,
     payload_kg: f64,
     priority: u8,
     drone_id: Option<Arc<str>>,
@@ -94,6 +97,7 @@ impl Delivery {
         Wanted {
             source: self.source,
             destination: self.destination,
+            stops: &self.stops,
             terms: &self.terms,
             drone_id: self.drone_id.as_deref(),
             plainly,
@@ -239,8 +243,7 @@ impl Edge {
         let mut faults = Faults::default();
         faults.id("/id", request.id.as_deref());
         faults.id("/drone_id", request.drone_id.as_deref());
-        let source = faults.node("/source", topology, &request.source);
-        let destination = faults.node("/destination", topology, &request.destination);
+        let (source, stops, destination) = read_places(topology, request, &mut faults);
         let start = faults
             .instant("/start_time", request.start_time.as_deref())
             .unwrap_or(now);
@@ -282,13 +285,14 @@ impl Edge {
             );
             return Err(Refusal::new(Code::Forbidden, detail));
         }
-        let (Some(source), Some(destination), Some(terms)) = (source, destination, terms) else {
+        let (Some(source), Some(terms)) = (source, terms) else {
             return Err(unexpected());
         };
         Ok(Delivery {
             id: request.id.clone(),
             source,
             destination,
+            stops,
             payload_kg,
             priority,
             drone_id: request.drone_id.as_deref().map(Arc::from),
@@ -321,6 +325,8 @@ impl Edge {
         let id = delivery
             .id
             .unwrap_or_else(|| format!("plan-{}-{number}", self.epoch));
+        let last = course.composition.way.nodes.last().copied();
+        let destination = delivery.destination.or(last).ok_or_else(unexpected)?;
         let version = Version {
             number: 1,
             epoch: self.epoch,
@@ -331,6 +337,7 @@ impl Edge {
             stretch: course.stretch,
             first_stretch_m: 0.0,
             departs_at: course.departs_at,
+            stops: course.stops.into(),
             recomposition_id: None,
             acknowledge_by: None,
             flags: Vec::new(),
@@ -341,7 +348,7 @@ impl Edge {
             subject,
             drone_id: delivery.drone_id,
             source: delivery.source,
-            destination: delivery.destination,
+            destination,
             payload_kg: delivery.payload_kg,
             airspeed_mps: delivery.terms.airspeed_mps,
             priority: delivery.priority,

@@ -154,6 +154,16 @@ pub(super) fn progress(
     })
 }
 
+/// Of a drone that holds without a way on: it is where it is to be.
+pub(super) fn of_waiting(version: &Version) -> Option<Progress> {
+    version.waits_at().map(|_| Progress {
+        leg: 0,
+        on_stretch: false,
+        location: Location::LegStart,
+        remaining_m: 0.0,
+    })
+}
+
 /// Whether a sighting says how far a drone has come on a version. A place beyond the network does
 /// not, believed or not.
 fn tells_progress(topology: &Topology, version: &Version, sighting: &Sighting) -> bool {
@@ -211,6 +221,9 @@ pub(super) fn leg_ahead(
     if let Some((stretch, leg)) = stretch.and_then(|stretch| Some((stretch, stretch.leg()?))) {
         let path = std::iter::once(leg.0).chain(nodes.iter().copied());
         return (leg, stretch.reentry.leads_on().then(|| path.collect()));
+    }
+    if let Some(node) = version.waits_at() {
+        return ((node, node), Some(nodes.clone()));
     }
     let leg = &version.composition.legs[progress.leg];
     ((leg.from, leg.to), Some(nodes[progress.leg..].to_vec()))

@@ -66,6 +66,8 @@ pub(super) struct State {
     pub(super) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
     pub(super) touched_plans: BTreeSet<Arc<str>>,
+    /// Plans that are looked at again at an instant that is set.
+    pub(super) timed_looks: BTreeSet<Arc<str>>,
     /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
     /// plan.
     pub(super) guarded: BTreeMap<Arc<str>, Vec<SegmentIx>>,
@@ -120,6 +122,7 @@ impl State {
             events: Vec::new(),
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
+            timed_looks: BTreeSet::new(),
             guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),
@@ -366,7 +369,10 @@ impl State {
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Sign(plan) => self.miss_sign(&plan, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
-                Due::Way(plan) => _ = self.touched_plans.insert(plan),
+                Due::Way(plan) => {
+                    self.timed_looks.remove(&plan);
+                    self.touched_plans.insert(plan);
+                }
             }
         }
     }

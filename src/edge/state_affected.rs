@@ -96,8 +96,9 @@ impl State {
             return self.keep_wanted(plan, wanted, affected_by);
         }
         let alone = found.is_none();
+        let is_clear = affected_by.is_empty();
         let detour = match found {
-            Some(found) => self.not_overtaken(found, plan, now),
+            Some(found) => self.not_overtaken(found, plan),
             None => Some(fleet::detour(plan, &progress, &self.means(airspace, now))),
         };
         let Some(detour) = detour else {
@@ -105,6 +106,14 @@ impl State {
         };
         let checked = self.checked(detour, airspace, now);
         let version = self.version_of(&checked, airspace, now);
+        if is_clear
+            && version
+                .as_ref()
+                .is_some_and(|it| leads_no_further(plan, it))
+        {
+            self.time_way(plan, now);
+            return Affected::Not;
+        }
         let new = version.as_ref().filter(|_| !alone);
         if new.is_some_and(|version| self.is_in_newcomers_way(plan, version)) {
             return Affected::Overtaken;
@@ -114,7 +123,7 @@ impl State {
 
     /// What a wave has found for a plan, unless that is another one now, or what has closed or was taken since makes it one that
     /// the checker would refuse: that is no fault of the search.
-    fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>, now: Timestamp) -> Option<Detour> {
+    fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>) -> Option<Detour> {
         let detour = *found.detour?;
         let is_same_airspace = Arc::ptr_eq(&found.airspace, &self.next.airspace);
         let has_way = !detour.way().nodes.is_empty();
@@ -131,7 +140,7 @@ impl State {
         let known = Known::default();
         let checked = self
             .planner
-            .check(self.next.scene(now), request, &known, answer);
+            .check(self.next.scene(detour.at), request, &known, answer);
         checked.is_ok().then_some(detour)
     }
 
@@ -206,10 +215,17 @@ impl State {
 
     /// Looks at a plan without a way again after a while, where it may have one though nothing has opened.
     fn time_way(&mut self, plan: &PlanEntry, now: Timestamp) {
-        let again = now.checked_add(WAY_AGAIN).ok();
-        let again = again.filter(|_| self.planner.minds(Concern::Traffic, Some(&plan.reported)));
-        if let Some(again) = again {
-            self.timers.set(again, Due::Way(plan.id.clone()));
+        if self.planner.minds(Concern::Traffic, Some(&plan.reported))
+            && let Ok(again) = now.checked_add(WAY_AGAIN)
+        {
+            self.time_look(&plan.id, again);
+        }
+    }
+
+    /// Looks at a plan at an instant, unless that is to happen already.
+    pub(super) fn time_look(&mut self, plan: &Arc<str>, at: Timestamp) {
+        if self.timed_looks.insert(plan.clone()) {
+            self.timers.set(at, Due::Way(plan.clone()));
         }
     }
 
@@ -306,4 +322,10 @@ impl State {
 fn has_reported(plan: &PlanEntry) -> bool {
     let wanted = plan.wanted.as_ref();
     wanted.is_some_and(|wanted| wanted.recomposition_id.is_some())
+}
+
+/// Whether the drone of a plan stands at the stop where its version ends, and another one leads no further.
+fn leads_no_further(plan: &PlanEntry, version: &Version) -> bool {
+    let ends_there = plan.reported.ends_at_stop() && version.ends_at_stop();
+    ends_there && version.last_node() == plan.reported.last_node()
 }

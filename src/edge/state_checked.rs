@@ -20,7 +20,7 @@ impl State {
         now: Timestamp,
     ) -> Detour {
         let (plan, request) = (&detour.plan, &detour.request);
-        let scene = self.next.scene_in(airspace, now);
+        let scene = self.next.scene_in(airspace, detour.at);
         let known = Known::default();
         let checked = self.planner.check(scene, request, &known, &detour.answer);
         let Err(fault) = checked else {

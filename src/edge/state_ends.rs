@@ -51,6 +51,13 @@ impl State {
         self.timers.set(at, Due::Arrival { plan, version });
     }
 
+    /// Looks for a way on once a drone is at the stop where its version ends.
+    pub(super) fn time_way_on(&mut self, plan: &Arc<str>, version: &Version) {
+        if version.ends_at_stop() {
+            self.time_look(plan, just_after(version.arrives_at()));
+        }
+    }
+
     pub(super) fn time_quote(&mut self, plan: &PlanEntry) {
         if let Some(expires_at) = plan.expires_at {
             let due = Due::Quote(plan.id.clone());
@@ -115,6 +122,9 @@ impl State {
         };
         let state = match (seen, plan.state) {
             (Seen::Landed(version), _) => {
+                if plan.reported.number == version && plan.reported.ends_at_stop() {
+                    return Done::Plan(plan);
+                }
                 if plan.reported.number == version {
                     let how = landed_as(&plan);
                     let node = plan.reported.last_node();
@@ -165,7 +175,9 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        if plan.reported.number != version || overdue_at(&plan.reported) > now {
+        // Who holds without a way on is not to arrive; whether it is silent is looked at all the same.
+        let holds = plan.reported.waits_at().is_some();
+        if holds || plan.reported.number != version || overdue_at(&plan.reported) > now {
             return;
         }
         let id = plan.id.clone();
@@ -262,6 +274,11 @@ impl State {
             Some(place) => self.node_at(place),
             None => plan.reported.last_node(),
         };
+        let is_at_end = node == plan.reported.last_node();
+        if plan.is_active() && is_at_end && plan.reported.ends_at_stop() {
+            // A way on is looked for again and again from its arrival on.
+            return Ok(Done::Plan(plan));
+        }
         if plan.is_active() {
             return Ok(Done::Plan(self.land(&plan, landed, node)));
         }

@@ -281,7 +281,7 @@ impl State {
         let content = match (kind, plan.ended_as) {
             (EventKind::PlanAffected, _) => Content::Version(number),
             (EventKind::PlanDeclined, _) if plan.wanted.is_some() => Content::Version(number),
-            (EventKind::PlanDeclined, _) => Content::NoWay { unsafe_way: None },
+            (EventKind::PlanDeclined, _) => Content::Declined,
             (EventKind::PlanOffered, _) => Content::Offer(number),
             // Who has landed knows.
             (EventKind::PlanEnded, Some(how @ (EndedAs::Cancelled | EndedAs::Lost))) => {

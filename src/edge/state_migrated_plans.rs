@@ -9,11 +9,12 @@ use super::planner::{Displaced, Version};
 use super::progress;
 use super::snapshot::Snapshot;
 use super::state::State;
+use super::stops;
 use super::views;
 use super::words;
 use crate::airspace::Airspace;
 use crate::compose::{Change, Composition};
-use crate::flight::Location;
+use crate::flight::{Location, ServiceStop};
 use crate::formats::{Known, resolve_report};
 use crate::geo::Point;
 use crate::itinerary::Occupancy;
@@ -209,16 +210,31 @@ impl State {
     ) -> Option<Detour> {
         let drone = plan.drone_id.as_deref();
         let progress = progress::progress(before.topology(), plan, &self.drones, now);
+        let here = |node: NodeIx| self.next.topology().node(before.topology().node_id(node));
+        let onward = stops::onward(before.topology(), plan, progress.as_ref(), now);
+        let onward: Option<Vec<ServiceStop>> = onward
+            .iter()
+            .map(|stop| {
+                let node = here(stop.node)?;
+                Some(ServiceStop { node, ..*stop })
+            })
+            .collect();
+        let onward = onward?;
+        let request = place.and_then(|it| request_from(&self.next.airspace, it, destination));
         let displaced = Displaced {
             before: before.topology(),
             destination,
-            request: place.and_then(|it| request_from(&self.next.airspace, it, destination)),
+            request: request.map(|mut request| {
+                request.lead_by(onward.clone());
+                request
+            }),
+            onward,
             leg: progress.map_or(0, |progress| progress.leg),
             sighting: drone.and_then(|id| self.drones.last(id)),
         };
         let scene = self.next.scene(now);
         let answered = self.planner.replan_displaced(scene, plan, displaced)?;
-        let mut detour = Detour::new(plan, answered);
+        let mut detour = Detour::new(plan, now, answered);
         // Of a way that only the report's reader assumed.
         detour.answer.is_another_way();
         Some(detour)
@@ -296,6 +312,10 @@ pub(super) fn ends_over(
     correspondence: &Correspondence,
 ) -> Option<(NodeIx, NodeIx)> {
     let source = correspondence.node(plan.source)?;
+    let mut stops = plan.reported.stops.iter();
+    if !stops.all(|stop| correspondence.node(stop.node).is_some()) {
+        return None;
+    }
     Some((source, correspondence.node(plan.destination)?))
 }
 

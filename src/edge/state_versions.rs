@@ -83,6 +83,7 @@ impl State {
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         self.occupy(&plan.id, &reported);
         self.time_arrival(&plan.id, &reported);
+        self.time_way_on(&plan.id, &reported);
         self.keep_plan(PlanEntry {
             state: match plan.state {
                 PlanState::Accepted => PlanState::Accepted,

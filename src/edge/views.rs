@@ -6,14 +6,13 @@ use super::plan_entry::PlanEntry;
 use super::planner::{Assumed, DetourEnd, FlownVersion, Version, later};
 use super::settings::Settings;
 use super::snapshot::Snapshot;
-use super::stretches::Stretch;
 use super::words::{
     NO_AIRFRAME, instant, node_id, node_ids, outcome, outcome_name, path, reference_name,
     segment_ids, text, warning,
 };
 use crate::airspace::{Cause, Closure};
 use crate::compose::{Composition, Contingency};
-use crate::flight::LegCourse;
+use crate::flight::{LegCourse, Reentry};
 use crate::formats::{waypoint, zone_to_feature};
 use crate::network::Topology;
 use crate::recompose::Outcome;
@@ -238,8 +237,8 @@ pub(super) fn legs(
     legs.collect()
 }
 
-fn first_stretch(topology: &Topology, stretch: &Stretch) -> wire::FirstStretch<'static> {
-    let told = crate::formats::first_stretch(topology, &stretch.reentry);
+fn first_stretch(topology: &Topology, reentry: &Reentry) -> wire::FirstStretch<'static> {
+    let told = crate::formats::first_stretch(topology, reentry);
     wire::FirstStretch {
         kind: told.kind,
         from: told.from.map(wire::Id::into_owned),
@@ -251,6 +250,17 @@ fn first_stretch(topology: &Topology, stretch: &Stretch) -> wire::FirstStretch<'
         overrun_m: told.overrun_m,
         geometry: told.geometry,
     }
+}
+
+/// How the drone of a version comes to its first node; of one without legs also that it is there, as nothing else says where.
+fn beginning(topology: &Topology, version: &Version) -> Option<wire::FirstStretch<'static>> {
+    if let Some(stretch) = &version.stretch {
+        return Some(first_stretch(topology, &stretch.reentry));
+    }
+    let stays = version.composition.legs.is_empty();
+    let node = version.last_node().filter(|_| stays)?;
+    let there = Reentry::at_node(node, topology.position(node), None);
+    Some(first_stretch(topology, &there))
 }
 
 /// A version of a plan.
@@ -265,10 +275,7 @@ pub(super) fn version(topology: &Topology, version: &Version) -> wire::PlanVersi
         token: 0,
         sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
-        first_stretch: version
-            .stretch
-            .as_ref()
-            .map(|it| first_stretch(topology, it)),
+        first_stretch: beginning(topology, version),
         path: path(topology, &composition.way),
         length_m: composition.length_m,
         flight_time_s: composition.flight_time_s,
@@ -332,6 +339,10 @@ pub(super) fn plan(
         sent_at: instant(version.sent_at),
         outcome: Cow::Borrowed(outcome_name(version.outcome)),
     });
+    let stops = entry.reported.stops.iter().map(|stop| wire::ServiceStop {
+        node: node_id(topology, stop.node),
+        service_s: stop.service_s,
+    });
     let affecting = snapshot.affecting(entry).map(String::as_str);
     let affecting = affecting.chain(snapshot.shut(entry));
     wire::Plan {
@@ -342,6 +353,7 @@ pub(super) fn plan(
         drone_id: entry.drone_id.as_deref().map(text),
         source: node_id(topology, entry.source),
         destination: node_id(topology, entry.destination),
+        stops: stops.collect(),
         payload_kg: entry.payload_kg,
         airspeed_mps: entry.airspeed_mps,
         airframe: order

@@ -147,6 +147,12 @@ impl Api {
         format!("http://{}", self.address)
     }
 
+    /// Another public listener of the same edge, with routes of one's own.
+    pub(crate) async fn another(&self, router: impl Into<Services>) -> String {
+        let address = listen(Listener::Main, router, &self.drain).await;
+        format!("http://{address}")
+    }
+
     /// Waits until the writer has done what it was told before: a report is answered without waiting for that.
     pub(crate) async fn settled(&self) {
         self.edge.tick().await.expect("the writer takes it");

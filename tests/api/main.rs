@@ -4,6 +4,7 @@ mod alarms;
 mod bad_input;
 mod clock;
 mod conformance;
+mod demo;
 mod description;
 mod doubtful_places;
 mod events;

@@ -167,12 +167,18 @@ impl Town {
                 let request: wire::DeliveryRequest =
                     serde_json::from_value(body).expect("a delivery request");
                 let stamp = |text: &Option<String>| text.as_deref().and_then(instant);
+                let stops = request.stops.unwrap_or_default().into_iter();
+                let stops = stops.map(|stop| proto::ServiceStop {
+                    node: stop.node.text().to_owned(),
+                    service_s: stop.service_s,
+                });
                 let message = proto::CreatePlanRequest {
                     source: request.source.text().to_owned(),
-                    destination: request.destination.text().to_owned(),
+                    destination: request.destination.as_ref().map(|id| id.text().to_owned()),
                     start_time: stamp(&request.start_time),
                     deadline: stamp(&request.deadline),
                     priority: None,
+                    stops: stops.collect(),
                     id: request.id,
                     payload_kg: request.payload_kg,
                     drone_id: request.drone_id,

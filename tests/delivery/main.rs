@@ -4,5 +4,6 @@ mod contingencies;
 mod landings;
 mod others;
 mod outcomes;
+mod stops;
 mod strategies;
 mod town;

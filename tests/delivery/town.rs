@@ -5,11 +5,11 @@ use skyway::airspace::{Airspace, Change, Closure, Hits, Window, Zone, ZoneDraft,
 use skyway::delivery::{
     BatteryNow, DEFAULT_REFUGE_STAY_S, DeliveryRequest, DeliveryScratch, DeliveryWorld,
     FlightComposition, FlightEnvironment, FlightFailure, FlightRecomposition, FlightTables,
-    Landing, NoDelivery, OtherPlans, answer_failure, compose,
+    Landing, Lands, NoDelivery, OtherPlans, answer_failure, compose_with_stops,
 };
 use skyway::flight::{
     Airframe, Aloft, Circumstances, FailureReport, FailureType, FlightPlan, FlightRules,
-    FlightStart, Location, Reservation, Tariff, Wind, WindField,
+    FlightStart, Location, Reservation, ServiceStop, Tariff, Wind, WindField,
 };
 use skyway::geo::{AltitudeBand, Point};
 use skyway::itinerary::{FlightSetting, Limits, Objective};
@@ -128,6 +128,18 @@ impl Town {
         self
     }
 
+    /// A pad of a node is another plan's from now on for so many seconds.
+    pub(crate) fn reserved(mut self, id: &str, pad: u16, until_s: f64) -> Self {
+        let node = self.node(id);
+        self.others.reservations.push(Reservation {
+            node,
+            pad,
+            from_s: 600.0,
+            until_s,
+        });
+        self
+    }
+
     pub(crate) fn skies(&self) -> FlightEnvironment {
         let horizon = SignedDuration::from_mins(60);
         let open = Airspace::open(self.topology.clone(), 1, noon(), horizon);
@@ -153,6 +165,17 @@ impl Town {
         destination: &str,
         objective: Objective,
     ) -> Result<FlightComposition, NoDelivery> {
+        let stops = (&[][..], Lands::AtDestination);
+        self.compose_with_stops((source, destination), stops, objective)
+    }
+
+    /// The same with stops on the way.
+    pub(crate) fn compose_with_stops(
+        &self,
+        (source, destination): (&str, &str),
+        stops: (&[ServiceStop], Lands),
+        objective: Objective,
+    ) -> Result<FlightComposition, NoDelivery> {
         let skies = self.skies();
         let setting = self.setting(&skies);
         let tables = FlightTables::new(1 << 20);
@@ -161,12 +184,13 @@ impl Town {
             source: self.node(source),
             destination: self.node(destination),
             start_s: 0.0,
+            began_s: 0.0,
             battery: 0.98,
             objective,
             deadline_s: self.deadline_s,
         };
         let mut scratch = DeliveryScratch::new(&self.topology);
-        let composed = compose(&world, &request, &mut scratch);
+        let composed = compose_with_stops(&world, &request, stops, &mut scratch);
         if let Ok(composition) = &composed {
             assert_eq!(self.check(composition, &skies), Ok(()), "{composition:#?}");
         }
@@ -225,14 +249,16 @@ impl Town {
             destination: self.node(failure.destination),
             remaining_path: None,
         };
-        Request {
+        let mut request = Request {
             strategy: failure.strategy,
             circumstances: Circumstances {
                 aloft: failure.aloft,
                 ..Circumstances::default()
             },
             ..Request::exact(report)
-        }
+        };
+        request.lead_by(failure.onward.clone());
+        request
     }
 
     /// Flies a plan again in code that shares nothing with what made it.
@@ -311,6 +337,8 @@ pub(crate) struct Failure<'a> {
     pub(crate) landing: Option<Landing>,
     pub(crate) aloft: Aloft,
     pub(crate) strategy: Strategy,
+    /// Where the delivery goes by its stops; its destination first.
+    pub(crate) onward: Vec<ServiceStop>,
 }
 
 impl Failure<'_> {
@@ -327,6 +355,7 @@ impl Failure<'_> {
             landing: None,
             aloft: Aloft::Airborne,
             strategy: Strategy::Exact,
+            onward: Vec::new(),
         }
     }
 }

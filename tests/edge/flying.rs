@@ -202,6 +202,7 @@ fn plan_of(topology: &Topology, version: &wire::PlanVersion<'_>, zero: Timestamp
         takes_off_s: time_s(&stop.takes_off_at),
         battery_before: stop.battery_before_fraction,
         battery_after: stop.battery_after_fraction,
+        service_s: stop.service_s,
     });
     FlightPlan {
         start: start_of(topology, version),

@@ -200,6 +200,27 @@ async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
 }
 
 #[tokio::test]
+async fn a_drone_that_has_declined_all_versions_is_told_so() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    stage.zone(circle("crane", 250.0, 0.0, 10.0)).await;
+    while let Some(wanted) = stage.plan("p1").wanted {
+        let decline = wire::Decline {
+            version: wanted.version,
+            ..wire::Decline::default()
+        };
+        let declined = stage.edge.decline_plan(&stage.caller, "p1", decline).await;
+        declined.expect("answered");
+        stage.settle().await;
+    }
+    let mut mail = stage.edge.mail(&stage.caller, "d1", None).expect("mail");
+    let told = messages(&mut mail);
+    let no_way = told.iter().find(|it| it.kind == MessageKind::NoWay);
+    let text = no_way.and_then(|it| it.text.as_deref()).expect("a text");
+    assert!(text.contains("declined"), "{text}");
+}
+
+#[tokio::test]
 async fn a_cancelled_plan_is_told_its_drone_and_its_other_messages_are_gone() {
     let stage = Stage::set();
     stage.compose("p1", "d1", "a0", "a4").await;

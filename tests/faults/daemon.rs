@@ -100,6 +100,13 @@ impl Plan {
         self
     }
 
+    /// From now on where it was, so that clients find it again.
+    pub(crate) fn at(mut self, address: SocketAddr) -> Self {
+        let flag = self.arguments.iter().position(|word| word == "--listen");
+        self.arguments[flag.expect("every daemon has it") + 1] = address.to_string();
+        self
+    }
+
     fn ports_file(&self) -> PathBuf {
         self.folder.join(format!("{}.ports", self.name))
     }

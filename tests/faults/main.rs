@@ -21,6 +21,7 @@ mod edge_file;
 mod failing_disk;
 mod failing_edge_disk;
 mod false_registry;
+mod fleet;
 mod herd;
 mod history;
 mod killed_edge;

@@ -79,6 +79,7 @@ impl World {
             stopping_m: 0.0,
             stands_at: None,
             destination: self.destination,
+            onward: &[],
             planned: None,
             need: Need::Nothing,
             at_s: f64::NEG_INFINITY,

@@ -51,6 +51,21 @@ pub struct Stop<'a> {
     pub battery_after_fraction: f64,
     /// Whether the pad is surely free.
     pub reservation: PadReservation,
+    /// For how long the delivery is served here at least, in seconds; absent where the drone stops for its battery or to wait.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub service_s: Option<f64>,
+}
+
+/// A place where a delivery is served on its way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ServiceStop<'a> {
+    /// The node.
+    pub node: Id<'a>,
+    /// For how long at least, in seconds; as long as every stop takes where none is given.
+    #[serde(default)]
+    #[schema(minimum = 0, maximum = 3600)]
+    pub service_s: f64,
 }
 
 /// Where a drone waits until its way opens.
@@ -89,7 +104,8 @@ pub struct Flight<'a> {
     pub value: f64,
     /// No plan is better than this, in the same unit.
     pub lower_bound: f64,
-    /// Which bound of the search was reached, where it is not proved: `label_limit`, `check_limit` or `time_limit`.
+    /// Why it is not proved: the bound of the search that was reached, `label_limit`, `check_limit` or `time_limit`; or `parts`, as a
+    /// plan with stops is composed part by part.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unproved_reason: Option<Cow<'a, str>>,
     /// Where the drone is to wait first, of a plan whose outcome is `hold`; the first of the stops.

@@ -37,7 +37,8 @@ pub use event::{Event, EventKind};
 pub use failure::{DroneFacts, FailureReport, Failures, OperationalDetail, Parameters, Service};
 pub use first_stretch::{FirstStretch, Flag, IfAirborne, Near, StretchKind, UnsafeWay, Waypoint};
 pub use flight::{
-    DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, Stop, StopKind,
+    DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, ServiceStop,
+    Stop, StopKind,
 };
 pub use id::{Id, Place, with_ids_as_text};
 pub use mail::{

@@ -1,7 +1,7 @@
 //! Delivery requests and composition plans.
 
 use super::first_stretch::{FirstStretch, Flag, Waypoint};
-use super::flight::{DetourFlight, Flight, LegFlight};
+use super::flight::{DetourFlight, Flight, LegFlight, ServiceStop};
 use super::id::{Id, Place};
 use super::recomposition::{Outcome, Path, Warning};
 use super::status::Stamp;
@@ -19,8 +19,13 @@ pub struct DeliveryRequest {
     pub id: Option<String>,
     /// Where the delivery starts.
     pub source: Id<'static>,
-    /// Where it goes.
-    pub destination: Id<'static>,
+    /// Where it goes, by its stops. A delivery with stops and without a destination ends on the nearest pad that is free then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub destination: Option<Id<'static>>,
+    /// Where it is served on its way, in order: pickups, drops, visits. Each has to have pads, and takes the flight model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 16)]
+    pub stops: Option<Vec<ServiceStop<'static>>>,
     /// When it starts, RFC 3339; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
@@ -221,7 +226,7 @@ pub struct PlanVersion<'a> {
     pub sent_at: Cow<'a, str>,
     /// What the drone is to do; a first version is `composed`.
     pub outcome: Cow<'a, str>,
-    /// How the drone comes from its place to the first node; null where it is there.
+    /// How the drone comes from its place to the first node; null where it is there and a leg begins.
     pub first_stretch: Option<FirstStretch<'a>>,
     /// The way.
     pub path: Path<'a>,
@@ -269,6 +274,9 @@ pub struct Plan<'a> {
     pub source: Id<'a>,
     /// Where it goes.
     pub destination: Id<'a>,
+    /// Where it is served on its way, in order, from the beginning of the reported version on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<ServiceStop<'a>>,
     /// Payload in kilograms.
     pub payload_kg: f64,
     /// Airspeed in metres per second.

@@ -175,6 +175,10 @@ pub fn warning_text(topology: &Topology, warning: &Warning) -> (&'static str, St
                 topology.node_id(*node)
             ),
         ),
+        Warning::EndsAtStop { node } => (
+            "ends_at_stop",
+            format!("no plan leads on from stop '{}' yet; the drone is told more once it stands there", topology.node_id(*node)),
+        ),
         Warning::NoAlternate => (
             "no_alternate",
             "no open node with a recharging pad can be reached".to_owned(),

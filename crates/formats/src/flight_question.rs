@@ -11,7 +11,7 @@ use crate::delivery::{
     BatteryNow, DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightFailure,
     FlightRecomposition, FlightTables, Landing, Stand, answer_failure,
 };
-use crate::flight::{Airframe, Situation, Tariff, Wind};
+use crate::flight::{Airframe, ServiceStop, Situation, Tariff, Wind};
 use crate::itinerary::{FlightSetting, Limits, Objective};
 use crate::network::NodeIx;
 use crate::recompose::{Request, Severance};
@@ -55,6 +55,7 @@ pub struct ReadQuestion {
     objective: Objective,
     deadline_s: Option<f64>,
     planned_stops: Option<Vec<NodeIx>>,
+    onward: Vec<ServiceStop>,
     stand: Option<Stand>,
     landing: Option<Landing>,
     refuge_stay_s: f64,
@@ -81,8 +82,10 @@ impl ReadQuestion {
             with_contingencies: false,
         };
         let mut scratch = DeliveryScratch::new(self.skies.topology());
+        let mut request = request.clone();
+        request.lead_by(self.onward.clone());
         let failure = FlightFailure {
-            request,
+            request: &request,
             at_s: self.at_s,
             battery: self.battery,
             objective: self.objective,
@@ -127,6 +130,9 @@ struct Written {
     deadline_s: Option<f64>,
     /// Null where there was no plan.
     planned_stops: Option<Vec<Value>>,
+    /// Where the delivery goes by its stops, the next first and its end last; absent without stops.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    onward: Vec<WrittenStop>,
     /// Null for a drone in the air.
     stand: Option<WrittenStand>,
     /// Where a drone had to land of which nothing showed that it could fly on.
@@ -154,6 +160,13 @@ struct Written {
 struct WrittenWind {
     east_mps: f64,
     north_mps: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenStop {
+    node: Value,
+    service_s: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -212,6 +225,15 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
         objective: failure.objective.name().to_owned(),
         deadline_s: failure.deadline_s,
         planned_stops: failure.planned_stops.map(|stops| writer.ids(stops)),
+        onward: failure
+            .request
+            .onward
+            .iter()
+            .map(|stop| WrittenStop {
+                node: writer.id(stop.node),
+                service_s: stop.service_s,
+            })
+            .collect(),
         stand: question.stand.map(|stand| WrittenStand {
             node: writer.id(stand.node),
             at_s: stand.at_s,
@@ -286,6 +308,12 @@ impl Written {
             .ok_or_else(|| unreadable(format!("the objective '{}'", self.objective)))?;
         let stops = self.planned_stops.as_ref();
         let planned_stops = stops.map(|stops| reader.nodes("planned_stops", stops));
+        let onward = self.onward.iter().map(|stop| {
+            Ok(ServiceStop {
+                node: reader.node("onward", &stop.node)?,
+                service_s: stop.service_s,
+            })
+        });
         let stand = self.stand.as_ref().map(|stand| {
             Ok(Stand {
                 node: reader.node("stand", &stand.node)?,
@@ -311,6 +339,7 @@ impl Written {
             objective,
             deadline_s: self.deadline_s,
             planned_stops: planned_stops.transpose()?,
+            onward: onward.collect::<Result<_, FlightDocumentFault>>()?,
             stand: stand.transpose()?,
             refuge_stay_s: self.refuge_stay_s,
             limits: self

@@ -106,6 +106,7 @@ pub fn resolve_report(
             remaining_path: leg.remaining_path,
         },
         circumstances,
+        onward: Vec::new(),
         zone: settle_zone(airspace, report.zone.as_ref(), warnings),
         strategy: report.strategy.map(IntoTerm::into_term).unwrap_or_default(),
         scope: report.scope.map(IntoTerm::into_term).unwrap_or_default(),

@@ -134,7 +134,8 @@ impl Filler<'_> {
         DeliveryRequest {
             id: None,
             source: self.world.ids[source].clone(),
-            destination: self.world.ids[destination].clone(),
+            destination: Some(self.world.ids[destination].clone()),
+            stops: None,
             start_time: (self.workload.departures_s > 0.0).then(|| start.to_string()),
             payload_kg: None,
             drone_id: Some(format!("drone-{}", self.number)),

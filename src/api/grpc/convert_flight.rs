@@ -24,6 +24,7 @@ mirror!(wire::Stop<'_> => Stop {
     battery_before_fraction: plain,
     battery_after_fraction: plain,
     reservation: plain,
+    service_s: plain,
 });
 
 mirror!(wire::PadHold<'_> => PadHold {

@@ -43,6 +43,11 @@ mirror_enum!(PlanFlag {
     Silent
 });
 
+mirror!(wire::ServiceStop<'_> => ServiceStop {
+    node: plain,
+    service_s: plain,
+});
+
 mirror!(wire::SentVersion<'_> => SentVersion {
     version: plain,
     sent_at: time,
@@ -156,6 +161,7 @@ mirror!(wire::Plan<'_> => Plan {
     drone_id: plain,
     source: plain,
     destination: plain,
+    stops: plain,
     payload_kg: plain,
     airspeed_mps: plain,
     airframe: plain,

@@ -130,7 +130,8 @@ pub(super) fn delivery_request(
     Ok(wire::DeliveryRequest {
         id: message.id,
         source: wire::Id::new(message.source),
-        destination: wire::Id::new(message.destination),
+        destination: message.destination.map(wire::Id::new),
+        stops: service_stops(message.stops)?,
         start_time: message.start_time.as_ref().map(instant_text),
         payload_kg: finite(message.payload_kg, "/payload_kg")?,
         drone_id: message.drone_id,
@@ -141,6 +142,21 @@ pub(super) fn delivery_request(
         deadline: message.deadline.as_ref().map(instant_text),
         priority: message.priority,
     })
+}
+
+/// Where a delivery is served on its way; none is as if nothing was said.
+fn service_stops(
+    stops: Vec<proto::ServiceStop>,
+) -> Result<Option<Vec<wire::ServiceStop<'static>>>, Refusal> {
+    let stops = stops.into_iter().enumerate().map(|(place, stop)| {
+        let service_s = finite(Some(stop.service_s), &format!("/stops/{place}/service_s"))?;
+        Ok(wire::ServiceStop {
+            node: wire::Id::new(stop.node),
+            service_s: service_s.unwrap_or_default(),
+        })
+    });
+    let stops: Vec<_> = stops.collect::<Result<_, Refusal>>()?;
+    Ok((!stops.is_empty()).then_some(stops))
 }
 
 /// The acknowledgement of a message.

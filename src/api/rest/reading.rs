@@ -312,8 +312,8 @@ mod tests {
             told("unknown_field", "/sorce", meant)
         );
         assert_eq!(
-            of(r#"{"source": 1}"#),
-            told("missing_field", "/destination", None)
+            of(r#"{"destination": 1}"#),
+            told("missing_field", "/source", None)
         );
         assert_eq!(
             of(r#"{"source": 1, "source": 2}"#),

@@ -5,7 +5,10 @@ use crate::cli::answer_table::node_text;
 use crate::cli::compose::{Format, no_route_to_write, route_name};
 use crate::cli::output::{Output, facts_table};
 use crate::cli::stop::Stop;
-use crate::delivery::{self, DeliveryRequest, DeliveryScratch, FlightComposition};
+use crate::delivery::{
+    DeliveryRequest, DeliveryScratch, FlightComposition, Lands, compose_with_stops,
+};
+use crate::flight::ServiceStop;
 use crate::formats::{Route, node_id_json};
 use crate::network::NodeIx;
 use serde_json::{Value, json};
@@ -22,7 +25,7 @@ pub(in crate::cli) struct Wanted<'a> {
 /// Composes a delivery and tells the plan.
 pub(in crate::cli) fn compose(
     flight: &Flight,
-    (source, destination): (NodeIx, NodeIx),
+    ((source, destination), stops): ((NodeIx, NodeIx), &[ServiceStop]),
     wanted: &Wanted<'_>,
     output: &Output,
 ) -> Result<(), Stop> {
@@ -30,13 +33,15 @@ pub(in crate::cli) fn compose(
         source,
         destination,
         start_s: flight.start_s,
+        began_s: flight.start_s,
         battery: flight.battery,
         objective: flight.objective,
         deadline_s: Some(flight.deadline_s),
     };
     let topology = flight.skies.topology();
     let mut scratch = DeliveryScratch::new(topology);
-    let composed = delivery::compose(&flight.world(), &request, &mut scratch);
+    let stops = (stops, Lands::AtDestination);
+    let composed = compose_with_stops(&flight.world(), &request, stops, &mut scratch);
     let writer = flight.writer();
     if let Some(format) = wanted.format {
         let Ok(composition) = &composed else {

@@ -4,6 +4,7 @@ use super::flown::{Flight, FlownVersion};
 use super::{Version, later};
 use crate::compose::{Composition, flight_time_s};
 use crate::edge::stretches::Stretch;
+use crate::flight::ServiceStop;
 use crate::formats::{IntoTerm, ReadWarning, warning_text};
 use crate::network::Topology;
 use crate::recompose::{Fallback, Outcome, Recomposition, Strategy};
@@ -20,6 +21,8 @@ pub(in crate::edge) struct Course {
     pub(in crate::edge) departs_at: Timestamp,
     /// How its drone comes to its first node, where it is not there.
     pub(in crate::edge) stretch: Option<Stretch>,
+    /// Where its delivery is served on its way, in order.
+    pub(in crate::edge) stops: Vec<ServiceStop>,
 }
 
 /// What a drone is told. Planners alone make one: outcome, path and flight belong together.
@@ -152,6 +155,7 @@ impl Version {
             stretch: course.stretch,
             first_stretch_m: told.first_stretch_m,
             departs_at: course.departs_at,
+            stops: course.stops.into(),
             recomposition_id: None,
             acknowledge_by: sent.acknowledge_by,
             flags: told.flags.iter().map(|&flag| flag.into_term()).collect(),

@@ -11,9 +11,10 @@ use crate::edge::drones::Sighting;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::progress::{self, Ahead};
 use crate::edge::scratches::Scratches;
+use crate::edge::stops::{with_end, without_end};
 use crate::edge::stretches::Stretch;
 use crate::edge::tables::Tables;
-use crate::flight::{FailureReport, FailureType, Location, Reentry};
+use crate::flight::{FailureReport, FailureType, Location, Reentry, ServiceStop};
 use crate::formats::ReadWarning;
 use crate::intake::Faults;
 use crate::network::{NodeIx, Topology};
@@ -84,12 +85,11 @@ impl Planner for ByDistance {
             trees: (!wanted.plainly).then_some(self.tables.trees()),
             ..self.world(scene)
         };
-        let Wanted {
-            source,
-            destination,
-            terms,
-            ..
-        } = *wanted;
+        let Wanted { source, terms, .. } = *wanted;
+        let destination = wanted.destination.ok_or_else(|| {
+            let detail = "nothing says where the delivery goes";
+            Refusal::new(Code::PlanInvalid, detail)
+        })?;
         let speed_mps = terms.airspeed_mps;
         let composition = self.searching(topology, |scratch| {
             compose(&world, source, destination, speed_mps, scratch)
@@ -107,6 +107,7 @@ impl Planner for ByDistance {
             flight: None,
             departs_at: terms.departs_at,
             stretch: None,
+            stops: Vec::new(),
         })
     }
 
@@ -210,6 +211,7 @@ impl Planner for ByDistance {
             flight: None,
             departs_at: scene.now,
             stretch: Stretch::of(scene.airspace, told.reentry),
+            stops: without_end(&request.onward),
         })
     }
 
@@ -359,6 +361,7 @@ fn refuse_flight(request: &wire::DeliveryRequest, faults: &mut Faults) {
         ("/battery_fraction", request.battery_fraction.is_some()),
         ("/objective", request.objective.is_some()),
         ("/deadline", request.deadline.is_some()),
+        ("/stops", request.stops.is_some()),
     ];
     for (pointer, _) in asked.into_iter().filter(|(_, is_asked)| *is_asked) {
         let message = "this edge computes neither times nor energy".to_owned();
@@ -383,19 +386,29 @@ pub(super) fn as_asked(
         reentry: Some(Reentry::at_node(first, topology.position(first), None)),
         ..Recomposition::without_path(Strategy::Exact)
     };
-    Some((standing_at(first, way, wanted.destination), told))
+    let last = *way.nodes.last()?;
+    let onward = with_end(wanted.stops, wanted.destination.unwrap_or(last));
+    let destination = wanted.destination.unwrap_or(last);
+    let request = standing_at(first, way, (destination, onward));
+    Some((request, told))
 }
 
-/// The request of a drone that stands at a node and is to fly a way.
-pub(super) fn standing_at(node: NodeIx, way: &Path, destination: NodeIx) -> Request {
-    Request::exact(FailureReport {
+/// The request of a drone that stands at a node and is to fly a way, to a destination or by stops.
+pub(super) fn standing_at(
+    node: NodeIx,
+    way: &Path,
+    (destination, onward): (NodeIx, Vec<ServiceStop>),
+) -> Request {
+    let mut request = Request::exact(FailureReport {
         failure: FailureType::ServiceLevel,
         leg: (node, way.nodes.get(1).copied().unwrap_or(node)),
         location: Location::LegStart,
         cause_location: None,
         destination,
         remaining_path: None,
-    })
+    });
+    request.lead_by(onward);
+    request
 }
 
 /// Whether a way can be flown now; a diversion also needs the pads at its end.

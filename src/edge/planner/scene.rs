@@ -5,6 +5,7 @@ use super::flown::FlightTerms;
 use crate::airspace::Airspace;
 use crate::edge::drones::{Drones, Sighting};
 use crate::edge::plan_entry::PlanEntry;
+use crate::flight::ServiceStop;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Request;
 use crate::wire;
@@ -50,6 +51,8 @@ pub(in crate::edge) struct Displaced<'a> {
     /// The network before.
     pub(in crate::edge) before: &'a Topology,
     pub(in crate::edge) destination: NodeIx,
+    /// Where its delivery goes by its stops.
+    pub(in crate::edge) onward: Vec<ServiceStop>,
     /// A request from its place, where that is known.
     pub(in crate::edge) request: Option<Request>,
     /// The leg that it was on.
@@ -81,7 +84,10 @@ pub(in crate::edge) struct Terms {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::edge) struct Wanted<'a> {
     pub(in crate::edge) source: NodeIx,
-    pub(in crate::edge) destination: NodeIx,
+    /// `None` ends it on the nearest free pad.
+    pub(in crate::edge) destination: Option<NodeIx>,
+    /// Where it is served on its way, in order.
+    pub(in crate::edge) stops: &'a [ServiceStop],
     pub(in crate::edge) terms: &'a Terms,
     pub(in crate::edge) drone_id: Option<&'a str>,
     /// Whether nothing that was worked out before counts.

@@ -3,7 +3,7 @@
 use super::FlownVersion;
 use crate::compose::{Change, Composition, Migrated, Occupation};
 use crate::edge::stretches::Stretch;
-use crate::flight::Reservation;
+use crate::flight::{Reservation, ServiceStop};
 use crate::network::NodeIx;
 use crate::wire;
 use jiff::Timestamp;
@@ -29,6 +29,8 @@ pub(in crate::edge) struct Version {
     /// Flown before the first node, in metres.
     pub(in crate::edge) first_stretch_m: f64,
     pub(in crate::edge) departs_at: Timestamp,
+    /// Where its delivery was to be served from its beginning on, in order; its flight may make only the first of them.
+    pub(in crate::edge) stops: Arc<[ServiceStop]>,
     pub(in crate::edge) recomposition_id: Option<Arc<str>>,
     /// Until when a proposed version is to be acknowledged.
     pub(in crate::edge) acknowledge_by: Option<Timestamp>,
@@ -52,6 +54,7 @@ impl Version {
             mut composition,
             contingencies_hold,
         } = composition.carried_over(change, legs.clone(), stretch_m, airspeed_mps)?;
+        let stops = self.stops_carried(legs.start, change)?;
         let flight = match self.flight.as_deref() {
             Some(flown) => {
                 let flown = flown.carried_over(change, legs)?;
@@ -64,11 +67,26 @@ impl Version {
         let version = Self {
             composition,
             flight,
+            stops,
             stretch: stretch
                 .and_then(|it| it.carried_over(change.to, change.from, change.correspondence)),
             ..self.clone()
         };
         Some((version, contingencies_hold))
+    }
+
+    /// The stops on another network that are not made before a leg; `None` where one of them is gone.
+    fn stops_carried(&self, leg: usize, change: &Change<'_>) -> Option<Arc<[ServiceStop]>> {
+        let flight = self.flight.iter();
+        let flown = flight.flat_map(|flight| &flight.composition.plan.stops);
+        let made = flown.filter(|stop| stop.service_s.is_some() && stop.before_leg < leg);
+        let ahead = self.stops.iter().skip(made.count());
+        ahead
+            .map(|stop| {
+                let node = change.correspondence.node(stop.node)?;
+                Some(ServiceStop { node, ..*stop })
+            })
+            .collect()
     }
 
     /// The same before its contingencies are worked out.
@@ -131,6 +149,13 @@ impl Version {
     /// Whether its drone was told to land where it was not to go.
     pub(in crate::edge) fn is_diversion(&self) -> bool {
         self.outcome == Some(crate::recompose::Outcome::Diverted)
+    }
+
+    /// The node at which its drone holds that has no way on.
+    pub(in crate::edge) fn waits_at(&self) -> Option<NodeIx> {
+        let waits = self.outcome == Some(crate::recompose::Outcome::Hold);
+        self.last_node()
+            .filter(|_| waits && self.composition.legs.is_empty())
     }
 
     /// When the drone leaves the last pad on its way, in flight for the last time.

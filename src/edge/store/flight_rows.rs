@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub(super) struct StoredOrder {
     airframe: String,
     /// Absent in rows of before as well, where it is not known.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     airframe_named: bool,
     objective: StoredObjective,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -88,27 +88,19 @@ pub(super) struct StoredFlight {
     energy_wh: f64,
     cost_usd: f64,
     proof: StoredProof,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     reserve_used: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     energy_unchecked: bool,
     /// Whether the client named the airframe, and stated the battery; absent in rows of before as well.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     airframe_named: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     battery_stated: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     hold: Option<StoredStay>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     refuge: Option<StoredStay>,
-}
-
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "what is skipped is judged by reference"
-)]
-fn is_false(flag: &bool) -> bool {
-    !flag
 }
 
 #[derive(Serialize, Deserialize)]
@@ -153,6 +145,9 @@ struct StoredStop {
     /// Before and after.
     battery: [f64; 2],
     waits_s: f64,
+    /// Of a stop at which the delivery is served.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    service_s: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -180,14 +175,11 @@ struct StoredProof {
 
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[expect(
-    clippy::enum_variant_names,
-    reason = "the names of the search and of the wire"
-)]
 enum StoredReason {
     LabelLimit,
     CheckLimit,
     TimeLimit,
+    Parts,
 }
 
 pub(super) fn store_order(order: &FlightOrder) -> StoredOrder {
@@ -304,6 +296,7 @@ fn store_stops(composition: &FlightComposition, dictionary: &mut Dictionary) -> 
             takes_off_s: stop.takes_off_s,
             battery: [stop.battery_before, stop.battery_after],
             waits_s: figures.waits_s,
+            service_s: stop.service_s,
         })
         .collect()
 }
@@ -318,6 +311,7 @@ fn store_proof(proof: &Proof) -> StoredProof {
             Unproved::Labels => StoredReason::LabelLimit,
             Unproved::Checks => StoredReason::CheckLimit,
             Unproved::Time => StoredReason::TimeLimit,
+            Unproved::Parts => StoredReason::Parts,
         }),
     }
 }
@@ -444,6 +438,7 @@ fn read_stops(places: Places<'_>, stored: &[StoredStop]) -> Result<Vec<Stop>, St
             takes_off_s: stop.takes_off_s,
             battery_before: stop.battery[0],
             battery_after: stop.battery[1],
+            service_s: stop.service_s,
         })
     });
     stops.collect()
@@ -492,6 +487,7 @@ fn read_proof(stored: &StoredProof) -> Proof {
             StoredReason::LabelLimit => Unproved::Labels,
             StoredReason::CheckLimit => Unproved::Checks,
             StoredReason::TimeLimit => Unproved::Time,
+            StoredReason::Parts => Unproved::Parts,
         }),
         step: Step::Walk,
         effort: Effort::default(),

@@ -26,6 +26,7 @@ enum StoredContent {
     Relieved,
     Contingencies(u32),
     NoWay(Option<String>),
+    Declined,
     Ended(EndedAs),
     Alarm(AlarmKind, String),
     WhereAreYou,
@@ -45,6 +46,7 @@ pub(super) fn write_message(entry: &MailEntry) -> String {
             Content::NoWay { unsafe_way } => {
                 StoredContent::NoWay(unsafe_way.as_deref().map(str::to_owned))
             }
+            Content::Declined => StoredContent::Declined,
             Content::Ended(how) => StoredContent::Ended(*how),
             Content::Alarm { kind, text } => StoredContent::Alarm(*kind, text.to_string()),
             Content::WhereAreYou => StoredContent::WhereAreYou,
@@ -68,6 +70,7 @@ pub(super) fn read_message(number: u64, body: &str) -> Result<MailEntry, StoreFa
             StoredContent::NoWay(way) => Content::NoWay {
                 unsafe_way: way.map(Arc::from),
             },
+            StoredContent::Declined => Content::Declined,
             StoredContent::Ended(how) => Content::Ended(how),
             StoredContent::Alarm(kind, text) => Content::Alarm {
                 kind,

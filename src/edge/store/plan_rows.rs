@@ -9,6 +9,7 @@ use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Alternate, Composition, Contingency, Leg};
 use crate::edge::plan_entry::{LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
+use crate::flight::ServiceStop;
 use crate::network::Topology;
 use crate::recompose::Outcome;
 use crate::routing::Path;
@@ -151,6 +152,9 @@ struct StoredVersion {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     flight: Option<StoredFlight>,
     departs_at: Instant,
+    /// Nodes at which its delivery is served, and for how many seconds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    stops: Vec<(u32, f64)>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     recomposition_id: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -224,6 +228,7 @@ fn store_version(
 ) -> StoredVersion {
     let composition = &version.composition;
     let legs = composition.legs.iter();
+    let stops = version.stops.iter();
     StoredVersion {
         number: version.number,
         epoch: version.epoch,
@@ -243,6 +248,9 @@ fn store_version(
             .as_deref()
             .map(|flight| store_flight(topology, flight, dictionary)),
         departs_at: version.departs_at.into(),
+        stops: stops
+            .map(|stop| (dictionary.place(stop.node), stop.service_s))
+            .collect(),
         recomposition_id: version.recomposition_id.as_deref().map(str::to_owned),
         acknowledge_by: version.acknowledge_by.map(Into::into),
         flags: version.flags.clone(),
@@ -385,6 +393,10 @@ fn read_version(
     let stretch = stretch.map(|it| read_stretch(topology, places, it));
     let sent_at = stored.sent_at.as_ref().unwrap_or(&stored.departs_at);
     let flight = flight.transpose()?.map(Arc::new);
+    let stops = stored.stops.iter().map(|&(node, service_s)| {
+        let node = places.node(node)?;
+        Ok::<_, StoreFault>(ServiceStop { node, service_s })
+    });
     Ok(Version {
         number: stored.number,
         epoch: stored.epoch,
@@ -400,6 +412,7 @@ fn read_version(
         stretch: stretch.transpose()?,
         first_stretch_m: stored.first_stretch_m,
         departs_at: stored.departs_at.read()?,
+        stops: stops.collect::<Result<_, _>>()?,
         recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),
         acknowledge_by: Instant::read_some(stored.acknowledge_by.as_ref())?,
         flags: stored.flags.clone(),

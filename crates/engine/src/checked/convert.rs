@@ -123,6 +123,7 @@ pub(super) fn drone<'a>(request: &'a Request, known: &Known, topology: &Topology
         stopping_m: circumstances.stopping_m(),
         stands_at: known.stands_at.or_else(|| stands_at(request, topology)),
         destination: report.destination,
+        onward: &request.onward,
         planned: report.remaining_path.as_deref(),
         need: need_of(request, known.has_figure),
         at_s: known.at_s,

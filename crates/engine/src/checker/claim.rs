@@ -2,7 +2,9 @@
 
 use super::timed::ClosedTimes;
 use crate::airspace::{Airspace, Hits, Zone};
-use crate::flight::{Airframe, FlightLegs, FlightPlan, FlightRules, FlightStart, Reservation};
+use crate::flight::{
+    Airframe, FlightLegs, FlightPlan, FlightRules, FlightStart, Reservation, ServiceStop,
+};
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 use jiff::Timestamp;
@@ -192,6 +194,8 @@ pub struct Drone<'a> {
     pub stands_at: Option<NodeIx>,
     /// Where its delivery goes.
     pub destination: NodeIx,
+    /// Where it goes from there on, that first, for how long it has to be served there, and its end last; none without stops.
+    pub onward: &'a [ServiceStop],
     /// What it was going to fly, its leg first, where that is stated.
     pub planned: Option<&'a [NodeIx]>,
     /// What has failed of it.

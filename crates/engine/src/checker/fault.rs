@@ -28,6 +28,8 @@ pub enum Rule {
     Reserve,
     /// Pads are there, open and free.
     Pad,
+    /// The delivery is served at all of its stops, in order and for as long as it takes.
+    Service,
     /// The outcome says what the path does.
     Outcome,
     /// A drone on the ground is not sent up in a zone.
@@ -53,6 +55,7 @@ impl Rule {
             Self::Battery => "battery",
             Self::Reserve => "reserve",
             Self::Pad => "pad",
+            Self::Service => "service",
             Self::Outcome => "outcome",
             Self::SentUp => "sent_up",
             Self::FlagWithoutGround(_) => "flag_without_ground",
@@ -73,6 +76,7 @@ impl Rule {
             Self::Battery => "the battery does not add up",
             Self::Reserve => "the battery falls below what is promised",
             Self::Pad => "a pad is not there, closed or taken",
+            Self::Service => "a stop of the delivery is left out, or too short",
             Self::Outcome => "the outcome does not say what the path does",
             Self::SentUp => "a drone on the ground is sent up in a zone",
             Self::FlagWithoutGround(_) => "a flag has no ground",

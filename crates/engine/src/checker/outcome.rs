@@ -4,6 +4,9 @@ use super::claim::{Claim, Drone, Flag, Need, Sky, Told};
 use super::fault::{Fault, Place, Rule};
 use crate::network::NodeIx;
 
+/// Times this much apart, in seconds, count as equal: instants that were stored are rounded.
+const SAME_S: f64 = 2e-3;
+
 /// Without a path there is nothing to fly, and nothing that says so.
 pub(super) fn without_path(claim: &Claim<'_>) -> Result<(), Fault> {
     let is_bare = claim.nodes.is_empty()
@@ -60,13 +63,14 @@ pub(super) fn with_path(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> 
         Need::Pad { shown } => shown,
         Need::Ground => false,
     };
+    let goal = served(claim, drone)?;
     match claim.told {
-        Told::Rerouted if last == drone.destination && may_fly_on => Ok(()),
-        Told::Unaffected if last == drone.destination && may_fly_on => flies_on(claim, drone),
+        Told::Rerouted if last == goal && may_fly_on => Ok(()),
+        Told::Unaffected if last == goal && may_fly_on => flies_on(claim, drone),
         Told::Hold => {
             let waits_on_pad = drone.stands_at == Some(first) || sky.has_open_pads(first);
             let waits = claim.flight.is_some() || waits_on_pad;
-            let leads_there = last == drone.destination || claim.segments.is_empty();
+            let leads_there = last == goal || claim.segments.is_empty();
             match waits && leads_there {
                 true => Ok(()),
                 false if leads_there => Err(Fault::new(Rule::Pad, Place::Node(first))),
@@ -78,7 +82,34 @@ pub(super) fn with_path(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> 
     }
 }
 
-/// What is unaffected is what was planned, from the leg that the drone is on.
+/// Where the path has to end: where the delivery goes once it has been served at all stops that the flight makes for it. They
+/// are its next ones, and none is shorter than it takes.
+fn served(claim: &Claim<'_>, drone: &Drone<'_>) -> Result<NodeIx, Fault> {
+    let stops = claim.flight.map_or(&[][..], |flight| &flight.plan.stops);
+    let mut onward = drone.onward.iter();
+    for (number, stop) in stops.iter().enumerate() {
+        let Some(stated_s) = stop.service_s else {
+            continue;
+        };
+        let place = Place::Stop(number);
+        let next = onward.next().filter(|next| next.node == stop.node);
+        let Some(next) = next else {
+            return Err(Fault::new(Rule::Service, place));
+        };
+        let stay_s = (stop.takes_off_s - stop.lands_s).min(stated_s);
+        if stay_s < next.service_s - SAME_S {
+            return Err(Fault::figures(Rule::Service, place, stay_s, next.service_s));
+        }
+    }
+    let next = onward.next();
+    match (drone.onward.is_empty(), next) {
+        (true, _) => Ok(drone.destination),
+        (false, Some(next)) => Ok(next.node),
+        (false, None) => Err(Fault::new(Rule::Service, Place::Answer)),
+    }
+}
+
+/// What is unaffected is what was planned, from the leg that the drone is on to where it is served next.
 fn flies_on(claim: &Claim<'_>, drone: &Drone<'_>) -> Result<(), Fault> {
     let (from, to) = drone.leg;
     let first = claim.nodes.first();
@@ -87,9 +118,16 @@ fn flies_on(claim: &Claim<'_>, drone: &Drone<'_>) -> Result<(), Fault> {
         Some(&node) => node == from && (claim.nodes.get(1) == Some(&to) || from == to),
         None => false,
     };
+    let stops = claim.flight.map_or(&[][..], |flight| &flight.plan.stops);
+    let mut served = stops.iter().filter(|stop| stop.service_s.is_some());
+    let all = claim.nodes.len();
+    let end = served
+        .next()
+        .map_or(all, |stop| (stop.before_leg + 1).min(all));
+    let nodes = &claim.nodes[..end];
     let is_planned = drone.planned.is_none_or(|planned| {
-        let ahead = planned.len().checked_sub(claim.nodes.len());
-        ahead.is_some_and(|ahead| ahead <= 1 && planned[ahead..] == *claim.nodes)
+        let ahead = planned.len().checked_sub(nodes.len());
+        ahead.is_some_and(|ahead| ahead <= 1 && planned[ahead..] == *nodes)
     });
     match goes_on && is_planned {
         true => Ok(()),

@@ -18,6 +18,8 @@ pub struct DeliveryRequest {
     pub destination: NodeIx,
     /// The start time, in seconds; without a free pad at the source the drone takes off then.
     pub start_s: f64,
+    /// When the plan began, in seconds: windows widen with the time since then.
+    pub began_s: f64,
     /// Battery at the start, as a fraction.
     pub battery: f64,
     /// What is made least.
@@ -215,7 +217,7 @@ impl DeliveryRequest {
             starts,
             destination: self.destination,
             objective: self.objective,
-            began_s: self.start_s,
+            began_s: self.began_s,
             deadline_s: self.deadline_s.unwrap_or(latest_s),
             reserve: world.setting.rules().reserve,
             closed_segments: &[],

@@ -79,8 +79,11 @@ pub(super) fn contingency(
 ) -> LegContingency {
     let flown = plan.legs[leg];
     let at_leg = [at_start_of(&flown)];
+    // A detour leads to where the drone is served next: what follows is planned once it is there.
+    let (destination, end) = next_landing(question.destination, plan, leg);
     let from_here = Question {
         starts: &at_leg,
+        destination,
         in_flight: true,
         explain: false,
         ..*question
@@ -102,9 +105,18 @@ pub(super) fn contingency(
         ..*world
     };
     LegContingency {
-        if_closed: if_closed(world, &around, plan, leg, scratch),
+        if_closed: if_closed(world, &around, &plan.legs[leg..end], scratch),
         safe: alternate(world, &from_here, scratch),
     }
+}
+
+/// Where the drone of a plan on a leg is served next, and how many legs end there: at its next stop, else at its destination.
+fn next_landing(destination: NodeIx, plan: &FlightPlan, leg: usize) -> (NodeIx, usize) {
+    let mut stops = plan.stops.iter();
+    let next = stops.find(|stop| stop.service_s.is_some() && stop.before_leg > leg);
+    next.map_or((destination, plan.legs.len()), |stop| {
+        (stop.node, stop.before_leg)
+    })
 }
 
 /// The drone at the start of a leg, in the air.
@@ -123,8 +135,7 @@ fn at_start_of(leg: &FlownLeg) -> FlightStart {
 fn if_closed(
     world: &DeliveryWorld<'_>,
     around: &Question<'_>,
-    plan: &FlightPlan,
-    leg: usize,
+    planned: &[FlownLeg],
     scratch: &mut DeliveryScratch,
 ) -> FlownDetour {
     let decision = world.decide(around, scratch);
@@ -140,7 +151,6 @@ fn if_closed(
     let leads_there = matches!(outcome, Outcome::Rerouted | Outcome::Hold);
     let (mut rejoins, mut extra_m) = (None, None);
     if let Some(detour) = flight.as_ref().filter(|_| leads_there) {
-        let planned = &plan.legs[leg..];
         nodes.truncate(nodes.len() - flown_as_planned(planned, &detour.legs));
         rejoins = nodes.last().copied();
         extra_m = Some(detour.distance_m - length_m(world, planned));

@@ -3,12 +3,13 @@
 use super::brought::{OwnWorld, causes_of_leg, with_airframe};
 use super::case::{Case, Found, conclude};
 use super::flight_failure::{FlightFailure, FlightRecomposition};
-use super::grounded::hold_on_the_ground;
+use super::grounded::{hold_instead, hold_on_the_ground};
 use super::in_flight::{Beginnings, battery_now};
 use super::landing::land;
 use super::local::{Local, answer_locally};
 use super::nearby::tell_what_is_near;
 use super::skies::FlightEnvironment;
+use super::stops::go_on;
 use super::unaffected::prefer_old_plan;
 use super::world::{DEFAULT_DEADLINE_S, DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::Aloft;
@@ -51,13 +52,22 @@ pub fn answer_failure(
     let ways = reentry_points(&now, failure.request, &mut scratch.recompose);
     let aloft = failure.request.circumstances.aloft;
     let held = ways.held_at.filter(|_| aloft != Aloft::Airborne);
-    let Some(node) = held else {
-        return answer_in_the_air(world, failure, &ways, scratch);
+    let onward = &failure.request.onward;
+    let airborne = |scratch: &mut DeliveryScratch| {
+        let answer = answer_in_the_air(world, failure, &ways, scratch);
+        go_on(world, failure.request, onward, answer, scratch)
     };
-    let mut answer = hold_on_the_ground(world, failure, node, scratch);
+    let Some(node) = held else {
+        let mut answer = airborne(scratch);
+        if aloft == Aloft::Grounded {
+            hold_instead(failure, &mut answer);
+        }
+        return answer;
+    };
+    let answer = hold_on_the_ground(world, failure, node, scratch);
+    let mut answer = go_on(world, failure.request, onward, answer, scratch);
     if aloft == Aloft::Unknown {
-        let airborne = answer_in_the_air(world, failure, &ways, scratch);
-        answer.if_airborne = Some(Box::new(airborne));
+        answer.if_airborne = Some(Box::new(airborne(scratch)));
     }
     answer
 }

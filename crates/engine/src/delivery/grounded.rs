@@ -1,4 +1,4 @@
-//! A drone on the ground inside an active zone: it holds on its pad until the zone ends, and never leaves through it.
+//! A drone on the ground inside an active zone, or without a way on: it holds on its pad, and never leaves through a zone.
 
 use super::brought::OwnWorld;
 use super::composition::{DeliveryRequest, FlightComposition, Proof, with_contingencies};
@@ -27,6 +27,7 @@ pub(super) fn hold_on_the_ground(
         source: node,
         destination: failure.request.report.destination,
         start_s: failure.at_s,
+        began_s: failure.at_s,
         battery: battery_now(world.setting.topology(), failure),
         objective: failure.objective,
         deadline_s: failure.deadline_s,
@@ -54,6 +55,16 @@ pub(super) fn hold_on_the_ground(
         composition.plan.start.stretch = Some(stands.stretch);
     }
     answer
+}
+
+/// Lets a drone hold that stands where it would be diverted to: it has to go nowhere, and on a diversion its plan would end.
+pub(super) fn hold_instead(failure: &FlightFailure<'_>, answer: &mut FlightRecomposition) {
+    let composition = answer.composition.as_ref();
+    let stays =
+        composition.is_some_and(|it| it.plan.legs.is_empty() && it.plan.start.flown_m == 0.0);
+    if answer.outcome == Outcome::Diverted && stays && failure.landing.is_none() {
+        answer.outcome = Outcome::Hold;
+    }
 }
 
 /// Makes an answer one that lets a drone stand where it is, until it is told more.

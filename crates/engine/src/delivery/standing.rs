@@ -3,8 +3,9 @@
 use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
 use super::flight_failure::{FlightFailure, FlightRecomposition};
-use super::grounded::{is_in_zone, stay};
+use super::grounded::{hold_instead, is_in_zone, stay};
 use super::landing::landed;
+use super::stops::{go_on, served_first};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::Reentry;
 use crate::network::NodeIx;
@@ -29,15 +30,29 @@ impl Stand {
         failure: &FlightFailure<'_>,
         scratch: &mut DeliveryScratch,
     ) -> FlightRecomposition {
+        let onward = &*failure.request.onward;
+        // What it is served where it stands comes before it departs.
+        let (served, onward) = match onward {
+            [here, rest @ ..] if here.node == self.node && !rest.is_empty() => (Some(here), rest),
+            _ => (None, onward),
+        };
+        let service_s = served.map_or(0.0, |stop| stop.service_s);
+        let next = onward.first().map(|stop| stop.node);
         let request = DeliveryRequest {
             source: self.node,
-            destination: failure.request.report.destination,
-            start_s: self.at_s,
-            battery: self.battery,
+            destination: next.unwrap_or(failure.request.report.destination),
+            start_s: self.at_s + service_s,
+            began_s: self.at_s,
+            battery: self.battery_after(world, service_s),
             objective: failure.objective,
             deadline_s: failure.deadline_s,
         };
-        let mut answer = answer_standing(world, &request, Some(failure), scratch);
+        let answer = answer_standing(world, &request, Some(failure), scratch);
+        let mut answer = go_on(world, failure.request, onward, answer, scratch);
+        if let Some(composition) = answer.composition.as_mut().filter(|_| served.is_some()) {
+            served_first(world, composition, (self.at_s, self.battery, service_s));
+        }
+        hold_instead(failure, &mut answer);
         // In a zone it is told to hold, as one that reports there: no operator has to find it a way.
         let has_nowhere_to_go = answer.outcome == Outcome::NoRoute;
         if has_nowhere_to_go && is_in_zone(world, failure.request, self.node) {
@@ -50,12 +65,23 @@ impl Stand {
         }
         answer
     }
+
+    /// The battery once it has stood so many seconds more.
+    fn battery_after(&self, world: &DeliveryWorld<'_>, stay_s: f64) -> f64 {
+        match world.setting.pads().swaps(self.node) {
+            true => self.battery,
+            false => {
+                let charging = world.setting.airframe().charging();
+                charging.level_after(self.battery, stay_s)
+            }
+        }
+    }
 }
 
 /// Answers a drone on the ground: it goes on from where it stands, charging and waiting there as long as its pad is free.
 ///
 /// Never fails. Without a plan to the destination it stays where it is, if its pad stays free for the stay at an alternate, or
-/// goes to an alternate. One that has to land stays where its pad is free.
+/// goes to an alternate; both are told as diverted. One that has to land stays where its pad is free.
 pub fn answer_standing(
     world: &DeliveryWorld<'_>,
     request: &DeliveryRequest,

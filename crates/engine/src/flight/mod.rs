@@ -31,7 +31,7 @@ pub use measured::{
     M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,
 };
 pub use place::{FASTEST_MPS, ImpossiblePlace, LastPlace, check_place};
-pub use plan::{FlightPlan, FlightStart, FlownLeg, Stop, StopKind};
+pub use plan::{FlightPlan, FlightStart, FlownLeg, ServiceStop, Stop, StopKind};
 pub use report::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, DEFAULT_BRAKING_MPS2, DEFAULT_REACTION_S,
     FailedPads, FailureReport, FailureType, Location, OperationalDetail,

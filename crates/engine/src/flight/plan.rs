@@ -83,6 +83,18 @@ pub struct Stop {
     pub battery_before: f64,
     /// Battery at take-off.
     pub battery_after: f64,
+    /// How long the delivery is served here at least, in seconds: a pickup, a drop or a visit. `None` where the drone stops for
+    /// its battery or to wait.
+    pub service_s: Option<f64>,
+}
+
+/// A place where a delivery stops on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServiceStop {
+    /// The node.
+    pub node: NodeIx,
+    /// For how long at least, in seconds.
+    pub service_s: f64,
 }
 
 /// A plan from a start to a destination.

@@ -93,11 +93,12 @@ impl FlightSetting {
         }
     }
 
-    /// Seconds that a stay has to take for the flight up to the next stop or the end.
+    /// Seconds that a stay has to take: for what is served, and for the flight up to the next stop or the end.
     fn needed_stay_s(&self, plan: &FlightPlan, stop: &Stop, place: usize, reserve: f64) -> f64 {
         let rules = self.rules();
+        let service_s = stop.service_s.unwrap_or(0.0);
         if stop.kind == StopKind::Swap {
-            return rules.swap_s;
+            return rules.swap_s.max(service_s);
         }
         let next = plan.stops.get(place + 1);
         let end = next.map_or(plan.legs.len(), |next| next.before_leg);
@@ -110,6 +111,6 @@ impl FlightSetting {
             StopKind::Charge => rules.stop_s,
             StopKind::Start | StopKind::Swap => 0.0,
         };
-        handling_s + charging_s.unwrap_or(0.0)
+        (handling_s + charging_s.unwrap_or(0.0)).max(service_s)
     }
 }

@@ -97,6 +97,16 @@ impl Potentials {
         self.objective
     }
 
+    /// The least weight from a node on: metres, multiples of a full battery, or nothing for time.
+    pub fn least_weight(&self, node: NodeIx) -> f64 {
+        self.remaining[node.at()].weight
+    }
+
+    /// The least flying time from a node on, in seconds.
+    pub fn least_time_s(&self, node: NodeIx) -> f64 {
+        self.remaining[node.at()].time_s
+    }
+
     /// No destination, and nothing known of what is left: for searches that end elsewhere.
     pub(super) fn nowhere(nodes: usize, objective: Objective) -> Self {
         let nothing = Remaining {

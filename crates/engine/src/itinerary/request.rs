@@ -184,6 +184,8 @@ pub enum Unproved {
     Checks,
     /// [`Limits::is_over`] said so.
     Time,
+    /// The plan stops on its way and was composed part by part; nobody has shown that no joint plan is better.
+    Parts,
 }
 
 impl Unproved {
@@ -193,6 +195,7 @@ impl Unproved {
             Self::Labels => "label_limit",
             Self::Checks => "check_limit",
             Self::Time => "time_limit",
+            Self::Parts => "parts",
         }
     }
 }
@@ -219,6 +222,18 @@ pub struct Effort {
     pub checks: usize,
     /// Ways walked down the destination's tree.
     pub walks: usize,
+}
+
+impl Effort {
+    /// That of two searches.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            labels: self.labels + other.labels,
+            checks: self.checks + other.checks,
+            walks: self.walks + other.walks,
+        }
+    }
 }
 
 /// The answer to a request.

@@ -151,6 +151,7 @@ fn stay(
             takes_off_s,
             battery_before,
             battery_after,
+            service_s: None,
         });
     }
 }

@@ -115,6 +115,11 @@ pub enum Warning {
         /// The node.
         node: NodeIx,
     },
+    /// The plan ends at a stop of the delivery, as none leads on from there yet.
+    EndsAtStop {
+        /// The stop.
+        node: NodeIx,
+    },
     /// No node with pads can be reached, which this outcome would have led to.
     NoAlternate,
     /// Until reservations exist, a node with pads counts as having one free.

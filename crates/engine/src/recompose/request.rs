@@ -2,7 +2,8 @@
 
 use super::explanation::Stage;
 use crate::airspace::{Hits, Zone};
-use crate::flight::{Circumstances, FailedPads, FailureReport, FailureType};
+use crate::flight::{Circumstances, FailedPads, FailureReport, FailureType, ServiceStop};
+use crate::network::NodeIx;
 use crate::routing::Baseline;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -169,6 +170,9 @@ pub struct Request {
     pub report: FailureReport,
     /// What else is known of the drone.
     pub circumstances: Circumstances,
+    /// Where a delivery with stops goes from the report's destination on, which is its next stop and the first of these; where
+    /// it ends, and nothing is served, is the last. Empty where the report's destination is the end.
+    pub onward: Vec<ServiceStop>,
     /// A zone that a regulatory report brings along.
     pub zone: Option<BroughtZone>,
     /// How to answer it.
@@ -213,11 +217,23 @@ impl Request {
         is_about_pads.then(|| self.circumstances.failed_pads.unwrap_or(at_end))
     }
 
+    /// Leads a delivery with stops to the first of the places where it goes on to; without any nothing changes.
+    pub fn lead_by(&mut self, onward: Vec<ServiceStop>) {
+        let Some(next) = onward.first().map(|stop| stop.node) else {
+            return;
+        };
+        let path = self.report.remaining_path.take();
+        self.report.remaining_path = path.and_then(|path| up_to(path, next));
+        self.report.destination = next;
+        self.onward = onward;
+    }
+
     /// A request answered by `exact`, without extras.
     pub fn exact(report: FailureReport) -> Self {
         Self {
             report,
             circumstances: Circumstances::default(),
+            onward: Vec::new(),
             zone: None,
             strategy: Strategy::Exact,
             scope: Scope::Global,
@@ -226,4 +242,11 @@ impl Request {
             explain: false,
         }
     }
+}
+
+/// A path from the start of a leg on up to where it comes to a node first; `None` where it does not.
+fn up_to(mut path: Vec<NodeIx>, node: NodeIx) -> Option<Vec<NodeIx>> {
+    let place = path.iter().skip(1).position(|&passed| passed == node)?;
+    path.truncate(place + 2);
+    Some(path)
 }

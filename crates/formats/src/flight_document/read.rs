@@ -210,6 +210,7 @@ impl Reader<'_> {
             takes_off_s: stop.takes_off_s,
             battery_before: stop.battery_before_fraction,
             battery_after: stop.battery_after_fraction,
+            service_s: stop.service_s,
         })
     }
 }

@@ -185,6 +185,7 @@ impl Writer<'_> {
             takes_off_s: stop.takes_off_s,
             battery_before_fraction: stop.battery_before,
             battery_after_fraction: stop.battery_after,
+            service_s: stop.service_s,
         });
         WrittenPlan {
             legs: legs.collect(),

@@ -133,6 +133,9 @@ pub(super) struct WrittenStop {
     pub(super) takes_off_s: f64,
     pub(super) battery_before_fraction: f64,
     pub(super) battery_after_fraction: f64,
+    /// Of a stop at which the delivery is served.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) service_s: Option<f64>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]

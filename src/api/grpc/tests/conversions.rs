@@ -54,7 +54,7 @@ fn requests_say_what_their_bodies_say() {
     let delivery = proto::CreatePlanRequest {
         id: Some("p-1".to_owned()),
         source: "12".to_owned(),
-        destination: "north".to_owned(),
+        destination: Some("north".to_owned()),
         start_time: at(),
         payload_kg: Some(1.5),
         drone_id: Some("d-1".to_owned()),
@@ -65,12 +65,16 @@ fn requests_say_what_their_bodies_say() {
         objective: Some("time".to_owned()),
         deadline: timestamp("2026-11-27T19:30:00Z"),
         priority: Some(90),
+        stops: vec![proto::ServiceStop {
+            node: "14".to_owned(),
+            service_s: 90.0,
+        }],
     };
     let body = json!({
         "id": "p-1", "source": "12", "destination": "north", "start_time": "2026-11-27T18:00:00Z",
         "payload_kg": 1.5, "drone_id": "d-1", "airspeed_mps": 14.0,
         "airframe": "m100", "battery_fraction": 0.9, "objective": "time", "deadline": "2026-11-27T19:30:00Z",
-        "priority": 90,
+        "priority": 90, "stops": [{"node": "14", "service_s": 90.0}],
     });
     let read = delivery_request(delivery).map(|read| json!(read));
     assert_eq!(read, Ok(body));

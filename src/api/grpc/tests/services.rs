@@ -188,7 +188,7 @@ pub(super) fn delivery() -> proto::CreatePlanRequest {
     proto::CreatePlanRequest {
         id: Some("p".to_owned()),
         source: "1".to_owned(),
-        destination: "3".to_owned(),
+        destination: Some("3".to_owned()),
         drone_id: Some("d".to_owned()),
         ..Default::default()
     }

@@ -181,6 +181,14 @@ impl Flights {
                 battery: start.battery,
             });
         }
+        if let Some(node) = version.waits_at() {
+            let battery = seen.and_then(|sighting| sighting.battery_fraction);
+            return Some(Stand {
+                node,
+                from: now,
+                battery: battery.unwrap_or(start.battery),
+            });
+        }
         let stops = &flown.composition.plan.stops;
         let stop = stops
             .iter()

@@ -5,8 +5,9 @@ use super::kept::Told;
 use super::known::SEEN_WITHIN;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
 use super::{Budget, Flights, FlownVersion};
-use crate::delivery::{DeliveryRequest, compose};
+use crate::delivery::{DeliveryRequest, Lands, compose_with_stops};
 use crate::edge::planner::{Course, Scene, Stated, Wanted};
+use crate::edge::stops::{with_end, without_end};
 use crate::intake::Faults;
 use crate::itinerary::Objective;
 use crate::refusal::Refusal;
@@ -94,19 +95,25 @@ impl Flights {
         };
         let topology = scene.topology();
         let departs_at = wanted.terms.departs_at;
+        let start_s = self.seconds(departs_at);
+        let (lands, destination) = match wanted.destination {
+            Some(destination) => (Lands::AtDestination, destination),
+            None => (Lands::OnNearestPad, wanted.source),
+        };
         let request = DeliveryRequest {
             source: wanted.source,
-            destination: wanted.destination,
-            start_s: self.seconds(departs_at),
+            destination,
+            start_s,
+            began_s: start_s,
             battery: battery.unwrap_or(kind.airframe.full_charge),
             objective: order.objective,
             deadline_s: order.deadline.map(|deadline| self.seconds(deadline)),
         };
         let composed = self.with_scratch(topology, |scratch| {
-            compose(&ground.world(), &request, scratch)
+            compose_with_stops(&ground.world(), &request, (wanted.stops, lands), scratch)
         });
         let composed = composed.map_err(|no_delivery| {
-            let ends = [wanted.source, wanted.destination].map(|node| topology.node_id(node));
+            let ends = [wanted.source, destination].map(|node| topology.node_id(node));
             ground.refusal(&no_delivery, ends, scene.revision)
         })?;
         let (flown, composition) =
@@ -116,6 +123,7 @@ impl Flights {
             flight: Some(Arc::new(flown)),
             departs_at,
             stretch: None,
+            stops: without_end(&with_end(wanted.stops, composed.destination)),
         })
     }
 }

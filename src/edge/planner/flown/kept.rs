@@ -70,8 +70,8 @@ impl FlownVersion {
                 until_s: hold.until_s - departs_s,
                 ..hold
             }),
-            alternate: told
-                .is_diverted
+            // One that flies nowhere holds on a pad.
+            alternate: (told.is_diverted || composition.plan.legs.is_empty())
                 .then(|| alternate(ground, composition, departs_s))
                 .flatten(),
             is_confirmed: ground.is_alone,
@@ -130,7 +130,7 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
     }
 }
 
-/// The pad on which a drone that diverts may stay.
+/// The pad on which a drone that diverts, or holds, may stay.
 fn alternate(
     ground: &Ground,
     composition: &FlightComposition,

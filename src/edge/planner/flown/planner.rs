@@ -15,8 +15,9 @@ use crate::edge::planner::{
 };
 use crate::edge::progress::{self, Ahead, Progress};
 use crate::edge::settings::Settings;
+use crate::edge::stops::without_end;
 use crate::edge::stretches::Stretch;
-use crate::flight::Location;
+use crate::flight::{Location, ServiceStop};
 use crate::formats::ReadWarning;
 use crate::geo::Point;
 use crate::intake::Faults;
@@ -63,9 +64,9 @@ impl Flown {
         scene: Scene<'_>,
         plan: &PlanEntry,
         (stand, sighting): (Stand, Option<&Sighting>),
-        destination: NodeIx,
+        goal: (NodeIx, Vec<ServiceStop>),
     ) -> (Request, Answer) {
-        let request = |way: &Path| standing_at(stand.node, way, destination);
+        let request = |way: &Path| standing_at(stand.node, way, goal.clone());
         let from_there = request(&Path::default());
         let answer = self
             .flights
@@ -191,7 +192,8 @@ impl Planner for Flown {
         };
         if let Some(stand) = may_stand.then(stand).flatten() {
             let at = (stand, sighting);
-            return self.replan_standing(scene, plan, at, request.report.destination);
+            let goal = (request.report.destination, request.onward);
+            return self.replan_standing(scene, plan, at, goal);
         }
         let at = (leg, sighting);
         let answer = self.flights.answer_in_flight(scene, plan, &request, at);
@@ -210,6 +212,7 @@ impl Planner for Flown {
         let Displaced {
             before,
             destination,
+            onward,
             request,
             leg,
             sighting,
@@ -223,7 +226,7 @@ impl Planner for Flown {
         });
         if let Some(stand) = stand {
             let at = (stand, sighting.as_ref());
-            return Some(self.replan_standing(scene, plan, at, destination));
+            return Some(self.replan_standing(scene, plan, at, (destination, onward)));
         }
         let request = request?;
         let at = (leg, sighting.as_ref());
@@ -251,6 +254,7 @@ impl Planner for Flown {
             flight: Some(version.clone()),
             departs_at: flight.departs_at,
             stretch: Stretch::between(scene.airspace, &request.report, first, stretch_m),
+            stops: without_end(&request.onward),
         })
     }
 
@@ -435,6 +439,9 @@ impl Planner for Flown {
             return false;
         };
         let leads_there = matches!(answer.told.outcome, Outcome::Rerouted | Outcome::Hold);
+        if plan.reported.waits_at().is_some() {
+            return leads_there && !flown.composition.plan.legs.is_empty();
+        }
         let lands_at = later(flight.departs_at, way.flight_time_s);
         let gains_s = plan
             .reported

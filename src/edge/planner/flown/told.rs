@@ -76,6 +76,7 @@ impl FlownVersion {
                 true => wire::PadReservation::Confirmed,
                 false => wire::PadReservation::Unconfirmed,
             },
+            service_s: stop.service_s,
         });
         stops.collect()
     }

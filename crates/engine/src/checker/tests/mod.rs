@@ -193,6 +193,7 @@ impl Story {
             stopping_m: 69.0,
             stands_at: self.stands_at,
             destination: self.destination,
+            onward: &[],
             planned: self.planned.as_deref(),
             need: self.need,
             at_s: 0.0,

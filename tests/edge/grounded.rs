@@ -1,0 +1,119 @@
+//! Drones on the ground that cannot go on: they hold on their pads, and are told when there is a way.
+
+use crate::flying::{on, street};
+use crate::stage::{Stage, names};
+use jiff::SignedDuration;
+use serde_json::json;
+use skyway::edge::Idempotency;
+use skyway::wire::{self, EndedAs, EventKind, PlanState};
+use tokio_stream::StreamExt;
+
+/// A drone with a plan along the street, which stands on its pad yet.
+async fn waiting() -> Stage {
+    let stage = on(&street(&[2, 2, 2]));
+    let asked = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s2"});
+    stage.deliver(asked).await.expect("a plan");
+    stage
+}
+
+/// The same, and its first leg is closed.
+async fn shut_in() -> Stage {
+    let stage = waiting().await;
+    let draft = json!({"id": "works", "segments": ["s0-s1"], "reason": "works"});
+    let draft = serde_json::from_value(draft).expect("a draft");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("a closure");
+    stage.settle().await;
+    stage
+}
+
+/// It tells where it stands for some seconds.
+async fn stands(stage: &Stage) {
+    for _ in 0..8 {
+        stage.pass(SignedDuration::from_secs(1)).await;
+        let position = json!({"drone_id": "d", "location": {"x": 0.0, "y": 0.0}, "airborne": false, "ground_speed_mps": 0.0});
+        let batch = serde_json::from_value(json!({"positions": [position]})).expect("telemetry");
+        stage
+            .edge
+            .telemetry(&stage.caller, batch)
+            .await
+            .expect("taken");
+    }
+    stage.settle().await;
+}
+
+async fn takes_over(stage: &Stage) -> wire::Plan<'static> {
+    let wanted = stage.plan("p").wanted.expect("a version");
+    let ack = wire::Ack {
+        version: wanted.version,
+        ..wire::Ack::default()
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    taken.expect("taken over");
+    stage.settle().await;
+    stage.plan("p")
+}
+
+fn told(version: Option<&wire::PlanVersion<'_>>) -> (String, Vec<String>) {
+    let version = version.expect("a version");
+    (version.outcome.to_string(), names(&version.path.nodes))
+}
+
+#[tokio::test]
+async fn a_drone_whose_way_closes_while_it_stands_holds_until_it_opens() {
+    let stage = shut_in().await;
+    let hold = ("hold".to_owned(), vec!["s0".to_owned()]);
+    assert_eq!(told(stage.plan("p").wanted.as_ref()), hold);
+    // Where it holds can be drawn.
+    let stretch = stage
+        .plan("p")
+        .wanted
+        .and_then(|wanted| wanted.first_stretch);
+    let stretch = stretch.expect("a place");
+    let places: Vec<_> = stretch.geometry.iter().map(|at| (at.x, at.y)).collect();
+    assert_eq!(
+        (stretch.kind, places),
+        (wire::StretchKind::None, vec![(0.0, 0.0)])
+    );
+    let plan = takes_over(&stage).await;
+    assert_eq!((told(Some(&plan.reported)), plan.wanted), (hold, None));
+    stands(&stage).await;
+    stage.pass(SignedDuration::from_secs(120)).await;
+    stands(&stage).await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.ended_as, plan.wanted), (None, None), "it waits");
+    assert_eq!(plan.flags, [], "and is not overdue");
+    let mut events = stage.edge.events(None).expect("a stream");
+    let lifted = stage
+        .edge
+        .lift_closure(&stage.caller, "works", Some("*".to_owned()), None);
+    lifted.await.expect("lifted");
+    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
+    let (outcome, nodes) = told(stage.plan("p").wanted.as_ref());
+    assert_eq!(
+        (&*outcome, nodes),
+        ("rerouted", names_of(&["s0", "s1", "s2"]))
+    );
+    let plan = takes_over(&stage).await;
+    assert_eq!(plan.reported.path.nodes.len(), 3);
+    assert_ne!(plan.state, PlanState::Ended);
+}
+
+#[tokio::test]
+async fn a_drone_that_reports_from_its_pad_that_it_cannot_go_on_holds() {
+    let stage = waiting().await;
+    let answer = stage.answer(json!({
+        "type": "navigational", "service": {"from": "s0", "to": "s1", "plan_id": "p"}, "destination": "s2",
+        "location": {"node": "s0"}, "airborne": false, "drone": {"id": "d"},
+    }));
+    let answer = answer.await;
+    assert_eq!(answer["outcome"], "hold", "{answer}");
+    assert_eq!(answer["path"]["nodes"], json!(["s0"]));
+    assert_ne!(stage.plan("p").ended_as, Some(EndedAs::Diverted));
+}
+
+fn names_of(nodes: &[&str]) -> Vec<String> {
+    nodes.iter().map(|node| (*node).to_owned()).collect()
+}
