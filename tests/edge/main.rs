@@ -21,6 +21,7 @@ mod idempotency;
 mod journal;
 mod mailboxes;
 mod older_rows;
+mod packs;
 mod pads;
 mod plan_ends;
 mod plan_versions;
