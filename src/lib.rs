@@ -38,4 +38,5 @@ pub use skyway_engine::{
 pub use skyway_evaluation::evaluate;
 pub use skyway_formats as formats;
 pub use skyway_maps::{buildings, draw};
+pub use skyway_pack as pack;
 pub use skyway_planted as planted;

@@ -34,6 +34,9 @@ pub(super) struct EdgeFlags {
     /// The file with the digests of the tokens, which only its owner may read
     #[arg(long, value_name = "FILE")]
     tokens_file: Option<String>,
+    /// The file with the keys that packs are signed with, instead of one beside the store
+    #[arg(long, value_name = "FILE")]
+    pack_keys_file: Option<String>,
     /// A file to write the ports to that were taken
     #[arg(long, value_name = "FILE")]
     ports_file: Option<String>,
@@ -89,7 +92,7 @@ impl EdgeFlags {
         config_sources::look(self.config.as_deref(), &named, &self.set)
     }
 
-    fn named<'a>(&'a self, no_store: &'a Option<String>) -> [Named<'a>; 13] {
+    fn named<'a>(&'a self, no_store: &'a Option<String>) -> [Named<'a>; 14] {
         [
             ("--listen", "listen", &self.listen),
             ("--admin-listen", "admin_listen", &self.admin_listen),
@@ -98,6 +101,7 @@ impl EdgeFlags {
             ("--store", "store", &self.store),
             ("--no-store", "store", no_store),
             ("--tokens-file", "tokens_file", &self.tokens_file),
+            ("--pack-keys-file", "pack_keys_file", &self.pack_keys_file),
             ("--ports-file", "ports_file", &self.ports_file),
             ("--clock", "clock.kind", &self.clock),
             ("--clock-start", "clock.start", &self.clock_start),

@@ -30,6 +30,7 @@ mod names;
 mod network;
 mod network_source;
 mod output;
+mod pack;
 mod picture;
 mod plan;
 #[cfg(feature = "edge")]
@@ -113,6 +114,9 @@ enum Command {
     /// Compute an answer of an edge again, from what it kept of it
     #[cfg(feature = "edge")]
     Replay(replay::Replay),
+    /// Show packs, which drones fly by when the line is gone, and make the keys that sign them
+    #[command(subcommand, after_help = pack::EXAMPLES)]
+    Pack(pack::Pack),
     /// Check a certificate, or a plan that is flown; exit code 0 when it holds, 1 when not
     Verify(verify::Verify),
     /// Make, inspect, convert and draw networks
@@ -193,6 +197,7 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Registry(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Replay(command) => command.run(output),
+        Command::Pack(command) => command.run(output),
         Command::Verify(command) => command.run(output),
         Command::Network(command) => command.run(output),
         #[cfg(feature = "edge")]

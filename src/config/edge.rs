@@ -40,6 +40,10 @@ settings! {
         /// The file with the digests of the tokens, which only its owner may read; empty for none. Off
         /// loopback the edge starts only with tokens. `skyway token` makes them.
         tokens_file: Option<PathBuf> = None;
+        /// The file with the keys that packs are signed with, which only its owner may read; it is made where there is
+        /// none. Empty for one beside the store, with .keys after its name; without a store for a key that ends with
+        /// the edge. `skyway pack` makes new ones.
+        pack_keys_file: Option<PathBuf> = None;
     }
     /// How much at once. What is beyond is refused at once, failure reports last of all.
     limits: Limits {

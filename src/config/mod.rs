@@ -7,6 +7,7 @@ mod airframes;
 mod authorities;
 mod edge;
 mod fault;
+mod pack_keys;
 pub mod registry;
 mod resolve;
 mod sample;
@@ -25,6 +26,7 @@ pub use edge::{
     Limits, Log, Plans, Records, RegistryLink, Reports, SETTINGS, Trees,
 };
 pub use fault::{ConfigFault, ConfigWarning, Origin};
+pub use pack_keys::{PackKey, PackKeys, PackKeysError};
 pub use registry::RegistryConfig;
 pub use resolve::{EffectiveConfig, Flag, Sources, resolve, resolve_leniently};
 pub use sample::sample;

@@ -351,13 +351,13 @@ fn read(path: &Path) -> io::Result<(String, Option<u32>)> {
 }
 
 #[cfg(unix)]
-fn permissions(metadata: &std::fs::Metadata) -> Option<u32> {
+pub(super) fn permissions(metadata: &std::fs::Metadata) -> Option<u32> {
     use std::os::unix::fs::PermissionsExt;
     Some(metadata.permissions().mode() & 0o777)
 }
 
 #[cfg(not(unix))]
-fn permissions(_: &std::fs::Metadata) -> Option<u32> {
+pub(super) fn permissions(_: &std::fs::Metadata) -> Option<u32> {
     None
 }
 

@@ -37,6 +37,8 @@ mod off_plan;
 mod offers;
 mod opened;
 mod opening;
+mod pack;
+mod pack_ways;
 mod places;
 mod plan_entry;
 mod plan_reports;
@@ -128,6 +130,7 @@ pub use zone_import::{FEED_BYTES_MAX, FeedImport};
 pub use zones::ZoneWrite;
 
 use crate::clock::Clock;
+use crate::config::PackKeys;
 use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
@@ -174,6 +177,7 @@ pub struct Edge {
     claims: Claims,
     drones: Arc<Drones>,
     planner: Arc<dyn Planner>,
+    pack_keys: ArcSwap<PackKeys>,
     /// What the checker has not let pass.
     guard: Arc<Guard>,
     records: Records,

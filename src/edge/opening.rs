@@ -23,6 +23,7 @@ use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
 use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
+use crate::config::PackKeys;
 use crate::network::Topology;
 use crate::wire::ClockKind;
 use arc_swap::ArcSwap;
@@ -56,6 +57,7 @@ pub struct Opening {
     fresh_id: String,
     is_in_place: bool,
     storekeepers_place: Option<Handle>,
+    pack_keys: Option<PackKeys>,
     watch: Watch,
 }
 
@@ -81,6 +83,7 @@ impl Opening {
             is_in_place: clock.kind() == ClockKind::External,
             clock,
             storekeepers_place: None,
+            pack_keys: None,
             watch: Watch::default(),
         }
     }
@@ -104,6 +107,13 @@ impl Opening {
     #[must_use]
     pub fn watched_by(mut self, watch: impl Fn(WriterStep) + Send + Sync + 'static) -> Self {
         self.watch = Watch(Some(Arc::new(watch)));
+        self
+    }
+
+    /// With keys to sign packs with; without them it makes one that ends with it.
+    #[must_use]
+    pub fn signing_with(mut self, keys: Option<PackKeys>) -> Self {
+        self.pack_keys = keys;
         self
     }
 
@@ -270,6 +280,7 @@ impl Opening {
             claims: Claims::default(),
             drones,
             planner,
+            pack_keys: ArcSwap::from_pointee(self.pack_keys.map_or_else(|| fresh_keys(now), Ok)?),
             guard,
             off_plan: OffPlan::default(),
             opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
@@ -279,6 +290,13 @@ impl Opening {
         let started = listener.map(|listener| listener.start(Arc::downgrade(&edge)));
         started.transpose().map(|_| edge)
     }
+}
+
+/// A key that nobody else has.
+fn fresh_keys(now: Timestamp) -> io::Result<PackKeys> {
+    let mut seed = [0; 32];
+    getrandom::fill(&mut seed).map_err(io::Error::other)?;
+    Ok(PackKeys::of_seed(seed, now))
 }
 
 fn writer_of(desk: WriterLoop, is_in_place: bool) -> io::Result<Writer> {

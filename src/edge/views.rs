@@ -200,7 +200,7 @@ pub(super) fn legs(
     departs_at: Timestamp,
 ) -> Vec<wire::Leg<'static>> {
     let legs = composition.legs.iter().enumerate().map(|(number, leg)| {
-        let ends = flown.and_then(|flown| flown.ends.get(number)).copied();
+        let ends = flown.and_then(|flown| flown.ends.get(number)).cloned();
         let ends = ends.unwrap_or_default();
         let told = |end: Option<DetourEnd>| end.map(|end| end.told(departs_at));
         let course = LegCourse::of(topology, leg.from, leg.to, leg.segment);

@@ -2,7 +2,7 @@
 
 use crate::api::metrics::RequestMetrics;
 use crate::api::operations::Daemon;
-use crate::config::{AirframeError, HttpUrl};
+use crate::config::{AirframeError, HttpUrl, PackKeysError};
 use crate::edge;
 use crate::registry::OpenError;
 use prometheus_client::registry::Registry;
@@ -34,6 +34,9 @@ pub enum ServiceError {
     /// The store of a registry cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// The keys of packs are of no use.
+    #[error(transparent)]
+    PackKeys(#[from] PackKeysError),
     /// A name of the configuration stands for no airframe.
     #[error(transparent)]
     Airframe(#[from] AirframeError),

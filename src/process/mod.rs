@@ -1,6 +1,7 @@
 //! The processes that daemons are: what they serve and log, and the signals that end them.
 
 pub mod listening;
+mod live_keys;
 mod live_tokens;
 pub mod logs;
 pub mod memory;

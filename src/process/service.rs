@@ -4,6 +4,7 @@
 //! listener serves drones and operators, REST and gRPC alike; the admin listener metrics and status.
 
 use super::listening::{Addresses, ServiceError, bind, request_metrics};
+use super::live_keys::LiveKeys;
 use super::live_tokens::authentication;
 use super::planted::plant_bug;
 use super::store_lock::StoreLock;
@@ -91,8 +92,10 @@ impl Service {
         let opening = Opening::new(topology, geojson, epoch(), settings(&config)?, clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
-        let opening = opening.fresh_id(random_id()?);
+        let keys = LiveKeys::open(&config)?;
+        let opening = opening.fresh_id(random_id()?).signing_with(keys.first());
         let (edge, store_thread) = open(opening, config.store.as_deref()).await?;
+        keys.follow(&edge);
         let queue_wait = Arc::new(QueueWait::new(config.limits.queue_wait));
         let (registry, metrics) = own_metrics(&edge, &config, &queue_wait);
         let following = follow(&edge, &config)?;

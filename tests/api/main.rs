@@ -15,6 +15,7 @@ mod idempotency;
 mod ids;
 mod messages;
 mod one_contract;
+mod packs;
 mod plan_keys;
 mod plan_stories;
 mod plan_words;

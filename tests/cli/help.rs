@@ -9,6 +9,12 @@ const COMMANDS: &[&[&str]] = &[
     &["compare"],
     &["evaluate"],
     &["verify"],
+    &["pack"],
+    &["pack", "show"],
+    #[cfg(feature = "edge")]
+    &["pack", "rotate"],
+    #[cfg(feature = "edge")]
+    &["pack", "revoke"],
     &["network"],
     &["network", "build"],
     &["network", "generate"],

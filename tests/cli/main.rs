@@ -20,6 +20,7 @@ mod input;
 #[cfg(feature = "edge")]
 mod logs;
 mod networks;
+mod packs;
 mod requests;
 #[cfg(feature = "edge")]
 mod traces;

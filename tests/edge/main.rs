@@ -22,6 +22,7 @@ mod idempotency;
 mod journal;
 mod mailboxes;
 mod older_rows;
+mod packs;
 mod pads;
 mod plan_ends;
 mod plan_versions;

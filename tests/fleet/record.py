@@ -83,6 +83,8 @@ class Version:
     flags: list[str]
     moves: list[Move]
     stays: list[Stay]
+    # With the flight model, the battery at the first node of each leg.
+    batteries: list[float] = dataclasses.field(default_factory=list)
     from_s: float = math.inf
     until_s: float = math.inf
 
@@ -141,7 +143,10 @@ class Record:
     def __init__(self, lines) -> None:
         self.run: dict = {}
         self.plane = Plane(None)
+        self.network: dict = {}
         self.versions: dict[str, dict[int, Version]] = {}
+        # By plan, when its pack was read, and the pack.
+        self.packs: dict[str, tuple[float, bytes]] = {}
         self.zones: dict[str, Zone] = {}
         self.told: list[Told] = []
         # What drones were told by lists alone, after a kill.
@@ -224,11 +229,14 @@ class Record:
             self.listed.append(Told(plan, at_s, "no_route", causes, self._changes, known, made_s=at_s))
 
     def _read_network(self, entry: dict) -> None:
-        network = entry["network"]
+        self.network = network = entry["network"]
         places = [f["geometry"]["coordinates"] for f in network["features"] if f["properties"]["kind"] == "node"]
         if network["skyway"]["coordinates"] == "geographic":
             lons, lats = zip(*(place[:2] for place in places))
             self.plane = Plane(((min(lons) + max(lons)) / 2, (min(lats) + max(lats)) / 2))
+
+    def _read_pack(self, entry: dict) -> None:
+        self.packs[entry["plan_id"]] = (instant(entry["at"]), bytes.fromhex(entry["bytes"]))
 
     def _read_version(self, entry: dict) -> None:
         plan = entry["plan_id"]
@@ -244,6 +252,7 @@ class Record:
             for stop in entry.get("stops") or []
         ]
         version = Version(plan, entry["version"], entry["outcome"], sent_s, entry.get("flags") or [], moves, stays)
+        version.batteries = [leg.get("battery_before_fraction", math.nan) for leg in entry["legs"]]
         self.versions.setdefault(plan, {})[version.number] = version
 
     def _corner(self, corner: list) -> tuple[float, float, float | None]:

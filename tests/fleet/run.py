@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Judges the records of `skyway-loadtest fleet`: separation, zones, accounting.
+"""Judges the records of `skyway-loadtest fleet`: separation, zones, accounting, packs.
 
 run.py RECORD...               a table of each record; exit code 5 where a goal is missed
-run.py --minutes 60 120 RECORD    separation in these minutes after the first departure alone
+run.py --minutes 60 120 RECORD    separation and packs in these minutes after the first departure alone
 run.py --self-test             the judges find faults that are planted
 
 The judges read nothing but the record, and share no code with the planner.
@@ -14,7 +14,9 @@ import pathlib
 import sys
 
 import accounting
+import packs
 import planted
+import planted_packs
 import separation
 import zones
 from record import Record, read
@@ -35,6 +37,8 @@ WORDS = {
     "miscounted": "zones whose count of plans is not that of the outcomes",
     "standing_untold": "plans affected at the end that were not told",
 }
+# Of the single closures, that packs have to cover.
+COVERED_PERCENT = 90.0
 # The traffic of drones that fly by distance is named and not avoided.
 TOLD_BY_DISTANCE = ("headway", "head_on", "pad", "node", "crossing")
 
@@ -46,7 +50,7 @@ def main() -> int:
     arguments.add_argument("--self-test", action="store_true")
     given = arguments.parse_args()
     if given.self_test:
-        return planted.self_test()
+        return planted.self_test() | planted_packs.self_test()
     if not given.records:
         arguments.error("name a record, or --self-test")
     missed = 0
@@ -78,6 +82,11 @@ def judge(record: Record, minutes: list[float] | None) -> int:
         missed |= verdict == "**missed**"
         print(f"| {words} | {goal} | {count} | {verdict} |")
     print()
+    if record.packs:
+        coverage = packs.judge(record, from_s, until_s)
+        faults["pack"] = coverage.faults
+        missed |= bool(coverage.faults) or coverage.covered_percent() < COVERED_PERCENT
+        print(f"{packs.table(coverage)}\n")
     for rule, some in faults.items():
         for fault in some[:SHOWN]:
             who = " and ".join(fault.plans) if isinstance(fault, separation.Fault) else fault.plan

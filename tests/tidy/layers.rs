@@ -11,6 +11,8 @@ use crate::rust::{macros_called, paths};
 const LAYERS: &[(&str, &str)] = &[
     ("wire", ""),
     ("planted", ""),
+    ("pack", ""),
+    ("pack_c", "pack"),
     ("access", ""),
     ("geo", ""),
     ("network", "geo"),
@@ -43,11 +45,11 @@ const LAYERS: &[(&str, &str)] = &[
     ("refusal", "wire formats"),
     ("intake", "wire geo network airspace formats refusal"),
     ("clock", "wire"),
-    ("config", "wire access flight itinerary formats clock"),
+    ("config", "wire pack access flight itinerary formats clock"),
     ("demo", "wire geo clock"),
     (
         "edge",
-        "wire planted access geo network airspace flight routing itinerary recompose compose delivery checker checked formats refusal intake clock config",
+        "wire planted pack access geo network airspace flight routing itinerary recompose compose delivery checker checked formats refusal intake clock config",
     ),
     (
         "registry",
@@ -64,7 +66,7 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "cli",
-        "wire access geo network airspace flight routing itinerary recompose compose delivery verify checker checked buildings formats draw evaluate clock config demo edge registry api process",
+        "wire pack access geo network airspace flight routing itinerary recompose compose delivery verify checker checked buildings formats draw evaluate clock config demo edge registry api process",
     ),
     ("main", "cli"),
 ];
@@ -73,6 +75,8 @@ const LAYERS: &[(&str, &str)] = &[
 const CRATES: &[(&str, &str)] = &[
     ("contract", "wire"),
     ("planted", "planted"),
+    ("pack", "pack"),
+    ("pack-c", "pack_c"),
     (
         "engine",
         "geo network airspace flight routing itinerary recompose compose delivery verify checker checked",

@@ -13,10 +13,10 @@ const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
 
 /// What each role may do besides what needs no token.
 fn may(role: &str) -> Vec<&'static str> {
-    let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan \
+    let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan get_pack \
                  cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry \
                  drone_session watch_mail receive_mail";
-    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
+    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_keys";
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
                     watch_events";

@@ -15,6 +15,7 @@ mod flight;
 mod id;
 mod mail;
 mod network;
+mod pack;
 mod plan;
 mod problem;
 mod recomposition;
@@ -45,6 +46,7 @@ pub use mail::{
     DroneMessage, EndedSession, HelloDrone, MailLeft, MessageKind, Received, RefusedDrone, Welcome,
 };
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
+pub use pack::{PackKey, PackKeyState, PackKeys};
 pub use plan::{
     Ack, Alternate, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest,
     EndedAs, Leg, Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SentVersion,

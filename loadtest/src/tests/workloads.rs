@@ -39,7 +39,7 @@ fn every_shipped_workload_is_good() {
         assert!(workload.quickened().plans <= 30);
         count += 1;
     }
-    assert_eq!(count, 7);
+    assert_eq!(count, 8);
 }
 
 #[test]

@@ -93,6 +93,9 @@ pub(crate) struct Workload {
     /// Plans composed and cancelled again, and recompositions, at the full fleet.
     pub(crate) samples: usize,
     pub(crate) zones: Zones,
+    /// Whether the record has the pack of each plan, as it is once all are accepted.
+    #[serde(default)]
+    pub(crate) packs: bool,
     pub(crate) goals: Vec<Goal>,
     /// Whether it is only to be seen to work.
     #[serde(skip)]

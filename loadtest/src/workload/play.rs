@@ -22,12 +22,15 @@ use skyway::wire::CompactNetwork;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::time::Duration;
 
 /// Which part of the plans a large zone meets, and how far off the middle of the network it lies.
 const LARGE_PART: f64 = 0.5;
 const OFF_THE_MIDDLE: f64 = 0.1;
 /// Places that are drawn for a zone until a bystander flies by it.
 const DRAWS_PER_ZONE: usize = 20;
+/// How often a plan is looked at whose contingencies are pending.
+const PENDING_LOOKED_FOR: Duration = Duration::from_millis(100);
 
 /// How a workload is played.
 #[derive(Clone, Debug)]
@@ -90,6 +93,9 @@ pub(crate) async fn play(workload: &Workload, options: &PlayOptions) -> Result<F
         figures: Figures::default(),
     };
     let filled = run.fill().await?;
+    if workload.packs {
+        run.write_packs(&filled).await?;
+    }
     match workload.zones.kills {
         0 => {
             run.strike(&filled).await?;
@@ -373,6 +379,27 @@ impl Run<'_> {
         Ok(has_changed)
     }
 
+    /// What drones do when the line is gone, once that is worked out: they depart later.
+    async fn write_packs(&mut self, filled: &Filled) -> Result<()> {
+        let begun = std::time::Instant::now();
+        for plan in &filled.plans {
+            let plan = get(format!("/v1/plans/{}", plan.id));
+            while is_pending(&asked(&self.full.edge.operator, &plan).await?.body)? {
+                tokio::time::sleep(PENDING_LOOKED_FOR).await;
+            }
+        }
+        self.tell(&format!(
+            "packs; contingencies were pending for {:.1} s after the last plan",
+            begun.elapsed().as_secs_f64()
+        ));
+        for plan in &filled.plans {
+            let pack = format!("/v1/plans/{}/pack", plan.id);
+            let told = asked(&self.full.edge.operator, &get(pack)).await?;
+            self.record.pack(&plan.id, &told.body)?;
+        }
+        Ok(())
+    }
+
     /// How every plan stands at the end.
     async fn write_plans(&mut self) -> Result<()> {
         if !self.record.is_kept() {
@@ -386,6 +413,13 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether contingencies of a plan are still being worked out.
+fn is_pending(plan: &[u8]) -> Result<bool> {
+    let plan: Value = serde_json::from_slice(plan)?;
+    let mut legs = plan["reported"]["legs"].as_array().into_iter().flatten();
+    Ok(legs.any(|leg| leg["if_closed"].is_null()))
 }
 
 /// The newest version that each drone is asked to fly.

@@ -1,7 +1,7 @@
 //! The record of a run: one line of JSON for each thing that happened, for judges to read.
 //!
 //! `run` and `network` come first, then in the order in which they were known: `version` (a plan's
-//! version as it is to be flown), `refused` (a request without a plan), `event` (as the edge told
+//! version as it is to be flown), `pack` (what its drone does when the line is gone), `refused` (a request without a plan), `event` (as the edge told
 //! it), and at the end `plan` (how each plan stands). Where the edge is killed: `restarted`, then
 //! what its lists say that events may not have told, `found` (a zone) and `listed` (a plan).
 
@@ -25,14 +25,16 @@ const OF_LEG: [&str; 6] = [
     "arrives_at",
     "geometry",
 ];
-const OF_STOP: [&str; 6] = [
+const OF_STOP: [&str; 7] = [
     "node",
     "pad",
     "kind",
     "before_leg",
     "lands_at",
     "takes_off_at",
+    "battery_after_fraction",
 ];
+const OF_FLIGHT: [&str; 1] = ["battery_before_fraction"];
 const OF_VERSION: [&str; 7] = [
     "version",
     "outcome",
@@ -111,6 +113,14 @@ impl Record {
         self.version(&plan, &plan["reported"])
     }
 
+    /// The pack of a plan, in hexadecimal digits.
+    pub(crate) fn pack(&mut self, plan: &str, bytes: &[u8]) -> Result<()> {
+        let digits = bytes.iter().map(|byte| format!("{byte:02x}"));
+        let at = jiff::Timestamp::now().to_string();
+        let digits: String = digits.collect();
+        self.line(&json!({"kind": "pack", "plan_id": plan, "at": at, "bytes": digits}))
+    }
+
     /// How a plan stands at the end, and the version that its drone flies where that is not the
     /// first.
     pub(crate) fn stands(&mut self, plan: &Value) -> Result<()> {
@@ -166,6 +176,10 @@ impl Record {
             json!({"kind": "version", "plan_id": plan["id"], "drone_id": plan["drone_id"]});
         pick(&mut line, version, &OF_VERSION);
         line["legs"] = all(&version["legs"], &OF_LEG);
+        let flown = version["legs"].as_array().into_iter().flatten();
+        for (leg, flown) in line["legs"].as_array_mut().into_iter().flatten().zip(flown) {
+            pick(leg, &flown["flight"], &OF_FLIGHT);
+        }
         line["stops"] = all(&version["flight"]["stops"], &OF_STOP);
         self.line(&line)
     }

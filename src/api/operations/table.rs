@@ -68,6 +68,10 @@ operations! {
         /// One plan.
         GetPlan "get_plan" [(Method::GET, "/v1/plans/{id}")]
             Some("/skyway.v1.Plans/GetPlan"), Read, DRONES, MAIN;
+        /// What the drone of a plan does when the line is gone.
+        GetPack "get_pack" [(Method::GET, "/v1/plans/{id}/pack")] None, Read, DRONES, MAIN;
+        /// The keys that packs are signed with.
+        ListKeys "list_keys" [(Method::GET, "/v1/keys")] None, Read, READERS, MAIN;
         /// A plan is given up.
         CancelPlan "cancel_plan" [(Method::DELETE, "/v1/plans/{id}")] None, Other, DRONES, MAIN;
         /// A drone takes over a recomposed plan.

@@ -17,6 +17,7 @@ mod failures;
 mod holds;
 mod mail;
 mod network;
+mod packs;
 mod plans;
 mod probes;
 mod proposals;
@@ -115,6 +116,8 @@ fn planning() -> OpenApiRouter<Shared> {
         .routes(routes!(plans::decline_plan))
         .routes(routes!(plans::complete_plan))
         .routes(routes!(plans::release_plan))
+        .routes(routes!(packs::get_pack))
+        .routes(routes!(packs::list_keys))
 }
 
 fn airspace() -> OpenApiRouter<Shared> {

@@ -1,10 +1,11 @@
 //! The flight of a plan's version in its row: numbers beside the legs that the row has anyway.
 
 use super::codec::{Dictionary, Instant, Names, Places};
+use super::detour_rows::StoredEnd;
 use super::file::StoreFault;
 use crate::compose::Leg;
 use crate::delivery::{FlightComposition, Hold, Proof};
-use crate::edge::planner::{Assumed, DetourEnd, FlightOrder, FlownVersion, LegEnds};
+use crate::edge::planner::{Assumed, FlightOrder, FlownVersion, LegEnds};
 use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop, StopKind};
 use crate::itinerary::{
     Effort, LegFigures, Objective, PlanFigures, Step, StopFigures, Unproved, Value,
@@ -128,10 +129,6 @@ struct StoredFlownLeg {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     safe: Option<StoredEnd>,
 }
-
-/// When a contingency ends, with how much battery, and whether that is below the reserve.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-struct StoredEnd(f64, f64, bool);
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -265,16 +262,15 @@ fn store_legs(flown: &FlownVersion) -> Vec<StoredFlownLeg> {
     let figures = composition.figures.legs.iter();
     let legs = composition.plan.legs.iter().zip(figures);
     // Contingencies that are still to be worked out have no ends yet.
-    let ends = (0..).map(|leg: usize| flown.ends.get(leg).copied().unwrap_or_default());
+    let ends = (0..).map(|leg: usize| flown.ends.get(leg).cloned().unwrap_or_default());
     let told = legs.zip(&composition.leg_costs_usd).zip(ends);
-    let end = |end: DetourEnd| StoredEnd(end.arrives_s, end.battery, end.reserve_used);
     told.map(|(((leg, figures), &cost_usd), ends)| StoredFlownLeg {
         battery: [leg.battery_before, leg.battery_after],
         speeds_mps: [figures.airspeed_mps, figures.ground_speed_mps],
         energy_wh: figures.energy_wh,
         cost_usd,
-        if_closed: ends.if_closed.map(end),
-        safe: ends.safe.map(end),
+        if_closed: ends.if_closed.map(StoredEnd::of),
+        safe: ends.safe.map(StoredEnd::of),
     })
     .collect()
 }
@@ -346,14 +342,9 @@ pub(super) fn read_flight(
         distance_m: start.flown_m + legs.iter().map(|leg| leg.length_m).sum::<f64>(),
         energy: stored.energy,
     };
-    let end = |end: StoredEnd| DetourEnd {
-        arrives_s: end.0,
-        battery: end.1,
-        reserve_used: end.2,
-    };
     let ends = stored.legs.iter().map(|leg| LegEnds {
-        if_closed: leg.if_closed.map(end),
-        safe: leg.safe.map(end),
+        if_closed: leg.if_closed.as_ref().map(StoredEnd::read),
+        safe: leg.safe.as_ref().map(StoredEnd::read),
     });
     Ok(FlownVersion {
         airframe: Arc::from(stored.airframe.as_str()),

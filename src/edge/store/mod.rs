@@ -10,6 +10,7 @@ mod alarm_rows;
 mod closure_rows;
 mod codec;
 mod decisions;
+mod detour_rows;
 mod difference;
 mod file;
 mod flight_rows;

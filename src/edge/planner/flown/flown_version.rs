@@ -7,8 +7,19 @@ use crate::itinerary::Value;
 use crate::network::NodeIx;
 use std::sync::Arc;
 
-/// How a contingency ends.
+/// A stay on a pad of a contingency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::edge) struct DetourStop {
+    /// The leg of the contingency's flight that follows, counted from 0.
+    pub(in crate::edge) before_leg: usize,
+    /// When it takes off, in seconds from the plan's departure.
+    pub(in crate::edge) takes_off_s: f64,
+    /// Battery at landing and at take-off, as fractions.
+    pub(in crate::edge) battery: [f64; 2],
+}
+
+/// How a contingency ends, and where it lands before.
+#[derive(Clone, Debug, PartialEq)]
 pub(in crate::edge) struct DetourEnd {
     /// When, in seconds from the plan's departure.
     pub(in crate::edge) arrives_s: f64,
@@ -16,10 +27,12 @@ pub(in crate::edge) struct DetourEnd {
     pub(in crate::edge) battery: f64,
     /// True where it draws on the reserve.
     pub(in crate::edge) reserve_used: bool,
+    /// Where it lands before; `None` where a store of before has kept nothing of it.
+    pub(in crate::edge) stops: Option<Arc<[DetourStop]>>,
 }
 
 /// How the contingencies of a leg end; `None` where there is no way.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(in crate::edge) struct LegEnds {
     pub(in crate::edge) if_closed: Option<DetourEnd>,
     pub(in crate::edge) safe: Option<DetourEnd>,

@@ -3,10 +3,10 @@
 use super::assumed::Assumed;
 use super::flown_version::later_by;
 use super::terms::DroneKind;
-use super::{DetourEnd, FlownVersion, Ground, LegEnds};
+use super::{DetourEnd, DetourStop, FlownVersion, Ground, LegEnds};
 use crate::compose::{Composition, Leg};
 use crate::delivery::{FlightComposition, FlightRecomposition, Hold, LegContingency};
-use crate::flight::{FlightPlan, Reservation};
+use crate::flight::{FlightPlan, Reservation, Stop};
 use crate::recompose::Outcome;
 use crate::routing::Path;
 use jiff::Timestamp;
@@ -89,10 +89,16 @@ impl FlownVersion {
 impl LegEnds {
     /// How the contingencies of a leg end, of a plan that departs at so many seconds.
     pub(super) fn of(leg: &LegContingency, departs_s: f64) -> Self {
+        let stop = |stop: &Stop| DetourStop {
+            before_leg: stop.before_leg,
+            takes_off_s: stop.takes_off_s - departs_s,
+            battery: [stop.battery_before, stop.battery_after],
+        };
         let end = |flight: &FlightPlan, reserve_used: bool| DetourEnd {
             arrives_s: flight.arrives_s - departs_s,
             battery: flight.battery_at_arrival,
             reserve_used,
+            stops: Some(flight.stops.iter().map(stop).collect()),
         };
         let detour = &leg.if_closed;
         let flight = detour.flight.as_ref();

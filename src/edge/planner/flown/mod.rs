@@ -21,7 +21,7 @@ mod terms;
 mod told;
 
 pub(in crate::edge) use assumed::Assumed;
-pub(in crate::edge) use flown_version::{DetourEnd, FlownVersion, LegEnds};
+pub(in crate::edge) use flown_version::{DetourEnd, DetourStop, FlownVersion, LegEnds};
 pub(super) use planner::Flown;
 pub(in crate::edge) use reported::Flight;
 pub(in crate::edge) use terms::{FlightOrder, FlightTerms};
