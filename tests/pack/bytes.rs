@@ -73,6 +73,26 @@ fn what_is_cut_or_longer_is_refused() {
     assert_eq!(Pack::read(&bytes, &public), Err(Fault::Length));
 }
 
+/// Of a leg with a detour over three nodes and an alternate over one.
+#[test]
+fn ways_over_nodes_that_are_not_there_or_beyond_the_end_are_refused() {
+    let bytes = covered(1).write(&key()).expect("a pack");
+    let ways_at = bytes.len() - 64 - (8 + 3 * 4) - (8 + 4);
+    let bent = |at: usize, byte: u8| {
+        let mut bytes = bytes.clone();
+        bytes[ways_at + at] = byte;
+        // So that it would be a segment to node 0.
+        bytes[ways_at + 32..ways_at + 36].fill(0);
+        Pack::read_unverified(&bytes).err()
+    };
+    let nodes = bytes[14];
+    assert_eq!(bent(8, nodes - 1), None);
+    assert_eq!(bent(8, nodes), Some(Fault::Field(ways_at + 8)));
+    assert_eq!(bent(20 + 4, 1), None);
+    // A second segment of the alternate would be the signature.
+    assert_eq!(bent(20 + 4, 2), Some(Fault::Field(ways_at + 32)));
+}
+
 #[test]
 fn another_key_or_format_is_named() {
     let mut bytes = bare(2).write(&key()).expect("a pack");
