@@ -10,7 +10,7 @@ use crate::airspace::Zone;
 use crate::flight::{FlightPlan, Reentry, StretchLeg};
 use crate::itinerary::{Effort, Step, Value};
 use crate::network::NodeIx;
-use crate::recompose::{Outcome, Request, Warning};
+use crate::recompose::{Flag, Outcome, Request, Warning};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -64,6 +64,9 @@ pub(super) fn hold_instead(failure: &FlightFailure<'_>, answer: &mut FlightRecom
         composition.is_some_and(|it| it.plan.legs.is_empty() && it.plan.start.flown_m == 0.0);
     if answer.outcome == Outcome::Diverted && stays && failure.landing.is_none() {
         answer.outcome = Outcome::Hold;
+        // What it would draw on to fly elsewhere it keeps.
+        answer.reserve_used = false;
+        answer.flags.retain(|flag| *flag != Flag::ReserveUsed);
     }
 }
 
