@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use skyway::api::grpc::proto::MessageKind;
 use skyway::api::grpc::proto::session_response::Body as Told;
 use skyway::wire::CompactNetwork;
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::task::spawn_local;
@@ -18,6 +19,8 @@ use tokio::time::timeout;
 const SEED: u64 = 1;
 /// Over as many streams the drones are told.
 const STREAMS: usize = 100;
+/// Of so many drones one is on a line that no one reads.
+const UNREAD_OF: usize = 100;
 /// How long nobody may be told before all that are told have been.
 const SILENCE: Duration = Duration::from_secs(3);
 
@@ -34,7 +37,11 @@ pub(super) async fn measure(arguments: &LineArguments, size: Size) -> Result<Vec
     let mut rows = Vec::new();
     let edge = served(arguments, "none").await?;
     let mut fleet = Fleet::fill(edge.connect().await?, size.sessions, Some(0.1)).await?;
-    fleet.listen(&edge.connect().await?, size.sessions).await?;
+    let unread = fleet.ways.len() / UNREAD_OF + 1;
+    fleet
+        .listen(&edge.connect().await?, size.sessions, unread)
+        .await?;
+    let mut stalled = fleet.stall(&edge.connect().await?, unread).await?;
     // Of few drones a hundredth may be none.
     let part = (5.0 / size.sessions as f64).max(0.01);
     let few = fleet.told_after(part).await?;
@@ -55,17 +62,18 @@ pub(super) async fn measure(arguments: &LineArguments, size: Size) -> Result<Vec
     ));
     let many = fleet.told_after(0.5).await?;
     let what = format!(
-        "by distance, {} of {} drones: the last is told",
+        "by distance, {} of {} drones: the last is told, beside {unread} that read nothing",
         many.len(),
         fleet.ways.len()
     );
     rows.push(Row::at_most(what, (at(&many, 1.0), 1_000.0), "ms"));
+    rows.push(fleet.caught_up(&mut stalled, unread).await?);
     drop(edge);
 
     let edge = served(arguments, "phantom3").await?;
     let drones = (size.sessions / 50).max(10);
     let mut fleet = Fleet::fill(edge.connect().await?, drones, None).await?;
-    fleet.listen(&edge.connect().await?, drones).await?;
+    fleet.listen(&edge.connect().await?, drones, 0).await?;
     let flown = fleet.told_after(0.5).await?;
     let what = format!(
         "Sydney flown, {} of {} drones: told, p99",
@@ -83,6 +91,19 @@ fn at(sorted_ms: &[f64], part: f64) -> f64 {
         .get(rank.saturating_sub(1))
         .copied()
         .unwrap_or_default()
+}
+
+fn name(drone: usize) -> String {
+    format!("drone-{drone}")
+}
+
+/// The drone that is told a version, or that there is none.
+fn told_a_way(told: Told) -> Option<String> {
+    let Told::Message(message) = told else {
+        return None;
+    };
+    let is_way = matches!(message.kind(), MessageKind::Version | MessageKind::NoWay);
+    is_way.then_some(message.drone_id)
 }
 
 impl Fleet {
@@ -103,7 +124,7 @@ impl Fleet {
             let (source, destination) = world.ends(&mut chance);
             let mut asked = json!({
                 "source": world.ids[source], "destination": world.ids[destination],
-                "drone_id": format!("drone-{}", ways.len()),
+                "drone_id": name(ways.len()),
             });
             if let Some(airspeed_mps) = airspeed_mps {
                 asked["airspeed_mps"] = json!(airspeed_mps);
@@ -135,31 +156,64 @@ impl Fleet {
         })
     }
 
-    /// Puts its drones on the line, over streams of one connection.
-    async fn listen(&mut self, connection: &Connection, drones: usize) -> Result<()> {
+    /// Puts its drones but for the last ones on the line, over streams of one connection.
+    async fn listen(
+        &mut self,
+        connection: &Connection,
+        drones: usize,
+        unread: usize,
+    ) -> Result<()> {
         let (telling, told) = unbounded_channel();
         self.told = told;
         let each = drones.div_ceil(STREAMS).max(1);
-        for first in (0..self.ways.len()).step_by(each) {
-            let on_it = first..(first + each).min(self.ways.len());
-            let names = on_it.map(|drone| format!("drone-{drone}")).collect();
-            let mut session: Session = connection.session(names).await?;
+        let listening = self.ways.len() - unread;
+        for first in (0..listening).step_by(each) {
+            let on_it = first..(first + each).min(listening);
+            let mut session: Session = connection.session(on_it.map(name).collect()).await?;
             let telling = telling.clone();
             spawn_local(async move {
                 // It ends with its edge.
                 while let Ok(told) = session.next().await {
-                    let Told::Message(message) = told else {
+                    let Some(drone) = told_a_way(told) else {
                         continue;
                     };
-                    let is_way =
-                        matches!(message.kind(), MessageKind::Version | MessageKind::NoWay);
-                    if is_way && telling.send((message.drone_id, Instant::now())).is_err() {
+                    if telling.send((drone, Instant::now())).is_err() {
                         return;
                     }
                 }
             });
         }
         Ok(())
+    }
+
+    /// Puts its last drones on a line of their own that no one reads.
+    async fn stall(&self, connection: &Connection, unread: usize) -> Result<Session> {
+        let last = self.ways.len() - unread..self.ways.len();
+        connection.session(last.map(name).collect()).await
+    }
+
+    /// Reads the line that no one has read: each of its drones that is to fly another version is told so.
+    async fn caught_up(&self, stalled: &mut Session, unread: usize) -> Result<Row> {
+        let mut told = BTreeSet::new();
+        while let Ok(next) = timeout(SILENCE, stalled.next()).await {
+            told.extend(told_a_way(next?));
+        }
+        let mut wanted = BTreeSet::new();
+        for drone in (self.ways.len() - unread..self.ways.len()).map(name) {
+            let path = format!("/v1/plans?drone_id={drone}");
+            let plans = self.operator.ask(Method::GET, &path, Vec::new()).await?;
+            let plans: Value = serde_json::from_slice(&plans)?;
+            if !plans["plans"][0]["wanted"].is_null() {
+                wanted.insert(drone);
+            }
+        }
+        let missed = wanted.difference(&told).count();
+        Ok(Row {
+            what: format!("the {unread} that read nothing: told once they read"),
+            found: format!("{} of {}", wanted.len() - missed, wanted.len()),
+            goal: "all".to_owned(),
+            is_met: missed == 0 && !wanted.is_empty(),
+        })
     }
 
     /// Closes an area over this part of the fleet; gives how long it took until each drone was told, in milliseconds, sorted.
