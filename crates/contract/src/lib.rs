@@ -14,6 +14,7 @@ mod first_stretch;
 mod flight;
 mod id;
 mod mail;
+mod market;
 mod network;
 mod pack;
 mod plan;
@@ -44,6 +45,16 @@ pub use flight::{
 pub use id::{Id, Place, with_ids_as_text};
 pub use mail::{
     DroneMessage, EndedSession, HelloDrone, MailLeft, MessageKind, Received, RefusedDrone, Welcome,
+};
+pub use market::{
+    AllocatedDrone, Customer, CustomerData, Deliveries, Delivery, DeliveryChange, DeliveryOrder,
+    DeliveryStatus, DeliveryTrack, EdgeNews, FailureNews, FailureRate, FleetDrone, FleetDroneState,
+    FleetDrones, FleetPosition, FlightNews, Lateness, Money, NetworkStatistics, NewsEntry,
+    NewsTaken, OfferRank, OpeningHours, PassedOver, PositionBatch, PositionEntry, PositionHistory,
+    PositionsTaken, ProofOfDelivery, Provider, ProviderState, Providers, PublishedService,
+    PublishedServices, Quote, QuoteRequest, Recipient, RecomposedFlight, ServiceOffer,
+    ServiceOffers, ServiceQuality, ServiceSearch, ServiceTariff, Share, Webhook, WebhookDraft,
+    WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState, Webhooks,
 };
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use pack::{PackKey, PackKeyState, PackKeys};

@@ -29,6 +29,8 @@ pub enum MessageKind {
     Alarm,
     /// Where is it? Nothing was heard of it for long: it sends telemetry.
     WhereAreYou,
+    /// It flies a delivery of the registry: the first version of its plan.
+    Assigned,
 }
 
 impl MessageKind {
@@ -43,6 +45,7 @@ impl MessageKind {
             Self::Ended => "ended",
             Self::Alarm => "alarm",
             Self::WhereAreYou => "where_are_you",
+            Self::Assigned => "assigned",
         }
     }
 }
@@ -61,7 +64,7 @@ pub struct DroneMessage<'a> {
     pub at: Cow<'a, str>,
     /// The plan that it is about.
     pub plan_id: Cow<'a, str>,
-    /// What is to be flown, may be flown, or has its contingencies now.
+    /// What is to be flown, may be flown, was assigned, or has its contingencies now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub version: Option<PlanVersion<'a>>,
     /// Ids of the zones and closures that it is for.

@@ -65,6 +65,10 @@ pub struct DeliveryRequest {
     )]
     #[schema(minimum = 0, maximum = 100)]
     pub priority: Option<u32>,
+    /// The delivery at the registry that it is flown for: the registry is told what becomes of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_length = 1, max_length = 128)]
+    pub delivery_id: Option<String>,
 }
 
 /// How a plan stands.
@@ -270,6 +274,9 @@ pub struct Plan<'a> {
     pub flags: Vec<PlanFlag>,
     /// The drone, where one is named.
     pub drone_id: Option<Cow<'a, str>>,
+    /// The delivery at the registry that it is flown for, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delivery_id: Option<Cow<'a, str>>,
     /// Where the delivery starts.
     pub source: Id<'a>,
     /// Where it goes.

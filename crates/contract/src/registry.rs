@@ -330,6 +330,10 @@ pub struct EdgeReport {
     /// What it refused last; absent where it refused nothing since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nack: Option<Nack>,
+    /// Where the registry reaches it, for the flights of deliveries; absent where it takes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 500)]
+    pub url: Option<String>,
 }
 
 /// An edge that follows.

@@ -28,12 +28,12 @@ pub enum ClockKind {
     External,
 }
 
-/// The edge's clock: the answer to `GET /v1/clock`.
+/// The clock of an edge or a registry: the answer to `GET /v1/clock`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct ClockReading<'a> {
     /// What moves it.
     pub kind: ClockKind,
-    /// The time by which the edge answers, RFC 3339.
+    /// The time by which the daemon answers, RFC 3339.
     pub time: Cow<'a, str>,
     /// How many of its seconds pass in one of the machine's; 0 where it stands still until it is moved.
     pub rate: f64,
