@@ -18,6 +18,8 @@ const NOTED_MAX: usize = 10_000;
 const WORD_BYTES_MAX: usize = 256;
 /// The longest reason of a refusal, in bytes.
 const REASON_BYTES_MAX: usize = 1_000;
+/// The longest address of an edge, in bytes.
+const URL_BYTES_MAX: usize = 500;
 
 type Key = (String, String);
 
@@ -82,8 +84,8 @@ impl Registry {
         now: Timestamp,
     ) {
         let before = self.followers.last(network, edge);
+        let (nack, url) = before.map_or((None, None), |before| (before.nack, before.url));
         // What it refused is settled once it has gone beyond it.
-        let nack = before.and_then(|before| before.nack);
         let nack = nack.filter(|nack| nack.revision > revision);
         self.followers.note(EdgeHeard {
             network: network.to_owned(),
@@ -92,6 +94,7 @@ impl Registry {
             revision,
             heard_ms: now.as_millisecond(),
             nack,
+            url,
         });
     }
 
@@ -112,6 +115,14 @@ impl Registry {
             faults.text("/nack/object", nack.object.as_deref(), WORD_BYTES_MAX);
             faults.text("/nack/reason", Some(&nack.reason), REASON_BYTES_MAX);
         }
+        faults.text("/url", report.url.as_deref(), URL_BYTES_MAX);
+        if let Some(url) = &report.url
+            && !(url.starts_with("http://") || url.starts_with("https://"))
+        {
+            let message = format!("'{url}' is no address of an edge");
+            let hint = "write it like https://edge.example:8080".to_owned();
+            faults.add("url_invalid", "/url", message, Some(hint));
+        }
         faults.check(Code::BodyInvalid, "report")?;
         self.state(network).await?;
         if let Some(nack) = &report.nack {
@@ -125,6 +136,7 @@ impl Registry {
             revision: report.revision,
             heard_ms: self.clock.now().as_millisecond(),
             nack: report.nack,
+            url: Some(report.url.unwrap_or_default()),
         });
         Ok(())
     }
@@ -142,17 +154,7 @@ impl Registry {
             .into_iter()
             .map(|state| (state.id, state.head))
             .collect();
-        let mut heard: BTreeMap<Key, EdgeHeard> = BTreeMap::new();
-        let noted: Vec<EdgeHeard> = self.followers.lock().heard.values().cloned().collect();
-        for edge in self.store.edges().await?.into_iter().chain(noted) {
-            let key = (edge.network.clone(), edge.edge.clone());
-            let is_newer = heard
-                .get(&key)
-                .is_none_or(|known| known.heard_ms <= edge.heard_ms);
-            if is_newer {
-                heard.insert(key, edge);
-            }
-        }
+        let heard = self.heard_edges().await?;
         let now_ms = self.clock.now().as_millisecond();
         let edges = heard.into_values().map(|edge| EdgeStatus {
             behind: heads
@@ -170,6 +172,33 @@ impl Registry {
             epoch: identity.epoch,
             edges: edges.collect(),
         })
+    }
+
+    /// The edges of a network that were heard, by id, with what each has said last.
+    ///
+    /// # Errors
+    /// When the store does not answer.
+    pub async fn edges_of(&self, network: &str) -> Result<Vec<EdgeHeard>, Refusal> {
+        let heard = self.heard_edges().await?.into_values();
+        Ok(heard.filter(|edge| edge.network == network).collect())
+    }
+
+    /// All that were heard, here or by other processes.
+    async fn heard_edges(&self) -> Result<BTreeMap<Key, EdgeHeard>, StoreError> {
+        let mut heard: BTreeMap<Key, EdgeHeard> = BTreeMap::new();
+        let noted: Vec<EdgeHeard> = self.followers.lock().heard.values().cloned().collect();
+        for mut edge in self.store.edges().await?.into_iter().chain(noted) {
+            let key = (edge.network.clone(), edge.edge.clone());
+            let known = heard.get(&key);
+            if known.is_some_and(|known| known.heard_ms > edge.heard_ms) {
+                continue;
+            }
+            edge.url = edge
+                .url
+                .or_else(|| known.and_then(|known| known.url.clone()));
+            heard.insert(key, edge);
+        }
+        Ok(heard)
     }
 
     /// Gives the store what it has not got yet.

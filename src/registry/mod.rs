@@ -5,6 +5,7 @@
 //! and committed only where that still holds; `writes` has the loop. `follow` and `snapshot` tell what there is.
 
 mod closures;
+pub mod documents;
 mod ended;
 mod follow;
 mod followers;
@@ -36,6 +37,7 @@ pub use writes::{Reply, WriteOptions};
 
 use crate::clock::Clock;
 use crate::planted::{self, Bug};
+use documents::Documents;
 use followers::Followers;
 use heads::Heads;
 use probes::Probes;
@@ -219,6 +221,11 @@ impl Registry {
     /// The clock that all times of this registry come from.
     pub fn clock(&self) -> &Clock {
         &self.clock
+    }
+
+    /// The documents that are kept in its store.
+    pub fn documents(&self) -> Arc<dyn Documents> {
+        self.store.clone()
     }
 
     /// Which registry this is.

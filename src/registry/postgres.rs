@@ -8,8 +8,34 @@
     clippy::duplicate_mod,
     reason = "each engine compiles it for its own types"
 )]
+#[path = "sql/documents.rs"]
+mod documents;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/documents_engine.rs"]
+mod documents_engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
 #[path = "sql/engine.rs"]
 mod engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/history.rs"]
+mod history;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/messages.rs"]
+mod messages;
+#[path = "sql/positions_postgres.rs"]
+mod positions;
 #[expect(
     clippy::duplicate_mod,
     reason = "each engine compiles it for its own types"
@@ -35,6 +61,7 @@ use tokio::sync::Mutex;
 use tokio::time::timeout;
 
 type Connection = PgConnection;
+type Database = Postgres;
 type Row = PgRow;
 
 const CHANNEL: &str = "skyway_registry";
@@ -55,6 +82,8 @@ pub struct SqlStore {
     /// For asking whether the database is there: a pool asks again for as long as it has patience.
     probe: Mutex<Option<PgConnection>>,
     options: PgConnectOptions,
+    /// Days that positions have a table for.
+    days: positions::KnownDays,
 }
 
 impl SqlStore {
@@ -88,6 +117,7 @@ impl SqlStore {
             listener: Mutex::new(None),
             probe: Mutex::new(None),
             options,
+            days: positions::KnownDays::default(),
         };
         store.migrate(fresh_id).await?;
         Ok(store)

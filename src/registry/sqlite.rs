@@ -9,8 +9,34 @@
     clippy::duplicate_mod,
     reason = "each engine compiles it for its own types"
 )]
+#[path = "sql/documents.rs"]
+mod documents;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/documents_engine.rs"]
+mod documents_engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
 #[path = "sql/engine.rs"]
 mod engine;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/history.rs"]
+mod history;
+#[expect(
+    clippy::duplicate_mod,
+    reason = "each engine compiles it for its own types"
+)]
+#[path = "sql/messages.rs"]
+mod messages;
+#[path = "sql/positions_sqlite.rs"]
+mod positions;
 #[expect(
     clippy::duplicate_mod,
     reason = "each engine compiles it for its own types"
@@ -38,6 +64,7 @@ use std::time::Duration;
 use tokio::sync::Mutex;
 
 type Connection = SqliteConnection;
+type Database = Sqlite;
 type Row = SqliteRow;
 
 /// How long a write waits for another process that has the file.

@@ -5,6 +5,7 @@
 //! that there is nothing beside the log which could disagree with it. A write states on which versions it was
 //! decided: where one has moved since, nothing is written.
 
+use super::documents::Documents;
 use crate::wire::{ChangeOperation, LoggedChange, Nack, ObjectKind};
 use std::fmt::Debug;
 use std::pin::Pin;
@@ -315,10 +316,13 @@ pub struct EdgeHeard {
     pub heard_ms: i64,
     /// What it refused last.
     pub nack: Option<Nack>,
+    /// Where it is reached for flights; empty where it takes none, absent where it has not said since it was noted.
+    pub url: Option<String>,
 }
 
-/// A store. Everything it has acknowledged survives the end of the process and of the machine's power.
-pub trait Store: Debug + Send + Sync {
+/// A store, which also keeps documents. Everything it has acknowledged survives the end of the process and of the
+/// machine's power.
+pub trait Store: Documents + Debug + Send + Sync {
     /// Which registry this is.
     fn identity(&self) -> Answer<'_, Identity>;
 
@@ -371,7 +375,7 @@ pub trait Store: Debug + Send + Sync {
     /// Drops what is older than a revision and superseded by then.
     fn compact<'a>(&'a self, compaction: &'a Compaction) -> Answer<'a, ()>;
 
-    /// Keeps when edges were heard.
+    /// Keeps when edges were heard; where one is reached stays as it was where nothing was said of it.
     fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard]) -> Answer<'a, ()>;
 
     /// When edges were heard, by network and id.

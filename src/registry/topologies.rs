@@ -88,6 +88,15 @@ impl Registry {
         found.ok_or_else(|| Refusal::not_found("network", network))
     }
 
+    /// The nodes and segments of a network as it is now.
+    ///
+    /// # Errors
+    /// When there is none, or the store does not answer.
+    pub async fn topology(&self, network: &str) -> Result<Arc<Topology>, Refusal> {
+        let (_, composed) = self.composed(network).await?;
+        Ok(composed.topology.clone())
+    }
+
     /// A network as it is now.
     pub(super) async fn composed(
         &self,

@@ -30,6 +30,7 @@ macro_rules! cases {
         },)*];
     };
 }
+pub(crate) use cases;
 
 cases! {
     a_new_store_has_an_identity_that_stays,

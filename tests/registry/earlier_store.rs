@@ -6,8 +6,11 @@
     reason = "the test copies a file that an earlier version wrote"
 )]
 
+use crate::drafts::NETWORK;
 use crate::harness::{Place, Told};
+use serde_json::json;
 use skyway::registry::Settings;
+use skyway::registry::documents::DocumentKind;
 
 const WRITTEN: &[u8] = include_bytes!("stores/2026-11-21.db");
 
@@ -52,5 +55,15 @@ async fn the_log_of_an_earlier_version_is_followed_and_written_on() {
     assert_eq!(logged(&page), expected);
     let snapshot = served.get("/snapshot").await.is(200).json();
     assert_eq!(snapshot["object_count"], 4, "{snapshot}");
+    // It has room for documents since, and for where edges are reached.
+    let documents = served.registry.documents();
+    let count = documents.count_documents(DocumentKind::Delivery, None);
+    assert_eq!(count.await, Ok(0));
+    assert_eq!(documents.next_due().await, Ok(None));
+    let report = json!({"epoch": 1, "revision": 1, "url": "http://127.0.0.1:8080"});
+    served.write("PUT /edges/e1", &[], &report).await.is(200);
+    let edges = served.registry.edges_of(NETWORK).await.expect("answers");
+    let urls: Vec<Option<&str>> = edges.iter().map(|edge| edge.url.as_deref()).collect();
+    assert_eq!(urls, [Some("http://127.0.0.1:8080")]);
     served.end().await;
 }

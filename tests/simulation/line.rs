@@ -13,7 +13,8 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, Reply, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeReport, ObjectKind, Problem, PublishedClosure, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ObjectKind, PositionBatch, Problem,
+    PublishedClosure, RegistrySnapshot, Written,
 };
 use std::collections::BTreeMap;
 use std::fmt;
@@ -362,5 +363,21 @@ impl RegistryClient for Line {
             async move { registry.report_edge(NETWORK, &name, report).await }
         })
         .await
+    }
+
+    async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        let through = news.news.last().map_or(0, |last| last.number);
+        self.carry(
+            2,
+            false,
+            "news",
+            |_| async move { Ok(NewsTaken { through }) },
+        )
+        .await
+    }
+
+    async fn positions(&self, _: &Arc<PositionBatch>) -> Result<(), ClientError> {
+        self.carry(2, false, "positions", |_| async { Ok(()) })
+            .await
     }
 }

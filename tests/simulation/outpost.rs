@@ -97,6 +97,7 @@ impl Outpost {
         SyncSettings {
             network: NETWORK.to_owned(),
             edge_id: self.name(),
+            advertise: None,
             poll_wait: Duration::from_secs(5),
             retry_within: Duration::from_secs(2),
             seed: self.world.seed.wrapping_mul(64) + 8 * begun + self.number as u64,

@@ -1,10 +1,11 @@
 //! The store over a database: each question in a transaction of its own, writes tried again where others got
 //! in between.
 
-use super::{Connection, SqlStore, statements, upkeep};
+use super::{Connection, SqlStore, positions, statements, upkeep};
 use crate::planted::{self, Bug};
+use crate::registry::sql::Trouble;
 use crate::registry::sql::schema::{FACTS, STEPS};
-use crate::registry::sql::{ATTEMPTS, Trouble};
+use crate::registry::sql::transactions::{reading, writing};
 use crate::registry::store::{
     Answer, Append, Appended, ChangesQuery, ChangesRead, Compaction, EdgeHeard, Identity,
     KeptReply, NetworkParts, NetworkState, NewChange, ObjectsQuery, ObjectsRead, Store, StoreError,
@@ -12,96 +13,11 @@ use crate::registry::store::{
 };
 use crate::wire::{ChangeOperation, LoggedChange, ObjectKind};
 use std::pin::Pin;
-use std::time::Duration;
-
-/// How long a write waits for its turn. One that comes too late is refused, so that none is done long after its
-/// sender has given up.
-const TURN: Duration = Duration::from_secs(5);
-/// How long the database may take over a question.
-const READ_PATIENCE: Duration = Duration::from_secs(5);
-/// How long the database may take over a write. What becomes of one that takes longer is not known.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// The first pause before a write is tried again; each further one is twice as long.
-const FIRST_PAUSE: Duration = Duration::from_millis(2);
-
-// Macros and not functions that take closures: what is asked borrows from the caller, and a closure whose future
-// borrows both that and the connection has no type that can be written down.
-
-/// Does something in a transaction that sees one state of the database.
-macro_rules! reading {
-    ($store:expr, |$connection:ident| $work:expr) => {{
-        let read = async {
-            let mut transaction = $store.begin_read().await?;
-            let $connection: &mut Connection = &mut transaction;
-            let done = $work.await?;
-            // Nothing was written; that it ends badly changes nothing.
-            let _ = transaction.rollback().await;
-            Ok::<_, Trouble>(done)
-        };
-        let read = match tokio::time::timeout(READ_PATIENCE, read).await {
-            Ok(read) => read,
-            Err(_) => Err(Trouble::Lasting(too_long("a question"))),
-        };
-        read.map_err(|trouble| match trouble {
-            Trouble::Lasting(error) => {
-                $store.distrust();
-                error
-            }
-            Trouble::Contended => StoreError::Contended,
-        })
-    }};
-}
-
-/// Does something in a transaction that writes, again where others got in between.
-macro_rules! writing {
-    ($store:expr, |$connection:ident| $work:expr) => {{
-        // Writes of this process one after the other: they would only get in each other's way.
-        let turn = tokio::time::timeout(TURN, $store.writing.lock()).await;
-        let _turn = turn.map_err(|_| too_long("the write before"))?;
-        let mut attempt = 0;
-        loop {
-            let write = async {
-                let mut transaction = $store.begin_write().await?;
-                let $connection: &mut Connection = &mut transaction;
-                let done = $work.await?;
-                let committed = transaction.commit().await;
-                if !planted::is(Bug::IgnoreFailedCommit) {
-                    committed.map_err(super::trouble)?;
-                }
-                Ok::<_, Trouble>(done)
-            };
-            let written = match tokio::time::timeout(PATIENCE, write).await {
-                Ok(written) => written,
-                Err(_) => Err(Trouble::Lasting(too_long("a write"))),
-            };
-            match written {
-                Ok(done) => break Ok(done),
-                Err(Trouble::Lasting(error)) => {
-                    $store.distrust();
-                    break Err(error);
-                }
-                Err(Trouble::Contended) if attempt + 1 == ATTEMPTS => {
-                    break Err(StoreError::Contended);
-                }
-                Err(Trouble::Contended) => {
-                    tokio::time::sleep(FIRST_PAUSE * 2_u32.pow(attempt.min(8))).await;
-                    attempt += 1;
-                }
-            }
-        }
-    }};
-}
 
 impl SqlStore {
     /// Brings an opened database to the schema of this version, and gives it an id where it has none.
     pub(super) async fn migrate(&self, fresh_id: &str) -> Result<(), StoreError> {
         writing!(self, |connection| migrate(connection, fresh_id))
-    }
-}
-
-fn too_long(what: &str) -> StoreError {
-    StoreError::Unavailable {
-        message: format!("{what} takes too long"),
     }
 }
 
@@ -121,6 +37,10 @@ async fn migrate(connection: &mut Connection, fresh_id: &str) -> Result<(), Trou
             let done = sqlx::query(*statement).execute(&mut *connection);
             done.await.map_err(super::trouble)?;
         }
+    }
+    for statement in positions::TABLE {
+        let done = sqlx::query(*statement).execute(&mut *connection);
+        done.await.map_err(super::trouble)?;
     }
     statements::set_fact(connection, "schema", &known.to_string()).await?;
     statements::ensure_identity(connection, fresh_id).await

@@ -1,15 +1,17 @@
-//! SQL for both engines: the schema here, and in `statements` and `engine` the code that each of them compiles
-//! for its own types.
+//! SQL for both engines: the schema and the transactions here, and in the other files the code that each of them
+//! compiles for its own types.
 //!
-//! `sqlite` and `postgres` both include the two files, each with its own `Db`, connection and ways to begin: the
-//! statements are the same text, numbered parameters included, but the types of the driver are not.
+//! `sqlite` and `postgres` both include those files, each with its own database, connection and ways to begin: the
+//! statements are the same text, numbered parameters included, but the types of the driver are not. Positions alone
+//! are kept differently: `positions_sqlite`, `positions_postgres`.
 
 pub(in crate::registry) mod schema;
+pub(in crate::registry) mod transactions;
 
 use super::store::StoreError;
 
-/// How often a write is tried while others get in between.
-pub(in crate::registry) const ATTEMPTS: u32 = 12;
+/// How many rows a statement puts or asks for at once, at most.
+pub(in crate::registry) const ROWS_AT_ONCE: usize = 200;
 
 /// What an engine says of an error.
 #[derive(Debug)]

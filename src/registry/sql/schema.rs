@@ -4,7 +4,10 @@
 //! to leave the version before able to read and write.
 
 /// The steps from an empty database to the schema of this version; the number of steps is its number.
-pub(in crate::registry) const STEPS: &[&[&str]] = &[&[
+pub(in crate::registry) const STEPS: &[&[&str]] = &[LOG, MARKET];
+
+/// The log, and who follows it.
+const LOG: &[&str] = &[
     "CREATE TABLE networks (
         network TEXT PRIMARY KEY,
         head BIGINT NOT NULL,
@@ -52,7 +55,62 @@ pub(in crate::registry) const STEPS: &[&[&str]] = &[&[
         nack TEXT,
         PRIMARY KEY (network, edge)
     )",
-]];
+];
+
+/// Documents, what is to be sent because of them, and what edges tell. Positions have tables of each engine.
+const MARKET: &[&str] = &[
+    "ALTER TABLE edges ADD COLUMN url TEXT",
+    "CREATE TABLE documents (
+        kind TEXT NOT NULL,
+        id TEXT NOT NULL,
+        tenant TEXT NOT NULL,
+        party TEXT NOT NULL,
+        state TEXT NOT NULL,
+        version BIGINT NOT NULL,
+        changed_ms BIGINT NOT NULL,
+        body TEXT NOT NULL,
+        PRIMARY KEY (kind, id)
+    )",
+    "CREATE INDEX documents_by_tenant ON documents (kind, tenant, id)",
+    "CREATE INDEX documents_by_party ON documents (kind, party, id)",
+    "CREATE INDEX documents_by_state ON documents (kind, state, id)",
+    "CREATE TABLE messages (
+        id TEXT PRIMARY KEY,
+        webhook TEXT NOT NULL,
+        subject TEXT NOT NULL,
+        number BIGINT NOT NULL,
+        event TEXT NOT NULL,
+        body TEXT NOT NULL,
+        created_ms BIGINT NOT NULL,
+        due_ms BIGINT NOT NULL,
+        attempts BIGINT NOT NULL,
+        state TEXT NOT NULL,
+        last_outcome TEXT
+    )",
+    "CREATE INDEX messages_of_webhook ON messages (webhook, created_ms, id)",
+    "CREATE INDEX messages_due ON messages (due_ms, id) WHERE state = 'pending'",
+    "CREATE INDEX messages_in_order ON messages (webhook, subject, number) WHERE state = 'pending'",
+    "CREATE INDEX messages_settled ON messages (due_ms) WHERE state <> 'pending'",
+    "CREATE TABLE failures (
+        network TEXT NOT NULL,
+        edge TEXT NOT NULL,
+        lineage BIGINT NOT NULL,
+        number BIGINT NOT NULL,
+        at_ms BIGINT NOT NULL,
+        failure_type TEXT NOT NULL,
+        segment TEXT NOT NULL,
+        outcome TEXT NOT NULL,
+        PRIMARY KEY (network, edge, lineage, number)
+    )",
+    "CREATE INDEX failures_by_time ON failures (network, at_ms)",
+    "CREATE TABLE news_marks (
+        network TEXT NOT NULL,
+        edge TEXT NOT NULL,
+        lineage BIGINT NOT NULL,
+        through BIGINT NOT NULL,
+        PRIMARY KEY (network, edge, lineage)
+    )",
+];
 
 /// Where the number of the schema and the identity stand; older than every step.
 pub(in crate::registry) const FACTS: &str =

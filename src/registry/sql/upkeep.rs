@@ -124,9 +124,10 @@ pub(super) async fn keep_edges(
     connection: &mut Connection,
     heard: &[EdgeHeard],
 ) -> Result<(), Trouble> {
-    let statement = "INSERT INTO edges (network, edge, epoch, revision, heard_ms, nack) VALUES ($1, $2, $3, $4, $5, $6) \
+    let statement = "INSERT INTO edges (network, edge, epoch, revision, heard_ms, nack, url) \
+                     VALUES ($1, $2, $3, $4, $5, $6, $7) \
                      ON CONFLICT (network, edge) DO UPDATE SET epoch = excluded.epoch, revision = excluded.revision, \
-                     heard_ms = excluded.heard_ms, nack = excluded.nack";
+                     heard_ms = excluded.heard_ms, nack = excluded.nack, url = COALESCE(excluded.url, edges.url)";
     for edge in heard {
         // A refusal is text and numbers, and always has a JSON form.
         let nack = edge.nack.as_ref();
@@ -137,7 +138,8 @@ pub(super) async fn keep_edges(
             .bind(signed(edge.epoch))
             .bind(signed(edge.revision))
             .bind(edge.heard_ms)
-            .bind(nack);
+            .bind(nack)
+            .bind(&edge.url);
         done.execute(&mut *connection).await.map_err(trouble)?;
     }
     Ok(())
@@ -145,8 +147,7 @@ pub(super) async fn keep_edges(
 
 /// When edges were heard, by network and id.
 pub(super) async fn edges(connection: &mut Connection) -> Result<Vec<EdgeHeard>, Trouble> {
-    let statement =
-        "SELECT network, edge, epoch, revision, heard_ms, nack FROM edges ORDER BY network, edge";
+    let statement = "SELECT network, edge, epoch, revision, heard_ms, nack, url FROM edges ORDER BY network, edge";
     let rows = sqlx::query(statement)
         .fetch_all(connection)
         .await
@@ -165,6 +166,7 @@ pub(super) async fn edges(connection: &mut Connection) -> Result<Vec<EdgeHeard>,
             revision: unsigned(row.try_get(3).map_err(trouble)?, "a revision")?,
             heard_ms: row.try_get(4).map_err(trouble)?,
             nack,
+            url: row.try_get(6).map_err(trouble)?,
         });
     }
     Ok(edges)

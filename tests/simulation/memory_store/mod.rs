@@ -2,6 +2,7 @@
 //! the process that has it open when it crashes reaches it no more.
 
 mod contents;
+mod documents;
 
 pub(crate) use contents::Contents;
 
@@ -253,9 +254,13 @@ impl Store for MemoryStore {
 
     fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard]) -> Answer<'a, ()> {
         self.change(move |it| {
-            let heard = heard.iter().cloned();
-            it.edges
-                .extend(heard.map(|edge| ((edge.network.clone(), edge.edge.clone()), edge)));
+            for edge in heard {
+                let key = (edge.network.clone(), edge.edge.clone());
+                let known = it.edges.get(&key).and_then(|known| known.url.clone());
+                let mut noted = edge.clone();
+                noted.url = noted.url.or(known);
+                it.edges.insert(key, noted);
+            }
         })
     }
 

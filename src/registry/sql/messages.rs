@@ -1,0 +1,165 @@
+//! What is asked of the database about messages that wait to be sent, and those that were.
+
+use super::{Connection, Database, Row, trouble};
+use crate::registry::documents::Message;
+use crate::registry::sql::{ROWS_AT_ONCE, Trouble, signed, unsigned};
+use sqlx::{QueryBuilder, Row as _};
+
+/// The columns of a message, in the order that `message_of` reads them.
+macro_rules! message_columns {
+    () => {
+        "m.id, m.webhook, m.subject, m.number, m.event, m.body, m.created_ms, m.due_ms, m.attempts, m.state, \
+         m.last_outcome"
+    };
+}
+
+/// That a message is to be sent, and none before it to the same webhook about the same subject.
+macro_rules! is_first {
+    () => {
+        "m.state = 'pending' AND NOT EXISTS (SELECT 1 FROM messages e WHERE e.state = 'pending' \
+         AND e.webhook = m.webhook AND e.subject = m.subject \
+         AND (e.number < m.number OR (e.number = m.number AND e.id < m.id)))"
+    };
+}
+
+fn message_of(row: &Row) -> Result<Message, Trouble> {
+    let attempts = unsigned(row.try_get(8).map_err(trouble)?, "a number of attempts")?;
+    Ok(Message {
+        id: row.try_get(0).map_err(trouble)?,
+        webhook: row.try_get(1).map_err(trouble)?,
+        subject: row.try_get(2).map_err(trouble)?,
+        number: unsigned(row.try_get(3).map_err(trouble)?, "the number of a message")?,
+        event: row.try_get(4).map_err(trouble)?,
+        body: row.try_get(5).map_err(trouble)?,
+        created_ms: row.try_get(6).map_err(trouble)?,
+        due_ms: row.try_get(7).map_err(trouble)?,
+        attempts: u32::try_from(attempts).unwrap_or(u32::MAX),
+        state: row.try_get(9).map_err(trouble)?,
+        last_outcome: row.try_get(10).map_err(trouble)?,
+    })
+}
+
+/// Puts messages; those that are there already stay as they are.
+pub(super) async fn insert(
+    connection: &mut Connection,
+    messages: &[Message],
+) -> Result<(), Trouble> {
+    for some in messages.chunks(ROWS_AT_ONCE) {
+        let mut statement = QueryBuilder::<Database>::new(
+            "INSERT INTO messages (id, webhook, subject, number, event, body, created_ms, due_ms, attempts, state, \
+             last_outcome) ",
+        );
+        statement.push_values(some, |mut row, message| {
+            row.push_bind(message.id.clone())
+                .push_bind(message.webhook.clone())
+                .push_bind(message.subject.clone())
+                .push_bind(signed(message.number))
+                .push_bind(message.event.clone())
+                .push_bind(message.body.clone())
+                .push_bind(message.created_ms)
+                .push_bind(message.due_ms)
+                .push_bind(i64::from(message.attempts))
+                .push_bind(message.state.clone())
+                .push_bind(message.last_outcome.clone());
+        });
+        statement.push(" ON CONFLICT (id) DO NOTHING");
+        let done = statement.build().persistent(false);
+        done.execute(&mut *connection).await.map_err(trouble)?;
+    }
+    Ok(())
+}
+
+/// Messages that are due and first of their webhook and subject, the longest due first.
+pub(super) async fn due(
+    connection: &mut Connection,
+    now_ms: i64,
+    limit: u64,
+) -> Result<Vec<Message>, Trouble> {
+    let statement = concat!(
+        "SELECT ",
+        message_columns!(),
+        " FROM messages m WHERE m.due_ms <= $1 AND ",
+        is_first!(),
+        " ORDER BY m.due_ms, m.id LIMIT $2"
+    );
+    let asked = sqlx::query(statement).bind(now_ms).bind(signed(limit));
+    let rows = asked.fetch_all(connection).await.map_err(trouble)?;
+    rows.iter().map(message_of).collect()
+}
+
+/// When the next message is due that is first of its webhook and subject; none where none waits.
+pub(super) async fn next_due(connection: &mut Connection) -> Result<Option<i64>, Trouble> {
+    let statement = concat!(
+        "SELECT m.due_ms FROM messages m WHERE ",
+        is_first!(),
+        " ORDER BY m.due_ms, m.id LIMIT 1"
+    );
+    let found = sqlx::query(statement).fetch_optional(connection);
+    let found = found.await.map_err(trouble)?;
+    found.map(|row| row.try_get(0).map_err(trouble)).transpose()
+}
+
+/// Notes what became of a message.
+pub(super) async fn settle(connection: &mut Connection, message: &Message) -> Result<(), Trouble> {
+    let statement = "UPDATE messages SET due_ms = $2, attempts = $3, state = $4, last_outcome = $5 WHERE id = $1";
+    let done = sqlx::query(statement)
+        .bind(&message.id)
+        .bind(message.due_ms)
+        .bind(i64::from(message.attempts))
+        .bind(&message.state)
+        .bind(&message.last_outcome);
+    done.execute(connection).await.map_err(trouble)?;
+    Ok(())
+}
+
+/// Messages of a webhook, the newest first, before an instant and id.
+pub(super) async fn of_webhook(
+    connection: &mut Connection,
+    webhook: &str,
+    before: Option<&(i64, String)>,
+    limit: u64,
+) -> Result<Vec<Message>, Trouble> {
+    let statement = concat!(
+        "SELECT ",
+        message_columns!(),
+        " FROM messages m WHERE m.webhook = $1 AND (m.created_ms < $2 OR (m.created_ms = $2 AND m.id < $3)) \
+         ORDER BY m.created_ms DESC, m.id DESC LIMIT $4"
+    );
+    let (before_ms, before_id) = match before {
+        Some((at_ms, id)) => (*at_ms, id.as_str()),
+        None => (i64::MAX, ""),
+    };
+    let asked = sqlx::query(statement)
+        .bind(webhook)
+        .bind(before_ms)
+        .bind(before_id)
+        .bind(signed(limit));
+    let rows = asked.fetch_all(connection).await.map_err(trouble)?;
+    rows.iter().map(message_of).collect()
+}
+
+/// A message; none where there is none.
+pub(super) async fn message(
+    connection: &mut Connection,
+    id: &str,
+) -> Result<Option<Message>, Trouble> {
+    let statement = concat!(
+        "SELECT ",
+        message_columns!(),
+        " FROM messages m WHERE m.id = $1"
+    );
+    let found = sqlx::query(statement).bind(id).fetch_optional(connection);
+    let found = found.await.map_err(trouble)?;
+    found.map(|row| message_of(&row)).transpose()
+}
+
+/// Drops settled messages from before an instant.
+pub(super) async fn drop_settled(
+    connection: &mut Connection,
+    before_ms: i64,
+) -> Result<(), Trouble> {
+    let statement = "DELETE FROM messages WHERE state <> 'pending' AND due_ms < $1";
+    let done = sqlx::query(statement).bind(before_ms);
+    done.execute(connection).await.map_err(trouble)?;
+    Ok(())
+}

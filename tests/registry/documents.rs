@@ -1,0 +1,470 @@
+//! What every store does with documents, messages and what edges tell: cases of the suite that runs on each engine.
+
+use crate::contract::{Case, Open, cases};
+use skyway::registry::documents::{
+    Commit, Committed, Document, DocumentKind, DocumentQuery, FailureCount, FailureRow, Message,
+    NewsMark, PositionRow, Seen,
+};
+use skyway::registry::store::{KeptReply, ReplyKey, Store};
+use std::sync::Arc;
+
+cases! {
+    a_document_is_kept_in_its_newest_version,
+    of_commits_on_one_version_one_is_done,
+    an_answer_is_kept_with_its_commit,
+    documents_come_in_pages,
+    messages_come_in_order,
+    news_are_taken_once,
+    positions_are_kept_once,
+    what_is_old_is_dropped,
+}
+
+const DAY_MS: i64 = 24 * 60 * 60 * 1000;
+
+fn document(kind: DocumentKind, id: &str, tenant: &str, version: u64) -> Document {
+    Document {
+        kind,
+        id: id.to_owned(),
+        tenant: tenant.to_owned(),
+        party: String::new(),
+        state: String::new(),
+        version,
+        changed_ms: 7,
+        body: format!("{{\"id\":\"{id}\",\"ü\":\"\\u0000 '%_\"}}"),
+    }
+}
+
+fn delivery(id: &str, version: u64) -> Document {
+    document(DocumentKind::Delivery, id, "shop", version)
+}
+
+fn seen(document: &Document, version: Option<u64>) -> Seen {
+    Seen {
+        kind: document.kind,
+        id: document.id.clone(),
+        version,
+    }
+}
+
+/// The commit of a document in place of the version before it.
+fn putting(document: Document) -> Commit {
+    let before = (document.version > 1).then(|| document.version - 1);
+    Commit {
+        seen: vec![seen(&document, before)],
+        puts: vec![document],
+        ..Commit::default()
+    }
+}
+
+async fn done(store: &dyn Store, commit: &Commit) {
+    let committed = store.commit(commit).await.expect("answers");
+    assert_eq!(committed, Committed::Done);
+}
+
+async fn put_all(store: &dyn Store, documents: &[Document]) {
+    let puts = documents.to_vec();
+    let commit = Commit {
+        puts,
+        ..Commit::default()
+    };
+    done(store, &commit).await;
+}
+
+fn message(id: &str, subject: &str, number: u64, due_ms: i64) -> Message {
+    Message {
+        id: id.to_owned(),
+        webhook: "hook".to_owned(),
+        subject: subject.to_owned(),
+        number,
+        event: "delivery.delivered".to_owned(),
+        body: "{}".to_owned(),
+        created_ms: due_ms,
+        due_ms,
+        attempts: 0,
+        state: "pending".to_owned(),
+        last_outcome: None,
+    }
+}
+
+fn telling(messages: &[Message]) -> Commit {
+    Commit {
+        messages: messages.to_vec(),
+        ..Commit::default()
+    }
+}
+
+fn position(drone: &str, at_ms: i64) -> PositionRow {
+    PositionRow {
+        drone: drone.to_owned(),
+        at_ms,
+        lon: 151.2 + at_ms as f64 * 1e-9,
+        lat: -33.8,
+        altitude_m: None,
+        battery_fraction: Some(0.5),
+        speed_mps: None,
+    }
+}
+
+async fn a_document_is_kept_in_its_newest_version(open: Open) {
+    let store = open().await;
+    assert_eq!(
+        store
+            .document(DocumentKind::Delivery, "d")
+            .await
+            .expect("answers"),
+        None
+    );
+    done(&*store, &putting(delivery("d", 1))).await;
+    let mut second = delivery("d", 2);
+    second.party = "acme".to_owned();
+    second.state = "created".to_owned();
+    done(&*store, &putting(second.clone())).await;
+    store.close().await;
+
+    let store = open().await;
+    let found = store.document(DocumentKind::Delivery, "d").await;
+    assert_eq!(found.expect("answers"), Some(second.clone()));
+    let of_other_kind = store.document(DocumentKind::Quote, "d").await;
+    assert_eq!(of_other_kind.expect("answers"), None);
+    // What was decided on a version that is no longer there is not written, nor anything beside it.
+    let stale = Commit {
+        puts: vec![delivery("d", 2), delivery("beside", 1)],
+        messages: vec![message("m", "d", 1, 1)],
+        ..putting(delivery("d", 2))
+    };
+    let moved = store.commit(&stale).await.expect("answers");
+    assert_eq!(moved, Committed::Moved);
+    let beside = store.document(DocumentKind::Delivery, "beside").await;
+    assert_eq!(beside.expect("answers"), None);
+    assert_eq!(store.message("m").await.expect("answers"), None);
+    let gone = Commit {
+        seen: vec![seen(&second, Some(2))],
+        deletes: vec![(DocumentKind::Delivery, "d".to_owned())],
+        ..Commit::default()
+    };
+    done(&*store, &gone).await;
+    let moved = store.commit(&gone).await.expect("answers");
+    assert_eq!(moved, Committed::Moved);
+    store.close().await;
+}
+
+async fn of_commits_on_one_version_one_is_done(open: Open) {
+    const WRITERS: usize = 8;
+    let store = open().await;
+    done(&*store, &putting(delivery("d", 1))).await;
+    // Two stores, as two processes have them.
+    let stores = [store.clone(), open().await];
+    let writers = (0..WRITERS).map(|writer| {
+        let store = stores[writer % 2].clone();
+        tokio::spawn(async move {
+            let mut wanted = putting(delivery("d", 2));
+            wanted.puts[0].body = writer.to_string();
+            let drone = document(DocumentKind::Drone, "acme:1", "acme", 1);
+            wanted.seen.push(seen(&drone, None));
+            wanted.puts.push(drone);
+            wanted.messages = vec![message(&format!("m-{writer}"), "d", 2, 5)];
+            store.commit(&wanted).await.expect("answers")
+        })
+    });
+    let writers: Vec<_> = writers.collect();
+    let mut winners = Vec::new();
+    for (number, writer) in writers.into_iter().enumerate() {
+        match writer.await.expect("a writer") {
+            Committed::Done => winners.push(number),
+            other => assert_eq!(other, Committed::Moved),
+        }
+    }
+    assert_eq!(winners.len(), 1, "{winners:?}");
+    let kept = store.document(DocumentKind::Delivery, "d").await;
+    let kept = kept.expect("answers").expect("a document");
+    assert_eq!((kept.version, kept.body), (2, winners[0].to_string()));
+    let due = store.due_messages(5, 10).await.expect("answers");
+    let ids: Vec<String> = due.into_iter().map(|message| message.id).collect();
+    assert_eq!(ids, [format!("m-{}", winners[0])]);
+    for store in stores {
+        store.close().await;
+    }
+}
+
+async fn an_answer_is_kept_with_its_commit(open: Open) {
+    let store = open().await;
+    let reply = KeptReply {
+        created: true,
+        etag: Some("\"1\"".to_owned()),
+        id: "d".to_owned(),
+        body: "{\"ordered\":true}".to_owned(),
+    };
+    let key = ReplyKey {
+        subject: "shop/desk".to_owned(),
+        key: "k".to_owned(),
+        fingerprint: "f".to_owned(),
+        at_ms: 7,
+    };
+    let ordering = |id: &str, key: ReplyKey| Commit {
+        reply: Some((key, reply.clone())),
+        ..putting(delivery(id, 1))
+    };
+    assert_eq!(store.kept_reply("shop/desk", "k").await, Ok(None));
+    let first = ordering("d", key.clone());
+    done(&*store, &first).await;
+    store.close().await;
+
+    let store = open().await;
+    let kept = store.kept_reply("shop/desk", "k").await;
+    assert_eq!(kept, Ok(Some(("f".to_owned(), reply.clone()))));
+    let again = ordering("e", key.clone());
+    let repeated = Committed::Repeated {
+        fingerprint: "f".to_owned(),
+        reply: reply.clone(),
+    };
+    assert_eq!(store.commit(&again).await, Ok(repeated));
+    let not_done = store.document(DocumentKind::Delivery, "e").await;
+    assert_eq!(not_done, Ok(None));
+    let other_subject = ReplyKey {
+        subject: "mall/desk".to_owned(),
+        ..key
+    };
+    done(&*store, &ordering("e", other_subject)).await;
+    store.close().await;
+}
+
+async fn documents_come_in_pages(open: Open) {
+    let store = open().await;
+    let mut all: Vec<Document> = (0..450)
+        .map(|number| {
+            let owners = ["shop", "mall", "acme"];
+            let mut made = delivery(&format!("d{number:03}"), 1);
+            made.tenant = owners[number % 3].to_owned();
+            made.party = owners[(number / 3) % 3].to_owned();
+            made.state = ["created", "assigned", "delivered", "failed"][number % 4].to_owned();
+            made
+        })
+        .collect();
+    all.push(document(DocumentKind::Quote, "d000", "shop", 1));
+    put_all(&*store, &all).await;
+    let states = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let open_states: Vec<String> = states(&["created", "assigned"]);
+    for of in [None, Some("shop"), Some("nobody")] {
+        for states in [Vec::new(), open_states.clone(), states(&["none"])] {
+            let fits = |document: &&Document| {
+                document.kind == DocumentKind::Delivery
+                    && of.is_none_or(|of| document.tenant == of || document.party == of)
+                    && (states.is_empty() || states.contains(&document.state))
+            };
+            let expected: Vec<Document> = all.iter().filter(fits).cloned().collect();
+            let mut query = DocumentQuery {
+                kind: DocumentKind::Delivery,
+                of: of.map(str::to_owned),
+                states: states.clone(),
+                after: None,
+                limit: 100,
+            };
+            let mut found = Vec::new();
+            loop {
+                let page = store.documents(&query).await.expect("answers");
+                assert!(page.len() <= 100);
+                let Some(last) = page.last() else {
+                    break;
+                };
+                query.after = Some(last.id.clone());
+                found.extend(page);
+            }
+            assert_eq!(found, expected, "{of:?} {states:?}");
+        }
+    }
+    let count = |tenant| store.count_documents(DocumentKind::Delivery, tenant);
+    assert_eq!(count(None).await, Ok(450));
+    assert_eq!(count(Some("mall")).await, Ok(150));
+    assert_eq!(count(Some("nobody")).await, Ok(0));
+    store.close().await;
+}
+
+async fn messages_come_in_order(open: Open) {
+    let store = open().await;
+    assert_eq!(store.next_due().await, Ok(None));
+    let all = [
+        message("a2", "a", 2, 10),
+        message("a1", "a", 1, 30),
+        message("b1", "b", 1, 20),
+        message("c1", "c", 1, 90),
+    ];
+    done(&*store, &telling(&all)).await;
+    // A message that is there already stays as it is.
+    done(&*store, &telling(&[message("b1", "b", 1, 5)])).await;
+    let ids = async |now_ms| -> Vec<String> {
+        let due = store.due_messages(now_ms, 10).await.expect("answers");
+        due.into_iter().map(|message| message.id).collect()
+    };
+    assert_eq!(store.next_due().await, Ok(Some(20)));
+    assert_eq!(ids(19).await, Vec::<String>::new(), "a2 waits for a1");
+    assert_eq!(ids(50).await, ["b1", "a1"]);
+    let first = store.due_messages(50, 1).await.expect("answers");
+    assert_eq!(first[0].id, "b1");
+    let mut tried = all[1].clone();
+    tried.attempts = 1;
+    tried.due_ms = 70;
+    tried.last_outcome = Some("503".to_owned());
+    store.settle_message(&tried).await.expect("settled");
+    assert_eq!(store.message("a1").await, Ok(Some(tried.clone())));
+    assert_eq!(ids(50).await, ["b1"]);
+    assert_eq!(ids(70).await, ["b1", "a1"]);
+    tried.state = "delivered".to_owned();
+    store.settle_message(&tried).await.expect("settled");
+    assert_eq!(ids(70).await, ["a2", "b1"], "nothing is before a2");
+    let listed = async |before, limit| -> Vec<String> {
+        let found = store.messages("hook", before, limit).await;
+        let found = found.expect("answers").into_iter();
+        found.map(|message| message.id).collect()
+    };
+    assert_eq!(listed(None, 2).await, ["c1", "a1"]);
+    let before = Some((30, "a1".to_owned()));
+    assert_eq!(listed(before, 9).await, ["b1", "a2"]);
+    let others = store.messages("other", None, 9).await;
+    assert_eq!(others, Ok(Vec::new()));
+    store.close().await;
+}
+
+async fn news_are_taken_once(open: Open) {
+    let store = open().await;
+    let mark = |before, through| NewsMark {
+        network: "sydney".to_owned(),
+        edge: "e1".to_owned(),
+        lineage: u64::MAX - 1,
+        before,
+        through,
+    };
+    let failure = |number: u64, at_ms: i64, segment: &str, failure_type: &str| FailureRow {
+        network: "sydney".to_owned(),
+        edge: "e1".to_owned(),
+        lineage: u64::MAX - 1,
+        number,
+        at_ms,
+        failure_type: failure_type.to_owned(),
+        segment: segment.to_owned(),
+        outcome: "rerouted".to_owned(),
+    };
+    let hour_ms = 60 * 60 * 1000;
+    let taking = |before, through, failures: &[FailureRow]| Commit {
+        news: Some(mark(before, through)),
+        failures: failures.to_vec(),
+        ..Commit::default()
+    };
+    let first = [
+        failure(1, 2 * hour_ms, "s", "environmental"),
+        failure(2, DAY_MS + 2 * hour_ms, "s", "environmental"),
+        failure(3, 3 * hour_ms, "", "navigational"),
+    ];
+    done(&*store, &taking(0, 3, &first)).await;
+    let again = store.commit(&taking(0, 3, &first)).await;
+    assert_eq!(again, Ok(Committed::Moved));
+    done(
+        &*store,
+        &taking(3, 4, &[failure(4, 9 * DAY_MS, "s", "environmental")]),
+    )
+    .await;
+    store.close().await;
+
+    let store = open().await;
+    let through = |lineage| store.news_through("sydney", "e1", lineage);
+    assert_eq!(through(u64::MAX - 1).await, Ok(4));
+    assert_eq!(through(u64::MAX).await, Ok(0), "another life of the edge");
+    let counted = store
+        .count_failures("sydney", 0, 8 * DAY_MS, 10)
+        .await
+        .expect("answers");
+    let count = |segment: &str, hour, failure_type: &str, count| FailureCount {
+        segment: segment.to_owned(),
+        hour,
+        failure_type: failure_type.to_owned(),
+        count,
+    };
+    let expected = [
+        count("s", 2, "environmental", 2),
+        count("", 3, "navigational", 1),
+    ];
+    assert_eq!(counted, expected);
+    let most = store.count_failures("sydney", 0, 8 * DAY_MS, 1).await;
+    assert_eq!(most, Ok(vec![expected[0].clone()]));
+    let elsewhere = store.count_failures("perth", 0, 99 * DAY_MS, 10).await;
+    assert_eq!(elsewhere, Ok(Vec::new()));
+    store.close().await;
+}
+
+async fn positions_are_kept_once(open: Open) {
+    let store = open().await;
+    // Over midnight.
+    let all: Vec<PositionRow> = (0..1000)
+        .map(|number| position("acme:1", DAY_MS - 500 + number))
+        .collect();
+    assert_eq!(store.keep_positions(&[]).await, Ok(0));
+    assert_eq!(store.keep_positions(&all[..600]).await, Ok(600));
+    let mut more = all.clone();
+    more[0].lat = 0.0;
+    more.push(position("acme:2", DAY_MS));
+    assert_eq!(store.keep_positions(&more).await, Ok(401));
+    let twice = [position("acme:3", 1), position("acme:3", 1)];
+    assert_eq!(store.keep_positions(&twice).await, Ok(1));
+    // Two processes at once, on a day that none has seen.
+    let stores = [store.clone(), open().await];
+    let writers = [0, 1].map(|writer| {
+        let store = stores[writer].clone();
+        tokio::spawn(async move {
+            let rows: Vec<PositionRow> = (0..300)
+                .map(|number| position("acme:4", 5 * DAY_MS + number))
+                .collect();
+            store.keep_positions(&rows).await.expect("kept")
+        })
+    });
+    let mut stored = 0;
+    for writer in writers {
+        stored += writer.await.expect("a writer");
+    }
+    assert_eq!(stored, 300);
+    let found = store.positions("acme:1", DAY_MS - 500, DAY_MS + 100, 10_000);
+    assert_eq!(found.await, Ok(all[..600].to_vec()));
+    let found = store.positions("acme:1", DAY_MS, i64::MAX, 2).await;
+    assert_eq!(found, Ok(all[500..502].to_vec()));
+    let drones = ["acme:1", "nobody", "acme:2"].map(str::to_owned);
+    let last = store.last_positions(&drones, DAY_MS + 1).await;
+    assert_eq!(last, Ok(vec![all[999].clone()]));
+    let last = store.last_positions(&drones, 0).await;
+    assert_eq!(last, Ok(vec![all[999].clone(), position("acme:2", DAY_MS)]));
+    for store in stores {
+        store.close().await;
+    }
+}
+
+async fn what_is_old_is_dropped(open: Open) {
+    let store: Arc<dyn Store> = open().await;
+    let mut old = document(DocumentKind::Quote, "old", "shop", 1);
+    let mut kept = old.clone();
+    (kept.id, kept.changed_ms) = ("kept".to_owned(), 3 * DAY_MS);
+    old.changed_ms = DAY_MS;
+    let order = delivery("order", 1);
+    put_all(&*store, &[old, kept, order]).await;
+    let mut settled = message("settled", "a", 1, DAY_MS);
+    let mut late = message("late", "b", 1, 3 * DAY_MS);
+    settled.state = "delivered".to_owned();
+    late.state = "given_up".to_owned();
+    let waits = message("waits", "c", 1, DAY_MS);
+    done(&*store, &telling(&[settled, late, waits])).await;
+    let flown = [position("acme:1", DAY_MS), position("acme:1", 3 * DAY_MS)];
+    assert_eq!(store.keep_positions(&flown).await, Ok(2));
+    store.drop_before(2 * DAY_MS).await.expect("dropped");
+    let found = store.positions("acme:1", 0, i64::MAX, 9).await;
+    assert_eq!(found, Ok(flown[1..].to_vec()));
+    let is_there = async |id| store.message(id).await.expect("answers").is_some();
+    assert!(!is_there("settled").await);
+    assert!(is_there("late").await && is_there("waits").await);
+    for (kind, id, is_kept) in [
+        (DocumentKind::Quote, "old", false),
+        (DocumentKind::Quote, "kept", true),
+        (DocumentKind::Delivery, "order", true),
+    ] {
+        let found = store.document(kind, id).await.expect("answers");
+        assert_eq!(found.is_some(), is_kept, "{id}");
+    }
+    // A day that was dropped can be told again.
+    assert_eq!(store.keep_positions(&flown).await, Ok(1));
+    store.close().await;
+}
