@@ -17,7 +17,7 @@ use crate::geo::Point;
 use crate::intake::Expected;
 use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{Author, EndedAs};
+use crate::wire::{Author, EndedAs, FailureNews};
 use jiff::Timestamp;
 use std::sync::Arc;
 
@@ -85,6 +85,8 @@ pub(super) enum Command {
         code: String,
         detail: String,
     },
+    /// Changes what the registry is to be told of flights and failures.
+    News(NewsOrder),
     DecideHold {
         number: u64,
         decision: Decision,
@@ -258,6 +260,7 @@ impl Command {
                 | Self::Follow(_)
                 | Self::Forwarded { .. }
                 | Self::NotForwarded { .. }
+                | Self::News(_)
                 | Self::ReplaceNetwork(_)
                 | Self::RaiseAlarm(_)
                 // One that is forgotten is told once more.
@@ -337,6 +340,17 @@ pub(super) fn unexpected() -> Refusal {
     Refusal::new(Code::Internal, "the writer gave an answer of another kind")
 }
 
+/// What is done to the news for the registry.
+#[derive(Debug)]
+pub(super) enum NewsOrder {
+    /// A failure was reported and answered.
+    Failed(Box<FailureNews>),
+    /// The registry has all up to this number.
+    Taken { through: u64 },
+    /// The registry will never take this one.
+    Refused { number: u64 },
+}
+
 /// What telemetry shows of a plan's drone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Seen {
@@ -348,6 +362,8 @@ pub(super) enum Seen {
     Conforms,
     /// It is heard of again.
     Heard,
+    /// Of the stops of its delivery, so many were served by now, as it flies this version.
+    Served { version: u32, stops: u32 },
     /// It rests at the end of this version.
     Landed(u32),
     /// It has left the pad that it has landed on with this plan, which has ended.

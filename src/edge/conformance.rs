@@ -20,8 +20,6 @@ use std::sync::Arc;
 const OFF_WAY_M: f64 = 50.0;
 /// So near to the last node, in metres, a drone is at it.
 const AT_END_M: f64 = 15.0;
-/// A drone that is slower, in metres per second, rests.
-const RESTS_BELOW_MPS: f64 = 1.0;
 /// A drone that is less above a node, in metres, stands on it.
 const STANDS_BELOW_M: f64 = 3.0;
 /// So long a drone has to rest at the last node before it counts as landed.
@@ -33,13 +31,16 @@ impl Edge {
         &self,
         snapshot: &Snapshot,
         plan: &Arc<PlanEntry>,
-        sighting: &Sighting,
+        (sighting, before): (&Sighting, Option<&Sighting>),
         now: Timestamp,
     ) {
-        let Some(seen) = self.shown(snapshot, plan, sighting, now) else {
-            return;
-        };
-        self.tell_writer(plan, seen);
+        if let Some(stops) = plan.served_by(snapshot.topology(), sighting, before) {
+            let version = plan.reported.number;
+            self.tell_writer(plan, Seen::Served { version, stops });
+        }
+        if let Some(seen) = self.shown(snapshot, plan, sighting, now) {
+            self.tell_writer(plan, seen);
+        }
     }
 
     fn tell_writer(&self, plan: &PlanEntry, seen: Seen) {
@@ -110,6 +111,7 @@ impl Edge {
         Sighting {
             flown: flown(topology, plan, &sighting, before),
             rests: rests(topology, plan, &sighting, before),
+            at_stop: plan.at_stop(topology, &sighting, before),
             agreement,
             ..sighting
         }
@@ -148,6 +150,7 @@ fn flown(
         plan: plan.id.clone(),
         version: version.number,
         at_m,
+        at: sighting.seen_at,
     })
 }
 
@@ -163,7 +166,7 @@ fn rests(
     let place = sighting.position(topology.frame());
     let is_there = place.distance_m(topology.position(end)) <= AT_END_M;
     let has_departed = sighting.seen_at >= version.takes_off_last_at();
-    let rests = is_there && has_departed && is_slow(topology, sighting, before);
+    let rests = is_there && has_departed && sighting.is_slow(topology.frame(), before);
     if !rests || !stands_on(topology, end, sighting) {
         return None;
     }
@@ -176,22 +179,6 @@ fn rests(
         version: version.number,
         since: since.map_or(sighting.seen_at, |rest| rest.since),
     })
-}
-
-/// By what it says, else by how far it has come since it was seen last.
-fn is_slow(topology: &Topology, sighting: &Sighting, before: Option<&Sighting>) -> bool {
-    if let Some(speed_mps) = sighting.ground_speed_mps {
-        return speed_mps < RESTS_BELOW_MPS;
-    }
-    let Some(before) = before else {
-        return false;
-    };
-    let elapsed_s = sighting
-        .seen_at
-        .duration_since(before.seen_at)
-        .as_secs_f64();
-    let [here, there] = [sighting, before].map(|seen| seen.position(topology.frame()));
-    elapsed_s > 0.0 && here.distance_m(there) < RESTS_BELOW_MPS * elapsed_s
 }
 
 /// By what it says, else by its height where that can be compared with the node's.

@@ -10,6 +10,9 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 /// The longest id of a drone, in bytes.
 pub(super) const DRONE_ID_BYTES_MAX: usize = 128;
 
+/// A drone that is slower, in metres per second, rests.
+const RESTS_BELOW_MPS: f64 = 1.0;
+
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sighting {
@@ -28,6 +31,8 @@ pub(super) struct Sighting {
     pub(super) flown: Option<Flown>,
     /// Since when it rests at the end of its plan, if it does.
     pub(super) rests: Option<Rest>,
+    /// At which stop of its delivery it is, if at any.
+    pub(super) at_stop: Option<AtStop>,
     /// How its positions agree with its plan, in flight.
     pub(super) agreement: Option<Agreement>,
 }
@@ -38,6 +43,8 @@ pub(super) struct Flown {
     pub(super) plan: Arc<str>,
     pub(super) version: u32,
     pub(super) at_m: f64,
+    /// When it was seen to have come so far.
+    pub(super) at: Timestamp,
 }
 
 /// A drone rests at the end of a version of its plan.
@@ -46,6 +53,17 @@ pub(super) struct Rest {
     pub(super) plan: Arc<str>,
     pub(super) version: u32,
     pub(super) since: Timestamp,
+}
+
+/// A drone is at the stop where its delivery is served next.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AtStop {
+    pub(super) plan: Arc<str>,
+    /// How many stops were served before.
+    pub(super) stop: u32,
+    pub(super) since: Timestamp,
+    /// Whether it was slow there, and did not only fly over.
+    pub(super) rested: bool,
 }
 
 impl Sighting {
@@ -62,6 +80,7 @@ impl Sighting {
             airborne: None,
             flown: None,
             rests: None,
+            at_stop: None,
             agreement: None,
         }
     }
@@ -89,6 +108,19 @@ impl Sighting {
                     .newest
                     .is_some_and(|newest| newest != Deviation::Time)
         })
+    }
+
+    /// Whether the drone hardly moved: by what it says, else by how far it has come since it was seen last.
+    pub(super) fn is_slow(&self, frame: &Frame, before: Option<&Self>) -> bool {
+        if let Some(speed_mps) = self.ground_speed_mps {
+            return speed_mps < RESTS_BELOW_MPS;
+        }
+        let Some(before) = before else {
+            return false;
+        };
+        let elapsed_s = self.seen_at.duration_since(before.seen_at).as_secs_f64();
+        let [here, there] = [self, before].map(|seen| seen.position(frame));
+        elapsed_s > 0.0 && here.distance_m(there) < RESTS_BELOW_MPS * elapsed_s
     }
 
     /// Where the drone was, on a network's plane; it may be laid on another one than when the drone was seen.

@@ -6,7 +6,7 @@
 
 use super::Edge;
 use super::answered::ReportResponse;
-use super::commands::Command;
+use super::commands::{Command, NewsOrder};
 use super::entries::AlarmDraft;
 use super::plan_entry::PlanEntry;
 use super::progress;
@@ -22,8 +22,8 @@ use super::stretches::Stretch;
 use super::traces;
 use crate::access::Caller;
 use crate::formats::{
-    Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, ResolvedReport, Unplaced, bounded,
-    resolve_report,
+    IntoTerm, Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, ResolvedReport, Unplaced,
+    bounded, resolve_report,
 };
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
@@ -60,7 +60,7 @@ impl Edge {
         parsed: ParsedReport,
     ) -> Result<ReportResponse, Refusal> {
         if parsed.report.id.is_none() && self.is_quick(&parsed.report) {
-            return self.answer_in_place(caller, parsed, ReplyMode::First);
+            return self.answer_drone(caller, parsed, ReplyMode::First);
         }
         // In a box, because a future is as large as its largest path, and is moved before it runs.
         Box::pin(self.answer_with_patience(caller, parsed)).await
@@ -178,13 +178,27 @@ impl Edge {
         manner: ReplyMode,
     ) -> Result<ReportResponse, Refusal> {
         if self.is_quick(&parsed.report) {
-            return self.answer_in_place(caller, parsed, manner);
+            return self.answer_drone(caller, parsed, manner);
         }
         let (edge, caller) = (self.clone(), caller.clone());
         self.in_turn(&self.turns.reports, move || {
-            edge.answer_in_place(&caller, parsed, manner)
+            edge.answer_drone(&caller, parsed, manner)
         })
         .await?
+    }
+
+    /// Answers a report that a drone has sent, which the registry is to be told once.
+    fn answer_drone(
+        &self,
+        caller: &Caller,
+        parsed: ParsedReport,
+        manner: ReplyMode,
+    ) -> Result<ReportResponse, Refusal> {
+        let answered = self.answer_in_place(caller, parsed, manner)?;
+        if let Some(record) = answered.record().filter(|_| manner != ReplyMode::Again) {
+            self.note_failure(record, answered.compute_us());
+        }
+        Ok(answered)
     }
 
     pub(super) fn answer_in_place(
@@ -417,6 +431,29 @@ impl Edge {
             recomposition: Some(Arc::from(id)),
             ..AlarmDraft::new(AlarmKind::NoRoute, message)
         });
+    }
+
+    /// Notes for the registry that a failure was reported and answered. Dry runs are not told.
+    fn note_failure(&self, record: &AnswerRecord, elapsed_us: f64) {
+        if record.dry_run || !self.settings.follows_registry {
+            return;
+        }
+        let topology = record.airspace.topology();
+        let report = &record.settled.request.report;
+        let (from, to) = report.leg;
+        let segment = topology.segment_between(from, to);
+        let failure = wire::FailureNews {
+            recomposition_id: record.id(),
+            drone_id: record.drone_id.as_deref().map(str::to_owned),
+            failure_type: report.failure.into_term(),
+            segment: segment.map(|segment| topology.segment_id(segment).into_owned()),
+            outcome: record.answer.told().outcome.name().to_owned(),
+            elapsed_us,
+        };
+        let command = Command::News(NewsOrder::Failed(Box::new(failure)));
+        if let Err(refusal) = self.writer.tell(command) {
+            tracing::warn!(%refusal, "a failure is not told to the registry");
+        }
     }
 
     /// Dry runs are not told: they change nothing.

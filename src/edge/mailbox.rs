@@ -17,8 +17,11 @@ an operator has been alarmed, and unsafe_way is the least bad way where there is
 pub(super) const DECLINED_TEXT: &str = "no version is left that this drone has not declined: keep out of what is closed, hover or stay where that can be \
 done, and report what is in the way; an operator has been alarmed";
 
-/// At most so many messages are kept for one drone; the oldest that is no order goes first.
+/// At most so many messages are kept for one drone; the oldest that tells neither an order nor a plan goes first.
 pub(super) const KEPT_MAX: usize = 64;
+
+/// The version with which every plan begins.
+pub(super) const FIRST_VERSION: u32 = 1;
 
 /// Where a message lies: whose it is, and its number.
 pub(super) type MailKey = (Arc<str>, u64);
@@ -44,6 +47,8 @@ pub(super) enum Content {
     Alarm { kind: AlarmKind, text: Arc<str> },
     /// Nothing was heard of the drone for long.
     WhereAreYou,
+    /// The plan is flown for a delivery of the registry: its first version.
+    Assigned,
 }
 
 impl Content {
@@ -58,6 +63,7 @@ impl Content {
             Self::Ended(_) => MessageKind::Ended,
             Self::Alarm { .. } => MessageKind::Alarm,
             Self::WhereAreYou => MessageKind::WhereAreYou,
+            Self::Assigned => MessageKind::Assigned,
         }
     }
 
@@ -92,6 +98,7 @@ impl Content {
             Self::Version(number) | Self::Offer(number) | Self::Contingencies(number) => {
                 Some(*number)
             }
+            Self::Assigned => Some(FIRST_VERSION),
             _ => None,
         }
     }

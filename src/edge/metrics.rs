@@ -234,6 +234,16 @@ fn encode_sync(
         "How long the oldest of them has waited",
         sync.outbox_age_s,
     )?;
+    gauge(
+        "news_entries",
+        "News of flights and failures that the registry has yet to be told",
+        sync.news as f64,
+    )?;
+    gauge(
+        "positions_waiting",
+        "Positions of drones that the registry has yet to be told",
+        sync.positions as f64,
+    )?;
     encode_counts(sync, encoder)
 }
 
@@ -259,6 +269,16 @@ fn encode_counts(sync: &SyncStatus, encoder: &mut DescriptorEncoder<'_>) -> Resu
             "forwards_refused",
             "Changes made here that the registry will not take",
             sync.forwards_refused,
+        ),
+        (
+            "news_lost",
+            "News that were forgotten untold, as there were too many, or the registry will not take them",
+            sync.news_lost,
+        ),
+        (
+            "positions_left_out",
+            "Positions that were left out, as the registry did not take them in time",
+            sync.positions_left_out,
         ),
     ];
     for (name, help, value) in counters {

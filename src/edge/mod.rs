@@ -33,6 +33,7 @@ mod metrics;
 mod network;
 mod network_documents;
 mod new_network;
+mod news;
 mod off_plan;
 mod offers;
 mod opened;
@@ -45,6 +46,7 @@ mod plan_reports;
 mod plan_ways;
 mod planner;
 mod plans;
+mod positions;
 mod progress;
 mod publication;
 mod published;
@@ -55,6 +57,7 @@ mod replanning;
 mod replies;
 mod reporter;
 mod scratches;
+mod served;
 mod sessions;
 mod settings;
 mod snapshot;
@@ -72,6 +75,7 @@ mod state_import;
 mod state_mail;
 mod state_migrated_ends;
 mod state_migrated_plans;
+mod state_news;
 mod state_outbox;
 mod state_pads;
 mod state_replanning;
@@ -145,6 +149,7 @@ use guard::Guard;
 use line::Lines;
 use opened::Listener;
 use planner::Planner;
+use positions::Positions;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
 
@@ -176,6 +181,8 @@ pub struct Edge {
     lines: Arc<Lines>,
     claims: Claims,
     drones: Arc<Drones>,
+    /// Where they were, for the registry.
+    positions: Positions,
     planner: Arc<dyn Planner>,
     pack_keys: ArcSwap<PackKeys>,
     /// What the checker has not let pass.

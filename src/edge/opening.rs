@@ -10,6 +10,7 @@ use super::line::Lines;
 use super::network_documents::NetworkDocuments;
 use super::opened::{self, Listener, Opened};
 use super::planner::{Concern, Planner, planner_of};
+use super::positions::Positions;
 use super::records::Records;
 use super::replies::{Bounds, ReportReplies, WriteReplies};
 use super::settings::Settings;
@@ -258,7 +259,6 @@ impl Opening {
             has_new_airspace: false,
             waiting: Unanswered::default(),
         };
-        let writer = writer_of(desk, self.is_in_place)?;
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),
             records: Records::new(epoch, settings.records_max, settings.records_bytes_max),
@@ -273,12 +273,13 @@ impl Opening {
             clock,
             epoch,
             world,
-            writer,
+            writer: writer_of(desk, self.is_in_place)?,
             store,
             events,
             lines,
             claims: Claims::default(),
             drones,
+            positions: Positions::default(),
             planner,
             pack_keys: ArcSwap::from_pointee(self.pack_keys.map_or_else(|| fresh_keys(now), Ok)?),
             guard,

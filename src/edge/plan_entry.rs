@@ -42,6 +42,19 @@ pub(super) struct LandedOn {
     pub(super) since: Timestamp,
 }
 
+/// The delivery at the registry that a plan is flown for, and how far it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct FlownFor {
+    /// The id of the delivery.
+    pub(super) delivery: Arc<str>,
+    /// At how many stops it is to be served.
+    pub(super) stops: u32,
+    /// At how many of them, in order, it has been.
+    pub(super) served: u32,
+    /// The id of the node that its drone has landed on.
+    pub(super) landed_on: Option<Arc<str>>,
+}
+
 /// A composition plan.
 #[derive(Clone, Debug)]
 pub(super) struct PlanEntry {
@@ -49,6 +62,8 @@ pub(super) struct PlanEntry {
     /// Whose it is.
     pub(super) subject: Arc<str>,
     pub(super) drone_id: Option<Arc<str>>,
+    /// The delivery at the registry that it is flown for, if it is for one.
+    pub(super) flown_for: Option<FlownFor>,
     pub(super) source: NodeIx,
     pub(super) destination: NodeIx,
     pub(super) payload_kg: f64,
@@ -86,6 +101,7 @@ impl PartialEq for PlanEntry {
     fn eq(&self, other: &Self) -> bool {
         let numbers = [self, other].map(|plan| plan.next_version.load(Ordering::Relaxed));
         (&self.id, &self.subject, &self.drone_id) == (&other.id, &other.subject, &other.drone_id)
+            && self.flown_for == other.flown_for
             && (self.source, self.destination) == (other.source, other.destination)
             && (self.payload_kg, self.airspeed_mps) == (other.payload_kg, other.airspeed_mps)
             && (&self.order, self.priority) == (&other.order, other.priority)
@@ -122,6 +138,11 @@ impl PlanEntry {
         std::iter::once(&self.reported)
             .chain(sent)
             .chain(&self.wanted)
+    }
+
+    /// Whether its drone may be flying a version, or take it over yet.
+    pub(super) fn has_version(&self, number: u32) -> bool {
+        self.versions().any(|version| version.number == number)
     }
 
     /// Whether its drone stands on a pad: it has not departed, or a stay covers the time.

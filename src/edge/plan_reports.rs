@@ -277,7 +277,6 @@ impl Edge {
         let sighting = Sighting {
             coordinates,
             seen_at,
-            flown: None,
             rests: None,
             agreement: None,
             ..sighting

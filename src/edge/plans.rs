@@ -3,7 +3,7 @@
 use super::Edge;
 use super::commands::unexpected;
 use super::commands::{Command, Done};
-use super::plan_entry::{PRIORITY, PlanEntry, PlanFlags};
+use super::plan_entry::{FlownFor, PRIORITY, PlanEntry, PlanFlags};
 use super::planner::{Course, Stated, Terms, Version, Wanted};
 use super::replies::Idempotency;
 use super::reporter::may_speak_for;
@@ -89,6 +89,8 @@ struct Delivery {
     payload_kg: f64,
     priority: u8,
     drone_id: Option<Arc<str>>,
+    /// The delivery at the registry that it is flown for.
+    delivery_id: Option<String>,
     terms: Terms,
 }
 
@@ -243,6 +245,7 @@ impl Edge {
         let mut faults = Faults::default();
         faults.id("/id", request.id.as_deref());
         faults.id("/drone_id", request.drone_id.as_deref());
+        faults.id("/delivery_id", request.delivery_id.as_deref());
         let (source, stops, destination) = read_places(topology, request, &mut faults);
         let start = faults
             .instant("/start_time", request.start_time.as_deref())
@@ -267,17 +270,7 @@ impl Edge {
         let priority = priority(request.priority, highest, &mut faults);
         let terms = self.planner.read_terms(request, &stated, &mut faults);
         faults.check(Code::PlanInvalid, "delivery request")?;
-        if let Some(drone) = request
-            .drone_id
-            .as_deref()
-            .filter(|drone| !caller.speaks_for(drone))
-        {
-            let detail = format!(
-                "'{}' may not compose plans for drone '{drone}'",
-                caller.subject
-            );
-            return Err(Refusal::new(Code::Forbidden, detail));
-        }
+        check_order(caller, request)?;
         if priority > highest {
             let subject = &caller.subject;
             let detail = format!(
@@ -296,6 +289,7 @@ impl Edge {
             payload_kg,
             priority,
             drone_id: request.drone_id.as_deref().map(Arc::from),
+            delivery_id: request.delivery_id.clone(),
             terms,
         })
     }
@@ -343,10 +337,12 @@ impl Edge {
             flags: Vec::new(),
             warnings: Vec::new(),
         };
+        let flown_for = delivery.delivery_id.as_deref();
         Ok(PlanEntry {
             id: Arc::from(id),
             subject,
             drone_id: delivery.drone_id,
+            flown_for: flown_for.map(|delivery| FlownFor::new(delivery, &version)),
             source: delivery.source,
             destination,
             payload_kg: delivery.payload_kg,
@@ -402,6 +398,31 @@ impl Edge {
             Refusal::new(Code::Internal, detail)
         })
     }
+}
+
+/// Whether a caller may order what it asks for: a drone speaks for itself alone, and does not know for which delivery of the
+/// registry it flies.
+fn check_order(caller: &Caller, request: &wire::DeliveryRequest) -> Result<(), Refusal> {
+    if let Some(drone) = request
+        .drone_id
+        .as_deref()
+        .filter(|drone| !caller.speaks_for(drone))
+    {
+        let detail = format!(
+            "'{}' may not compose plans for drone '{drone}'",
+            caller.subject
+        );
+        return Err(Refusal::new(Code::Forbidden, detail));
+    }
+    let may_name_delivery = matches!(caller.role, Role::Operator | Role::Edge | Role::Anyone);
+    if request.delivery_id.is_some() && !may_name_delivery {
+        let detail = format!(
+            "'{}' may not say for which delivery a plan is flown: operators may, for the registry",
+            caller.subject
+        );
+        return Err(Refusal::new(Code::Forbidden, detail));
+    }
+    Ok(())
 }
 
 /// From 0 to 100; where none is stated the usual one, or the highest that may be asked for.

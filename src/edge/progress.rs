@@ -13,6 +13,8 @@ use jiff::Timestamp;
 
 /// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
 const BACK_M: f64 = 15.0;
+/// Places on a way that are equally near to a drone but for this, in metres, are as near: the same segment, flown twice.
+const AS_NEAR_M: f64 = 1e-3;
 /// So far from its first stretch a drone may be, in metres, that has just begun a version: it takes as much to turn.
 const BEGINS_WITHIN_M: f64 = 50.0;
 
@@ -77,7 +79,7 @@ pub(super) fn spot_on(
             {
                 return Some(spot);
             }
-            if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m) {
+            if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m - AS_NEAR_M) {
                 nearest = Some(spot);
             }
         }

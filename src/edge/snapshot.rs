@@ -7,6 +7,7 @@ use super::entries::AlarmEntry;
 pub(super) use super::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
 use super::mailbox::{MailEntry, MailKey};
 use super::network_documents::NetworkDocuments;
+use super::news::News;
 use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{Own, Scene, Traffic};
 use super::settings::Settings;
@@ -65,6 +66,8 @@ pub struct Snapshot {
     pub(super) mail: OrdMap<MailKey, Arc<MailEntry>>,
     /// What the registry has yet to be told, in its order.
     pub(super) outbox: OrdMap<u64, Arc<OutboxEntry>>,
+    /// What the registry has yet to be told of flights and failures.
+    pub(super) news: News,
     /// The weather as the registry has it, as text.
     pub(super) weather: Option<Arc<str>>,
 }
@@ -104,6 +107,7 @@ impl Snapshot {
             registry: None,
             mail: OrdMap::new(),
             outbox: OrdMap::new(),
+            news: News::default(),
             weather: None,
         }
     }
@@ -126,6 +130,11 @@ impl Snapshot {
     /// What the registry has yet to be told, in its order.
     pub fn outbox(&self) -> impl Iterator<Item = &OutboxEntry> {
         self.outbox.values().map(|entry| &**entry)
+    }
+
+    /// What the registry has yet to be told of flights and failures, in its order.
+    pub fn news(&self) -> impl Iterator<Item = &wire::NewsEntry> {
+        self.news.entries().map(|entry| &**entry)
     }
 
     /// Whether there is a network to answer on.

@@ -10,6 +10,7 @@ use super::events::Happening;
 use super::fleet::Detour;
 use super::guard::Guard;
 use super::new_network::Succession;
+use super::news::Flights;
 use super::planner::{Concern, Planner};
 use super::replanning::Look;
 use super::replanning::{Queue, Tally};
@@ -95,6 +96,8 @@ pub(super) struct State {
     pub(super) told: Told,
     /// The versions at the registry of closures that have ended by themselves.
     pub(super) ended: Ended,
+    /// What the registry is to be told of plans.
+    pub(super) flights: Flights,
     /// Who has given the order that is being carried out, if anyone.
     pub(super) author: Option<Arc<Author>>,
 }
@@ -136,6 +139,7 @@ impl State {
             clock: HeardClock::default(),
             told: Told::default(),
             ended: Ended::default(),
+            flights: Flights::default(),
             author: None,
         }
     }
@@ -171,6 +175,7 @@ impl State {
 
     /// The state as it is now, and what has happened since this was last asked.
     pub(super) fn told(&mut self) -> (Arc<Snapshot>, Vec<Happening>) {
+        self.tell_flights();
         (
             Arc::new(self.next.clone()),
             std::mem::take(&mut self.events),
@@ -228,6 +233,7 @@ impl State {
                 self.give_up(number, &code, &detail);
                 Ok(Done::Nothing)
             }
+            Command::News(order) => Ok(self.change_news(order)),
             Command::DecideHold { number, decision } => self.decide_hold(number, decision),
             Command::PutWeather { text, expected } => self.put_weather(text, &expected),
             Command::AddPlan(plan) => self.add_plan(*plan),

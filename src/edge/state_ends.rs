@@ -132,6 +132,9 @@ impl State {
                 }
                 return Done::Nothing;
             }
+            (Seen::Served { version, stops }, _) => {
+                return self.note_served(&plan, version, stops);
+            }
             (Seen::Departed, PlanState::Accepted) => PlanState::Activated,
             (Seen::Heard, _) => return self.hear_of_again(&plan),
             (Seen::Deviates, PlanState::Activated) => PlanState::Nonconforming,
@@ -312,13 +315,15 @@ impl State {
         // Whatever pad it stood on before it has left.
         self.leave_pad_of(plan);
         let landed = node.and_then(|node| self.pad_landed_on(plan, node));
-        self.end_plan(plan, (how, landed), Holds::Nothing)
+        let plan = self.with_end_of_delivery(plan, how, node);
+        self.end_plan(&plan, (how, landed), Holds::Nothing)
     }
 
     /// An operator says what became of a plan.
     pub(super) fn release_plan(&mut self, id: &str, ended_as: EndedAs) -> Result<Done, Refusal> {
         let plan = self.plan(id)?;
         if plan.is_active() {
+            let plan = self.with_end_of_delivery(&plan, ended_as, None);
             let plan = self.end_plan(&plan, (ended_as, None), Holds::Nothing);
             // Its drone may be on its way yet.
             self.post(&plan, &[], Content::Ended(ended_as));
@@ -345,12 +350,13 @@ impl State {
         }
         self.leave_landed(plan);
         let landed_on = landed_at.and_then(|node| self.pad_landed_on(plan, node));
+        let plan = self.with_end_of_delivery(plan, ended_as, landed_at);
         let plan = self.keep_plan(PlanEntry {
             ended_as: Some(ended_as),
             sent: Vec::new(),
             holds: landed_on.is_some(),
             landed_on,
-            ..(**plan).clone()
+            ..(*plan).clone()
         });
         self.take_landed(&plan);
         self.tell(EventKind::PlanEnded, &plan);

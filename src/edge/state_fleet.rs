@@ -86,6 +86,10 @@ impl State {
         // It was composed on an earlier snapshot, perhaps.
         self.touched_plans.insert(plan.id.clone());
         self.tell(EventKind::PlanComposed, &plan);
+        if plan.flown_for.is_some() {
+            self.note_flight(&plan);
+            self.post(&plan, &[], Content::Assigned);
+        }
         Ok(Done::Plan(plan))
     }
 
@@ -243,6 +247,7 @@ impl State {
         self.note_contingencies(&plan);
         self.end_unseparated(&plan);
         self.drop_overtaken_mail(&plan);
+        self.note_flight(&plan);
         plan
     }
 

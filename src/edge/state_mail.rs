@@ -1,7 +1,7 @@
 //! The mailboxes in the state: what is put into them, what overtakes what, and what is taken out.
 
 use super::commands::Done;
-use super::mailbox::{Content, KEPT_MAX, MailEntry};
+use super::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
 use super::plan_entry::PlanEntry;
 use super::state::State;
 use std::sync::Arc;
@@ -48,6 +48,8 @@ impl State {
     pub(super) fn drop_overtaken_mail(&mut self, plan: &PlanEntry) {
         if let Some(drone) = plan.drone_id.clone().filter(|_| !self.next.mail.is_empty()) {
             let is_over = |entry: &MailEntry| match plan.is_active() {
+                // It flies the plan that it was assigned, and another version of it.
+                true if entry.content == Content::Assigned => !plan.has_version(FIRST_VERSION),
                 true => entry.content.is_order() && !entry.is_open_order(Some(plan)),
                 false => !matches!(entry.content, Content::Ended(_) | Content::Alarm { .. }),
             };
@@ -101,7 +103,8 @@ impl State {
             return;
         }
         let mut mail = self.next.mail_of(drone, 0);
-        let oldest = mail.find(|entry| !entry.content.is_order()).cloned();
+        let is_spared = |content: &Content| content.is_order() || *content == Content::Assigned;
+        let oldest = mail.find(|entry| !is_spared(&entry.content)).cloned();
         drop(mail);
         if let Some(oldest) = oldest {
             tracing::warn!(

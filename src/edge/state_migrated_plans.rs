@@ -255,6 +255,7 @@ impl State {
             wanted: None,
             ..(**plan).clone()
         };
+        self.tell_last_of_flight(&ended);
         let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
         self.events.push(Happening::new(EventKind::PlanEnded, data));
     }

@@ -56,6 +56,7 @@ impl State {
         for entry in restored.outbox.into_iter().filter(|_| !is_forgotten) {
             self.next.outbox.insert(entry.number, Arc::new(entry));
         }
+        self.restore_news(restored.news);
         self.next.registry = restored.registry.map(Arc::new);
         self.next.weather = restored.weather;
         self.next.unacknowledged = restored.unacknowledged;
@@ -135,6 +136,7 @@ impl State {
             | Command::Follow(_)
             | Command::Forwarded { .. }
             | Command::NotForwarded { .. }
+            | Command::News(_)
             | Command::ReplaceNetwork(_)
             // What is in it is looked at when it is carried out.
             | Command::MadeOn { .. }

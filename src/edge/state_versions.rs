@@ -84,7 +84,11 @@ impl State {
         self.occupy(&plan.id, &reported);
         self.time_arrival(&plan.id, &reported);
         self.time_way_on(&plan.id, &reported);
+        let topology = self.next.topology();
+        let progress = progress::progress(topology, plan, &self.drones, self.now);
+        let flown_for = plan.taken_up(&reported, topology, progress.as_ref(), self.now);
         self.keep_plan(PlanEntry {
+            flown_for,
             state: match plan.state {
                 PlanState::Accepted => PlanState::Accepted,
                 _ => PlanState::Activated,

@@ -148,11 +148,17 @@ impl Edge {
         let oldest = snapshot.outbox.get_min();
         let waited = oldest.map(|(_, entry)| self.clock.now().duration_since(entry.made_at));
         let cursor = snapshot.registry.as_ref();
+        let (positions, positions_left_out) = self.positions.figures();
+        let counted = self.contact.status();
         SyncStatus {
             registry_id: cursor.map(|cursor| cursor.registry_id.to_string()),
             outbox: snapshot.outbox.len(),
             outbox_age_s: waited.map_or(0.0, |waited| waited.as_secs_f64().max(0.0)),
-            ..self.contact.status()
+            news: snapshot.news.len(),
+            news_lost: snapshot.news.dropped() + counted.news_lost,
+            positions,
+            positions_left_out,
+            ..counted
         }
     }
 }

@@ -206,6 +206,7 @@ impl Edge {
             airborne: entry.airborne,
             flown: None,
             rests: None,
+            at_stop: None,
             agreement: None,
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
@@ -220,16 +221,36 @@ impl Edge {
         };
         let taken = self.drones.see(&entry.drone_id, sighting.clone());
         if taken {
+            self.note_position(snapshot, &entry.drone_id, &sighting);
             self.tell_left(snapshot, &entry.drone_id, &sighting);
         }
         if let Some(plan) = plan.filter(|_| taken) {
-            self.tell_seen(snapshot, plan, &sighting, now);
+            self.tell_seen(snapshot, plan, (&sighting, before.as_ref()), now);
         }
         if !taken {
             let why = Untaken::Outdated;
             warnings.push(words::warning(why.code(), &why.to_string()));
         }
         taken
+    }
+
+    /// Keeps where a drone is for the registry, where one is followed and the network lies on earth.
+    fn note_position(&self, snapshot: &Snapshot, drone: &str, sighting: &Sighting) {
+        let is_on_earth = snapshot.topology().frame().is_geographic();
+        if !is_on_earth || !self.settings.follows_registry {
+            return;
+        }
+        let [lon, lat] = sighting.coordinates;
+        let entry = wire::PositionEntry {
+            drone_id: drone.to_owned(),
+            at_ms: sighting.seen_at.as_millisecond(),
+            lon,
+            lat,
+            altitude_m: sighting.altitude_m,
+            battery_fraction: sighting.battery_fraction,
+            speed_mps: sighting.ground_speed_mps,
+        };
+        self.positions.add(entry);
     }
 }
 

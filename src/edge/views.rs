@@ -362,6 +362,7 @@ pub(super) fn plan(
         objective: order.map(|order| Cow::Borrowed(order.objective.name())),
         deadline: order.and_then(|order| order.deadline).map(instant),
         priority: entry.priority.into(),
+        delivery_id: entry.flown_for.as_ref().map(|it| text(&it.delivery)),
         expires_at: entry.expires_at.map(instant),
         reported: version(topology, &entry.reported),
         wanted: entry

@@ -49,6 +49,7 @@ async fn an_event_says_who_made_it_happen() {
     stage.caller = Caller {
         role: Role::Operator,
         subject: Arc::from("mira"),
+        tenant: Arc::from("local"),
     };
     let mut events = stage.edge.events(None).expect("a stream");
     let mira = json!({"tenant": "local", "subject": "mira", "role": "operator"});
@@ -77,6 +78,7 @@ async fn an_event_says_who_made_it_happen() {
     stage.caller = Caller {
         role: Role::Drone,
         subject: Arc::from("d1"),
+        tenant: Arc::from("local"),
     };
     stage.see("d1", 50.0, 0.0).await;
     let report = json!({

@@ -49,8 +49,12 @@ pub(crate) fn street(pads: &[u16]) -> NetworkDraft {
 }
 
 pub(crate) fn on(draft: &NetworkDraft) -> Stage {
+    on_with(draft, settings())
+}
+
+pub(crate) fn on_with(draft: &NetworkDraft, settings: Settings) -> Stage {
     let network = loaded(draft);
-    Stage::on(network.topology, network.geojson, settings())
+    Stage::on(network.topology, network.geojson, settings)
 }
 
 impl Stage {

@@ -30,7 +30,7 @@ fn there(mail: &mut MailStream) -> Vec<Mail> {
     found
 }
 
-fn messages(mail: &mut MailStream) -> Vec<DroneMessage<'static>> {
+pub(crate) fn messages(mail: &mut MailStream) -> Vec<DroneMessage<'static>> {
     let told = there(mail).into_iter().map(|told| match told {
         Mail::Message(message) => *message,
         Mail::Ended(ended) => panic!("{ended:?}"),
@@ -387,6 +387,7 @@ async fn a_token_of_a_drone_sees_its_own_mailbox_alone() {
     let drone = Caller {
         role: Role::Drone,
         subject: "acme".into(),
+        tenant: "local".into(),
     };
     assert!(stage.edge.mail(&drone, "acme:1", None).is_ok());
     let refused = stage.edge.mail(&drone, "other:1", None);

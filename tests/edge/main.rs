@@ -9,6 +9,7 @@ mod authors;
 mod clock_moved;
 mod clock_steps;
 mod closed_between;
+mod deliveries;
 mod earlier_store;
 mod enforcing;
 mod failing_disk;

@@ -239,6 +239,7 @@ async fn plans_of_others_have_no_pack() {
     let of = |subject: &str| Caller {
         role: Role::Drone,
         subject: Arc::from(subject),
+        tenant: Arc::from("local"),
     };
     assert!(stage.edge.pack(&of("d1"), "p1", None).is_ok());
     let refused = stage

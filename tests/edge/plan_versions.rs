@@ -277,6 +277,7 @@ async fn a_fleet_names_its_drones_with_a_colon() {
     let fleet = Caller {
         role: Role::Drone,
         subject: "acme".into(),
+        tenant: "local".into(),
     };
     assert!(fleet.speaks_for("acme:1") && fleet.speaks_for("acme/1"));
     assert!(!fleet.speaks_for("acme1") && !fleet.speaks_for("other:1"));

@@ -242,6 +242,7 @@ async fn a_drone_learns_nothing_of_where_another_one_is() {
     stage.caller = Caller {
         role: Role::Drone,
         subject: "d2".into(),
+        tenant: "local".into(),
     };
     let others = stage.report(body).await;
     assert_eq!(
@@ -266,6 +267,7 @@ async fn proposals_of_one_subject_crowd_out_no_others() {
     let drone = |name: &str| Caller {
         role: Role::Drone,
         subject: name.into(),
+        tenant: "local".into(),
     };
     let report = |drone: &str, number: usize, corners: usize| {
         json!({

@@ -19,6 +19,7 @@ fn of_subject(subject: &str) -> Caller {
     Caller {
         role: Role::Drone,
         subject: Arc::from(subject),
+        tenant: Arc::from("local"),
     }
 }
 
@@ -165,6 +166,7 @@ async fn a_report_in_anothers_name_is_answered_and_is_not_shown_as_that_drones()
     stage.caller = Caller {
         role: Role::Drone,
         subject: Arc::from("d2"),
+        tenant: Arc::from("local"),
     };
     let answer = stage.answer(leg("navigational", "d1", 1)).await;
     assert_eq!(answer["outcome"], "rerouted", "{answer}");

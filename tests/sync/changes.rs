@@ -413,6 +413,7 @@ async fn the_log_says_who_made_a_change_at_an_edge() {
     north.caller = Caller {
         role: Role::Operator,
         subject: Arc::from("mira"),
+        tenant: Arc::from("local"),
     };
     north.put_zone("fair", 150.0, 0.0, 20.0).await;
     north.settle(&central).await;

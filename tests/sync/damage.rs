@@ -4,7 +4,10 @@ use crate::stage::{Central, NETWORK, Outpost};
 use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::Follow;
-use skyway::wire::{ChangeOperation, ChangesPage, EdgeReport, RegistrySnapshot, Written};
+use skyway::wire::{
+    ChangeOperation, ChangesPage, EdgeNews, EdgeReport, NewsTaken, PositionBatch, RegistrySnapshot,
+    Written,
+};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -223,6 +226,14 @@ impl RegistryClient for Script {
 
     async fn report(&self, _: &EdgeReport) -> Result<(), ClientError> {
         Ok(())
+    }
+
+    async fn news(&self, _: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        Err(ClientError::Transport("it only tells".to_owned()))
+    }
+
+    async fn positions(&self, _: &Arc<PositionBatch>) -> Result<(), ClientError> {
+        Err(ClientError::Transport("it only tells".to_owned()))
     }
 }
 

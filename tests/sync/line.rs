@@ -7,7 +7,8 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeReport, ObjectKind, Problem, PublishedClosure, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeReport, NewsEntry, NewsTaken, ObjectKind, PositionBatch, Problem,
+    PublishedClosure, RegistrySnapshot, Written,
 };
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -40,6 +41,13 @@ struct Doing {
     writes: Vec<RegistryWrite>,
     writes_under_way: u64,
     reports: Vec<EdgeReport>,
+    /// The news that were sent, as often as they were.
+    news_sent: Vec<EdgeNews>,
+    /// What the far end has taken of them: each number once.
+    news: Vec<NewsEntry>,
+    refuses_news: Option<u64>,
+    takes_no_positions: bool,
+    positions: Vec<PositionBatch>,
 }
 
 /// The line, and what is done to it.
@@ -158,6 +166,30 @@ impl Line {
     /// Whether a write has been heard and not been answered, or its answer not been lost, yet.
     pub(crate) fn is_writing(&self) -> bool {
         self.lock().writes_under_way > 0
+    }
+
+    /// The news that were sent, as often as they were.
+    pub(crate) fn news_sent(&self) -> Vec<EdgeNews> {
+        self.lock().news_sent.clone()
+    }
+
+    /// What the far end has of them.
+    pub(crate) fn news_taken(&self) -> Vec<NewsEntry> {
+        self.lock().news.clone()
+    }
+
+    /// Batches with this entry are refused for ever, as one that is not valid.
+    pub(crate) fn refuse_news(&self, number: u64) {
+        self.lock().refuses_news = Some(number);
+    }
+
+    /// Whether positions get nowhere, while all else goes on.
+    pub(crate) fn take_no_positions(&self, takes_none: bool) {
+        self.lock().takes_no_positions = takes_none;
+    }
+
+    pub(crate) fn positions_taken(&self) -> Vec<PositionBatch> {
+        self.lock().positions.clone()
     }
 
     pub(crate) fn reports(&self) -> Vec<EdgeReport> {
@@ -306,5 +338,39 @@ impl RegistryClient for Line {
         self.lock().reports.push(report.clone());
         let noted = registry.report_edge(&self.network, &self.edge_id, report.clone());
         noted.await.map_err(|refusal| told(&refusal))
+    }
+
+    async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        self.registry()?;
+        let mut doing = self.lock();
+        doing.news_sent.push(news.clone());
+        let is_refused = |entry: &NewsEntry| Some(entry.number) == doing.refuses_news;
+        if news.news.iter().any(is_refused) {
+            return Err(ClientError::Refused {
+                status: 422,
+                code: "body_invalid".to_owned(),
+                detail: "the registry takes no such news".to_owned(),
+                retry_after_s: None,
+            });
+        }
+        let mut through = doing.news.last().map_or(0, |last| last.number);
+        for entry in news.news.iter().filter(|entry| entry.number > through) {
+            doing.news.push(entry.clone());
+        }
+        through = doing.news.last().map_or(0, |last| last.number);
+        match doing.loses_answers {
+            true => Err(cut()),
+            false => Ok(NewsTaken { through }),
+        }
+    }
+
+    async fn positions(&self, batch: &Arc<PositionBatch>) -> Result<(), ClientError> {
+        self.registry()?;
+        let mut doing = self.lock();
+        if doing.takes_no_positions {
+            return Err(cut());
+        }
+        doing.positions.push((**batch).clone());
+        Ok(())
     }
 }

@@ -10,6 +10,7 @@ mod late_log;
 mod line;
 mod loopback;
 mod networks;
+mod news;
 mod renewed;
 mod repeated;
 mod restart;

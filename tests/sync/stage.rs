@@ -227,6 +227,15 @@ impl Outpost {
         Self::raised(raised, line.clone(), line, name)
     }
 
+    /// An edge over another network, which the registry has under its name.
+    pub(crate) fn on(registry: &Arc<Registry>, network: &str, on: (Topology, String)) -> Self {
+        let line = Line::to(registry, "north", network);
+        let raised = raise_on(on.0, on.1, Settings::default());
+        let mut settings = sync_settings("north");
+        settings.network = network.to_owned();
+        Self::raised_by(raised, line.clone(), line, settings)
+    }
+
     /// An edge that follows what a script says.
     pub(crate) fn reading(script: impl RegistryClient, settings: Settings) -> Self {
         Self::following(script, Line::nowhere(), "north", settings)
@@ -237,12 +246,21 @@ impl Outpost {
     }
 
     fn raised(
-        (edge, hand): (Arc<Edge>, ManualClock),
+        raised: (Arc<Edge>, ManualClock),
         client: impl RegistryClient,
         line: Line,
         name: &str,
     ) -> Self {
-        let following = edge.follow_registry(client, sync_settings(name));
+        Self::raised_by(raised, client, line, sync_settings(name))
+    }
+
+    fn raised_by(
+        (edge, hand): (Arc<Edge>, ManualClock),
+        client: impl RegistryClient,
+        line: Line,
+        settings: SyncSettings,
+    ) -> Self {
+        let following = edge.follow_registry(client, settings);
         Self {
             edge,
             line,
@@ -394,6 +412,7 @@ pub(crate) fn sync_settings(name: &str) -> SyncSettings {
     SyncSettings {
         network: NETWORK.to_owned(),
         edge_id: name.to_owned(),
+        advertise: None,
         poll_wait: Duration::from_secs(10),
         retry_within: Duration::from_millis(200),
         seed: 1,

@@ -4,7 +4,10 @@ use crate::stage::{Central, NETWORK, Outpost, raise, sync_settings, up_to};
 use jiff::SignedDuration;
 use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
-use skyway::wire::{ChangesPage, EdgeReport, EventKind, Freshness, RegistrySnapshot, Written};
+use skyway::wire::{
+    ChangesPage, EdgeNews, EdgeReport, EventKind, Freshness, NewsTaken, PositionBatch,
+    RegistrySnapshot, Written,
+};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -129,6 +132,14 @@ impl RegistryClient for Faulty {
 
     async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
         self.line.report(report).await
+    }
+
+    async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        self.line.news(news).await
+    }
+
+    async fn positions(&self, batch: &Arc<PositionBatch>) -> Result<(), ClientError> {
+        self.line.positions(batch).await
     }
 }
 

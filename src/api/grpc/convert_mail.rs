@@ -12,6 +12,7 @@ mirror_enum!(MessageKind {
     Ended,
     Alarm,
     WhereAreYou,
+    Assigned,
 });
 mirror_enum!(AlarmKind {
     NoRoute,

@@ -159,6 +159,7 @@ mirror!(wire::Plan<'_> => Plan {
     ended_as: plain,
     flags: plain,
     drone_id: plain,
+    delivery_id: plain,
     source: plain,
     destination: plain,
     stops: plain,

@@ -141,6 +141,7 @@ pub(super) fn delivery_request(
         objective: message.objective,
         deadline: message.deadline.as_ref().map(instant_text),
         priority: message.priority,
+        delivery_id: message.delivery_id,
     })
 }
 

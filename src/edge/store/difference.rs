@@ -8,6 +8,7 @@ use super::closure_rows::{
 use super::codec::{Instant, number_key, write};
 use super::file::{Row, Table};
 use super::mail_rows::write_message;
+use super::news_rows::write_news;
 use super::opening::network_row;
 use super::plan_rows::write_plan;
 use crate::edge::mailbox::MailKey;
@@ -63,6 +64,9 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
     changes.map(Table::Mail, mail.0, mail.1, key, write_message);
     let outbox = (&before.outbox, &after.outbox);
     changes.map(Table::Outbox, outbox.0, outbox.1, number, write_outbox);
+    for (before, after) in before.news.parts().into_iter().zip(after.news.parts()) {
+        changes.map(Table::News, before, after, number, write_news);
+    }
     let mut rows = changes.rows;
     if is_anew {
         rows.push(network_row(&after.network, topology));

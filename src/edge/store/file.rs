@@ -123,11 +123,13 @@ pub enum Table {
     Spans,
     /// What drones have yet to be told.
     Mail,
+    /// What the registry has to learn of flights and failures.
+    News,
 }
 
 impl Table {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Facts,
         Self::Zones,
         Self::Closures,
@@ -141,6 +143,7 @@ impl Table {
         Self::Spans,
         Self::Alarms,
         Self::Mail,
+        Self::News,
     ];
 
     /// The number of the table in a file; never given to another one.
@@ -159,6 +162,7 @@ impl Table {
             Self::Spans => 11,
             Self::Alarms => 12,
             Self::Mail => 13,
+            Self::News => 14,
         }
     }
 }

@@ -41,6 +41,8 @@ pub(in crate::edge) struct Health {
     failing: AtomicBool,
     /// The first change for the registry that is stored; told also when the store begins to fail.
     first_change: watch::Sender<Option<u64>>,
+    /// The last of the news for the registry that may be told: that are stored, or of which nothing is.
+    last_news: watch::Sender<Option<u64>>,
     figures: Mutex<Figures>,
 }
 
@@ -75,6 +77,17 @@ impl Health {
             .send_if_modified(|known| std::mem::replace(known, first) != first);
     }
 
+    /// The last of the news for the registry that may be told, as it changes; told also when the store begins to fail.
+    pub(in crate::edge) fn last_news(&self) -> watch::Receiver<Option<u64>> {
+        self.last_news.subscribe()
+    }
+
+    /// The news for the registry up to this number may be told.
+    pub(super) fn stored_news(&self, last: Option<u64>) {
+        self.last_news
+            .send_if_modified(|known| std::mem::replace(known, last) != last);
+    }
+
     pub(super) fn begin(&self) {
         self.lock().status.kept = true;
     }
@@ -106,6 +119,7 @@ impl Health {
         figures.status.failing = Some(why);
         self.failing.store(true, Ordering::Relaxed);
         self.first_change.send_modify(|_| {});
+        self.last_news.send_modify(|_| {});
     }
 
     pub(super) fn lost(&self, entries: u64) {

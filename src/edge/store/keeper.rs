@@ -145,6 +145,15 @@ impl Store {
         self.keeper.is_none() || self.health.begins_with(number)
     }
 
+    /// Up to which number news may be told to the registry: up to the last that is stored; all where nothing is kept, or
+    /// the store fails.
+    pub(in crate::edge) fn news_through(&self) -> Option<u64> {
+        match self.keeper.is_none() || self.health.is_failing() {
+            true => Some(u64::MAX),
+            false => *self.health.last_news().borrow(),
+        }
+    }
+
     pub(in crate::edge) fn status(&self) -> StoreStatus {
         self.health.status()
     }
@@ -154,6 +163,7 @@ impl Store {
         self.lines.publish(&waiting.snapshot);
         let Some(Handle(shared)) = self.keeper.as_deref() else {
             self.lines.tell_newest();
+            self.health.stored_news(waiting.snapshot.news.last());
             waiting.release(false);
             return;
         };
@@ -266,6 +276,7 @@ impl Keeper {
         let health = Arc::new(Health::default());
         health.begin();
         health.stored(first_change(&stored));
+        health.stored_news(stored.news.last());
         let shared = Arc::new(Shared {
             clock,
             health: health.clone(),
@@ -363,6 +374,7 @@ impl Keeper {
             if found == (self.number + 1, self.stored.epoch) {
                 self.number += 1;
                 self.shared.health.stored(first_change(&attempted));
+                self.shared.health.stored_news(attempted.news.last());
                 self.stored = attempted;
             } else if found != (self.number, self.stored.epoch) {
                 return Err(StoreFault::Taken);
@@ -398,6 +410,7 @@ impl Keeper {
         self.number = transaction.number;
         self.stored = self.newest.clone();
         self.shared.health.stored(first_change(&self.stored));
+        self.shared.health.stored_news(self.stored.news.last());
         Ok(true)
     }
 

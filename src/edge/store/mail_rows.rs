@@ -30,6 +30,7 @@ enum StoredContent {
     Ended(EndedAs),
     Alarm(AlarmKind, String),
     WhereAreYou,
+    Assigned,
 }
 
 pub(super) fn write_message(entry: &MailEntry) -> String {
@@ -50,6 +51,7 @@ pub(super) fn write_message(entry: &MailEntry) -> String {
             Content::Ended(how) => StoredContent::Ended(*how),
             Content::Alarm { kind, text } => StoredContent::Alarm(*kind, text.to_string()),
             Content::WhereAreYou => StoredContent::WhereAreYou,
+            Content::Assigned => StoredContent::Assigned,
         },
     })
 }
@@ -77,6 +79,7 @@ pub(super) fn read_message(number: u64, body: &str) -> Result<MailEntry, StoreFa
                 text: Arc::from(text),
             },
             StoredContent::WhereAreYou => Content::WhereAreYou,
+            StoredContent::Assigned => Content::Assigned,
         },
     })
 }

@@ -19,6 +19,7 @@ mod journal;
 mod keeper;
 mod mail_rows;
 mod memory;
+mod news_rows;
 mod opening;
 mod patience;
 mod plan_rows;

@@ -7,7 +7,7 @@ use super::flight_rows::{
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
 use crate::compose::{Alternate, Composition, Contingency, Leg};
-use crate::edge::plan_entry::{LandedOn, PRIORITY, PlanEntry, PlanFlags};
+use crate::edge::plan_entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use crate::edge::planner::Version;
 use crate::flight::ServiceStop;
 use crate::network::Topology;
@@ -29,6 +29,8 @@ struct StoredPlan {
     nodes: Vec<String>,
     subject: String,
     drone_id: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    flown_for: Option<StoredFlownFor>,
     source: u32,
     destination: u32,
     payload_kg: f64,
@@ -66,6 +68,36 @@ struct StoredPlan {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     affected_by: Vec<String>,
     next_version: u32,
+}
+
+/// The delivery at the registry that a plan is flown for.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StoredFlownFor {
+    delivery: String,
+    stops: u32,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    served: u32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    landed_on: Option<String>,
+}
+
+fn store_flown_for(flown_for: &FlownFor) -> StoredFlownFor {
+    StoredFlownFor {
+        delivery: flown_for.delivery.to_string(),
+        stops: flown_for.stops,
+        served: flown_for.served,
+        landed_on: flown_for.landed_on.as_deref().map(str::to_owned),
+    }
+}
+
+fn read_flown_for(stored: StoredFlownFor) -> FlownFor {
+    FlownFor {
+        delivery: Arc::from(stored.delivery),
+        stops: stored.stops,
+        served: stored.served,
+        landed_on: stored.landed_on.map(Arc::from),
+    }
 }
 
 /// How a plan stands, in the words of today and of those who wrote stores before plans ended by being told to.
@@ -197,6 +229,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         nodes: Names(topology).nodes(dictionary.nodes()),
         subject: plan.subject.to_string(),
         drone_id: plan.drone_id.as_deref().map(str::to_owned),
+        flown_for: plan.flown_for.as_ref().map(store_flown_for),
         source,
         destination,
         payload_kg: plan.payload_kg,
@@ -292,6 +325,7 @@ pub(super) fn read_plan(
         id: Arc::from(key),
         subject: Arc::from(stored.subject),
         drone_id: stored.drone_id.map(Arc::from),
+        flown_for: stored.flown_for.map(read_flown_for),
         source: places.node(stored.source)?,
         destination: places.node(stored.destination)?,
         payload_kg: stored.payload_kg,

@@ -8,6 +8,7 @@ use super::codec::{Instant, number_of, read};
 use super::difference::{COUNTS, REGISTRY, WEATHER};
 use super::file::{StoreFault, StoreFile, Table};
 use super::mail_rows::read_message;
+use super::news_rows::read_news;
 use super::opening::fact;
 use super::plan_rows::read_plan;
 use super::reply_rows::{Reply, read_reply};
@@ -18,6 +19,7 @@ use crate::edge::mailbox::MailEntry;
 use crate::edge::plan_entry::PlanEntry;
 use crate::edge::upstream::{OutboxEntry, RegistryCursor};
 use crate::network::Topology;
+use crate::wire::NewsEntry;
 use jiff::Timestamp;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -35,6 +37,8 @@ pub(in crate::edge) struct Restored {
     /// What drones have yet to be told.
     pub(in crate::edge) mail: Vec<MailEntry>,
     pub(in crate::edge) outbox: Vec<OutboxEntry>,
+    /// What the registry has yet to be told of flights and failures.
+    pub(in crate::edge) news: Vec<NewsEntry>,
     pub(in crate::edge) registry: Option<RegistryCursor>,
     /// The weather as it was stated, here or at the registry, as text.
     pub(in crate::edge) weather: Option<Arc<str>>,
@@ -59,6 +63,7 @@ pub(in crate::edge) async fn restore(
     let plans = file.load(Table::Plans).await?;
     let mail = file.load(Table::Mail).await?;
     let outbox = file.load(Table::Outbox).await?;
+    let news = file.load(Table::News).await?;
     let replies = file.load(Table::Replies).await?;
     let counts: Option<(u64, Instant)> = fact(facts, COUNTS)
         .map(|body| read("fact", COUNTS, body))
@@ -86,6 +91,7 @@ pub(in crate::edge) async fn restore(
         outbox: each(&outbox, |key, body| {
             read_outbox(number_of("an outbox entry", key)?, body)
         })?,
+        news: each(&news, |key, body| read_news(number_of("news", key)?, body))?,
         weather: fact(facts, WEATHER).map(Arc::from),
         registry: fact(facts, REGISTRY).map(read_cursor).transpose()?,
         replies: each(&replies, read_reply)?,

@@ -1,6 +1,9 @@
 //! What an edge asks of its registry, whatever carries it there.
 
-use crate::wire::{ChangesPage, EdgeReport, ObjectKind, RegistrySnapshot, Written};
+use crate::wire::{
+    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ObjectKind, PositionBatch, RegistrySnapshot,
+    Written,
+};
 use std::future::Future;
 use std::sync::Arc;
 use std::time::Duration;
@@ -93,4 +96,13 @@ pub trait RegistryClient: Send + Sync + 'static {
 
     /// Tells how far this edge is.
     fn report(&self, report: &EdgeReport) -> impl Future<Output = Result<(), ClientError>> + Send;
+
+    /// Tells what has become of flights, and of failures.
+    fn news(&self, news: &EdgeNews) -> impl Future<Output = Result<NewsTaken, ClientError>> + Send;
+
+    /// Tells where drones were.
+    fn positions(
+        &self,
+        batch: &Arc<PositionBatch>,
+    ) -> impl Future<Output = Result<(), ClientError>> + Send;
 }

@@ -25,6 +25,14 @@ pub struct SyncStatus {
     pub forwarded: u64,
     /// Changes that the registry will not take.
     pub forwards_refused: u64,
+    /// News of flights and failures that the registry has yet to be told.
+    pub news: usize,
+    /// News that were forgotten untold, as there were too many, or the registry will not take them.
+    pub news_lost: u64,
+    /// Positions of drones that the registry has yet to be told.
+    pub positions: usize,
+    /// Positions that were left out, as the registry did not take them in time.
+    pub positions_left_out: u64,
     /// What the registry said and was not taken over.
     pub nacks: u64,
     /// The last of these, since something was taken over.
@@ -49,6 +57,7 @@ pub(in crate::edge) struct Contact {
     nacks: AtomicU64,
     forwarded: AtomicU64,
     forwards_refused: AtomicU64,
+    news_refused: AtomicU64,
     restarts: AtomicU64,
     told: Mutex<Told>,
     /// Counts what was read of the registry, to wake those who wait for it.
@@ -74,6 +83,7 @@ impl Contact {
             nacks: AtomicU64::new(0),
             forwarded: AtomicU64::new(0),
             forwards_refused: AtomicU64::new(0),
+            news_refused: AtomicU64::new(0),
             restarts: AtomicU64::new(0),
             told: Mutex::default(),
             turns: watch::Sender::new(0),
@@ -187,6 +197,11 @@ impl Contact {
         counter.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// The registry will never take one of the news.
+    pub(super) fn news_refused(&self) {
+        self.news_refused.fetch_add(1, Ordering::Relaxed);
+    }
+
     pub(super) fn restarted(&self) {
         self.restarts.fetch_add(1, Ordering::Relaxed);
     }
@@ -198,6 +213,7 @@ impl Contact {
         SyncStatus {
             forwarded: count(&self.forwarded),
             forwards_refused: count(&self.forwards_refused),
+            news_lost: count(&self.news_refused),
             nacks: count(&self.nacks),
             last_nack: told.last_nack.clone(),
             failures: told.failures.clone(),

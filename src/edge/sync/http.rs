@@ -2,11 +2,18 @@
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use crate::wire::{
-    ChangesPage, EdgeReport, ON_BEHALF_OF, ObjectKind, Problem, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ON_BEHALF_OF, ObjectKind, PositionBatch,
+    PositionsTaken, Problem, RegistrySnapshot, Written,
 };
-use reqwest::header::{AUTHORIZATION, CONTENT_TYPE, HeaderMap, HeaderValue, IF_MATCH};
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use reqwest::header::{
+    AUTHORIZATION, CONTENT_ENCODING, CONTENT_TYPE, HeaderMap, HeaderValue, IF_MATCH,
+};
 use reqwest::{Certificate, Method, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
+use std::io;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The longest wait for a connection.
@@ -140,12 +147,26 @@ impl HttpClient {
         if body.len() <= SMALL_ANSWER_BYTES {
             return read(&body);
         }
-        let reading = tokio::task::spawn_blocking(move || read(&body)).await;
-        reading.unwrap_or_else(|error| match error.try_into_panic() {
-            Ok(defect) => std::panic::resume_unwind(defect),
-            Err(stopped) => Err(ClientError::Transport(stopped.to_string())),
-        })
+        aside(move || read(&body)).await
     }
+}
+
+/// Does what takes long where blocking is allowed.
+async fn aside<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, ClientError> + Send + 'static,
+) -> Result<T, ClientError> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.unwrap_or_else(|error| match error.try_into_panic() {
+        Ok(defect) => std::panic::resume_unwind(defect),
+        Err(stopped) => Err(ClientError::Transport(stopped.to_string())),
+    })
+}
+
+/// Positions as JSON, compressed.
+fn compressed(batch: &PositionBatch) -> io::Result<Vec<u8>> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    serde_json::to_writer(&mut encoder, batch)?;
+    encoder.finish()
 }
 
 fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, ClientError> {
@@ -250,6 +271,28 @@ impl RegistryClient for HttpClient {
         let url = self.below(&["edges", &self.edge_id]);
         let request = self.http.request(Method::PUT, url).json(report);
         let _noted: EdgeReport = self.ask(request, Duration::ZERO).await?;
+        Ok(())
+    }
+
+    async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        let url = self.below(&["edges", &self.edge_id, "news"]);
+        let request = self.http.request(Method::POST, url).json(news);
+        self.ask(request, Duration::ZERO).await
+    }
+
+    async fn positions(&self, batch: &Arc<PositionBatch>) -> Result<(), ClientError> {
+        let url = self.below(&["edges", &self.edge_id, "positions"]);
+        let batch = batch.clone();
+        let body = aside(move || {
+            compressed(&batch).map_err(|error| ClientError::Transport(error.to_string()))
+        });
+        let request = self
+            .http
+            .request(Method::POST, url)
+            .header(CONTENT_TYPE, "application/json")
+            .header(CONTENT_ENCODING, "gzip")
+            .body(body.await?);
+        let _taken: PositionsTaken = self.ask(request, Duration::ZERO).await?;
         Ok(())
     }
 }

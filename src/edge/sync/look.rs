@@ -25,6 +25,7 @@ impl<C: RegistryClient> Sync<C> {
                 epoch: cursor.epoch,
                 revision: cursor.revision,
                 nack: self.contact().last_nack(),
+                url: self.settings.advertise.clone(),
             };
             let is_heard = self.contact().is_ours() && !self.contact().is_lost();
             if told.as_ref() == Some(&report) || !is_heard {

@@ -1,8 +1,8 @@
 //! How an edge follows its registry: it reads the log, judges what it reads, hands it to the writer as one batch,
 //! and tells what was changed here.
 //!
-//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `look` and
-//! `contact` know how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
+//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `news` tells of
+//! flights and failures and `positions` where drones are, `look` and `contact` know how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
 //! seeded, so that a simulation runs the very same code.
 
 mod client;
@@ -15,7 +15,9 @@ mod http;
 mod judging;
 mod listing;
 mod look;
+mod news;
 mod pace;
+mod positions;
 mod task;
 
 pub use client::{ClientError, RegistryClient, RegistryWrite};

@@ -33,6 +33,8 @@ pub struct SyncSettings {
     pub network: String,
     /// What this edge is called there; with the number of a change it names that change for ever.
     pub edge_id: String,
+    /// Where the registry reaches this edge, if it is to.
+    pub advertise: Option<String>,
     /// How long to wait for news, about.
     pub poll_wait: Duration,
     /// The longest wait after failures.
@@ -142,7 +144,13 @@ async fn supervise<C: RegistryClient>(sync: Arc<Sync<C>>) {
 impl<C: RegistryClient> Sync<C> {
     /// Everything at once; none of it ends.
     async fn work(&self) {
-        tokio::join!(self.follow(), self.forward_all(), self.look());
+        tokio::join!(
+            self.follow(),
+            self.forward_all(),
+            self.look(),
+            self.tell_news(),
+            self.tell_positions(),
+        );
     }
 
     pub(super) fn contact(&self) -> &Contact {
@@ -151,7 +159,7 @@ impl<C: RegistryClient> Sync<C> {
 
     /// A pace of its own for each loop.
     pub(super) fn pace(&self, which: u64) -> Pace {
-        let seed = self.settings.seed.wrapping_mul(4).wrapping_add(which);
+        let seed = self.settings.seed.wrapping_mul(8).wrapping_add(which);
         Pace::new(seed, self.settings.retry_within)
     }
 

@@ -69,12 +69,13 @@ fn requests_say_what_their_bodies_say() {
             node: "14".to_owned(),
             service_s: 90.0,
         }],
+        delivery_id: Some("o-1".to_owned()),
     };
     let body = json!({
         "id": "p-1", "source": "12", "destination": "north", "start_time": "2026-11-27T18:00:00Z",
         "payload_kg": 1.5, "drone_id": "d-1", "airspeed_mps": 14.0,
         "airframe": "m100", "battery_fraction": 0.9, "objective": "time", "deadline": "2026-11-27T19:30:00Z",
-        "priority": 90, "stops": [{"node": "14", "service_s": 90.0}],
+        "priority": 90, "stops": [{"node": "14", "service_s": 90.0}], "delivery_id": "o-1",
     });
     let read = delivery_request(delivery).map(|read| json!(read));
     assert_eq!(read, Ok(body));

@@ -281,6 +281,7 @@ async fn a_drone_does_not_move_the_clock() {
     let caller = Caller {
         role: Role::Drone,
         subject: Arc::from("d"),
+        tenant: Arc::from("local"),
     };
     let mut line = Line::begin(&routes, caller).await;
     line.hello("d").await;

@@ -1,0 +1,299 @@
+//! How far the delivery of a plan is: at which of its stops its drone has been served.
+//!
+//! No stop is served by the clock alone. What tells it is telemetry: the drone has stayed at the stop for its service, or
+//! has rested there and left. Where nothing was seen of the visit, the drone has to be seen beyond the stop after a time
+//! in which it could have flown there, been served and flown on; one that turns back before its stop is seen to do so.
+
+use super::drones::{AtStop, Flown, Sighting};
+use super::plan_entry::{FlownFor, PlanEntry};
+use super::planner::{Version, later};
+use super::progress::Progress;
+use super::stops::onward;
+use crate::flight::{ServiceStop, Stop};
+use crate::network::{NodeIx, Topology};
+use crate::wire::EndedAs;
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// So near to the node of a stop, in metres, a drone is at it.
+const AT_STOP_M: f64 = 30.0;
+/// So far from it, in metres, a drone has left.
+const LEFT_M: f64 = 50.0;
+/// The highest speed over ground of a drone, as a multiple of its airspeed: with the wind behind it.
+const FASTEST: f64 = 2.0;
+
+/// How far a drone had come when.
+#[derive(Clone, Copy, Debug)]
+struct Come {
+    at_m: f64,
+    at: Timestamp,
+}
+
+impl FlownFor {
+    /// A delivery that begins.
+    pub(super) fn new(delivery: &str, version: &Version) -> Self {
+        Self {
+            delivery: Arc::from(delivery),
+            stops: count(version.stops.len()),
+            served: 0,
+            landed_on: None,
+        }
+    }
+
+    /// How many of its stops are not among those of a version, as they were served before it begins. One without stops
+    /// may also lead elsewhere.
+    fn before(&self, version: &Version) -> u32 {
+        self.stops.saturating_sub(count(version.stops.len()))
+    }
+
+    /// At how many stops it has been served where its drone flies a version.
+    fn served_on(&self, version: &Version) -> u32 {
+        match version.stops.is_empty() {
+            true => self.served,
+            false => self.served.max(self.before(version)),
+        }
+    }
+
+    /// The place of a stop among those of a version; `None` where that does not have it.
+    fn place_in(&self, version: &Version, stop: u32) -> Option<usize> {
+        let place = stop.checked_sub(self.before(version))?;
+        let place = usize::try_from(place).ok()?;
+        (place < version.stops.len()).then_some(place)
+    }
+
+    /// When the drone arrives by a version at the next stop, or at its end.
+    pub(super) fn expected_at(&self, version: &Version) -> Timestamp {
+        let place = self.place_in(version, self.served_on(version));
+        let stop = place.and_then(|place| stop_of(version, place));
+        stop.map_or_else(
+            || version.arrives_at(),
+            |stop| later(version.departs_at, stop.lands_s),
+        )
+    }
+}
+
+fn count(stops: usize) -> u32 {
+    u32::try_from(stops).unwrap_or(u32::MAX)
+}
+
+/// How a version makes one of its stops; `None` where its flight ends before.
+fn stop_of(version: &Version, place: usize) -> Option<&Stop> {
+    let flight = version.flight.iter();
+    let stops = flight.flat_map(|flight| &flight.composition.plan.stops);
+    stops.filter(|stop| stop.service_s.is_some()).nth(place)
+}
+
+impl PlanEntry {
+    /// The next stop of its delivery, by the version that its drone reported.
+    fn next_stop(&self) -> Option<(u32, &ServiceStop)> {
+        let flown_for = self.flown_for.as_ref()?;
+        let next = flown_for.served_on(&self.reported);
+        let place = flown_for.place_in(&self.reported, next)?;
+        Some((next, &self.reported.stops[place]))
+    }
+
+    /// The same with so many stops served, if that is more.
+    pub(super) fn with_served(&self, served: u32) -> Option<Self> {
+        let flown_for = self.flown_for.as_ref()?;
+        let served = served.min(flown_for.stops);
+        (served > flown_for.served).then(|| Self {
+            flown_for: Some(FlownFor {
+                served,
+                ..flown_for.clone()
+            }),
+            ..self.clone()
+        })
+    }
+
+    /// How far its delivery is once its drone flies another version: what that leaves out was served before it.
+    pub(super) fn taken_up(
+        &self,
+        taken: &Version,
+        topology: &Topology,
+        progress: Option<&Progress>,
+        now: Timestamp,
+    ) -> Option<FlownFor> {
+        let flown_for = self.flown_for.clone()?;
+        let by_version = match taken.stops.is_empty() {
+            false => flown_for.served_on(taken),
+            // It was served everywhere, or is led elsewhere.
+            true => {
+                let ahead = onward(topology, self, progress, now).len();
+                let ahead = count(ahead.saturating_sub(1));
+                flown_for.stops.saturating_sub(ahead)
+            }
+        };
+        Some(FlownFor {
+            served: flown_for.served.max(by_version),
+            ..flown_for
+        })
+    }
+
+    /// How far its delivery is at its end: whoever has landed where the way ends, after a time in which all stops could be
+    /// made, has made them.
+    pub(super) fn ended(
+        &self,
+        topology: &Topology,
+        (how, node): (EndedAs, Option<NodeIx>),
+        flown: Option<&Flown>,
+        now: Timestamp,
+    ) -> Option<FlownFor> {
+        let mut flown_for = self.flown_for.clone()?;
+        if let Some(node) = node {
+            flown_for.landed_on = Some(Arc::from(topology.node_id(node)));
+        }
+        if how != EndedAs::Delivered || self.reported.is_diversion() {
+            return Some(flown_for);
+        }
+        let at_end = Come {
+            at_m: f64::INFINITY,
+            at: now,
+        };
+        let spell = (self.come_before(flown), at_end);
+        flown_for.served = self.made_in(topology, &flown_for, spell, |_| true);
+        Some(flown_for)
+    }
+
+    /// How far its drone had come on what it reported: not at all where nothing says so.
+    fn come_before(&self, flown: Option<&Flown>) -> Come {
+        let version = &self.reported;
+        let flown = flown.filter(|it| it.plan == self.id && it.version == version.number);
+        flown.map_or(
+            Come {
+                at_m: 0.0,
+                at: version.departs_at,
+            },
+            |flown| Come {
+                at_m: flown.at_m,
+                at: flown.at,
+            },
+        )
+    }
+
+    /// At how many stops its drone was served once it has come from one place to another: at those that lie between, which
+    /// it has left, and for which it had the time.
+    fn made_in(
+        &self,
+        topology: &Topology,
+        flown_for: &FlownFor,
+        spell: (Come, Come),
+        has_left: impl Fn(&ServiceStop) -> bool,
+    ) -> u32 {
+        let version = &self.reported;
+        let mut served = flown_for.served_on(version);
+        let mut service_s = 0.0;
+        while let Some(place) = flown_for.place_in(version, served) {
+            let stop = &version.stops[place];
+            service_s += stop.service_s;
+            let could = stop_of(version, place)
+                .is_some_and(|flown| self.could_make(topology, flown, service_s, spell));
+            if !could || !has_left(stop) {
+                break;
+            }
+            served += 1;
+        }
+        served
+    }
+
+    /// Whether its drone, which was before a stop and is beyond it now, had the time to fly there and on, and to be served
+    /// for so long.
+    fn could_make(
+        &self,
+        topology: &Topology,
+        stop: &Stop,
+        service_s: f64,
+        (before, now): (Come, Come),
+    ) -> bool {
+        let version = &self.reported;
+        let length_m = |ends: (NodeIx, NodeIx)| {
+            let [from, to] = [ends.0, ends.1].map(|node| topology.position(node));
+            from.distance_m(to)
+        };
+        let stretch = version.stretch.as_ref();
+        let stretch_m = stretch.map_or(0.0, |stretch| {
+            let node = topology.position(stretch.reentry.node);
+            stretch.begin().distance_m(node)
+        });
+        let legs = &version.composition.legs;
+        let begins_m = |leg: usize| {
+            let before = legs.iter().take(leg);
+            stretch_m + before.map(|leg| length_m((leg.from, leg.to))).sum::<f64>()
+        };
+        let stop_m = begins_m(stop.before_leg);
+        let now_m = now.at_m.min(begins_m(legs.len()));
+        let flying_s = (now_m - before.at_m).max(0.0) / (FASTEST * self.airspeed_mps.max(0.1));
+        let spent_s = now.at.duration_since(before.at).as_secs_f64();
+        before.at_m <= stop_m && stop_m <= now_m && spent_s >= service_s + flying_s
+    }
+
+    /// Where its drone is served, by where it is and was.
+    pub(super) fn at_stop(
+        &self,
+        topology: &Topology,
+        sighting: &Sighting,
+        before: Option<&Sighting>,
+    ) -> Option<AtStop> {
+        let (number, stop) = self.next_stop()?;
+        let known = before.and_then(|before| before.at_stop.clone());
+        let known = known.filter(|it| it.plan == self.id && it.stop == number);
+        let off_m = distance_m(topology, stop.node, sighting);
+        let has_departed = sighting.seen_at >= self.reported.departs_at;
+        let is_there = off_m <= AT_STOP_M && has_departed;
+        if !is_there && known.as_ref().is_none_or(|known| !known.rested) {
+            // It has only flown by.
+            return None;
+        }
+        let rests = is_there && sighting.is_slow(topology.frame(), before);
+        let known = known.unwrap_or_else(|| AtStop {
+            plan: self.id.clone(),
+            stop: number,
+            since: sighting.seen_at,
+            rested: false,
+        });
+        // Its service begins once it rests.
+        let begins = rests && !known.rested;
+        Some(AtStop {
+            rested: known.rested || rests,
+            since: if begins {
+                sighting.seen_at
+            } else {
+                known.since
+            },
+            ..known
+        })
+    }
+
+    /// At how many stops the delivery was served by now, where a sighting shows that these are more than known.
+    pub(super) fn served_by(
+        &self,
+        topology: &Topology,
+        sighting: &Sighting,
+        before: Option<&Sighting>,
+    ) -> Option<u32> {
+        let (number, stop) = self.next_stop()?;
+        let off_m = distance_m(topology, stop.node, sighting);
+        let is_here = |at: &&AtStop| at.plan == self.id && at.stop == number;
+        if let Some(at) = sighting.at_stop.as_ref().filter(is_here) {
+            let stayed_s = sighting.seen_at.duration_since(at.since).as_secs_f64();
+            let has_stayed = off_m <= AT_STOP_M && stayed_s >= stop.service_s;
+            let has_left = at.rested && off_m > LEFT_M;
+            return (has_stayed || has_left).then_some(number + 1);
+        }
+        let flown_for = self.flown_for.as_ref()?;
+        let come = sighting.flown.as_ref()?;
+        let now = Come {
+            at_m: come.at_m,
+            at: come.at,
+        };
+        let last = before.and_then(|before| before.flown.as_ref());
+        let last = self.come_before(last);
+        let has_left = |stop: &ServiceStop| distance_m(topology, stop.node, sighting) > LEFT_M;
+        let served = self.made_in(topology, flown_for, (last, now), has_left);
+        (served > number).then_some(served)
+    }
+}
+
+fn distance_m(topology: &Topology, node: NodeIx, sighting: &Sighting) -> f64 {
+    let place = sighting.position(topology.frame());
+    place.distance_m(topology.position(node))
+}
