@@ -20,6 +20,8 @@ pub mod config;
 #[cfg(feature = "edge")]
 pub mod demo;
 #[cfg(feature = "edge")]
+pub mod dispatch;
+#[cfg(feature = "edge")]
 pub mod edge;
 #[cfg(feature = "edge")]
 pub mod intake;
@@ -38,5 +40,6 @@ pub use skyway_engine::{
 pub use skyway_evaluation::evaluate;
 pub use skyway_formats as formats;
 pub use skyway_maps::{buildings, draw};
+pub use skyway_market as market;
 pub use skyway_pack as pack;
 pub use skyway_planted as planted;

@@ -35,10 +35,18 @@ pub enum Code {
     AlreadyExists,
     /// There is no open way for the plan.
     NoRoute,
+    /// No service fits what was asked for.
+    NoOffer,
+    /// The time of the quote is over.
+    QuoteExpired,
+    /// The delivery stands otherwise than what is asked needs.
+    DeliveryStateConflict,
     /// A closure whose cause is a zone: lift the zone.
     ClosureOfZone,
     /// Something that stands names what a change of the network would take away.
     NetworkInUse,
+    /// A delivery that is not over, or something else that stands, needs it.
+    InUse,
     /// No client moves the clock.
     ClockNotExternal,
     /// The clock is past the instant that it is to be moved to.
@@ -73,6 +81,8 @@ pub enum Code {
     LimitReached,
     /// The edge has no network to answer on yet.
     NotReady,
+    /// No edge answers that could fly.
+    EdgeUnavailable,
     /// The server is draining.
     ShuttingDown,
     /// The store does not answer; try again.

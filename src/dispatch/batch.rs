@@ -1,0 +1,346 @@
+//! The orders of one network that wait at the same time, and the drones that they are given.
+
+use super::Dispatch;
+use super::changes::Change;
+use super::edges::EdgeAddress;
+use super::fleet::{Candidate, Demand};
+use super::records::{Asking, Kept, Order};
+use super::wanted::Stated;
+use super::ways::{Errand, Ways};
+use crate::market::allocation::assign;
+use crate::refusal::{Code, Refusal};
+use crate::wire::{AllocatedDrone, FleetDrone, FleetDroneState, PublishedService};
+use jiff::{SignedDuration, Timestamp};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+/// The most orders that are assigned together; the rest take the next round.
+const TOGETHER_MAX: usize = 256;
+/// The most orders in a round for which a service is looked for.
+const FILLED_MAX: usize = 16;
+/// How long before a pickup its drone is assigned.
+const AHEAD: SignedDuration = SignedDuration::from_mins(15);
+/// How long an order waits until a service is looked for again.
+const LOOK_FOR_SERVICE_AFTER: SignedDuration = SignedDuration::from_secs(5);
+/// How long another process leaves a reservation to the one that made it.
+const LEFT_FOR: SignedDuration = SignedDuration::from_secs(2);
+
+/// An order that a drone is looked for.
+struct Waiting {
+    order: Kept<Order>,
+    service: PublishedService,
+    errand: Errand,
+}
+
+/// The free drones of the providers whose orders wait.
+type Fleets = BTreeMap<String, Vec<Kept<FleetDrone>>>;
+
+impl Dispatch {
+    /// Reserves drones for orders over a network. Tells for which, so that their edge is asked.
+    pub(super) async fn assign_over(
+        &self,
+        network: &str,
+        orders: Vec<Kept<Order>>,
+        now: Timestamp,
+    ) -> Result<Vec<String>, Refusal> {
+        let edge = match self.edge_of(network).await {
+            Ok(edge) => edge,
+            Err(refusal) if refusal.code == Code::EdgeUnavailable => {
+                for order in orders {
+                    self.note(order, refusal.detail.clone(), now, now).await?;
+                }
+                return Ok(Vec::new());
+            }
+            Err(refusal) => return Err(refusal),
+        };
+        let ways = self.ways(network).await?;
+        let waiting = self.ready(&ways, orders, now).await?;
+        let fleets = self.fleets(&waiting).await?;
+        let candidates: Vec<Candidate<'_>> = fleets
+            .values()
+            .flatten()
+            .filter_map(|drone| {
+                let home = ways.node(drone.value.home.text())?;
+                Some(Candidate { drone, home })
+            })
+            .collect();
+        let costs: Vec<Vec<Option<f64>>> = waiting
+            .iter()
+            .map(|order| order.costs(&candidates, now))
+            .collect();
+        let (kept, costs) = nearest(&costs, candidates.len());
+        let assigned = {
+            let costs = costs.clone();
+            tokio::task::spawn_blocking(move || assign(&costs)).await
+        };
+        let assigned = assigned.map_err(|error| {
+            Refusal::new(Code::Internal, format!("a computation failed: {error}"))
+        })?;
+        let together = waiting.len();
+        let mut reserved = Vec::new();
+        for ((order, row), column) in waiting.into_iter().zip(&costs).zip(assigned) {
+            let fitting = row.iter().flatten().count();
+            let Some((column, cost_m)) = column.and_then(|column| Some((column, row[column]?)))
+            else {
+                self.note_waiting(order, fitting, now).await?;
+                continue;
+            };
+            let candidate = &candidates[kept[column]];
+            let explanation = explain(&order, candidate, cost_m, (fitting, together));
+            let id = order.order.document.id.clone();
+            let choice = (candidate, cost_m, explanation);
+            if self.reserve(order, choice, &edge, now).await? {
+                reserved.push(id);
+            }
+        }
+        Ok(reserved)
+    }
+
+    /// The orders whose drone is looked for now; the others are noted.
+    async fn ready(
+        &self,
+        ways: &Arc<Ways>,
+        orders: Vec<Kept<Order>>,
+        now: Timestamp,
+    ) -> Result<Vec<Waiting>, Refusal> {
+        let mut services: BTreeMap<String, Option<PublishedService>> = BTreeMap::new();
+        let mut waiting = Vec::new();
+        let mut filled = 0;
+        for order in orders {
+            if waiting.len() >= TOGETHER_MAX {
+                self.orders.notify_one();
+                break;
+            }
+            let Some(id) = order.value.delivery.service_id.clone() else {
+                if filled < FILLED_MAX {
+                    filled += 1;
+                    self.fill(order, now).await?;
+                }
+                continue;
+            };
+            let assigned_from = order
+                .value
+                .start_time()
+                .saturating_sub(AHEAD)
+                .unwrap_or(now);
+            if assigned_from > now {
+                let reason = format!("its drone is assigned from {assigned_from} on");
+                self.note(order, reason, assigned_from, now).await?;
+                continue;
+            }
+            if !services.contains_key(&id) {
+                let found = match self.service_by_id(&id).await {
+                    Ok(service) => Some(service),
+                    Err(refusal) if refusal.code == Code::NotFound => None,
+                    Err(refusal) => return Err(refusal),
+                };
+                services.insert(id.clone(), found);
+            }
+            let delivery = &order.value.delivery;
+            let nodes = ways
+                .node(delivery.source.text())
+                .zip(ways.node(delivery.destination.text()));
+            match (services.get(&id).cloned().flatten(), nodes) {
+                (Some(service), Some((pickup, drop))) => waiting.push(Waiting {
+                    errand: Errand::between(ways, pickup, drop).await?,
+                    order,
+                    service,
+                }),
+                (None, _) => {
+                    let reason = format!("the service '{id}' is offered no more");
+                    self.note(order, reason, now, now).await?;
+                }
+                (_, None) => {
+                    let reason = "its pickup or its drop is on the network no more".to_owned();
+                    self.note(order, reason, now, now).await?;
+                }
+            }
+        }
+        Ok(waiting)
+    }
+
+    /// Looks for a service for an order that has none.
+    async fn fill(&self, mut order: Kept<Order>, now: Timestamp) -> Result<(), Refusal> {
+        let delivery = &order.value.delivery;
+        let stated = Stated {
+            network: &delivery.network,
+            source: &delivery.source,
+            destination: &delivery.destination,
+            payload_kg: delivery.payload_kg,
+            start_time: Some(&delivery.start_time),
+            arrive_by: delivery.arrive_by.as_deref(),
+            price_max: delivery.price_max.as_ref(),
+            on_time_min_fraction: None,
+        };
+        let later = now.saturating_add(LOOK_FOR_SERVICE_AFTER).unwrap_or(now);
+        let wanted = match self.wanted(stated, "order").await {
+            Ok(wanted) => wanted,
+            Err(refusal) if refusal.code == Code::PlanInvalid => {
+                return self.note(order, refusal.detail, later, now).await;
+            }
+            Err(refusal) => return Err(refusal),
+        };
+        match self.cheapest(&wanted).await? {
+            Ok((service, fit)) => {
+                let delivery = &mut order.value.delivery;
+                delivery.service_id.clone_from(&service.id);
+                delivery.provider.clone_from(&service.provider);
+                delivery.price = Some(fit.price);
+                delivery.reason = None;
+                order.value.dispatch.next_look_ms = now.as_millisecond();
+                let change = Change {
+                    order,
+                    drone: None,
+                    is_told: false,
+                };
+                self.commit_change(&change, now).await?;
+                self.orders.notify_one();
+                Ok(())
+            }
+            Err(passed_over) => {
+                let reason = match passed_over.first() {
+                    Some(first) => format!(
+                        "no service fits it yet; '{}': {}",
+                        first.service_id, first.text
+                    ),
+                    None => "no service is offered over its network yet".to_owned(),
+                };
+                self.note(order, reason, later, now).await
+            }
+        }
+    }
+
+    async fn fleets(&self, waiting: &[Waiting]) -> Result<Fleets, Refusal> {
+        let providers: BTreeSet<&str> = waiting.iter().map(Waiting::provider).collect();
+        let mut fleets = Fleets::new();
+        for provider in providers {
+            let available = self.fleet(provider, &[FleetDroneState::Available]).await?;
+            fleets.insert(provider.to_owned(), available);
+        }
+        Ok(fleets)
+    }
+
+    async fn note_waiting(
+        &self,
+        waiting: Waiting,
+        fitting: usize,
+        now: Timestamp,
+    ) -> Result<(), Refusal> {
+        // What an edge has said of the last drone tells more than that none is left.
+        let was_refused = waiting.order.value.dispatch.failures > 0;
+        if fitting == 0 && was_refused {
+            return Ok(());
+        }
+        let service = waiting.service.id.as_deref().unwrap_or_default();
+        let reason = match fitting {
+            0 => format!("no drone of the service '{service}' that fits is free"),
+            1 => "the only drone that is free flies another order first".to_owned(),
+            _ => format!("the {fitting} drones that are free fly other orders first"),
+        };
+        self.note(waiting.order, reason, now, now).await
+    }
+
+    /// Reserves a drone: nobody else has it, or it is not reserved. Tells whether it is.
+    async fn reserve(
+        &self,
+        waiting: Waiting,
+        (candidate, cost_m, explanation): (&Candidate<'_>, f64, String),
+        edge: &EdgeAddress,
+        now: Timestamp,
+    ) -> Result<bool, Refusal> {
+        let Waiting {
+            mut order,
+            service,
+            errand,
+        } = waiting;
+        let mut drone = candidate.drone.clone();
+        let id = order.document.id.clone();
+        drone.set(FleetDroneState::Assigned, Some(&id));
+        let dispatch = &mut order.value.dispatch;
+        dispatch.asking = Asking::Reserving;
+        dispatch.home = drone.value.home.text().to_owned();
+        dispatch.airframe = drone.value.airframe.clone().or(service.airframe);
+        dispatch.fetch_m = errand.fetch_m(candidate.home).unwrap_or(0.0);
+        dispatch.reserved += 1;
+        dispatch.asked_since_ms = now.as_millisecond();
+        let left_until = now.saturating_add(LEFT_FOR).unwrap_or(now);
+        dispatch.next_look_ms = left_until.as_millisecond();
+        let plan_id = format!("delivery-{id}-{}", dispatch.reserved);
+        order.value.delivery.allocation = Some(AllocatedDrone {
+            drone_id: drone.document.id.clone(),
+            edge: edge.id.clone(),
+            plan_id,
+            cost_m,
+            explanation,
+        });
+        let change = Change {
+            order,
+            drone: Some(drone),
+            is_told: false,
+        };
+        self.commit_change(&change, now).await
+    }
+}
+
+impl Waiting {
+    fn provider(&self) -> &str {
+        let provider = self.order.value.delivery.provider.as_deref();
+        provider.unwrap_or_default()
+    }
+
+    /// By drone what fetching, flying and returning cost, in metres; none where it cannot fly it.
+    fn costs(&self, candidates: &[Candidate<'_>], now: Timestamp) -> Vec<Option<f64>> {
+        let demand = Demand {
+            network: &self.order.value.delivery.network,
+            payload_kg: self.order.value.delivery.payload_kg,
+            now,
+        };
+        let dispatch = &self.order.value.dispatch;
+        let costs = candidates.iter().map(|candidate| {
+            let Kept { document, value } = candidate.drone;
+            let is_fit = document.tenant == self.provider()
+                && demand.fits(value, &self.service)
+                && !dispatch.passes_over(&document.id, now);
+            is_fit
+                .then(|| self.errand.round_m(candidate.home))
+                .flatten()
+        });
+        costs.collect()
+    }
+}
+
+/// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in
+/// no best assignment, as one of these would be left.
+fn nearest(costs: &[Vec<Option<f64>>], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
+    let mut is_kept = vec![false; drones];
+    for row in costs {
+        let possible = row.iter().enumerate();
+        let mut possible: Vec<(usize, f64)> = possible
+            .filter_map(|(drone, cost_m)| Some((drone, (*cost_m)?)))
+            .collect();
+        possible.sort_by(|one, other| one.1.total_cmp(&other.1));
+        for (drone, _) in possible.into_iter().take(costs.len()) {
+            is_kept[drone] = true;
+        }
+    }
+    let kept: Vec<usize> = (0..drones).filter(|&drone| is_kept[drone]).collect();
+    let rows = costs.iter();
+    let rows = rows.map(|row| kept.iter().map(|&drone| row[drone]).collect());
+    let rows = rows.collect();
+    (kept, rows)
+}
+
+fn explain(
+    waiting: &Waiting,
+    candidate: &Candidate<'_>,
+    cost_m: f64,
+    (fitting, together): (usize, usize),
+) -> String {
+    let fetch_m = waiting.errand.fetch_m(candidate.home).unwrap_or(0.0);
+    let why = if together == 1 {
+        format!("the shortest flight of {fitting} free drones that fit")
+    } else {
+        format!("the shortest flights for {together} orders together")
+    };
+    format!("{why}: {fetch_m:.0} m to the pickup, {cost_m:.0} m in all")
+}

@@ -1,0 +1,176 @@
+//! Orders looked at, and the proof that providers add.
+
+use super::Dispatch;
+use super::orders::{DECISIONS, contended};
+use super::records::{Kept, Order};
+use super::views::{Eyes, view};
+use crate::access::{Caller, Owners, Role};
+use crate::intake::{Faults, PageRequest, token};
+use crate::refusal::{Code, Refusal};
+use crate::registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use crate::wire::{Deliveries, Delivery, DeliveryStatus, ProofOfDelivery, Recipient};
+
+const WHAT: &str = "delivery";
+/// The longest reference to a photo, in bytes.
+const PHOTO_BYTES_MAX: usize = 500;
+/// The longest code of a recipient, in bytes.
+const CODE_BYTES_MAX: usize = 64;
+
+impl Dispatch {
+    /// A page of the deliveries that a caller sees, by id: the oldest first.
+    ///
+    /// # Errors
+    /// When the page is none, or the store does not answer.
+    pub async fn deliveries(
+        &self,
+        caller: &Caller,
+        page: &PageRequest,
+    ) -> Result<Deliveries, Refusal> {
+        let page = page.check()?;
+        let is_of_tenant = caller.role.is_of_tenant();
+        let query = DocumentQuery {
+            kind: DocumentKind::Delivery,
+            of: is_of_tenant.then(|| caller.tenant.to_string()),
+            states: Vec::new(),
+            after: page.after,
+            limit: page.size as u64 + 1,
+        };
+        let mut documents = self.documents.documents(&query).await?;
+        let has_more = documents.len() > page.size;
+        documents.truncate(page.size);
+        let last = documents.last().filter(|_| has_more);
+        let next_page_token = last.map(|last| token(&last.id));
+        let views = documents.into_iter().map(|document| {
+            let order: Kept<Order> = Kept::read(document)?;
+            let eyes = Eyes::of(caller, &order.value.delivery);
+            Ok(view(&order.value, eyes, None))
+        });
+        Ok(Deliveries {
+            deliveries: views.collect::<Result<_, Refusal>>()?,
+            next_page_token,
+        })
+    }
+
+    /// A delivery; to its customer with the recipient.
+    ///
+    /// # Errors
+    /// When there is none that the caller may see, or the store does not answer.
+    pub async fn delivery(&self, caller: &Caller, id: &str) -> Result<Delivery, Refusal> {
+        let order = self.seen_order(caller, id).await?;
+        self.told(caller, &order).await
+    }
+
+    /// A delivery as a caller is told it.
+    pub(super) async fn told(
+        &self,
+        caller: &Caller,
+        order: &Kept<Order>,
+    ) -> Result<Delivery, Refusal> {
+        let eyes = Eyes::of(caller, &order.value.delivery);
+        let recipient = match eyes {
+            Eyes::Customer => self.recipient(&order.document.id).await?,
+            Eyes::Provider | Eyes::Operator => None,
+        };
+        Ok(view(&order.value, eyes, recipient))
+    }
+
+    async fn recipient(&self, id: &str) -> Result<Option<Recipient>, Refusal> {
+        let kind = DocumentKind::Recipient;
+        let document = self.documents.document(kind, id).await?;
+        let kept: Option<Kept<Recipient>> = document.map(Kept::read).transpose()?;
+        Ok(kept.map(|kept| kept.value))
+    }
+
+    /// An order, whoever asks.
+    ///
+    /// # Errors
+    /// When there is none, or the store does not answer.
+    pub(super) async fn order(&self, id: &str) -> Result<Kept<Order>, Refusal> {
+        let document = self.documents.document(DocumentKind::Delivery, id).await?;
+        Kept::read(document.ok_or_else(|| Refusal::not_found(WHAT, id))?)
+    }
+
+    /// An order that a caller may see; to others it is not there.
+    pub(super) async fn seen_order(
+        &self,
+        caller: &Caller,
+        id: &str,
+    ) -> Result<Kept<Order>, Refusal> {
+        let order = self.order(id).await?;
+        let owners = Owners {
+            tenant: &order.document.tenant,
+            party: &order.document.party,
+        };
+        match caller.sees(&owners) {
+            true => Ok(order),
+            false => Err(Refusal::not_found(WHAT, id)),
+        }
+    }
+
+    /// Adds what its provider has of a delivery's proof: a photo, a code, the place. When it arrived, the flight has told.
+    ///
+    /// # Errors
+    /// When there is no such delivery of the provider's, it has not arrived, or the store does not answer.
+    pub async fn prove_delivery(
+        &self,
+        caller: &Caller,
+        id: &str,
+        proof: &ProofOfDelivery,
+    ) -> Result<Delivery, Refusal> {
+        check_proof(proof)?;
+        for _ in 0..DECISIONS {
+            let mut order = self.seen_order(caller, id).await?;
+            let is_its_provider = *caller.tenant == *order.document.party;
+            if caller.role.is_of_tenant() && !is_its_provider {
+                return Err(Refusal::not_found(WHAT, id));
+            }
+            let delivery = &mut order.value.delivery;
+            let status = delivery.status;
+            let arrived = (status == DeliveryStatus::Delivered)
+                .then_some(&mut delivery.proof)
+                .and_then(Option::as_mut);
+            let Some(arrived) = arrived else {
+                let detail = format!("the delivery is {}, not delivered", status.name());
+                return Err(Refusal::new(Code::DeliveryStateConflict, detail));
+            };
+            complete(arrived, proof);
+            let commit = Commit {
+                seen: vec![order.seen()],
+                puts: vec![order.next(self.clock.now())],
+                ..Commit::default()
+            };
+            if self.documents.commit(&commit).await? == Committed::Done {
+                return self.told(caller, &order).await;
+            }
+        }
+        Err(contended())
+    }
+}
+
+fn check_proof(proof: &ProofOfDelivery) -> Result<(), Refusal> {
+    let mut faults = Faults::default();
+    faults.instant("/at", Some(&proof.at));
+    faults.number("/lon", proof.lon, -180.0, 180.0);
+    faults.number("/lat", proof.lat, -90.0, 90.0);
+    faults.text("/photo", proof.photo.as_deref(), PHOTO_BYTES_MAX);
+    faults.text("/code", proof.code.as_deref(), CODE_BYTES_MAX);
+    faults.check(Code::BodyInvalid, "proof")
+}
+
+/// Adds to a proof what it lacks. What the flight has told stays.
+fn complete(arrived: &mut ProofOfDelivery, added: &ProofOfDelivery) {
+    if arrived.lon.is_none() && arrived.lat.is_none() {
+        (arrived.lon, arrived.lat) = (added.lon, added.lat);
+    }
+    arrived.photo = added.photo.clone().or(arrived.photo.take());
+    arrived.code = added.code.clone().or(arrived.code.take());
+}
+
+/// Whether a caller may call a delivery off: its customer, and who may everything.
+pub(super) fn may_call_off(caller: &Caller, order: &Order) -> bool {
+    match caller.role {
+        Role::Operator | Role::Anyone => true,
+        Role::Customer | Role::Provider => *caller.tenant == *order.delivery.customer,
+        Role::Drone | Role::Edge | Role::Metrics => false,
+    }
+}

@@ -1,0 +1,45 @@
+//! What webhooks are told of deliveries: each change of status, without prices and without personal data.
+
+use super::Dispatch;
+use super::records::{Order, text};
+use super::webhooks::Telling;
+use crate::refusal::Refusal;
+use crate::registry::documents::Message;
+use jiff::Timestamp;
+use serde_json::json;
+
+impl Dispatch {
+    /// The messages that tell how an order stands since its last change; to be committed with that.
+    ///
+    /// # Errors
+    /// When the store does not answer.
+    pub(super) async fn status_messages(
+        &self,
+        order: &Order,
+        at: Timestamp,
+    ) -> Result<Vec<Message>, Refusal> {
+        let delivery = &order.delivery;
+        let event = format!("delivery.{}", delivery.status.name());
+        let mut data = json!({"delivery_id": delivery.id, "status": delivery.status});
+        if let Some(expected_at) = &delivery.expected_at {
+            data["expected_at"] = json!(expected_at);
+        }
+        if let Some(reference) = &delivery.reference {
+            data["reference"] = json!(reference);
+        }
+        let body = json!({"type": event, "timestamp": at.to_string(), "data": data});
+        let provider = delivery.provider.as_deref();
+        let tenants: Vec<&str> = [Some(delivery.customer.as_str()), provider]
+            .into_iter()
+            .flatten()
+            .collect();
+        self.messages_about(&Telling {
+            tenants: &tenants,
+            event: &event,
+            subject: &delivery.id,
+            number: order.dispatch.changes,
+            body: &text(&body),
+        })
+        .await
+    }
+}

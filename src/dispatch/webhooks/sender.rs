@@ -1,0 +1,329 @@
+//! What sends messages: those that are due, several at once, one after the other for each subject of a webhook.
+//!
+//! Before an attempt a message is put off, so that another process does not send it at the same time, and so that it is
+//! sent again where this one ends in the middle. Nothing else keeps two processes apart: an endpoint may get a message
+//! twice, by the same id.
+
+use super::endpoint::Endpoint;
+use super::outgoing::{Outcome, Outgoing, Signed};
+use super::pace::{ATTEMPTS_MAX, wait_after};
+use super::queue::{DELIVERED, GIVEN_UP, PENDING};
+use crate::clock::Clock;
+use crate::refusal::Refusal;
+use crate::registry::documents::{Commit, Committed, DocumentKind, Documents, Message, Seen};
+use crate::wire::WebhookState;
+use jiff::Timestamp;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::Notify;
+use tokio::task::JoinSet;
+
+/// Messages that are sent at once.
+const IN_FLIGHT_MAX: usize = 64;
+/// Of these, to one webhook.
+const IN_FLIGHT_PER_WEBHOOK: usize = 8;
+/// How many due messages are looked at.
+const PAGE: u64 = 256;
+/// For so long a message that is being sent is put off; an attempt takes less.
+const LEASE_MS: i64 = 20_000;
+/// The longest wait before it is looked for messages of other processes.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// For so long nothing was taken: the webhook is disabled.
+const DISABLED_AFTER_MS: i64 = 24 * 3_600_000;
+/// How many messages are looked through for one that was taken.
+const LOOKED_THROUGH_MAX: u64 = 20_000;
+/// How often a webhook is disabled anew because others got in between.
+const DECISIONS: u32 = 16;
+
+/// What sends.
+#[derive(Debug)]
+pub(super) struct Sender {
+    pub(super) documents: Arc<dyn Documents>,
+    pub(super) clock: Clock,
+    pub(super) outgoing: Outgoing,
+}
+
+/// What is being sent, and how webhooks have taken what was.
+#[derive(Debug, Default)]
+struct Underway {
+    /// Webhook and subject of each message.
+    subjects: BTreeSet<(String, String)>,
+    /// How many attempts in a row a webhook has not taken.
+    failures: BTreeMap<String, u32>,
+}
+
+impl Underway {
+    fn of(&self, webhook: &str) -> usize {
+        let first = (webhook.to_owned(), String::new());
+        let from_here = self.subjects.range(first..);
+        from_here.take_while(|(other, _)| other == webhook).count()
+    }
+
+    fn ended(&mut self, attempted: Attempted) {
+        let Attempted {
+            webhook,
+            subject,
+            is_taken,
+        } = attempted;
+        self.subjects.remove(&(webhook.clone(), subject));
+        if is_taken == Some(false) {
+            *self.failures.entry(webhook).or_default() += 1;
+        } else {
+            self.failures.remove(&webhook);
+        }
+    }
+}
+
+/// That an attempt has ended.
+#[derive(Debug)]
+struct Attempted {
+    webhook: String,
+    subject: String,
+    /// Whether the webhook has taken it; none where it was not called.
+    is_taken: Option<bool>,
+}
+
+impl Sender {
+    /// Sends what is due, for ever; `news` says that there may be more.
+    pub(super) async fn run(self: Arc<Self>, news: &Notify) {
+        let mut underway = Underway::default();
+        let mut attempts = JoinSet::new();
+        loop {
+            let wait = match self.start_due(&mut underway, &mut attempts).await {
+                Ok(wait) => wait,
+                Err(refusal) => {
+                    tracing::warn!(%refusal, "cannot look for messages to webhooks");
+                    LOOK_EVERY
+                }
+            };
+            tokio::select! {
+                Some(ended) = attempts.join_next() => note(ended, &mut underway),
+                () = news.notified() => {}
+                () = tokio::time::sleep(wait) => {}
+            }
+            while let Some(ended) = attempts.try_join_next() {
+                note(ended, &mut underway);
+            }
+        }
+    }
+
+    /// Starts what is due and has room; tells after which time to look again, if nothing ends before.
+    async fn start_due(
+        self: &Arc<Self>,
+        underway: &mut Underway,
+        attempts: &mut JoinSet<Attempted>,
+    ) -> Result<Duration, Refusal> {
+        let now_ms = self.now_ms();
+        let due = self.documents.due_messages(now_ms, PAGE).await?;
+        let is_page_full = due.len() as u64 == PAGE;
+        let mut has_waiting = false;
+        for message in due {
+            let entry = (message.webhook.clone(), message.subject.clone());
+            if underway.subjects.contains(&entry) {
+                continue;
+            }
+            let is_room = underway.subjects.len() < IN_FLIGHT_MAX;
+            if is_room && underway.of(&message.webhook) < IN_FLIGHT_PER_WEBHOOK {
+                underway.subjects.insert(entry);
+                attempts.spawn(self.clone().attempt(message));
+                continue;
+            }
+            has_waiting = true;
+            // One that takes nothing must not fill the page, before those that would.
+            if let Some(&failures) = underway.failures.get(&message.webhook)
+                && is_page_full
+            {
+                self.put_off(message, failures).await?;
+            }
+        }
+        if has_waiting {
+            return Ok(LOOK_EVERY);
+        }
+        let next = self.documents.next_due().await?;
+        let next = next.and_then(|due_ms| Timestamp::from_millisecond(due_ms).ok());
+        let wait = next.and_then(|next| self.clock.real_duration_until(next));
+        // What is being sent is due until it is put off.
+        let shortest = match underway.subjects.is_empty() {
+            true => Duration::ZERO,
+            false => LOOK_EVERY,
+        };
+        Ok(wait.unwrap_or(LOOK_EVERY).clamp(shortest, LOOK_EVERY))
+    }
+
+    async fn put_off(&self, mut message: Message, failures: u32) -> Result<(), Refusal> {
+        message.due_ms = self.now_ms().saturating_add(spread_ms(failures));
+        Ok(self.documents.settle_message(&message).await?)
+    }
+
+    async fn attempt(self: Arc<Self>, message: Message) -> Attempted {
+        let (webhook, subject) = (message.webhook.clone(), message.subject.clone());
+        let sent = self.send(message).await;
+        if let Err(refusal) = &sent {
+            tracing::warn!(webhook, %refusal, "cannot note what became of a message to a webhook");
+            // It may still be due, and would be tried again at once.
+            tokio::time::sleep(LOOK_EVERY).await;
+        }
+        Attempted {
+            webhook,
+            subject,
+            is_taken: sent.unwrap_or_default(),
+        }
+    }
+
+    /// Sends a message once and notes what came of it; tells whether it was taken, or nothing where there is no one to call.
+    async fn send(&self, mut message: Message) -> Result<Option<bool>, Refusal> {
+        let kind = DocumentKind::Webhook;
+        let Some(document) = self.documents.document(kind, &message.webhook).await? else {
+            self.give_up(message, "the webhook was deleted").await?;
+            return Ok(None);
+        };
+        let endpoint = Endpoint::of(&document)?;
+        if endpoint.state == WebhookState::Disabled {
+            self.give_up(message, "the webhook is disabled").await?;
+            return Ok(None);
+        }
+        message.attempts = message.attempts.saturating_add(1);
+        message.due_ms = self.now_ms().saturating_add(LEASE_MS);
+        self.documents.settle_message(&message).await?;
+        let now = self.clock.now();
+        let signed = Signed {
+            id: message.id.clone(),
+            sent_at_s: now.as_second(),
+            signature: endpoint.sign(&message.id, now, &message.body),
+            body: message.body.clone(),
+        };
+        let outcome = self.outgoing.send(&endpoint.url, &signed).await;
+        tracing::debug!(
+            webhook = message.webhook,
+            message = message.id,
+            outcome = outcome.text(),
+            "a webhook was called"
+        );
+        self.settle(message, &outcome).await?;
+        Ok(Some(matches!(outcome, Outcome::Taken(_))))
+    }
+
+    async fn settle(&self, mut message: Message, outcome: &Outcome) -> Result<(), Refusal> {
+        message.last_outcome = Some(outcome.text());
+        if let Outcome::Taken(_) = outcome {
+            message.state = DELIVERED.to_owned();
+            message.due_ms = self.now_ms();
+            return Ok(self.documents.settle_message(&message).await?);
+        }
+        // Another process, or the owner, may have been faster.
+        let current = self.documents.message(&message.id).await?;
+        let is_ours = current.is_some_and(|current| {
+            current.state == PENDING && current.attempts == message.attempts
+        });
+        if !is_ours {
+            return Ok(());
+        }
+        if *outcome == Outcome::Gone {
+            let webhook = message.webhook.clone();
+            self.give_up(message, &outcome.text()).await?;
+            return self
+                .disable(&webhook, "it answered that it wants nothing more (410)")
+                .await;
+        }
+        if message.attempts < ATTEMPTS_MAX {
+            message.due_ms = self.now_ms().saturating_add(spread_ms(message.attempts));
+            return Ok(self.documents.settle_message(&message).await?);
+        }
+        let webhook = message.webhook.clone();
+        self.give_up(message, &outcome.text()).await?;
+        if !self.has_taken_lately(&webhook).await? {
+            self.disable(&webhook, "it took nothing for a day").await?;
+        }
+        Ok(())
+    }
+
+    async fn give_up(&self, mut message: Message, why: &str) -> Result<(), Refusal> {
+        message.state = GIVEN_UP.to_owned();
+        message.last_outcome = Some(why.to_owned());
+        message.due_ms = self.now_ms();
+        Ok(self.documents.settle_message(&message).await?)
+    }
+
+    /// Whether a webhook has taken anything for a day, as its messages say; those before two days were settled longer ago.
+    async fn has_taken_lately(&self, webhook: &str) -> Result<bool, Refusal> {
+        let since_ms = self.now_ms().saturating_sub(DISABLED_AFTER_MS);
+        let mut before = None;
+        for _ in 0..LOOKED_THROUGH_MAX / PAGE {
+            let messages = self.documents.messages(webhook, before, PAGE).await?;
+            let is_lately =
+                |message: &Message| message.state == DELIVERED && message.due_ms >= since_ms;
+            if messages.iter().any(is_lately) {
+                return Ok(true);
+            }
+            let Some(last) = messages.last() else {
+                return Ok(false);
+            };
+            if last.created_ms < since_ms.saturating_sub(DISABLED_AFTER_MS) {
+                return Ok(false);
+            }
+            before = Some((last.created_ms, last.id.clone()));
+        }
+        Ok(false)
+    }
+
+    async fn disable(&self, webhook: &str, reason: &str) -> Result<(), Refusal> {
+        let kind = DocumentKind::Webhook;
+        for _ in 0..DECISIONS {
+            let Some(before) = self.documents.document(kind, webhook).await? else {
+                return Ok(());
+            };
+            let endpoint = Endpoint::of(&before)?;
+            if endpoint.state == WebhookState::Disabled {
+                return Ok(());
+            }
+            let version = before.version + 1;
+            let endpoint = endpoint.disable(reason);
+            let after = endpoint.document(webhook, &before.tenant, version, self.now_ms())?;
+            let commit = Commit {
+                seen: vec![Seen {
+                    kind,
+                    id: webhook.to_owned(),
+                    version: Some(before.version),
+                }],
+                puts: vec![after],
+                ..Commit::default()
+            };
+            if self.documents.commit(&commit).await? != Committed::Moved {
+                let tenant = before.tenant;
+                tracing::warn!(
+                    webhook,
+                    tenant,
+                    reason,
+                    "a webhook is disabled until its owner puts it again"
+                );
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn now_ms(&self) -> i64 {
+        self.clock.now().as_millisecond()
+    }
+}
+
+fn note(ended: Result<Attempted, tokio::task::JoinError>, underway: &mut Underway) {
+    match ended {
+        Ok(attempted) => underway.ended(attempted),
+        // Only who drops all attempts stops one without a defect.
+        Err(error) => {
+            if let Ok(defect) = error.try_into_panic() {
+                std::panic::resume_unwind(defect);
+            }
+        }
+    }
+}
+
+/// How long to wait after so many failures, somewhere in the spread.
+fn spread_ms(failures: u32) -> i64 {
+    // Without random bits they are sent together: slower, and nothing worse.
+    let share = getrandom::u32().map_or(0.5, |random| f64::from(random) / f64::from(u32::MAX));
+    let wait = wait_after(failures, share);
+    i64::try_from(wait.as_millis()).unwrap_or(i64::MAX)
+}

@@ -1,0 +1,193 @@
+//! Documents and messages in memory, as far as webhooks need them.
+
+use crate::registry::documents::{
+    Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Message,
+    PositionRow,
+};
+use crate::registry::store::{Answer, KeptReply, StoreError};
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What is kept.
+#[derive(Debug, Default)]
+struct Kept {
+    documents: BTreeMap<(DocumentKind, String), Document>,
+    messages: BTreeMap<String, Message>,
+}
+
+/// A store that is gone with the test.
+#[derive(Debug, Default)]
+pub(super) struct Memory(Mutex<Kept>);
+
+impl Memory {
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn now<'a, T: Send + 'a>(value: T) -> Answer<'a, T> {
+    Box::pin(async move { Ok(value) })
+}
+
+fn not_here<'a, T: Send + 'a>() -> Answer<'a, T> {
+    let message = "it is not kept in memory".to_owned();
+    Box::pin(async move { Err(StoreError::Unavailable { message }) })
+}
+
+/// Whether no message about the same, to the same webhook, comes before.
+fn is_first(message: &Message, all: &BTreeMap<String, Message>) -> bool {
+    !all.values().any(|other| {
+        other.state == "pending"
+            && (&other.webhook, &other.subject) == (&message.webhook, &message.subject)
+            && other.number < message.number
+    })
+}
+
+impl Documents for Memory {
+    fn document<'a>(&'a self, kind: DocumentKind, id: &'a str) -> Answer<'a, Option<Document>> {
+        now(self.kept().documents.get(&(kind, id.to_owned())).cloned())
+    }
+
+    fn documents<'a>(&'a self, query: &'a DocumentQuery) -> Answer<'a, Vec<Document>> {
+        let kept = self.kept();
+        let found = kept.documents.values().filter(|document| {
+            let of = query.of.as_ref();
+            let is_of = of.is_none_or(|of| [&document.tenant, &document.party].contains(&of));
+            let stands_so = query.states.is_empty() || query.states.contains(&document.state);
+            let is_after = query
+                .after
+                .as_ref()
+                .is_none_or(|after| document.id > *after);
+            document.kind == query.kind && is_of && stands_so && is_after
+        });
+        let limit = usize::try_from(query.limit).expect("a small limit");
+        now(found.take(limit).cloned().collect())
+    }
+
+    fn count_documents<'a>(
+        &'a self,
+        kind: DocumentKind,
+        tenant: Option<&'a str>,
+    ) -> Answer<'a, u64> {
+        let kept = self.kept();
+        let of_kind = kept
+            .documents
+            .values()
+            .filter(|document| document.kind == kind);
+        let counted =
+            of_kind.filter(|document| tenant.is_none_or(|tenant| document.tenant == tenant));
+        now(counted.count() as u64)
+    }
+
+    fn commit<'a>(&'a self, commit: &'a Commit) -> Answer<'a, Committed> {
+        let mut kept = self.kept();
+        let has_moved = commit.seen.iter().any(|seen| {
+            let current = kept.documents.get(&(seen.kind, seen.id.clone()));
+            current.map(|document| document.version) != seen.version
+        });
+        if has_moved {
+            return now(Committed::Moved);
+        }
+        for document in &commit.puts {
+            let key = (document.kind, document.id.clone());
+            kept.documents.insert(key, document.clone());
+        }
+        for key in &commit.deletes {
+            kept.documents.remove(key);
+        }
+        for message in &commit.messages {
+            kept.messages.insert(message.id.clone(), message.clone());
+        }
+        now(Committed::Done)
+    }
+
+    fn due_messages(&self, now_ms: i64, limit: u64) -> Answer<'_, Vec<Message>> {
+        let kept = self.kept();
+        let due = kept.messages.values().filter(|message| {
+            message.state == "pending"
+                && message.due_ms <= now_ms
+                && is_first(message, &kept.messages)
+        });
+        let mut due: Vec<Message> = due.cloned().collect();
+        due.sort_by_key(|message| message.due_ms);
+        due.truncate(usize::try_from(limit).expect("a small limit"));
+        now(due)
+    }
+
+    fn next_due(&self) -> Answer<'_, Option<i64>> {
+        let kept = self.kept();
+        let first = kept
+            .messages
+            .values()
+            .filter(|message| message.state == "pending" && is_first(message, &kept.messages));
+        now(first.map(|message| message.due_ms).min())
+    }
+
+    fn settle_message<'a>(&'a self, message: &'a Message) -> Answer<'a, ()> {
+        self.kept()
+            .messages
+            .insert(message.id.clone(), message.clone());
+        now(())
+    }
+
+    fn messages<'a>(
+        &'a self,
+        webhook: &'a str,
+        before: Option<(i64, String)>,
+        limit: u64,
+    ) -> Answer<'a, Vec<Message>> {
+        let kept = self.kept();
+        let of_webhook = kept
+            .messages
+            .values()
+            .filter(|message| message.webhook == webhook);
+        let place = |message: &Message| (message.created_ms, message.id.clone());
+        let earlier = of_webhook.filter(|message| {
+            before
+                .as_ref()
+                .is_none_or(|before| place(message) < *before)
+        });
+        let mut found: Vec<Message> = earlier.cloned().collect();
+        found.sort_by_key(|message| std::cmp::Reverse(place(message)));
+        found.truncate(usize::try_from(limit).expect("a small limit"));
+        now(found)
+    }
+
+    fn message<'a>(&'a self, id: &'a str) -> Answer<'a, Option<Message>> {
+        now(self.kept().messages.get(id).cloned())
+    }
+
+    fn kept_reply<'a>(&'a self, _: &'a str, _: &'a str) -> Answer<'a, Option<(String, KeptReply)>> {
+        not_here()
+    }
+
+    fn news_through<'a>(&'a self, _: &'a str, _: &'a str, _: u64) -> Answer<'a, u64> {
+        not_here()
+    }
+
+    fn keep_positions<'a>(&'a self, _: &'a [PositionRow]) -> Answer<'a, u64> {
+        not_here()
+    }
+
+    fn positions<'a>(&'a self, _: &'a str, _: i64, _: i64, _: u64) -> Answer<'a, Vec<PositionRow>> {
+        not_here()
+    }
+
+    fn last_positions<'a>(&'a self, _: &'a [String], _: i64) -> Answer<'a, Vec<PositionRow>> {
+        not_here()
+    }
+
+    fn count_failures<'a>(
+        &'a self,
+        _: &'a str,
+        _: i64,
+        _: i64,
+        _: u64,
+    ) -> Answer<'a, Vec<FailureCount>> {
+        not_here()
+    }
+
+    fn drop_before(&self, _: i64) -> Answer<'_, ()> {
+        not_here()
+    }
+}
