@@ -243,6 +243,9 @@ settings! {
         /// What this edge is called there, which is the subject of its token where it has one; empty for a name
         /// made at random.
         edge_id: Option<String> = None;
+        /// Where the registry reaches this edge, such as `https://edge-1.example`, to order deliveries; empty where it
+        /// does not.
+        advertise: Option<String> = None;
         /// The file with the token of the role edge, which only its owner may read; empty for none.
         token_file: Option<PathBuf> = None;
         /// Reach a registry on another machine by http. Token and airspace then cross the network in the clear.
@@ -405,6 +408,7 @@ fn registry_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> 
     match host_of(url) {
         None => faults.push(ConfigFault::RegistryUrl {
             origin,
+            setting: "registry.url",
             url: url.clone(),
         }),
         Some((Transport::Plain, host)) if !is_this_machine(host) && !registry.allow_plaintext => {
@@ -415,6 +419,13 @@ fn registry_faults(effective: &EffectiveConfig<EdgeConfig>) -> Vec<ConfigFault> 
         }
         Some(_) => {}
     }
+    let advertised = registry.advertise.iter();
+    let not_one = advertised.filter(|url| host_of(url).is_none());
+    faults.extend(not_one.map(|url| ConfigFault::RegistryUrl {
+        origin: effective.origin("registry.advertise"),
+        setting: "registry.advertise",
+        url: url.clone(),
+    }));
     let authorities = registry.ca_file.as_deref().map(read_authorities);
     if let Some(Err(error)) = authorities {
         let origin = effective.origin("registry.ca_file");

@@ -203,13 +203,15 @@ pub enum ConfigFault {
         /// Who said the later threshold.
         origin: Origin,
     },
-    /// The registry's address is none.
+    /// The registry's address, or that of this edge for it, is none.
     #[error(
-        "{origin}: registry.url = '{url}' is not one such as http://127.0.0.1:8180 or https://registry.example"
+        "{origin}: {setting} = '{url}' is not one such as http://127.0.0.1:8180 or https://registry.example"
     )]
     RegistryUrl {
         /// Who said so.
         origin: Origin,
+        /// The setting.
+        setting: &'static str,
         /// The address.
         url: String,
     },
@@ -281,6 +283,14 @@ pub enum ConfigFault {
     /// The file of the registry's token is of no use.
     #[error("{origin}: {error}")]
     RegistryToken {
+        /// Who named the file.
+        origin: Origin,
+        /// What is wrong with it.
+        error: TokensError,
+    },
+    /// The file of the token that edges are asked with is of no use.
+    #[error("{origin}: {error}")]
+    EdgeToken {
         /// Who named the file.
         origin: Origin,
         /// What is wrong with it.

@@ -7,6 +7,7 @@ mod airframes;
 mod authorities;
 mod edge;
 mod fault;
+mod new_token;
 mod pack_keys;
 pub mod registry;
 mod resolve;
@@ -26,11 +27,12 @@ pub use edge::{
     Limits, Log, Plans, Records, RegistryLink, Reports, SETTINGS, Trees,
 };
 pub use fault::{ConfigFault, ConfigWarning, Origin};
+pub use new_token::NewToken;
 pub use pack_keys::{PackKey, PackKeys, PackKeysError};
 pub use registry::RegistryConfig;
 pub use resolve::{EffectiveConfig, Flag, Sources, resolve, resolve_leniently};
 pub use sample::sample;
 pub use settings::{Configuration, Exposure, Setting};
 pub use start::Admission;
-pub use tokens::{NewToken, Tokens, TokensError, read_bearer};
+pub use tokens::{Tokens, TokensError, read_bearer};
 pub use value::{ClockMover, HttpUrl, Kind, LogFilter, LogFormat, Names, Size};

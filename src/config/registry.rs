@@ -5,6 +5,7 @@ use super::resolve::EffectiveConfig;
 use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
+use super::tokens::read_bearer;
 use super::value::{HttpUrl, LogFilter, LogFormat, Size, Value};
 use jiff::Timestamp;
 use std::net::SocketAddr;
@@ -50,6 +51,8 @@ settings! {
         streams_per_connection: usize = 128, 1..=10_000;
         /// Edges that wait for changes.
         follows: usize = 4_096, 1..=100_000;
+        /// Customers that watch where a parcel is.
+        tracks: usize = 1_024, 0..=100_000;
         /// Writes of zones, closures and weather being answered.
         in_flight_zone_writes: usize = 64, 1..=100_000;
         /// Reads being answered.
@@ -107,6 +110,14 @@ settings! {
         /// For so long.
         age: Duration = DAY, MINUTE..=30 * DAY;
     }
+    /// Deliveries.
+    deliveries: Deliveries {
+        /// The file with the token that edges are asked with, which only its owner may read; its role there is
+        /// operator. Empty for none, where edges ask for none.
+        edge_token_file: Option<PathBuf> = None;
+        /// Call webhooks without encryption and at private addresses, too: for a demo, or a network of one's own.
+        webhooks_anywhere: bool = false;
+    }
     /// Log lines, on standard error.
     log: Log {
         /// Which: a level (off, error, warn, info, debug, trace), and MODULE=LEVEL for a module, with commas.
@@ -156,7 +167,14 @@ impl Configuration for RegistryConfig {
         }
     }
 
-    fn own_faults(_effective: &EffectiveConfig<Self>) -> Vec<ConfigFault> {
-        Vec::new()
+    fn own_faults(effective: &EffectiveConfig<Self>) -> Vec<ConfigFault> {
+        let file = effective.config.deliveries.edge_token_file.as_deref();
+        match file.map(read_bearer) {
+            Some(Err(error)) => {
+                let origin = effective.origin("deliveries.edge_token_file");
+                vec![ConfigFault::EdgeToken { origin, error }]
+            }
+            Some(Ok(_)) | None => Vec::new(),
+        }
     }
 }

@@ -335,6 +335,7 @@ const STARTS: &[&str] = &[
     "registry.url=https://[2001:db8::1]:8443/skyway",
     "registry.url=https://",
     "registry.url=ftp://registry.example",
+    "registry.url=https://registry.example registry.advertise=10.0.0.7:8080",
     "registry.url=https://registry.example registry.ca_file=/nowhere/ca.pem",
     "registry.url=https://registry.example registry.ca_file=Cargo.toml",
 ];
@@ -468,6 +469,8 @@ fn an_edge_starts_only_where_nothing_is_exposed() {
     flag --set registry.url: registry.url = 'https://' is not one such as http://127.0.0.1:8180 or https://registry.example
     [registry.url=ftp://registry.example]
     flag --set registry.url: registry.url = 'ftp://registry.example' is not one such as http://127.0.0.1:8180 or https://registry.example
+    [registry.url=https://registry.example registry.advertise=10.0.0.7:8080]
+    flag --set registry.advertise: registry.advertise = '10.0.0.7:8080' is not one such as http://127.0.0.1:8180 or https://registry.example
     [registry.url=https://registry.example registry.ca_file=/nowhere/ca.pem]
     flag --set registry.ca_file: cannot read /nowhere/ca.pem: No such file or directory (os error 2)
     [registry.url=https://registry.example registry.ca_file=Cargo.toml]

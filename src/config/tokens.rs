@@ -3,7 +3,7 @@
 //! A token is 256 random bits, so its plain SHA-256 digest cannot be guessed back, and to look a digest up
 //! tells a listener nothing of the tokens by its timing.
 
-use crate::access::{Caller, Role};
+use crate::access::{Caller, LOCAL_TENANT, Role, TENANT_BYTES_MAX, is_tenant};
 use jiff::Timestamp;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -15,8 +15,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 /// What every token begins with, so that people and scanners for leaked secrets know one.
-const TOKEN_PREFIX: &str = "sky_";
-const TOKEN_BYTES: usize = 32;
+pub(super) const TOKEN_PREFIX: &str = "sky_";
+pub(super) const TOKEN_BYTES: usize = 32;
 const DIGEST_BYTES: usize = 32;
 /// Nothing larger is read: some ten thousand tokens.
 const MAX_FILE_BYTES: u64 = 4 << 20;
@@ -101,6 +101,7 @@ struct TokenEntry {
     sha256: String,
     role: String,
     subject: String,
+    tenant: Option<String>,
     ends_at: Option<String>,
 }
 
@@ -224,7 +225,7 @@ fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, KnownToken), String> {
     let digest = read_digest(&entry.sha256)?;
     let role = role_named(&entry.role)?;
     let known = KnownToken {
-        caller: caller(role, &entry.subject)?,
+        caller: caller(role, &entry.subject, entry.tenant.as_deref())?,
         ends_at: entry.ends_at.as_deref().map(read_end).transpose()?,
     };
     Ok((digest, known))
@@ -238,87 +239,60 @@ fn read_digest(text: &str) -> Result<DigestBytes, String> {
     })
 }
 
-fn read_end(text: &str) -> Result<Timestamp, String> {
+pub(super) fn read_end(text: &str) -> Result<Timestamp, String> {
     let ends_at = text.parse();
     ends_at.map_err(|_| {
         format!("ends_at '{text}' is not an instant in RFC 3339, such as 2026-12-31T00:00:00Z")
     })
 }
 
-fn role_named(name: &str) -> Result<Role, String> {
+pub(super) fn role_named(name: &str) -> Result<Role, String> {
     let role = Role::OF_TOKENS.into_iter().find(|role| role.name() == name);
-    role.ok_or_else(|| format!("'{name}' is no role: write drone, operator, edge or metrics"))
+    role.ok_or_else(|| {
+        format!("'{name}' is no role: write drone, operator, edge, metrics, provider or customer")
+    })
 }
 
-fn caller(role: Role, subject: &str) -> Result<Caller, String> {
+fn tenant_of(role: Role, tenant: Option<&str>) -> Result<&str, String> {
+    match tenant {
+        Some(tenant) if is_tenant(tenant) => Ok(tenant),
+        Some(tenant) => Err(format!(
+            "the tenant '{tenant}' is not 1 to {TENANT_BYTES_MAX} letters, digits, '-', '_' and '.'"
+        )),
+        None if role.is_of_tenant() => Err(format!(
+            "a {} needs a tenant; write the id of the {}",
+            role.name(),
+            role.name()
+        )),
+        None => Ok(LOCAL_TENANT),
+    }
+}
+
+pub(super) fn caller(role: Role, subject: &str, tenant: Option<&str>) -> Result<Caller, String> {
+    let tenant = tenant_of(role, tenant)?;
     let is_plain = !subject.chars().any(|c| c.is_control() || c.is_whitespace());
     if subject.is_empty() || subject.len() > MAX_SUBJECT_BYTES || !is_plain {
         return Err(format!(
             "the subject is not 1 to {MAX_SUBJECT_BYTES} characters without spaces; write a drone's id, a fleet, or *"
         ));
     }
+    // What counts per subject, such as idempotency keys, is not shared between tenants that chose the same one.
+    let subject = match role.is_of_tenant() {
+        true => format!("{tenant}/{subject}"),
+        false => subject.to_owned(),
+    };
     Ok(Caller {
         role,
         subject: Arc::from(subject),
+        tenant: Arc::from(tenant),
     })
 }
 
-/// A token just made. The token itself is told once and kept nowhere.
-pub struct NewToken {
-    /// What the bearer sends.
-    pub token: String,
-    /// What the file has, in hexadecimal.
-    pub sha256: String,
-    /// What it may do.
-    pub role: Role,
-    /// To whose things.
-    pub subject: Arc<str>,
-    /// Until when, where it has an end.
-    pub ends_at: Option<Timestamp>,
-}
-
-impl NewToken {
-    /// A token of so much randomness for a role, by its name, and a subject.
-    ///
-    /// # Errors
-    /// When there is no such role, the subject is none, or the end no instant; what to write instead.
-    pub fn of(
-        random: &[u8; TOKEN_BYTES],
-        role: &str,
-        subject: &str,
-        ends_at: Option<&str>,
-    ) -> Result<Self, String> {
-        let Caller { role, subject } = caller(role_named(role)?, subject)?;
-        let token = format!("{TOKEN_PREFIX}{}", hex(random));
-        Ok(Self {
-            sha256: hex(&digest_of(&token)),
-            token,
-            role,
-            subject,
-            ends_at: ends_at.map(read_end).transpose()?,
-        })
-    }
-
-    /// What to add to the file of tokens.
-    pub fn stanza(&self) -> String {
-        let subject = toml::Value::String(self.subject.to_string());
-        let end = self
-            .ends_at
-            .map(|ends_at| format!("ends_at = \"{ends_at}\"\n"));
-        format!(
-            "[[token]]\nsha256 = \"{}\"\nrole = \"{}\"\nsubject = {subject}\n{}",
-            self.sha256,
-            self.role.name(),
-            end.unwrap_or_default()
-        )
-    }
-}
-
-fn digest_of(token: &str) -> DigestBytes {
+pub(super) fn digest_of(token: &str) -> DigestBytes {
     Sha256::digest(token.as_bytes()).into()
 }
 
-fn hex(bytes: &[u8]) -> String {
+pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -364,19 +338,20 @@ pub(super) fn permissions(_: &std::fs::Metadata) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::NewToken;
 
     const RANDOM: [u8; TOKEN_BYTES] = [7; TOKEN_BYTES];
     const NOW: Timestamp = Timestamp::UNIX_EPOCH;
 
     fn stanza(role: &str, subject: &str) -> String {
-        NewToken::of(&RANDOM, role, subject, None)
+        NewToken::of(&RANDOM, role, subject, None, None)
             .expect("a token")
             .stanza()
     }
 
     #[test]
     fn a_new_token_is_found_by_its_bearer_and_no_other() {
-        let new = NewToken::of(&RANDOM, "drone", "acme", None).expect("a token");
+        let new = NewToken::of(&RANDOM, "drone", "acme", None, None).expect("a token");
         assert_eq!(new.token, format!("sky_{}", "07".repeat(32)));
         let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
         let caller = tokens.find(&new.token, NOW).expect("a caller");
@@ -415,9 +390,9 @@ mod tests {
     tokens.toml has no token; `skyway token` makes one
     tokens.toml:1: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:6: this token is in the file twice
-    tokens.toml:1: 'anyone' is no role: write drone, operator, edge or metrics
+    tokens.toml:1: 'anyone' is no role: write drone, operator, edge, metrics, provider or customer
     tokens.toml:1: the subject is not 1 to 128 characters without spaces; write a drone's id, a fleet, or *
-    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`, `ends_at`
+    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`, `tenant`, `ends_at`
     tokens.toml:1: ends_at 'tomorrow' is not an instant in RFC 3339, such as 2026-12-31T00:00:00Z
     tokens.toml:6: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:1: unclosed array table, expected `]]`
@@ -427,7 +402,7 @@ mod tests {
     #[test]
     fn a_token_counts_until_its_end_and_until_it_is_revoked() {
         let end = "1970-01-01T00:00:10Z";
-        let new = NewToken::of(&RANDOM, "drone", "acme", Some(end)).expect("a token");
+        let new = NewToken::of(&RANDOM, "drone", "acme", None, Some(end)).expect("a token");
         let text = new.stanza();
         let tokens = Tokens::parse("tokens.toml", &text).expect("tokens");
         let at = |second| Timestamp::from_second(second).expect("an instant");
@@ -439,6 +414,27 @@ mod tests {
         let revoked = format!("{text}\n[[revoked]]\nsha256 = \"{}\"\n", new.sha256);
         let tokens = Tokens::parse("tokens.toml", &revoked).expect("tokens");
         assert_eq!(tokens.find(&new.token, at(9)), None);
+    }
+
+    #[test]
+    fn a_provider_has_a_tenant_and_a_subject_of_its_own() {
+        let too_long = "a".repeat(65);
+        let of = |role, tenant| NewToken::of(&RANDOM, role, "desk", tenant, None);
+        let new = of("provider", Some("acme")).expect("a token");
+        let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
+        let caller = tokens.find(&new.token, NOW).expect("a caller");
+        assert_eq!((&*caller.tenant, &*caller.subject), ("acme", "acme/desk"));
+        for role in ["provider", "customer"] {
+            let error = of(role, None).err().expect("no tenant");
+            assert!(error.contains("needs a tenant"), "{error}");
+        }
+        for tenant in ["", "a:b", "a/b", "a b", &too_long] {
+            assert!(of("provider", Some(tenant)).is_err(), "{tenant}");
+        }
+        let drone = of("drone", None).expect("a token");
+        let tokens = Tokens::parse("tokens.toml", &drone.stanza()).expect("tokens");
+        let caller = tokens.find(&drone.token, NOW).expect("a caller");
+        assert_eq!((&*caller.tenant, &*caller.subject), ("local", "desk"));
     }
 
     #[test]

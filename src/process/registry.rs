@@ -4,11 +4,13 @@ use super::listening::{Addresses, ServiceError, bind, request_metrics};
 use super::live_tokens::authentication;
 use super::planted::plant_bug;
 use crate::api::operations::{Daemon, Listener};
+use crate::api::page;
 use crate::api::registry as rest;
 use crate::api::server::{
     Authentication, Drain, Drained, GateConfig, QueueWait, ServerConfig, Slots, serve,
 };
-use crate::config::{Configuration, RegistryConfig, Tokens};
+use crate::config::{Configuration, RegistryConfig, Tokens, read_bearer};
+use crate::dispatch::{self, Dispatch};
 use crate::registry::{HighWater, OpenError, Opening, Registry, Settings, is_database, open_store};
 use jiff::SignedDuration;
 use prometheus_client::registry::Registry as Metrics;
@@ -68,19 +70,20 @@ impl RegistryService {
             new_epoch,
         });
         let registry = registry.await?;
+        let dispatch = dispatch(&registry, &config)?;
         let mut metrics = Metrics::with_prefix("skyway_registry");
         let collector = config.traces.endpoint.as_ref();
         let request_metrics = request_metrics(&mut metrics, Daemon::Registry, collector);
         registry.register_metrics(&mut metrics);
         let drain = Drain::new();
-        let (router, _) = rest::router(registry.clone(), drain.clone());
-        let admin_router = rest::admin_router(registry.clone(), Arc::new(metrics), drain.clone());
+        let (router, _) = rest::router(dispatch.clone(), drain.clone());
+        let admin_router = rest::admin_router(dispatch.clone(), Arc::new(metrics), drain.clone());
         let authentication = authentication(tokens, config.tokens_file.as_deref());
         let gate = |listener| gate(&config, listener, authentication.clone());
         let server = server(&config);
         let main = serve(
             main,
-            router,
+            router.merge(page::shop::router()),
             gate(Listener::Main),
             server.clone(),
             request_metrics.clone(),
@@ -96,7 +99,7 @@ impl RegistryService {
         );
         let upkeep = CancellationToken::new();
         Ok(Self {
-            running: tokio::spawn(registry.clone().run(upkeep.clone())),
+            running: tokio::spawn(run(dispatch, registry.clone(), upkeep.clone())),
             registry,
             addresses,
             drain,
@@ -133,6 +136,35 @@ impl RegistryService {
     }
 }
 
+/// Does the upkeep of both; what dispatches ends before the store is closed.
+async fn run(dispatch: Arc<Dispatch>, registry: Arc<Registry>, stop: CancellationToken) {
+    let stop_registry = CancellationToken::new();
+    let registry = registry.run(stop_registry.clone());
+    let dispatch = async {
+        dispatch.run(stop).await;
+        stop_registry.cancel();
+    };
+    tokio::join!(registry, dispatch);
+}
+
+/// What deliveries are dispatched with.
+fn dispatch(
+    registry: &Arc<Registry>,
+    config: &RegistryConfig,
+) -> Result<Arc<Dispatch>, ServiceError> {
+    let deliveries = &config.deliveries;
+    let edge_token = deliveries.edge_token_file.as_deref().map(read_bearer);
+    let settings = dispatch::Settings {
+        edge_token: edge_token.transpose().map_err(io::Error::other)?,
+        webhooks_anywhere: deliveries.webhooks_anywhere,
+    };
+    Ok(Dispatch::new(
+        registry.clone(),
+        registry.documents(),
+        settings,
+    ))
+}
+
 /// What remembers how far the store had come: the file that is named, or one beside the store.
 fn high_water(config: &RegistryConfig) -> Option<HighWater> {
     let named = config.high_water_file.clone();
@@ -154,7 +186,7 @@ fn gate(config: &RegistryConfig, listener: Listener, authentication: Authenticat
             reads: slots(limits.in_flight_reads),
             other: slots(limits.in_flight_other),
             follows: slots(limits.follows),
-            streams: 0,
+            streams: slots(limits.tracks),
             sessions: 0,
             watches: 0,
         },

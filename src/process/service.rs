@@ -106,7 +106,7 @@ impl Service {
             message_bytes_max: config.limits.body.bytes(),
         };
         let (rest, _) = rest::router(edge.clone(), drain.clone());
-        let services = Services::from(rest.merge(page::router()))
+        let services = Services::from(rest.merge(page::edge::router()))
             .with_rest(rest::handlers(edge.clone(), drain.clone()))
             .with_grpc(grpc::handlers(&edge, limits, &health)?);
         let admin_router = rest::admin_router(edge.clone(), Arc::new(registry), drain.clone());
@@ -220,6 +220,7 @@ fn follow(edge: &Arc<Edge>, config: &EdgeConfig) -> Result<Option<Following>, Se
     let settings = SyncSettings {
         network: registry.network.clone(),
         edge_id,
+        advertise: registry.advertise.clone(),
         poll_wait: registry.poll_wait,
         retry_within: registry.retry_within,
         seed: getrandom::u64().map_err(io::Error::other)?,

@@ -187,6 +187,7 @@ impl Town {
                     battery_fraction: request.battery_fraction,
                     objective: request.objective,
                     idempotency_key: None,
+                    delivery_id: request.delivery_id,
                 };
                 let plan = self
                     .call::<proto::Plan>("Plans/CreatePlan", &message)

@@ -5,13 +5,15 @@ use jiff::Timestamp;
 use prometheus_client::registry::Registry as Metrics;
 use reqwest::Method;
 use serde_json::{Value, json};
+use skyway::access::{Caller, Role};
 use skyway::api::metrics::RequestMetrics;
 use skyway::api::operations::{Daemon, Listener};
 use skyway::api::registry;
 use skyway::api::server::{
-    Authentication, Drain, GateConfig, QueueWait, ServerConfig, Slots, serve,
+    Authentication, Drain, GateConfig, KnownTokens, QueueWait, ServerConfig, Slots, serve,
 };
 use skyway::clock::{Clock, ManualClock};
+use skyway::dispatch::{self, Dispatch};
 use skyway::registry::{HighWater, Opening, Registry, Settings, open_store};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -19,6 +21,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tempfile::TempDir;
 use tokio::net::TcpListener;
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 
@@ -65,6 +68,7 @@ impl Place {
 /// A registry that is served.
 pub(crate) struct Served {
     pub(crate) registry: Arc<Registry>,
+    dispatch: Arc<Dispatch>,
     pub(crate) drain: Drain,
     pub(crate) hand: ManualClock,
     address: SocketAddr,
@@ -114,13 +118,18 @@ impl Told {
     }
 }
 
-async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> SocketAddr {
+async fn listen(
+    listener: Listener,
+    router: axum::Router,
+    drain: &Drain,
+    authentication: Authentication,
+) -> SocketAddr {
     let socket = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = socket.local_addr().expect("an address");
     let gate = GateConfig {
         daemon: Daemon::Registry,
         listener,
-        authentication: Authentication::Loopback,
+        authentication,
         slots: Slots::default(),
         queue_wait: Arc::new(QueueWait::unbounded()),
         body_bytes_max: 1 << 20,
@@ -136,17 +145,21 @@ async fn listen(listener: Listener, router: axum::Router, drain: &Drain) -> Sock
 
 impl Served {
     async fn serve(registry: Arc<Registry>, hand: ManualClock) -> Self {
+        let settings = dispatch::Settings::default();
+        let dispatch = Dispatch::new(registry.clone(), registry.documents(), settings);
         let drain = Drain::new();
-        let (router, _) = registry::router(registry.clone(), drain.clone());
-        let address = listen(Listener::Main, router, &drain).await;
+        let (router, _) = registry::router(dispatch.clone(), drain.clone());
+        let loopback = Authentication::Loopback;
+        let address = listen(Listener::Main, router, &drain, loopback.clone()).await;
         let metrics = Arc::new(Metrics::default());
-        let admin = registry::admin_router(registry.clone(), metrics, drain.clone());
-        let admin = listen(Listener::Admin, admin, &drain).await;
+        let admin = registry::admin_router(dispatch.clone(), metrics, drain.clone());
+        let admin = listen(Listener::Admin, admin, &drain, loopback).await;
         let client = reqwest::Client::builder().no_proxy().http1_only();
         let stop = CancellationToken::new();
         Self {
             running: tokio::spawn(registry.clone().run(stop.clone())),
             registry,
+            dispatch,
             drain,
             hand,
             address,
@@ -162,6 +175,16 @@ impl Served {
         let path = format!("PUT /v1/networks/{NETWORK}");
         served.ask(&path, &[], &square()).await.is(201);
         served
+    }
+
+    /// The same registry behind tokens: `ROLE/TENANT` is the token of that role and tenant.
+    pub(crate) async fn ask_only_with_tokens(&mut self) {
+        let (router, _) = registry::router(self.dispatch.clone(), self.drain.clone());
+        let tokens = Authentication::Tokens(KnownTokens {
+            find: Arc::new(caller_of),
+            changed: watch::channel(0).1,
+        });
+        self.address = listen(Listener::Main, router, &self.drain, tokens).await;
     }
 
     /// Ends it and closes its store.
@@ -186,6 +209,16 @@ impl Served {
     /// Asks the public listener; `line` is a method and a path.
     pub(crate) async fn ask(&self, line: &str, headers: &[(&str, &str)], body: &str) -> Told {
         ask(&self.client, self.address, line, headers, body).await
+    }
+
+    /// Posts bytes in an encoding to the public listener.
+    pub(crate) async fn post_bytes(&self, path: &str, encoding: &str, body: Vec<u8>) -> Told {
+        let request = self.client.post(format!("http://{}{path}", self.address));
+        let request = request
+            .header("content-type", "application/json")
+            .header("content-encoding", encoding);
+        let sent = request.body(body).timeout(WAIT_AT_MOST).send().await;
+        told(sent.expect("an answer")).await
     }
 
     pub(crate) async fn ask_admin(&self, line: &str) -> Told {
@@ -223,6 +256,16 @@ impl Served {
     }
 }
 
+fn caller_of(token: &str) -> Option<Caller> {
+    let (role, tenant) = token.split_once('/')?;
+    let role = Role::OF_TOKENS.into_iter().find(|is| is.name() == role)?;
+    Some(Caller {
+        role,
+        subject: Arc::from(format!("{tenant}/desk")),
+        tenant: Arc::from(tenant),
+    })
+}
+
 async fn ask(
     client: &reqwest::Client,
     address: SocketAddr,
@@ -244,7 +287,10 @@ async fn ask(
         .timeout(WAIT_AT_MOST)
         .send()
         .await;
-    let response = sent.unwrap_or_else(|error| panic!("{line}: {error}"));
+    told(sent.unwrap_or_else(|error| panic!("{line}: {error}"))).await
+}
+
+async fn told(response: reqwest::Response) -> Told {
     Told {
         status: response.status().as_u16(),
         headers: response.headers().clone(),

@@ -192,6 +192,7 @@ pub(crate) async fn edges_are_kept(open: Open) {
         revision,
         heard_ms: 70,
         nack,
+        url: None,
     };
     let nack = Nack {
         revision: 9,
@@ -199,14 +200,21 @@ pub(crate) async fn edges_are_kept(open: Open) {
         object: Some("zone 'ü'".to_owned()),
         reason: "it has no shape".to_owned(),
     };
-    let first = [heard("e2", 1, None), heard("e1", 2, Some(nack))];
+    let mut first = [heard("e2", 1, None), heard("e1", 2, Some(nack))];
+    first[0].url = Some("https://e2.example".to_owned());
     store.keep_edges(&first).await.expect("kept");
     store
         .keep_edges(&[heard("e2", 3, None)])
         .await
         .expect("kept");
     let found = store.edges().await.expect("answers");
-    assert_eq!(found, [first[1].clone(), heard("e2", 3, None)]);
+    let mut second = heard("e2", 3, None);
+    // Nothing was said of where it is reached.
+    second.url = first[0].url.clone();
+    assert_eq!(found, [first[1].clone(), second.clone()]);
+    second.url = Some(String::new());
+    store.keep_edges(&[second.clone()]).await.expect("kept");
+    assert_eq!(store.edges().await.expect("answers")[1], second);
     store.close().await;
 }
 

@@ -3,11 +3,14 @@
 mod cluster;
 mod compaction;
 mod contract;
+mod deliveries;
 mod description;
+mod documents;
 mod drafts;
 mod earlier_store;
 mod harness;
 mod keeping;
+mod market;
 mod memory;
 #[expect(dead_code, reason = "simulations break it, and the suite does not")]
 #[path = "../simulation/memory_store/mod.rs"]
@@ -19,3 +22,5 @@ mod restored;
 mod sqlite;
 mod stories;
 mod stories_log;
+mod tenancy;
+mod told;

@@ -2,6 +2,7 @@
 
 use crate::cluster::cluster;
 use crate::contract::{self, Case};
+use crate::documents;
 use crate::drafts::{NETWORK, commit, creation, write, zone};
 use skyway::registry::PostgresStore;
 use skyway::registry::store::Store;
@@ -21,7 +22,8 @@ async fn the_contract_holds() {
     let Some(cluster) = cluster() else {
         return;
     };
-    for (number, Case { name, run }) in contract::CASES.iter().enumerate() {
+    let cases = contract::CASES.iter().chain(documents::CASES);
+    for (number, Case { name, run }) in cases.enumerate() {
         let url = cluster.database(&format!("case_{number}"));
         let open = contract::opener(move || {
             let url = url.clone();

@@ -1,6 +1,7 @@
 //! The suite on SQLite, and what only a file can suffer.
 
 use crate::contract::{self, Case};
+use crate::documents;
 use crate::drafts::{NETWORK, commit, creation, write, zone};
 use skyway::registry::SqliteStore;
 use skyway::registry::store::{ChangesQuery, Store, StoreError};
@@ -39,7 +40,7 @@ async fn raw(file: &Path) -> SqliteConnection {
 
 #[tokio::test]
 async fn the_contract_holds() {
-    for Case { name, run } in contract::CASES {
+    for Case { name, run } in contract::CASES.iter().chain(documents::CASES) {
         let place = Arc::new(Place::new());
         let open = contract::opener(move || {
             let place = place.clone();
@@ -112,7 +113,7 @@ async fn a_store_of_a_later_version_is_refused() {
         error,
         StoreError::Newer {
             found: 99,
-            known: 1
+            known: 2
         }
     );
 }

@@ -190,11 +190,13 @@ impl Server {
 
 /// The caller whose role is its token.
 pub(crate) fn role_of(token: &str) -> Option<Caller> {
-    let roles = [Role::Drone, Role::Operator, Role::Edge, Role::Metrics];
-    let role = roles.into_iter().find(|role| role.name() == token)?;
+    let role = Role::OF_TOKENS
+        .into_iter()
+        .find(|role| role.name() == token)?;
     Some(Caller {
         role,
         subject: Arc::from("*"),
+        tenant: Arc::from("local"),
     })
 }
 

@@ -9,7 +9,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio::sync::watch;
 
-const ROLES: [&str; 4] = ["drone", "operator", "edge", "metrics"];
+const ROLES: [&str; 6] = [
+    "drone", "operator", "edge", "metrics", "provider", "customer",
+];
 
 /// What each role may do besides what needs no token.
 fn may(role: &str) -> Vec<&'static str> {
@@ -20,17 +22,57 @@ fn may(role: &str) -> Vec<&'static str> {
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
                     watch_events";
-    let follower = "registry_list_networks registry_get_network registry_follow registry_snapshot registry_list_zones \
+    let own_flights = "list_recompositions get_recomposition list_plans get_plan";
+    let seen_airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
+    let map = "registry_list_networks registry_get_network registry_get_clock";
+    let follower = "registry_follow registry_snapshot registry_list_zones \
                     registry_create_zone registry_get_zone registry_put_zone registry_delete_zone \
                     registry_list_closures registry_create_closure registry_get_closure registry_put_closure \
                     registry_delete_closure registry_get_weather";
     let keeper =
         "registry_put_network registry_patch_network registry_put_weather registry_list_edges";
     let admin = "metrics status";
+    let told = "take_news take_positions registry_report_edge";
+    let enroller = "put_provider delete_provider list_fleet_drones get_fleet_drone list_positions";
+    let provider = "put_fleet_drone delete_fleet_drone put_service delete_service prove_delivery";
+    let customer = "search_services create_quote create_delivery cancel_delivery get_customer put_customer get_customer_data \
+                    delete_customer_data";
+    let party = "list_providers get_provider list_deliveries get_delivery track_delivery";
+    let tenant = "list_services get_service get_quote list_webhooks get_webhook put_webhook delete_webhook rotate_webhook \
+                  list_messages resend_message";
     let lists = match role {
         "drone" => vec![drone, airspace],
-        "operator" => vec![drone, airspace, operator, follower, keeper, admin],
-        "edge" => vec![airspace, "watch_events", follower, "registry_report_edge"],
+        "operator" => vec![
+            drone,
+            airspace,
+            operator,
+            map,
+            follower,
+            keeper,
+            admin,
+            enroller,
+            party,
+            "get_statistics",
+        ],
+        "edge" => vec![
+            airspace,
+            "watch_events",
+            map,
+            follower,
+            told,
+            "get_statistics",
+        ],
+        "provider" => vec![
+            own_flights,
+            seen_airspace,
+            map,
+            enroller,
+            provider,
+            party,
+            tenant,
+            "get_statistics",
+        ],
+        "customer" => vec![map, customer, party, tenant],
         "metrics" => vec![admin],
         other => panic!("no role '{other}'"),
     };
@@ -61,6 +103,7 @@ async fn rest_status(
         let path = path
             .replace("{network}", "n")
             .replace("{id}", "7")
+            .replace("{message}", "7")
             .replace("{*file}", "a.js");
         let mut request = ask(client, method.clone(), server.url(&path), "");
         if let Some(token) = token {

@@ -174,6 +174,11 @@ impl Operation {
         )
     }
 
+    /// Whether its body may be compressed with gzip. Who handles it bounds what comes of it.
+    pub fn takes_gzip(self) -> bool {
+        self == Self::TakePositions
+    }
+
     /// The operation of a daemon behind a method and a path, of either dialect.
     pub fn of(daemon: Daemon, method: &Method, path: &str) -> Option<Self> {
         Self::of_grpc(daemon, path)

@@ -8,6 +8,17 @@ const DRONES: Access = Access::Roles(&[Role::Drone, Role::Operator]);
 const READERS: Access = Access::Roles(&[Role::Drone, Role::Operator, Role::Edge]);
 const FOLLOWERS: Access = Access::Roles(&[Role::Operator, Role::Edge]);
 const OPERATORS: Access = Access::Roles(&[Role::Operator]);
+const PROVIDERS: Access = Access::Roles(&[Role::Provider]);
+const CUSTOMERS: Access = Access::Roles(&[Role::Customer]);
+const TENANTS: Access = Access::Roles(&[Role::Provider, Role::Customer]);
+const PARTIES: Access = Access::Roles(&[Role::Provider, Role::Customer, Role::Operator]);
+const ENROLLERS: Access = Access::Roles(&[Role::Provider, Role::Operator]);
+const MAP_READERS: Access =
+    Access::Roles(&[Role::Operator, Role::Edge, Role::Provider, Role::Customer]);
+const STATISTICIANS: Access = Access::Roles(&[Role::Operator, Role::Edge, Role::Provider]);
+const FLEETS: Access = Access::Roles(&[Role::Drone, Role::Operator, Role::Provider]);
+const NEIGHBOURS: Access =
+    Access::Roles(&[Role::Drone, Role::Operator, Role::Edge, Role::Provider]);
 const COLLECTORS: Access = Access::Roles(&[Role::Operator, Role::Metrics]);
 
 // Edges forward what was posted at them and what drones reported, so they write zones and closures as operators do.
@@ -56,18 +67,18 @@ operations! {
         ReportFailures "report_failures" [(Method::POST, "/v1/failures:batch")]
             Some("/skyway.v1.Recomposition/ReportFailures"), Failure, DRONES, MAIN;
         /// What was answered lately.
-        ListRecompositions "list_recompositions" [(Method::GET, "/v1/recompositions")] None, Read, DRONES, MAIN;
+        ListRecompositions "list_recompositions" [(Method::GET, "/v1/recompositions")] None, Read, FLEETS, MAIN;
         /// One answer, with the world it was computed on.
-        GetRecomposition "get_recomposition" [(Method::GET, "/v1/recompositions/{id}")] None, Read, DRONES, MAIN;
+        GetRecomposition "get_recomposition" [(Method::GET, "/v1/recompositions/{id}")] None, Read, FLEETS, MAIN;
         /// A delivery request, composed into a plan.
         CreatePlan "create_plan" [(Method::POST, "/v1/plans")]
             Some("/skyway.v1.Plans/CreatePlan"), Other, DRONES, MAIN;
         /// The plans.
         ListPlans "list_plans" [(Method::GET, "/v1/plans")]
-            Some("/skyway.v1.Plans/ListPlans"), Read, DRONES, MAIN;
+            Some("/skyway.v1.Plans/ListPlans"), Read, FLEETS, MAIN;
         /// One plan.
         GetPlan "get_plan" [(Method::GET, "/v1/plans/{id}")]
-            Some("/skyway.v1.Plans/GetPlan"), Read, DRONES, MAIN;
+            Some("/skyway.v1.Plans/GetPlan"), Read, FLEETS, MAIN;
         /// What the drone of a plan does when the line is gone.
         GetPack "get_pack" [(Method::GET, "/v1/plans/{id}/pack")] None, Read, DRONES, MAIN;
         /// The keys that packs are signed with.
@@ -90,19 +101,19 @@ operations! {
         /// A zone under a chosen id, new or changed.
         PutZone "put_zone" [(Method::PUT, "/v1/zones/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// One zone.
-        GetZone "get_zone" [(Method::GET, "/v1/zones/{id}")] None, Read, READERS, MAIN;
+        GetZone "get_zone" [(Method::GET, "/v1/zones/{id}")] None, Read, NEIGHBOURS, MAIN;
         /// A zone is lifted.
         DeleteZone "delete_zone" [(Method::DELETE, "/v1/zones/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// The zones.
-        ListZones "list_zones" [(Method::GET, "/v1/zones")] None, Read, READERS, MAIN;
+        ListZones "list_zones" [(Method::GET, "/v1/zones")] None, Read, NEIGHBOURS, MAIN;
         /// What a zone would close; nothing changes.
         PreviewZone "preview_zone" [(Method::POST, "/v1/zones:preview")] None, Read, OPERATORS, MAIN;
         /// A feed of zones is imported.
         ImportZones "import_zones" [(Method::POST, "/v1/zones:import")] None, ZoneWrite, OPERATORS, MAIN;
         /// The closures.
-        ListClosures "list_closures" [(Method::GET, "/v1/closures")] None, Read, READERS, MAIN;
+        ListClosures "list_closures" [(Method::GET, "/v1/closures")] None, Read, NEIGHBOURS, MAIN;
         /// One closure.
-        GetClosure "get_closure" [(Method::GET, "/v1/closures/{id}")] None, Read, READERS, MAIN;
+        GetClosure "get_closure" [(Method::GET, "/v1/closures/{id}")] None, Read, NEIGHBOURS, MAIN;
         /// An operator closes segments or nodes.
         CreateClosure "create_closure" [(Method::POST, "/v1/closures")] None, ZoneWrite, OPERATORS, MAIN;
         /// A closure is confirmed or extended.
@@ -129,24 +140,24 @@ operations! {
         AcknowledgeAlarm "acknowledge_alarm" [(Method::POST, "/v1/alarms/{id}/acknowledge")] None, ZoneWrite, OPERATORS, MAIN;
         /// The time that the edge goes by.
         GetClock "get_clock" [(Method::GET, "/v1/clock")]
-            Some("/skyway.v1.Clock/GetClock"), Read, READERS, MAIN;
+            Some("/skyway.v1.Clock/GetClock"), Read, NEIGHBOURS, MAIN;
         /// A client moves the clock.
         AdvanceClock "advance_clock" [(Method::POST, "/v1/clock:advance")]
             Some("/skyway.v1.Clock/AdvanceTo"), Other, OPERATORS, MAIN;
         /// A wall clock that has stepped is believed again.
         ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")] None, ZoneWrite, OPERATORS, MAIN;
         /// The weather over the network.
-        GetWeather "get_weather" [(Method::GET, "/v1/weather")] None, Read, READERS, MAIN;
+        GetWeather "get_weather" [(Method::GET, "/v1/weather")] None, Read, NEIGHBOURS, MAIN;
         /// The weather over the network, as a whole.
         PutWeather "put_weather" [(Method::PUT, "/v1/weather")] None, ZoneWrite, OPERATORS, MAIN;
         /// The network.
         GetNetwork "get_network" [(Method::GET, "/v1/network")]
-            Some("/skyway.v1.Network/GetNetwork"), Read, READERS, MAIN;
+            Some("/skyway.v1.Network/GetNetwork"), Read, NEIGHBOURS, MAIN;
         /// One node and its segments.
-        GetNode "get_node" [(Method::GET, "/v1/nodes/{id}")] None, Read, READERS, MAIN;
+        GetNode "get_node" [(Method::GET, "/v1/nodes/{id}")] None, Read, NEIGHBOURS, MAIN;
         /// The nodes nearest to a place.
         Nearest "nearest" [(Method::GET, "/v1/nearest")]
-            Some("/skyway.v1.Network/Nearest"), Read, READERS, MAIN;
+            Some("/skyway.v1.Network/Nearest"), Read, NEIGHBOURS, MAIN;
         /// Positions and battery levels.
         PostTelemetry "post_telemetry" [(Method::POST, "/v1/telemetry")]
             Some("/skyway.v1.Drones/ReportTelemetry"), Other, DRONES, MAIN;
@@ -169,14 +180,12 @@ operations! {
         Reflection "reflection" [] Some("/grpc.reflection.v1.ServerReflection/ServerReflectionInfo"), Other, OPEN, MAIN;
         /// The same for older clients.
         ReflectionAlpha "reflection_alpha" [] Some("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo"), Other, OPEN, MAIN;
-        /// The live picture.
-        Page "page" [(Method::GET, "/"), (Method::GET, "/page/{*file}")] None, Other, OPEN, MAIN;
     }
     REGISTRY {
         /// The networks.
-        RegistryListNetworks "registry_list_networks" [(Method::GET, "/v1/networks")] None, Read, FOLLOWERS, MAIN;
+        RegistryListNetworks "registry_list_networks" [(Method::GET, "/v1/networks")] None, Read, MAP_READERS, MAIN;
         /// One network, whole.
-        RegistryGetNetwork "registry_get_network" [(Method::GET, "/v1/networks/{network}")] None, Read, FOLLOWERS, MAIN;
+        RegistryGetNetwork "registry_get_network" [(Method::GET, "/v1/networks/{network}")] None, Read, MAP_READERS, MAIN;
         /// A network is new or replaced.
         RegistryPutNetwork "registry_put_network" [(Method::PUT, "/v1/networks/{network}")] None, Other, OPERATORS, MAIN;
         /// Nodes and segments of a network are added, changed and removed.
@@ -211,8 +220,82 @@ operations! {
         RegistryPutWeather "registry_put_weather" [(Method::PUT, "/v1/networks/{network}/weather")] None, ZoneWrite, OPERATORS, MAIN;
         /// An edge tells where it is, and what it could not take.
         RegistryReportEdge "registry_report_edge" [(Method::PUT, "/v1/networks/{network}/edges/{id}")] None, Other, EDGES, MAIN;
+        /// The time that the registry goes by.
+        RegistryGetClock "registry_get_clock" [(Method::GET, "/v1/clock")] None, Read, MAP_READERS, MAIN;
         /// Who follows, and how far they are.
         RegistryListEdges "registry_list_edges" [(Method::GET, "/v1/edges")] None, Read, OPERATORS, MAIN;
+        /// Who runs drones.
+        ListProviders "list_providers" [(Method::GET, "/v1/providers")] None, Read, PARTIES, MAIN;
+        /// One provider.
+        GetProvider "get_provider" [(Method::GET, "/v1/providers/{id}")] None, Read, PARTIES, MAIN;
+        /// A provider, new or changed.
+        PutProvider "put_provider" [(Method::PUT, "/v1/providers/{id}")] None, Other, ENROLLERS, MAIN;
+        /// A provider gives up.
+        DeleteProvider "delete_provider" [(Method::DELETE, "/v1/providers/{id}")] None, Other, ENROLLERS, MAIN;
+        /// The drones of providers.
+        ListFleetDrones "list_fleet_drones" [(Method::GET, "/v1/drones")] None, Read, ENROLLERS, MAIN;
+        /// One drone of a provider.
+        GetFleetDrone "get_fleet_drone" [(Method::GET, "/v1/drones/{id}")] None, Read, ENROLLERS, MAIN;
+        /// A drone of a provider, new or changed.
+        PutFleetDrone "put_fleet_drone" [(Method::PUT, "/v1/drones/{id}")] None, Other, PROVIDERS, MAIN;
+        /// A provider gives a drone up.
+        DeleteFleetDrone "delete_fleet_drone" [(Method::DELETE, "/v1/drones/{id}")] None, Other, PROVIDERS, MAIN;
+        /// Where a drone was.
+        ListPositions "list_positions" [(Method::GET, "/v1/drones/{id}/positions")] None, Read, ENROLLERS, MAIN;
+        /// What providers offer.
+        ListServices "list_services" [(Method::GET, "/v1/services")] None, Read, TENANTS, MAIN;
+        /// One service.
+        GetService "get_service" [(Method::GET, "/v1/services/{id}")] None, Read, TENANTS, MAIN;
+        /// A service is published, new or changed.
+        PutService "put_service" [(Method::PUT, "/v1/services/{id}")] None, Other, PROVIDERS, MAIN;
+        /// A service is offered no more.
+        DeleteService "delete_service" [(Method::DELETE, "/v1/services/{id}")] None, Other, PROVIDERS, MAIN;
+        /// Which services fit what a customer looks for.
+        SearchServices "search_services" [(Method::POST, "/v1/services:search")] None, Read, CUSTOMERS, MAIN;
+        /// A price that holds for a while.
+        CreateQuote "create_quote" [(Method::POST, "/v1/quotes")] None, Other, CUSTOMERS, MAIN;
+        /// One quote.
+        GetQuote "get_quote" [(Method::GET, "/v1/quotes/{id}")] None, Read, TENANTS, MAIN;
+        /// An order.
+        CreateDelivery "create_delivery" [(Method::POST, "/v1/deliveries")] None, Other, CUSTOMERS, MAIN;
+        /// What was ordered.
+        ListDeliveries "list_deliveries" [(Method::GET, "/v1/deliveries")] None, Read, PARTIES, MAIN;
+        /// One delivery.
+        GetDelivery "get_delivery" [(Method::GET, "/v1/deliveries/{id}")] None, Read, PARTIES, MAIN;
+        /// A delivery is called off.
+        CancelDelivery "cancel_delivery" [(Method::POST, "/v1/deliveries/{id}/cancel")] None, Other, CUSTOMERS, MAIN;
+        /// Where a parcel is, as it flies.
+        TrackDelivery "track_delivery" [(Method::GET, "/v1/deliveries/{id}/track")] None, Stream, PARTIES, MAIN;
+        /// A provider adds a photo or a code to the proof.
+        ProveDelivery "prove_delivery" [(Method::POST, "/v1/deliveries/{id}/proof")] None, Other, PROVIDERS, MAIN;
+        /// Who is told.
+        ListWebhooks "list_webhooks" [(Method::GET, "/v1/webhooks")] None, Read, TENANTS, MAIN;
+        /// One webhook.
+        GetWebhook "get_webhook" [(Method::GET, "/v1/webhooks/{id}")] None, Read, TENANTS, MAIN;
+        /// A webhook, new or changed.
+        PutWebhook "put_webhook" [(Method::PUT, "/v1/webhooks/{id}")] None, Other, TENANTS, MAIN;
+        /// A webhook is called no more.
+        DeleteWebhook "delete_webhook" [(Method::DELETE, "/v1/webhooks/{id}")] None, Other, TENANTS, MAIN;
+        /// A webhook gets a new secret.
+        RotateWebhook "rotate_webhook" [(Method::POST, "/v1/webhooks/{id}/rotate")] None, Other, TENANTS, MAIN;
+        /// What a webhook was told.
+        ListMessages "list_messages" [(Method::GET, "/v1/webhooks/{id}/messages")] None, Read, TENANTS, MAIN;
+        /// A message is sent again.
+        ResendMessage "resend_message" [(Method::POST, "/v1/webhooks/{id}/messages/{message}/resend")] None, Other, TENANTS, MAIN;
+        /// One customer.
+        GetCustomer "get_customer" [(Method::GET, "/v1/customers/{id}")] None, Read, CUSTOMERS, MAIN;
+        /// A customer, new or changed.
+        PutCustomer "put_customer" [(Method::PUT, "/v1/customers/{id}")] None, Other, CUSTOMERS, MAIN;
+        /// All that is kept of a customer.
+        GetCustomerData "get_customer_data" [(Method::GET, "/v1/customers/{id}/data")] None, Read, CUSTOMERS, MAIN;
+        /// What is kept of a customer is deleted.
+        DeleteCustomerData "delete_customer_data" [(Method::DELETE, "/v1/customers/{id}/data")] None, Other, CUSTOMERS, MAIN;
+        /// An edge tells what became of flights.
+        TakeNews "take_news" [(Method::POST, "/v1/networks/{network}/edges/{id}/news")] None, Other, EDGES, MAIN;
+        /// An edge tells where drones were.
+        TakePositions "take_positions" [(Method::POST, "/v1/networks/{network}/edges/{id}/positions")] None, Other, EDGES, MAIN;
+        /// What is worked out of all that edges have told.
+        GetStatistics "get_statistics" [(Method::GET, "/v1/networks/{network}/statistics")] None, Read, STATISTICIANS, MAIN;
     }
     EVERY {
         /// Whether the process lives.
@@ -223,6 +306,8 @@ operations! {
         OpenApi "openapi" [(Method::GET, "/openapi.json")] None, Other, OPEN, MAIN;
         /// Its page, and that of the problems.
         Docs "docs" [(Method::GET, "/docs"), (Method::GET, "/docs/"), (Method::GET, "/docs/{*file}")] None, Other, OPEN, MAIN;
+        /// The page of the daemon: the live picture of an edge, the shop window of a registry.
+        Page "page" [(Method::GET, "/"), (Method::GET, "/page/{*file}")] None, Other, OPEN, MAIN;
         /// Metrics in Prometheus' text format.
         Metrics "metrics" [(Method::GET, "/metrics")] None, Health, COLLECTORS, ADMIN;
         /// The state of the daemon.

@@ -19,8 +19,10 @@ fn every_row_resolves_to_itself_at_its_daemon_and_nowhere_else() {
                 false => assert_ne!(operation, Some(row.operation), "{}", row.name),
             };
             for (method, path) in row.rest {
-                let filled = path.replace("{id}", "a.b-1").replace("{*file}", "a/b.js");
-                let filled = filled.replace("{network}", "sydney");
+                let filled = path.replace("{id}", "acme:7").replace("{*file}", "a/b.js");
+                let filled = filled
+                    .replace("{network}", "sydney")
+                    .replace("{message}", "m:1");
                 found(Operation::of(daemon, method, &filled));
             }
             if let Some(path) = row.grpc {
@@ -32,7 +34,7 @@ fn every_row_resolves_to_itself_at_its_daemon_and_nowhere_else() {
 }
 
 #[test]
-fn a_registry_has_two_ids_in_a_path() {
+fn a_registry_has_several_ids_in_a_path() {
     let of = |path| Operation::of(Daemon::Registry, &Method::GET, path);
     assert_eq!(of("/v1/networks/a"), Some(Operation::RegistryGetNetwork));
     assert_eq!(
@@ -43,6 +45,15 @@ fn a_registry_has_two_ids_in_a_path() {
         of("/v1/networks/a/zones/b"),
         Some(Operation::RegistryGetZone)
     );
+    assert_eq!(of("/v1/drones/acme:7"), Some(Operation::GetFleetDrone));
+    assert_eq!(of("/v1/services/:search"), Some(Operation::GetService));
+    let post = |path| Operation::of(Daemon::Registry, &Method::POST, path);
+    assert_eq!(post("/v1/services:search"), Some(Operation::SearchServices));
+    assert_eq!(
+        post("/v1/webhooks/a/messages/b/resend"),
+        Some(Operation::ResendMessage)
+    );
+    assert_eq!(post("/v1/webhooks/a/messages//resend"), None);
     for path in [
         "/v1/networks/",
         "/v1/networks//zones",

@@ -55,6 +55,23 @@ impl<S: Send + Sync> FromRequestParts<S> for PathId {
     }
 }
 
+/// The only id in the path.
+pub(super) struct Named(pub(super) String);
+
+impl<S: Send + Sync> FromRequestParts<S> for Named {
+    type Rejection = Refused;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
+        match Path::<String>::from_request_parts(parts, state).await {
+            Ok(Path(id)) => {
+                check("{id}", &id)?;
+                Ok(Self(id))
+            }
+            Err(rejection) => Err(invalid("{id}", rejection.body_text()).into()),
+        }
+    }
+}
+
 /// Nothing has an id with a control character in it, and not every store can even be asked for one.
 fn check(place: &str, id: &str) -> Result<(), Refusal> {
     match id.chars().any(char::is_control) {

@@ -3,10 +3,12 @@
 //! It stands behind the same gate as an edge, with the same table of operations and of problems; a handler and
 //! its description stand together.
 
+mod clock;
 mod closures;
 mod edges;
 mod extract;
 mod log;
+mod market;
 mod networks;
 mod outline;
 mod probes;
@@ -18,6 +20,7 @@ use super::openapi;
 use super::operations::Daemon;
 use super::rest::{admin, docs};
 use super::server::Drain;
+use crate::dispatch::Dispatch;
 use crate::registry::Registry;
 use axum::Router;
 use axum::extract::FromRef;
@@ -32,7 +35,14 @@ use utoipa_axum::routes;
 #[derive(Clone)]
 struct Shared {
     registry: Arc<Registry>,
+    dispatch: Arc<Dispatch>,
     drain: Drain,
+}
+
+impl FromRef<Shared> for Arc<Dispatch> {
+    fn from_ref(shared: &Shared) -> Self {
+        shared.dispatch.clone()
+    }
 }
 
 impl FromRef<Shared> for Arc<Registry> {
@@ -51,27 +61,36 @@ impl FromRef<Shared> for Drain {
 /// for changes.
 ///
 /// It is to stand behind the gate: handlers take the caller from its `RequestContext`, and leave problems to it.
-pub fn router(registry: Arc<Registry>, drain: Drain) -> (Router, Value) {
+pub fn router(dispatch: Arc<Dispatch>, drain: Drain) -> (Router, Value) {
     let (routes, described) = OpenApiRouter::with_openapi(openapi::outline(&outline::REGISTRY))
         .merge(over_networks())
         .merge(following())
+        .merge(market::routes())
         .split_for_parts();
     let description = openapi::complete(described, Daemon::Registry);
     let router = routes
-        .with_state(Shared { registry, drain })
+        .with_state(shared(dispatch, drain))
         .merge(docs::router(&description));
     (router, description)
 }
 
 /// The admin listener's routes.
-pub fn admin_router(registry: Arc<Registry>, metrics: Arc<Metrics>, drain: Drain) -> Router {
-    let shared = Shared { registry, drain };
+pub fn admin_router(dispatch: Arc<Dispatch>, metrics: Arc<Metrics>, drain: Drain) -> Router {
+    let shared = shared(dispatch, drain);
     Router::new()
         .route("/livez", get(probes::live))
         .route("/readyz", get(probes::ready))
         .route("/status", get(probes::status))
         .with_state(shared)
         .merge(admin::metrics_router(metrics))
+}
+
+fn shared(dispatch: Arc<Dispatch>, drain: Drain) -> Shared {
+    Shared {
+        registry: dispatch.registry().clone(),
+        dispatch,
+        drain,
+    }
 }
 
 fn over_networks() -> OpenApiRouter<Shared> {
@@ -103,6 +122,7 @@ fn following() -> OpenApiRouter<Shared> {
         .routes(routes!(log::snapshot))
         .routes(routes!(edges::report_edge))
         .routes(routes!(edges::list_edges))
+        .routes(routes!(clock::get_clock))
         .routes(routes!(probes::live))
         .routes(routes!(probes::ready))
 }

@@ -195,7 +195,7 @@ impl Admission {
         let (caller, lease) = authentication.caller(&head, operation, &self.hosts)?;
         self.may_come_over(place, &caller, class)?;
         let body_bytes_max = self.body_bytes_max(operation);
-        let (body, exceeded) = bounded(&head, body, known.dialect, body_bytes_max)?;
+        let (body, exceeded) = bounded(&head, body, known.dialect, operation, body_bytes_max)?;
         let permit = self.place(class)?;
         let timeout = match known.dialect {
             Dialect::Rest => None,
@@ -428,13 +428,18 @@ fn bounded(
     head: &Parts,
     body: Incoming,
     dialect: Dialect,
+    operation: Operation,
     body_bytes_max: usize,
 ) -> Result<(BoundedBody, Option<Arc<AtomicBool>>), Refusal> {
+    let is_read = |encoding: &[u8]| {
+        encoding.eq_ignore_ascii_case(b"identity")
+            || (operation.takes_gzip() && encoding.eq_ignore_ascii_case(b"gzip"))
+    };
     let encoding = head.headers.get(header::CONTENT_ENCODING);
-    if encoding.is_some_and(|encoding| !encoding.as_bytes().eq_ignore_ascii_case(b"identity")) {
+    if encoding.is_some_and(|encoding| !is_read(encoding.as_bytes())) {
         return Err(Refusal::new(
             Code::MediaTypeUnsupported,
-            "the body has a content encoding; send it plain",
+            "the body has a content encoding that is not read here; send it plain",
         ));
     }
     let limit_bytes = match dialect {

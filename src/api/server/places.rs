@@ -182,6 +182,7 @@ mod tests {
         Caller {
             role: Role::Drone,
             subject: Arc::from(subject),
+            tenant: Arc::from("local"),
         }
     }
 

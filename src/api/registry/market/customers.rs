@@ -1,0 +1,136 @@
+//! `/v1/customers`: who orders, and all that is kept of it.
+
+use super::entries::{gone, read, written};
+use crate::api::registry::extract::Named;
+use crate::api::rest::answer::{Answer, json};
+use crate::api::rest::extract::{Authenticated, NoParameters, Query, if_match};
+use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::refusals;
+use crate::dispatch::Dispatch;
+use crate::wire::{Customer, CustomerData};
+use axum::extract::State;
+use http::HeaderMap;
+use std::sync::Arc;
+
+const COLLECTION: &str = "/v1/customers";
+
+/// Tells a customer.
+#[utoipa::path(
+    get,
+    path = "/v1/customers/{id}",
+    tag = "customers",
+    params(
+        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The customer.",
+            body = Customer,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_customer(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    read(&dispatch.entry::<Customer>(&caller, &id).await?, &headers)
+}
+
+/// Puts a customer under an id, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/customers/{id}",
+    tag = "customers",
+    params(
+        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+    ),
+    request_body(content = Customer, example = json!({"name": "Harbour Pharmacy", "contact": "desk@pharmacy.example"})),
+    responses(
+        (
+            status = 200,
+            description = "The customer as it is kept; it was there before.",
+            body = Customer,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (
+            status = 201,
+            description = "The same; the customer is new.",
+            body = Customer,
+            headers(
+                ("Location" = String, description = "Its path."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        refusals::Creation,
+        refusals::Version,
+    ),
+)]
+pub(super) async fn put_customer(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    JsonBody(body): JsonBody,
+) -> Answer {
+    let draft: Customer = reading::body(&body, "customer")?;
+    let put = dispatch
+        .put_entry(&caller, &id, &draft, if_match(&headers)?)
+        .await?;
+    written(&put, COLLECTION)
+}
+
+/// Tells all that is kept of a customer: itself, its deliveries with their recipients, its webhooks.
+#[utoipa::path(
+    get,
+    path = "/v1/customers/{id}/data",
+    tag = "customers",
+    params(("id" = String, Path, description = "Id of the customer, which is its tenant.")),
+    responses((status = 200, description = "All of it.", body = CustomerData)),
+)]
+pub(super) async fn get_customer_data(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+) -> Answer {
+    json(&dispatch.customer_data(&caller, &id).await?)
+}
+
+/// Deletes what is kept of a customer: itself, its webhooks, the recipients of its parcels, and of its deliveries what may
+/// name a person.
+///
+/// Its deliveries stay without that. While one of them is not over, nothing is deleted.
+#[utoipa::path(
+    delete,
+    path = "/v1/customers/{id}/data",
+    tag = "customers",
+    params(
+        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the customer; whatever its version where none is given."),
+    ),
+    responses(
+        (status = 204, description = "It is gone."),
+        refusals::Write,
+        (status = 412, response = refusals::PreconditionFailed),
+    ),
+)]
+pub(super) async fn delete_customer_data(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let version = if_match(&headers)?;
+    dispatch.delete_customer_data(&caller, &id, version).await?;
+    Ok(gone())
+}

@@ -1,0 +1,138 @@
+//! `/v1/drones`: the drones of providers.
+
+use super::entries::{gone, read, written};
+use crate::api::registry::extract::Named;
+use crate::api::rest::answer::{Answer, json};
+use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query, if_match};
+use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::refusals;
+use crate::dispatch::Dispatch;
+use crate::wire::{FleetDrone, FleetDrones};
+use axum::extract::State;
+use http::HeaderMap;
+use std::sync::Arc;
+
+const COLLECTION: &str = "/v1/drones";
+
+/// Lists the drones that the caller sees, by id.
+#[utoipa::path(
+    get,
+    path = "/v1/drones",
+    tag = "providers",
+    params(PageParameters),
+    responses((status = 200, description = "A page of drones.", body = FleetDrones)),
+)]
+pub(super) async fn list_fleet_drones(
+    State(dispatch): State<Arc<Dispatch>>,
+    Authenticated(caller): Authenticated,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    let page = dispatch.fleet_drones(&caller, &page.into_request()).await?;
+    json(&FleetDrones {
+        drones: page.entries,
+        next_page_token: page.next_page_token,
+    })
+}
+
+/// Tells a drone.
+#[utoipa::path(
+    get,
+    path = "/v1/drones/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The drone.",
+            body = FleetDrone,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_fleet_drone(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    read(&dispatch.fleet_drone(&caller, &id).await?, &headers)
+}
+
+/// Puts a drone under an id, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/drones/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+    ),
+    request_body(content = FleetDrone, example = json!({"network": "sydney", "home": "379", "payload_max_kg": 2.5})),
+    responses(
+        (
+            status = 200,
+            description = "The drone as it is kept; it was there before.",
+            body = FleetDrone,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (
+            status = 201,
+            description = "The same; the drone is new.",
+            body = FleetDrone,
+            headers(
+                ("Location" = String, description = "Its path."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        refusals::Creation,
+        refusals::Version,
+    ),
+)]
+pub(super) async fn put_fleet_drone(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    JsonBody(body): JsonBody,
+) -> Answer {
+    let draft: FleetDrone = reading::body(&body, "drone")?;
+    let put = dispatch
+        .put_entry(&caller, &id, &draft, if_match(&headers)?)
+        .await?;
+    written(&put, COLLECTION)
+}
+
+/// Deletes a drone, of the version that `If-Match` names.
+#[utoipa::path(
+    delete,
+    path = "/v1/drones/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
+    ),
+    responses(
+        (status = 204, description = "It is gone."),
+        refusals::Write,
+        refusals::Version,
+    ),
+)]
+pub(super) async fn delete_fleet_drone(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let version = if_match(&headers)?;
+    dispatch
+        .delete_entry::<FleetDrone>(&caller, &id, version)
+        .await?;
+    Ok(gone())
+}

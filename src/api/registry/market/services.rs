@@ -1,0 +1,143 @@
+//! `/v1/services`: what providers offer.
+
+use super::entries::{gone, read, written};
+use crate::api::registry::extract::Named;
+use crate::api::rest::answer::{Answer, json};
+use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query, if_match};
+use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::refusals;
+use crate::dispatch::Dispatch;
+use crate::wire::{PublishedService, PublishedServices};
+use axum::extract::State;
+use http::HeaderMap;
+use std::sync::Arc;
+
+const COLLECTION: &str = "/v1/services";
+
+/// Lists the services that the caller sees, by id.
+#[utoipa::path(
+    get,
+    path = "/v1/services",
+    tag = "providers",
+    params(PageParameters),
+    responses((status = 200, description = "A page of services.", body = PublishedServices)),
+)]
+pub(super) async fn list_services(
+    State(dispatch): State<Arc<Dispatch>>,
+    Authenticated(caller): Authenticated,
+    Query(page): Query<PageParameters>,
+) -> Answer {
+    let page = dispatch
+        .entries::<PublishedService>(&caller, &page.into_request())
+        .await?;
+    json(&PublishedServices {
+        services: page.entries,
+        next_page_token: page.next_page_token,
+    })
+}
+
+/// Tells a service.
+#[utoipa::path(
+    get,
+    path = "/v1/services/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
+        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
+    ),
+    responses(
+        (
+            status = 200,
+            description = "The service.",
+            body = PublishedService,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (status = 304, description = "The caller has the current version."),
+    ),
+)]
+pub(super) async fn get_service(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    read(
+        &dispatch.entry::<PublishedService>(&caller, &id).await?,
+        &headers,
+    )
+}
+
+/// Puts a service under an id, new or in place of the version that `If-Match` names.
+#[utoipa::path(
+    put,
+    path = "/v1/services/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
+    ),
+    request_body(content = PublishedService, example = json!({"name": "Harbour express", "network": "sydney", "payload_max_kg": 2.0, "time_zone": "Australia/Sydney", "hours": [{"from": "07:00", "until": "21:00"}], "tariff": {"currency": "AUD", "base": "4.50", "per_km": "1.20"}})),
+    responses(
+        (
+            status = 200,
+            description = "The service as it is kept; it was there before.",
+            body = PublishedService,
+            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
+        ),
+        (
+            status = 201,
+            description = "The same; the service is new.",
+            body = PublishedService,
+            headers(
+                ("Location" = String, description = "Its path."),
+                ("ETag" = String, description = "Its version, for `If-Match`."),
+            ),
+        ),
+        refusals::Creation,
+        refusals::Version,
+    ),
+)]
+pub(super) async fn put_service(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+    JsonBody(body): JsonBody,
+) -> Answer {
+    let draft: PublishedService = reading::body(&body, "service")?;
+    let put = dispatch
+        .put_entry(&caller, &id, &draft, if_match(&headers)?)
+        .await?;
+    written(&put, COLLECTION)
+}
+
+/// Deletes a service, of the version that `If-Match` names.
+#[utoipa::path(
+    delete,
+    path = "/v1/services/{id}",
+    tag = "providers",
+    params(
+        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
+        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
+    ),
+    responses(
+        (status = 204, description = "It is gone."),
+        refusals::Write,
+        refusals::Version,
+    ),
+)]
+pub(super) async fn delete_service(
+    State(dispatch): State<Arc<Dispatch>>,
+    Named(id): Named,
+    Authenticated(caller): Authenticated,
+    Query(NoParameters {}): Query<NoParameters>,
+    headers: HeaderMap,
+) -> Answer {
+    let version = if_match(&headers)?;
+    dispatch
+        .delete_entry::<PublishedService>(&caller, &id, version)
+        .await?;
+    Ok(gone())
+}

@@ -1,0 +1,64 @@
+//! A token just made, and the lines that a file of tokens has of it.
+
+use super::tokens::{TOKEN_BYTES, TOKEN_PREFIX, caller, digest_of, hex, read_end, role_named};
+use crate::access::{Caller, LOCAL_TENANT, Role};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// A token just made. The token itself is told once and kept nowhere.
+pub struct NewToken {
+    /// What the bearer sends.
+    pub token: String,
+    /// What the file has, in hexadecimal.
+    pub sha256: String,
+    /// What it may do.
+    pub role: Role,
+    /// To whose things.
+    pub subject: Arc<str>,
+    /// To which tenant its bearer belongs.
+    pub tenant: Arc<str>,
+    /// Until when, where it has an end.
+    pub ends_at: Option<Timestamp>,
+}
+
+impl NewToken {
+    /// A token of so much randomness for a role, by its name, a subject, and a tenant: the local one where none is named.
+    ///
+    /// # Errors
+    /// When there is no such role, the subject or the tenant is none, or the end no instant; what to write instead.
+    pub fn of(
+        random: &[u8; TOKEN_BYTES],
+        role: &str,
+        subject: &str,
+        tenant: Option<&str>,
+        ends_at: Option<&str>,
+    ) -> Result<Self, String> {
+        let Caller { role, tenant, .. } = caller(role_named(role)?, subject, tenant)?;
+        let token = format!("{TOKEN_PREFIX}{}", hex(random));
+        Ok(Self {
+            sha256: hex(&digest_of(&token)),
+            token,
+            role,
+            subject: Arc::from(subject),
+            tenant,
+            ends_at: ends_at.map(read_end).transpose()?,
+        })
+    }
+
+    /// What to add to the file of tokens.
+    pub fn stanza(&self) -> String {
+        let subject = toml::Value::String(self.subject.to_string());
+        let tenant = Some(&self.tenant).filter(|tenant| &***tenant != LOCAL_TENANT);
+        let tenant = tenant.map(|tenant| format!("tenant = \"{tenant}\"\n"));
+        let end = self
+            .ends_at
+            .map(|ends_at| format!("ends_at = \"{ends_at}\"\n"));
+        format!(
+            "[[token]]\nsha256 = \"{}\"\nrole = \"{}\"\nsubject = {subject}\n{}{}",
+            self.sha256,
+            self.role.name(),
+            tenant.unwrap_or_default(),
+            end.unwrap_or_default()
+        )
+    }
+}

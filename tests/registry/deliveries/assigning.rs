@@ -1,0 +1,239 @@
+//! Which drone flies which order, and what an order waits for.
+
+use super::world::{SERVICE, World, errand};
+use serde_json::json;
+use skyway::wire::{DeliveryStatus, EndedAs, PlanState};
+
+#[tokio::test]
+async fn of_two_orders_and_one_drone_one_waits_and_says_why() {
+    let world = World::with_drones(&["shop"]).await;
+    let far = world.order("roof", "tower").await;
+    let near = world.order("door", "hut").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&near).await, "swift:0");
+    assert_eq!(world.status(&far).await, DeliveryStatus::Created);
+    let reason = world.reason(&far).await;
+    assert_eq!(
+        reason,
+        "the only drone that is free flies another order first"
+    );
+    world.assign().await;
+    let reason = world.reason(&far).await;
+    assert_eq!(
+        reason,
+        format!("no drone of the service '{SERVICE}' that fits is free")
+    );
+    // Looked at again and again nothing changes, so nothing is written.
+    let before = world.delivery(&far).await;
+    world.assign().await;
+    assert_eq!(world.delivery(&far).await, before);
+
+    let flight = world.whole_flight(&near, "shop").await;
+    let plan = flight[0].plan_id.clone();
+    world
+        .edge
+        .set(&plan, PlanState::Ended, Some(EndedAs::Delivered));
+    world.tell(1, &flight).await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&far).await, "swift:0");
+}
+
+#[tokio::test]
+async fn orders_that_come_together_are_assigned_best_together() {
+    // One by one, the first order would take the drone at the shop, and the second would be left with that at the tower.
+    let world = World::with_drones(&["shop", "tower"]).await;
+    let first = world.order("door", "hut").await;
+    let second = world.order("depot", "shop").await;
+    world.assign().await;
+    // 13,000 m and 2,000 m; the other way round it would be 6,000 m and 18,000 m.
+    assert_eq!(world.drone_of(&first).await, "swift:1");
+    assert_eq!(world.drone_of(&second).await, "swift:0");
+    let explanation = world
+        .delivery(&first)
+        .await
+        .allocation
+        .expect("a drone")
+        .explanation;
+    assert!(explanation.contains("2 orders together"), "{explanation}");
+}
+
+#[tokio::test]
+async fn what_an_edge_refuses_the_next_drone_flies() {
+    let world = World::with_drones(&["depot", "tower"]).await;
+    world.edge.refuse("swift:0");
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    assert_eq!(
+        world.reason(&id).await,
+        "drone 'swift:0' cannot fly it: no open way leads there (no_route)"
+    );
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    world.assign().await;
+    assert_eq!(world.drone_of(&id).await, "swift:1");
+}
+
+#[tokio::test]
+async fn a_refused_drone_is_asked_for_again_after_a_while() {
+    let world = World::with_drones(&["depot"]).await;
+    world.edge.refuse("swift:0");
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    world.edge.accept("swift:0");
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    assert!(world.reason(&id).await.contains("cannot fly it"));
+    world.pass(121);
+    world.assign().await;
+    assert_eq!(world.drone_of(&id).await, "swift:0");
+}
+
+#[tokio::test]
+async fn an_edge_that_was_silent_is_asked_again_for_the_same_plan() {
+    for loses_answer in [false, true] {
+        let world = World::with_drones(&["depot", "tower"]).await;
+        if loses_answer {
+            world.edge.lose_answers(2);
+        } else {
+            world.edge.lose_questions(2);
+        }
+        let id = world.order("shop", "door").await;
+        world.assign().await;
+        assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+        assert_eq!(world.reason(&id).await, "the edge does not answer");
+        assert_eq!(world.drone("swift:0").await.0, "assigned");
+        for _ in 0..3 {
+            world.pass(3);
+            world.assign().await;
+        }
+        assert_eq!(world.drone_of(&id).await, "swift:0");
+        assert_eq!(world.edge.plans().len(), 1);
+        assert_eq!(
+            world.told(&id).await,
+            ["delivery.created", "delivery.assigned"]
+        );
+    }
+}
+
+#[tokio::test]
+async fn another_process_goes_on_where_one_has_died() {
+    let world = World::with_drones(&["depot"]).await;
+    // It has reserved and asked; the answer never came, and then it died.
+    world.edge.lose_answers(1);
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let plans = world.edge.plans();
+    assert_eq!(plans.len(), 1);
+    let another = world.another().await;
+    drop(world);
+    another.pass(3);
+    another.assign().await;
+    assert_eq!(another.status(&id).await, DeliveryStatus::Assigned);
+    let allocation = another.delivery(&id).await.allocation.expect("a drone");
+    assert!(plans.contains_key(&allocation.plan_id));
+    assert_eq!(another.edge.plans().len(), 1);
+}
+
+#[tokio::test]
+async fn an_edge_that_stays_silent_is_given_up_and_the_flight_called_off() {
+    let world = World::with_drones(&["depot"]).await;
+    world.edge.lose_answers(1);
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    world.edge.lose_questions(2);
+    world.pass(601);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+    assert!(world.reason(&id).await.contains("did not answer in time"));
+    // The edge may have its flight, so the drone is not free yet.
+    assert_eq!(world.drone("swift:0").await.0, "assigned");
+    for _ in 0..3 {
+        world.pass(20);
+        world.assign().await;
+    }
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
+    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+}
+
+#[tokio::test]
+async fn an_order_without_a_drone_is_answered_at_its_deadline() {
+    let world = World::with_drones(&[]).await;
+    let mut order = errand("shop", "door");
+    order.arrive_by = Some("2026-11-27T18:30:00Z".to_owned());
+    let id = world.try_order(&order).await.expect("an order").id;
+    let patient = world.order("shop", "door").await;
+    world.assign().await;
+    assert!(world.reason(&id).await.contains("is free"));
+    world.pass(30 * 60);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+    assert_eq!(world.status(&patient).await, DeliveryStatus::Created);
+    world.pass(120 * 60);
+    world.assign().await;
+    assert_eq!(world.status(&patient).await, DeliveryStatus::Failed);
+    assert_eq!(
+        world.told(&id).await,
+        ["delivery.created", "delivery.failed"]
+    );
+}
+
+#[tokio::test]
+async fn a_flight_that_would_come_too_late_is_called_off_for_another_drone() {
+    let world = World::with_drones(&["tower", "depot"]).await;
+    world.edge.refuse("swift:1");
+    let mut order = errand("shop", "door");
+    order.arrive_by = Some("2026-11-27T18:05:00Z".to_owned());
+    let id = world.try_order(&order).await.expect("an order").id;
+    // The near drone is refused; the far one would take 9 minutes.
+    for _ in 0..3 {
+        world.assign().await;
+        world.pass(1);
+    }
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    assert!(
+        world.reason(&id).await.contains("would arrive at"),
+        "{}",
+        world.reason(&id).await
+    );
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
+}
+
+#[tokio::test]
+async fn an_order_for_later_gets_its_drone_shortly_before() {
+    let world = World::with_drones(&["depot"]).await;
+    let mut order = errand("shop", "door");
+    order.start_time = Some("2026-11-27T20:00:00Z".to_owned());
+    let id = world.try_order(&order).await.expect("an order").id;
+    world.assign().await;
+    assert_eq!(
+        world.reason(&id).await,
+        "its drone is assigned from 2026-11-27T19:45:00Z on"
+    );
+    world.pass(105 * 60);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+}
+
+#[tokio::test]
+async fn an_order_that_no_service_fits_waits_for_one() {
+    let world = World::with_drones(&["depot"]).await;
+    world.put_service(&json!({"payload_max_kg": 0.5})).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    assert!(
+        world
+            .reason(&id)
+            .await
+            .contains("it carries 0.5 kg at most")
+    );
+    world.put_service(&json!({})).await;
+    world.pass(6);
+    world.assign().await;
+    world.assign().await;
+    let delivery = world.delivery(&id).await;
+    assert_eq!(delivery.status, DeliveryStatus::Assigned);
+    assert_eq!(delivery.price.expect("a price").amount.to_string(), "8.00");
+    assert_eq!(delivery.provider.as_deref(), Some("swift"));
+}

@@ -1,0 +1,9 @@
+//! Deliveries from the order to the door, over a store in a file, with an edge that is made up.
+
+mod assigning;
+mod cancelling;
+mod edge;
+mod flying;
+mod ordering;
+mod racing;
+mod world;

@@ -1,0 +1,306 @@
+//! Searches, quotes and orders, and who sees them.
+
+use super::world::{NETWORK, SERVICE, World, customer, errand, of};
+use serde_json::json;
+use skyway::access::Role;
+use skyway::intake::PageRequest;
+use skyway::refusal::Code;
+use skyway::registry::WriteOptions;
+use skyway::wire::{
+    DeliveryOrder, DeliveryStatus, Id, OfferRank, ProofOfDelivery, QuoteRequest, Recipient,
+    ServiceSearch,
+};
+
+fn search() -> ServiceSearch {
+    ServiceSearch {
+        network: NETWORK.to_owned(),
+        source: Id::new("shop"),
+        destination: Id::new("door"),
+        payload_kg: 1.0,
+        start_time: None,
+        arrive_by: None,
+        price_max: None,
+        on_time_min_fraction: None,
+        rank_by: OfferRank::Price,
+    }
+}
+
+fn quoted() -> QuoteRequest {
+    QuoteRequest {
+        service_id: SERVICE.to_owned(),
+        source: Id::new("shop"),
+        destination: Id::new("door"),
+        payload_kg: 1.0,
+        start_time: None,
+        arrive_by: None,
+    }
+}
+
+#[tokio::test]
+async fn a_search_tells_offers_and_why_others_do_not_fit() {
+    let world = World::with_drones(&["depot", "roof"]).await;
+    let found = world
+        .dispatch
+        .search_services(&search())
+        .await
+        .expect("offers");
+    let offer = &found.offers[0];
+    assert_eq!((offer.drones, offer.length_m), (2, 1_500.0));
+    assert_eq!(offer.price.amount.to_string(), "8.00");
+    // The near drone has 1,000 m to the shop.
+    assert_eq!(offer.pickup_at, "2026-11-27T18:01:03Z");
+
+    let square = json!([[
+        [-10.0, -10.0],
+        [2_000.0, -10.0],
+        [2_000.0, 10.0],
+        [-10.0, 10.0],
+        [-10.0, -10.0]
+    ]]);
+    world
+        .put_service(&json!({"area": {"type": "Polygon", "coordinates": square}}))
+        .await;
+    let found = world
+        .dispatch
+        .search_services(&search())
+        .await
+        .expect("offers");
+    assert!(found.offers.is_empty());
+    assert_eq!(found.passed_over[0].code, "area");
+    assert_eq!(found.passed_over[0].text, "node 'door' is outside its area");
+
+    let mut lost = search();
+    lost.destination = Id::new("dor");
+    let refused = world.dispatch.search_services(&lost).await.unwrap_err();
+    assert_eq!(
+        (refused.code, refused.faults[0].code.as_str()),
+        (Code::PlanInvalid, "unknown_node")
+    );
+}
+
+#[tokio::test]
+async fn a_quote_is_accepted_once_and_in_time() {
+    let world = World::with_drones(&["depot"]).await;
+    let shop = customer("shop");
+    let quote = world
+        .dispatch
+        .create_quote(&shop, quoted())
+        .await
+        .expect("a quote");
+    assert_eq!(quote.price.amount.to_string(), "8.00");
+    assert_eq!(quote.length_m, 1_500.0);
+    assert!(world.edge.plans().is_empty());
+    let accept = DeliveryOrder {
+        quote_id: Some(quote.id.clone()),
+        ..DeliveryOrder::default()
+    };
+    let delivery = world.try_order(&accept).await.expect("an order");
+    assert_eq!(delivery.price.as_ref(), Some(&quote.price));
+    assert_eq!(delivery.promised_at.as_ref(), Some(&quote.arrives_at));
+    let twice = world.try_order(&accept).await.unwrap_err();
+    assert_eq!(twice.code, Code::AlreadyExists);
+    world.assign().await;
+    let assigned = world.delivery(&delivery.id).await;
+    assert_eq!(assigned.status, DeliveryStatus::Assigned);
+    assert_eq!(assigned.promised_at.as_ref(), Some(&quote.arrives_at));
+
+    world.put_drone("swift:9", "depot").await;
+    let late = world
+        .dispatch
+        .create_quote(&shop, quoted())
+        .await
+        .expect("a quote");
+    let stranger = world
+        .dispatch
+        .quote(&customer("other"), &late.id)
+        .await
+        .unwrap_err();
+    assert_eq!(stranger.code, Code::NotFound);
+    world.pass(300);
+    let late = DeliveryOrder {
+        quote_id: Some(late.id),
+        ..DeliveryOrder::default()
+    };
+    assert_eq!(
+        world.try_order(&late).await.unwrap_err().code,
+        Code::QuoteExpired
+    );
+    let stated_twice = DeliveryOrder {
+        payload_kg: Some(2.0),
+        ..late
+    };
+    assert_eq!(
+        world.try_order(&stated_twice).await.unwrap_err().code,
+        Code::PlanInvalid
+    );
+}
+
+#[tokio::test]
+async fn without_a_free_drone_there_is_no_quote() {
+    let world = World::with_drones(&[]).await;
+    let refused = world
+        .dispatch
+        .create_quote(&customer("shop"), quoted())
+        .await
+        .unwrap_err();
+    assert_eq!(
+        (refused.code, refused.faults[0].code.as_str()),
+        (Code::NoOffer, "no_drone")
+    );
+}
+
+#[tokio::test]
+async fn the_same_key_orders_once() {
+    let world = World::with_drones(&["depot"]).await;
+    let shop = customer("shop");
+    let options = |fingerprint: &str| WriteOptions {
+        subject: shop.subject.to_string(),
+        key: Some("order-4711".to_owned()),
+        fingerprint: fingerprint.to_owned(),
+        ..WriteOptions::default()
+    };
+    let order = errand("shop", "door");
+    let place = |manner| {
+        let (dispatch, order, shop) = (world.dispatch.clone(), order.clone(), shop.clone());
+        async move { dispatch.create_delivery(&shop, &order, &manner).await }
+    };
+    let (first, second) = tokio::join!(place(options("one")), place(options("one")));
+    let (first, second) = (first.expect("an order"), second.expect("the same"));
+    assert_eq!(first, second);
+    world.pass(5);
+    assert_eq!(place(options("one")).await.expect("the same"), first);
+    let other = place(options("two")).await.unwrap_err();
+    assert_eq!(other.code, Code::IdempotencyMismatch);
+    let page = PageRequest::default();
+    let all = world
+        .dispatch
+        .deliveries(&shop, &page)
+        .await
+        .expect("a page");
+    assert_eq!(all.deliveries.len(), 1);
+}
+
+#[tokio::test]
+async fn each_sees_what_is_theirs() {
+    let world = World::with_drones(&["depot"]).await;
+    let order = DeliveryOrder {
+        reference: Some("4711".to_owned()),
+        recipient: Some(Recipient {
+            name: Some("Ada".to_owned()),
+            ..Recipient::default()
+        }),
+        ..errand("shop", "door")
+    };
+    let placed = world.try_order(&order).await.expect("an order");
+    assert_eq!(placed.recipient, None);
+    let id = placed.id;
+    world.assign().await;
+    let see = |caller| {
+        let (dispatch, id) = (world.dispatch.clone(), id.clone());
+        async move { dispatch.delivery(&caller, &id).await }
+    };
+    let own = see(customer("shop")).await.expect("its own");
+    assert_eq!(
+        own.recipient
+            .and_then(|recipient| recipient.name)
+            .as_deref(),
+        Some("Ada")
+    );
+    assert!(own.price.is_some());
+    let flown = see(of(Role::Provider, "swift")).await.expect("flown by it");
+    assert!(flown.recipient.is_none() && flown.price.is_some());
+    let watched = see(of(Role::Operator, "local")).await.expect("a flight");
+    assert!(watched.recipient.is_none() && watched.price.is_none());
+    for (role, tenant) in [
+        (Role::Customer, "other"),
+        (Role::Provider, "rival"),
+        (Role::Edge, "local"),
+    ] {
+        let refused = see(of(role, tenant)).await.unwrap_err();
+        assert_eq!(refused.code, Code::NotFound);
+        let page = PageRequest::default();
+        let listed = world.dispatch.deliveries(&of(role, tenant), &page).await;
+        let is_tenant = role != Role::Edge;
+        assert!(!is_tenant || listed.expect("a page").deliveries.is_empty());
+    }
+}
+
+#[tokio::test]
+async fn a_proof_is_completed_by_the_provider_after_the_arrival() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let proof = ProofOfDelivery {
+        at: "2026-11-27T18:00:00Z".to_owned(),
+        lon: None,
+        lat: None,
+        photo: Some("https://proofs.example/1.jpg".to_owned()),
+        code: Some("2718".to_owned()),
+    };
+    let (swift, shop) = (of(Role::Provider, "swift"), customer("shop"));
+    let early = world
+        .dispatch
+        .prove_delivery(&swift, &id, &proof)
+        .await
+        .unwrap_err();
+    assert_eq!(early.code, Code::DeliveryStateConflict);
+    let flight = world.whole_flight(&id, "depot").await;
+    world.tell(1, &flight).await;
+    let proved = world
+        .dispatch
+        .prove_delivery(&swift, &id, &proof)
+        .await
+        .expect("a proof");
+    let kept = proved.proof.expect("a proof");
+    assert_eq!(
+        (kept.code.as_deref(), kept.lon),
+        (Some("2718"), Some(2_500.0))
+    );
+    let not_its_own = world
+        .dispatch
+        .prove_delivery(&shop, &id, &proof)
+        .await
+        .unwrap_err();
+    assert_eq!(not_its_own.code, Code::NotFound);
+}
+
+#[tokio::test]
+async fn a_track_has_a_place_only_while_it_is_flown() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let shop = customer("shop");
+    let sighting = skyway::registry::documents::PositionRow {
+        drone: "swift:0".to_owned(),
+        at_ms: world.now().as_millisecond(),
+        lon: 1_200.0,
+        lat: 0.0,
+        altitude_m: None,
+        battery_fraction: Some(0.8),
+        speed_mps: None,
+    };
+    world
+        .documents
+        .keep_positions(&[sighting])
+        .await
+        .expect("kept");
+    let before = world.dispatch.track(&shop, &id).await.expect("a track");
+    assert_eq!(before.place, None);
+    let flight = world.whole_flight(&id, "depot").await;
+    world.tell(1, &flight[..3]).await;
+    let under_way = world.dispatch.track(&shop, &id).await.expect("a track");
+    assert_eq!(under_way.status, DeliveryStatus::InFlight);
+    assert_eq!(under_way.place.map(|place| place.lon), Some(1_200.0));
+    world.tell(4, &flight[3..]).await;
+    let after = world.dispatch.track(&shop, &id).await.expect("a track");
+    assert_eq!(
+        (after.status, after.place),
+        (DeliveryStatus::Delivered, None)
+    );
+    let stranger = world
+        .dispatch
+        .track(&customer("other"), &id)
+        .await
+        .unwrap_err();
+    assert_eq!(stranger.code, Code::NotFound);
+}
