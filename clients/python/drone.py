@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""One drone: it asks for a plan, stays on the line, flies what it is told, and lands.
+"""One drone: it asks for a plan, stays on the line, flies what it is told, and lands. Or drones of a provider, which wait
+on the line for the deliveries that they are assigned to.
 
-drone.py EDGE FROM TO        as in: drone.py 127.0.0.1:8080 1 450
+drone.py EDGE FROM TO              as in: drone.py 127.0.0.1:8080 1 450
+drone.py EDGE --assigned ID ...    as in: drone.py 127.0.0.1:8080 --assigned acme:1 acme:2
 
 It flies by the times of its plan, so it is where the newest version that it has taken over has it at each moment. A new
 version is taken over if it begins near the drone, and declined otherwise. When the line breaks, the drone flies on and comes
@@ -61,15 +63,21 @@ class EdgeTime:
 class Drone:
     """What it flies, and where that has it."""
 
-    def __init__(self, plan):
-        self.id, self.plan_id = plan.drone_id, plan.id
+    def __init__(self, drone_id, plan=None):
+        self.id = drone_id
         self.session_id = self.received = None
-        self.has_landed = False
-        self.fly(plan.reported)
+        self.wait()
+        if plan:
+            self.fly(plan.id, plan.reported)
 
-    def fly(self, version):
-        """From now on it flies this version: pieces of way with the times of their ends."""
-        self.version, self.lands_at = version, version.arrives_at.ToDatetime(UTC)
+    def wait(self):
+        """It stands where it is, for the next plan."""
+        self.plan_id = self.version = None
+        self.lands_at, self.pieces = datetime.datetime.max.replace(tzinfo=UTC), []
+
+    def fly(self, plan_id, version):
+        """From now on it flies this version: pieces of way with the times of their ends. Between them it is served."""
+        self.plan_id, self.version, self.lands_at = plan_id, version, version.arrives_at.ToDatetime(UTC)
         if version.legs:
             self.height_reference = version.legs[0].height_reference
         elif version.outcome == "hold":
@@ -108,19 +116,28 @@ class Drone:
         entry.timestamp.FromDatetime(now)
         return session.SessionRequest(telemetry=telemetry.ReportTelemetryRequest(positions=[entry]))
 
+    def is_newer(self, version):
+        """Whether a version comes after the one that it flies."""
+        return (version.token, version.epoch, version.version) > (self.version.token, self.version.epoch, self.version.version)
+
     def answer(self, message, now):
         """What it says to a message from its mailbox."""
         self.received = message.id
         kind = session.MessageKind.Name(message.kind).removeprefix("MESSAGE_KIND_").lower()
         new = message.version
         print(f"told {kind} {message.id}", f"version {new.version}" if new.version else message.text, flush=True)
-        if kind == "version" and (new.token, new.epoch, new.version) > (self.version.token, self.version.epoch, self.version.version):
+        if kind == "assigned" and not self.plan_id:
+            self.fly(message.plan_id, new)
+            print(f"{self.id} flies plan {self.plan_id}: {' '.join(new.path.nodes)}", flush=True)
+        elif kind == "ended" and message.plan_id == self.plan_id:
+            self.wait()
+        elif kind == "version" and message.plan_id == self.plan_id and self.is_newer(new):
             lon, lat, _ = self.place(now)
             begins = new.first_stretch.geometry or [point for leg in new.legs for point in leg.geometry]
             if begins and distance_m((lon, lat), corner(begins[0])) > NEAR_M:
                 declined = plans.DeclinePlanRequest(id=self.plan_id, version=new.version, reason="passed", location=at(lon, lat))
                 return session.SessionRequest(request_id=2, decline=declined)
-            self.fly(new)
+            self.fly(self.plan_id, new)
             print(f"flies version {new.version}: {' '.join(new.path.nodes)}", flush=True)
             taken = plans.AcknowledgePlanRequest(id=self.plan_id, version=new.version, location=at(lon, lat))
             return session.SessionRequest(request_id=1, acknowledge=taken)
@@ -128,8 +145,8 @@ class Drone:
         return session.SessionRequest(received=through)
 
 
-async def fly_on_line(drone, edge_time, channel):
-    """One session: telemetry up, messages down, until it has landed."""
+async def fly_on_line(drone, edge_time, channel, is_done):
+    """One session: telemetry up, messages down, until it has landed or has nothing more to fly."""
     line = drone_services.DronesStub(channel).Session()
     await line.write(drone.hello())
 
@@ -144,37 +161,59 @@ async def fly_on_line(drone, edge_time, channel):
                 print(f"refused: {told.problem.code}: {told.problem.detail}", flush=True)
 
     listening = asyncio.create_task(listen())
-    while (now := edge_time()) < drone.lands_at and not listening.done():
-        await line.write(drone.position(now))
+    while (now := edge_time()) < drone.lands_at and not is_done(drone) and not listening.done():
+        if drone.plan_id:
+            await line.write(drone.position(now))
         await asyncio.sleep(EVERY_S / edge_time.rate)
     if listening.done():
         # It says why the line has ended.
         return listening.result()
     listening.cancel()
+    if drone.plan_id:
+        await land(drone, edge_time, channel)
+
+
+async def land(drone, edge_time, channel):
+    """It says that it has landed; to an edge that it had told so before, once more."""
     landed = plans.CompletePlanRequest(id=drone.plan_id, location=at(*drone.place(edge_time())[:2]))
-    ended = await plan_services.PlansStub(channel).CompletePlan(landed)
-    drone.has_landed = True
-    print(f"landed: {plans.EndedAs.Name(ended.ended_as).removeprefix('ENDED_AS_').lower()}", flush=True)
+    try:
+        ended = await plan_services.PlansStub(channel).CompletePlan(landed)
+        print(f"landed: {plans.EndedAs.Name(ended.ended_as).removeprefix('ENDED_AS_').lower()}", flush=True)
+    except grpc.aio.AioRpcError as refused:
+        if refused.code() != grpc.StatusCode.FAILED_PRECONDITION:
+            raise
+    drone.wait()
+
+
+async def keep_on_line(drone, edge_time, channel, is_done):
+    """Over as many sessions as it takes."""
+    while not is_done(drone):
+        try:
+            await fly_on_line(drone, edge_time, channel, is_done)
+        except grpc.aio.AioRpcError as broken:
+            print(f"the line broke: {broken.code().name.lower()}", flush=True)
+            await asyncio.sleep(0.2)
 
 
 async def main():
-    """Asks for a plan and flies it, over as many sessions as it takes."""
+    """Asks for a plan and flies it, or waits for what is assigned."""
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    for name in ("edge", "source", "destination"):
-        arguments.add_argument(name)
+    arguments.add_argument("edge")
+    arguments.add_argument("source", nargs="?")
+    arguments.add_argument("destination", nargs="?")
+    arguments.add_argument("--assigned", nargs="+", metavar="ID")
     given = arguments.parse_args()
+    if not given.assigned and not given.destination:
+        arguments.error("name a source and a destination, or drones with --assigned")
     async with grpc.aio.insecure_channel(given.edge) as channel:
         edge_time = EdgeTime(await clock_services.ClockStub(channel).GetClock(clock.GetClockRequest()))
+        if given.assigned:
+            waiting = [keep_on_line(Drone(drone_id), edge_time, channel, lambda _: False) for drone_id in given.assigned]
+            await asyncio.gather(*waiting)
         asked = plans.CreatePlanRequest(source=given.source, destination=given.destination, drone_id=f"drone-{time.time_ns()}")
         plan = await plan_services.PlansStub(channel).CreatePlan(asked)
-        drone = Drone(plan)
         print(f"plan {plan.id}: {' '.join(plan.reported.path.nodes)}", flush=True)
-        while not drone.has_landed:
-            try:
-                await fly_on_line(drone, edge_time, channel)
-            except grpc.aio.AioRpcError as broken:
-                print(f"the line broke: {broken.code().name.lower()}", flush=True)
-                await asyncio.sleep(0.2)
+        await keep_on_line(Drone(plan.drone_id, plan), edge_time, channel, lambda drone: not drone.plan_id)
 
 
 if __name__ == "__main__":

@@ -100,15 +100,23 @@ problems! {
     MethodNotAllowed "method_not_allowed" METHOD_NOT_ALLOWED Unimplemented "method not allowed"
         "The path has other methods, which the Allow header lists; over gRPC, there is no such method.";
     MediaTypeUnsupported "media_type_unsupported" UNSUPPORTED_MEDIA_TYPE InvalidArgument "media type not supported"
-        "Bodies are JSON without a content encoding.";
+        "Bodies are JSON without a content encoding; batches of positions may be compressed with gzip.";
     AlreadyExists "already_exists" CONFLICT AlreadyExists "already exists"
         "Something has this id. Change it under its own path, with If-Match.";
     NoRoute "no_route" CONFLICT FailedPrecondition "no open route"
         "No open way leads to the destination at this time. Closures or zones that end may open one.";
+    NoOffer "no_offer" CONFLICT FailedPrecondition "nothing is offered"
+        "No service fits what was asked for. Each fault names a service and why it does not fit.";
+    QuoteExpired "quote_expired" CONFLICT FailedPrecondition "the quote has expired"
+        "A quote holds for some minutes. Ask for another one.";
+    DeliveryStateConflict "delivery_state_conflict" CONFLICT FailedPrecondition "the delivery is in another state"
+        "The delivery stands otherwise than this needs: its drone has departed, or it is over. Read it again.";
     ClosureOfZone "closure_of_zone" CONFLICT FailedPrecondition "the closure belongs to a zone"
         "The closure stands as long as its zone does. Lift the zone.";
     NetworkInUse "network_in_use" CONFLICT FailedPrecondition "the network is in use"
         "A zone or a closure names what the change of the network would take away. Lift it first. Each fault names one.";
+    InUse "in_use" CONFLICT FailedPrecondition "something needs it"
+        "A delivery that is not over, or something else that stands, needs what was to be changed or deleted. `detail` names it. End that first.";
     ClockNotExternal "clock_not_external" CONFLICT FailedPrecondition "no client moves the clock"
         "The edge goes by a clock that moves by itself. Only one that was started with --clock external is moved by clients.";
     ClockBackwards "clock_backwards" UNPROCESSABLE_ENTITY OutOfRange "the clock goes forward only"
@@ -143,6 +151,8 @@ problems! {
         "A bound of this server is reached. Remove what is not needed, or try again later.";
     NotReady "not_ready" SERVICE_UNAVAILABLE Unavailable "not ready"
         "The edge has no network to answer on yet. Try again after the time given.";
+    EdgeUnavailable "edge_unavailable" SERVICE_UNAVAILABLE Unavailable "no edge answers"
+        "The edge that composes flights over the network is not known or does not answer. Try again after the time given.";
     ShuttingDown "shutting_down" SERVICE_UNAVAILABLE Unavailable "shutting down"
         "The server stops. Go to another, or try again when it is back.";
     StoreUnavailable "store_unavailable" SERVICE_UNAVAILABLE Unavailable "the store does not answer"

@@ -15,6 +15,8 @@ mod config;
 #[cfg(feature = "edge")]
 mod config_sources;
 #[cfg(feature = "edge")]
+mod delivery;
+#[cfg(feature = "edge")]
 mod demo;
 #[cfg(feature = "edge")]
 mod edge;
@@ -36,11 +38,15 @@ mod plan;
 #[cfg(feature = "edge")]
 mod registry;
 #[cfg(feature = "edge")]
+mod registry_arguments;
+#[cfg(feature = "edge")]
 mod remote;
 #[cfg(feature = "edge")]
 mod replay;
 mod requests;
 mod reroute;
+#[cfg(feature = "edge")]
+mod service;
 mod stop;
 #[cfg(feature = "edge")]
 mod token;
@@ -126,6 +132,14 @@ enum Command {
     #[cfg(feature = "edge")]
     #[command(subcommand, after_help = zone::EXAMPLES)]
     Zone(zone::Zone),
+    /// Publish what a provider offers at a registry
+    #[cfg(feature = "edge")]
+    #[command(subcommand, after_help = service::EXAMPLES)]
+    Service(service::Service),
+    /// Order and follow deliveries at a registry
+    #[cfg(feature = "edge")]
+    #[command(subcommand, after_help = delivery::EXAMPLES)]
+    Delivery(delivery::Delivery),
     /// Check and show the configuration of an edge or a registry
     #[cfg(feature = "edge")]
     #[command(subcommand)]
@@ -202,6 +216,10 @@ fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {
         Command::Network(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Zone(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Service(command) => command.run(output),
+        #[cfg(feature = "edge")]
+        Command::Delivery(command) => command.run(output),
         #[cfg(feature = "edge")]
         Command::Config(command) => command.run(output),
         #[cfg(feature = "edge")]

@@ -1,4 +1,4 @@
-//! `skyway token`: a token for a drone, an operator, an edge or a collector of metrics.
+//! `skyway token`: a token for a drone, an operator, an edge, a collector of metrics, a provider or a customer.
 
 use super::output::Output;
 use super::stop::{Stop, Verdict};
@@ -10,18 +10,22 @@ const EXAMPLES: &str = "\
 Examples:
   skyway token --role operator --subject '*'            the token, and the lines to add to the file
   skyway token --role drone --subject acme --json       for a fleet: drones acme:1, acme:2, ...
+  skyway token --role provider --tenant acme --subject desk
   (umask 077; skyway token --role drone --subject d-7 2>> tokens.toml > d-7.token)";
 
 /// Arguments of `skyway token`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Token {
-    /// What its bearer may do: drone, operator, edge or metrics
+    /// What its bearer may do: drone, operator, edge, metrics, provider or customer
     #[arg(long)]
     role: String,
     /// To whose things: a drone's id, a fleet, or *
     #[arg(long)]
     subject: String,
+    /// To which provider or customer it belongs, by its id; the others need none
+    #[arg(long)]
+    tenant: Option<String>,
     /// Until when it counts: an instant in RFC 3339; without one until it is revoked
     #[arg(long, value_name = "INSTANT")]
     ends_at: Option<String>,
@@ -35,7 +39,8 @@ impl Token {
         let mut random = [0; 32];
         getrandom::fill(&mut random)
             .map_err(|error| Stop::failed(format!("the system has no random bits: {error}")))?;
-        let new = NewToken::of(&random, &self.role, &self.subject, self.ends_at.as_deref());
+        let (tenant, ends_at) = (self.tenant.as_deref(), self.ends_at.as_deref());
+        let new = NewToken::of(&random, &self.role, &self.subject, tenant, ends_at);
         let new = new.map_err(Stop::Usage)?;
         if self.json {
             output.json(&json!({
@@ -43,6 +48,7 @@ impl Token {
                 "sha256": new.sha256,
                 "role": new.role.name(),
                 "subject": *new.subject,
+                "tenant": *new.tenant,
                 "ends_at": new.ends_at.map(|ends_at| ends_at.to_string()),
                 "stanza": new.stanza(),
             }))?;

@@ -1,4 +1,4 @@
-//! What the demo asks of an edge, over REST.
+//! What the demo asks of an edge and of the registry, over REST.
 
 use crate::wire;
 use reqwest::{Method, RequestBuilder, Response, StatusCode};
@@ -13,14 +13,14 @@ const ANSWER_WITHIN: Duration = Duration::from_secs(5);
 /// A stream of mail on which nothing came for so long is dead: twice as long as an edge is silent on one.
 const SILENCE_MAX: Duration = Duration::from_secs(30);
 
-/// Why something asked of the edge did not come about.
+/// Why something asked of a daemon did not come about.
 #[derive(Debug, Error)]
 pub enum ClientError {
     /// No answer, or one that cannot be read.
-    #[error("the edge cannot be asked: {0}")]
+    #[error("the daemon cannot be asked: {0}")]
     Transport(#[from] reqwest::Error),
-    /// The edge refuses.
-    #[error("the edge refuses {asked}: {status}, {code}: {detail}")]
+    /// It refuses.
+    #[error("it refuses {asked}: {status}, {code}: {detail}")]
     Refused {
         /// Method and path.
         asked: String,
@@ -31,6 +31,9 @@ pub enum ClientError {
         /// What is wrong, for people.
         detail: String,
     },
+    /// There is no port for what is to be told.
+    #[error("nothing can be listened on: {0}")]
+    NoPort(#[from] std::io::Error),
     /// Its network has too little to fly between.
     #[error("the network '{network}' has no two connected nodes to fly between")]
     NothingToFly {
@@ -56,7 +59,7 @@ impl ClientError {
     }
 }
 
-/// A client of one edge.
+/// A client of one edge, or of the registry.
 #[derive(Debug)]
 pub(super) struct Client {
     http: reqwest::Client,
@@ -181,9 +184,23 @@ impl Client {
         network: &str,
         weather: &wire::Weather,
     ) -> Result<(), ClientError> {
-        let path = format!("/v1/networks/{network}/weather");
-        let with_body = |request: RequestBuilder| request.json(weather);
-        self.ask_of_current(Method::PUT, &path, with_body).await
+        self.put(&format!("/v1/networks/{network}/weather"), weather)
+            .await
+    }
+
+    /// Puts something in place of what is there now, if there is anything.
+    pub(super) async fn put(&self, path: &str, body: &impl Serialize) -> Result<(), ClientError> {
+        let with_body = |request: RequestBuilder| request.json(body);
+        self.ask_of_current(Method::PUT, path, with_body).await
+    }
+
+    /// Posts something, and gives the answer.
+    pub(super) async fn post<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        body: &impl Serialize,
+    ) -> Result<T, ClientError> {
+        self.send(Method::POST, path, body).await
     }
 
     /// Asks for something of the version that there is now, if there is one.

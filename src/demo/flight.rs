@@ -42,6 +42,8 @@ pub(super) struct Flight {
     delay: SignedDuration,
     /// What hovering has drawn.
     hovered: f64,
+    /// Whether it begins on the ground.
+    takes_off: bool,
     /// The node at the end, by the map.
     end: usize,
 }
@@ -93,12 +95,14 @@ impl Flight {
             knots,
             delay: SignedDuration::ZERO,
             hovered: 0.0,
+            takes_off: false,
             end,
         })
     }
 
-    /// Begins at an instant where that is later than planned, as the plan was told late.
-    pub(super) fn begin_at(&mut self, now: Timestamp) {
+    /// Begins on the ground: at an instant where that is later than planned, as the plan was told late.
+    pub(super) fn take_off_at(&mut self, now: Timestamp) {
+        self.takes_off = true;
         let late = self.knots.first().map(|first| first.at.duration_until(now));
         self.delay = late.unwrap_or_default().max(SignedDuration::ZERO);
     }
@@ -109,6 +113,13 @@ impl Flight {
             self.hovered += time.as_secs_f64() * BATTERY_PER_S;
         }
         self.delay += time;
+    }
+
+    /// True once it has begun.
+    pub(super) fn has_begun(&self, now: Timestamp) -> bool {
+        self.knots
+            .first()
+            .is_none_or(|first| first.at.duration_until(now) >= self.delay)
     }
 
     /// True at the end of the path.
@@ -154,7 +165,7 @@ impl Flight {
 
     /// Whether the drone stands on a pad.
     pub(super) fn is_on_pad(&self, now: Timestamp) -> bool {
-        self.part(now).0.doing == Doing::Pad
+        (self.takes_off && !self.has_begun(now)) || self.part(now).0.doing == Doing::Pad
     }
 
     /// Metres per second over ground.
@@ -307,6 +318,19 @@ mod tests {
         assert!(flight.is_over(at(400)));
         assert_eq!((flight.place(at(500)), flight.end()), (map.position(2), 2));
         assert!((flight.battery(at(500)) - 0.6).abs() < 1e-9);
+    }
+
+    #[test]
+    fn who_is_to_take_off_later_stands_until_then() {
+        let map = Map::of(&network()).expect("a map");
+        let mut flight =
+            Flight::along(&map, (map.position(0), 0.9), &version(true)).expect("a flight");
+        flight.take_off_at(at(-30));
+        assert!(flight.is_on_pad(at(-1)) && !flight.has_begun(at(-1)));
+        assert!(!flight.is_on_pad(at(1)) && flight.has_begun(at(1)));
+        flight.take_off_at(at(20));
+        assert!(flight.is_on_pad(at(19)) && !flight.is_on_pad(at(21)));
+        assert_eq!(flight.place(at(70)), Point::new(50.0, 0.0));
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub(super) struct Map {
     ids: Vec<Id<'static>>,
     positions: Vec<Point>,
     index: BTreeMap<Id<'static>, usize>,
-    has_pads: Vec<bool>,
+    pads: Vec<u16>,
     /// Nodes with pads in the largest connected part, in the order of the network.
     stations: Vec<usize>,
 }
@@ -51,7 +51,7 @@ impl Map {
             frame,
             positions: coordinates.iter().map(|&at| frame.to_plane(at)).collect(),
             index: ids.iter().cloned().zip(0..).collect(),
-            has_pads: (0..ids.len()).map(|node| pads(node) > 0).collect(),
+            pads: (0..ids.len()).map(pads).collect(),
             ids,
             stations,
         })
@@ -67,7 +67,15 @@ impl Map {
     }
 
     pub(super) fn has_pads(&self, node: usize) -> bool {
-        self.has_pads[node]
+        self.pads[node] > 0
+    }
+
+    /// The stations with the most pads, where fleets are based.
+    pub(super) fn bases(&self) -> Vec<usize> {
+        let pads = |node: &usize| self.pads[*node];
+        let most = self.stations.iter().map(pads).max().unwrap_or_default();
+        let all = self.stations.iter().copied();
+        all.filter(|node| pads(node) == most).collect()
     }
 
     pub(super) fn position(&self, node: usize) -> Point {
@@ -145,6 +153,7 @@ pub(super) mod tests {
     fn deliveries_go_between_connected_nodes_with_pads() {
         let map = Map::of(&network()).expect("a map");
         assert_eq!(map.stations(), [0, 2, 3]);
+        assert_eq!(map.bases(), [2]);
         assert_eq!(map.node(&Id::from(3)), Some(3));
         assert_eq!(map.coordinates(map.position(3)), [300.0, 0.0]);
     }

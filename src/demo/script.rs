@@ -28,6 +28,8 @@ const PAYLOADS_KG: [f64; 3] = [0.0, 0.5, 1.0];
 /// Random numbers beside those of the pilots, which count from 1, and of the operator, which has 0.
 const DEPOTS_PART: u64 = u64::MAX;
 const WIND_PART: u64 = u64::MAX - 1;
+const FLEET_PART: u64 = u64::MAX - 2;
+const SHOP_PART: u64 = u64::MAX - 3;
 /// Places drawn for a zone; the operator takes the one that meets most plans.
 const PLACES_DRAWN: usize = 4;
 const ZONE_REASONS: [&str; 5] = [
@@ -55,6 +57,30 @@ impl Script {
         PilotScript {
             chance: Chance::new(self.seed, u64::from(number)),
             depots: Chance::new(self.seed, DEPOTS_PART),
+        }
+    }
+
+    /// Where the drones of a provider are based: at different nodes, as far as there are enough.
+    pub(super) fn homes(self, map: &Map, count: usize) -> Vec<usize> {
+        let mut chance = Chance::new(self.seed, FLEET_PART);
+        let mut left = map.bases();
+        let mut homes = Vec::new();
+        while homes.len() < count {
+            if left.is_empty() {
+                left = map.stations().to_vec();
+            }
+            let Some(home) = chance.one_of(&left) else {
+                break;
+            };
+            left.retain(|node| *node != home);
+            homes.push(home);
+        }
+        homes
+    }
+
+    pub(super) fn shop(self) -> ShopScript {
+        ShopScript {
+            chance: Chance::new(self.seed, SHOP_PART),
         }
     }
 
@@ -180,6 +206,37 @@ impl PilotScript {
     }
 }
 
+/// Something that a shop orders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlannedOrder {
+    /// How long after the one before, in simulated time.
+    pub(super) wait: SignedDuration,
+    /// The nodes of the pickup and the drop, by the map.
+    pub(super) ends: [usize; 2],
+    pub(super) payload_kg: f64,
+}
+
+/// What a shop orders.
+#[derive(Debug)]
+pub(super) struct ShopScript {
+    chance: Chance,
+}
+
+impl ShopScript {
+    pub(super) fn order(&mut self, map: &Map) -> PlannedOrder {
+        let chance = &mut self.chance;
+        let wait = chance.seconds(150.0, 300.0);
+        let source = chance.one_of(map.stations()).unwrap_or_default();
+        let stations = map.stations().iter().copied();
+        let others: Vec<usize> = stations.filter(|node| *node != source).collect();
+        PlannedOrder {
+            wait,
+            ends: [source, chance.one_of(&others).unwrap_or(source)],
+            payload_kg: chance.one_of(&PAYLOADS_KG).unwrap_or_default(),
+        }
+    }
+}
+
 /// A zone to be put.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlannedZone {
@@ -275,6 +332,20 @@ mod tests {
         for (failure, _) in FAILURES {
             assert!(failures.contains(&failure), "{failure:?}");
         }
+    }
+
+    #[test]
+    fn a_shop_orders_between_different_nodes_and_homes_are_bases_first() {
+        let map = Map::of(&network()).expect("a map");
+        let mut shop = Script::new(4).shop();
+        for _ in 0..100 {
+            let order = shop.order(&map);
+            assert_ne!(order.ends[0], order.ends[1]);
+            assert!(order.wait >= SignedDuration::from_secs(150));
+        }
+        let homes = Script::new(4).homes(&map, 3);
+        assert_eq!((homes.len(), homes[0]), (3, 2));
+        assert_eq!(homes, Script::new(4).homes(&map, 3));
     }
 
     #[test]

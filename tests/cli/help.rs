@@ -37,6 +37,16 @@ const COMMANDS: &[&[&str]] = &[
     #[cfg(feature = "edge")]
     &["replay"],
     #[cfg(feature = "edge")]
+    &["service"],
+    #[cfg(feature = "edge")]
+    &["service", "publish"],
+    #[cfg(feature = "edge")]
+    &["delivery"],
+    #[cfg(feature = "edge")]
+    &["delivery", "order"],
+    #[cfg(feature = "edge")]
+    &["delivery", "track"],
+    #[cfg(feature = "edge")]
     &["config"],
     #[cfg(feature = "edge")]
     &["config", "check"],

@@ -1,4 +1,4 @@
-"""The live page in Chromium: what an operator sees and lifts, against an edge of its own.
+"""The pages in Chromium: what an operator sees and lifts, against an edge of its own; what a customer orders, at a demo.
 
     run.py SKYWAY    where SKYWAY is the program
 """
@@ -9,14 +9,13 @@ import tempfile
 import time
 
 import requests
-from selenium import webdriver
+import shop
+from browser import PATIENCE_S, Page
 from selenium.webdriver.common.by import By
-from selenium.webdriver.support.ui import WebDriverWait
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "contract"))
 from edge_process import EdgeProcess  # noqa: E402
 
-PATIENCE_S = 30
 # More than the page once read of the list of plans, ended ones first.
 ENDED_PLANS = 1100
 # From nodes with one pad each, and to others: a pad has room for one drone.
@@ -25,51 +24,6 @@ FLOWN = (("379", "450"), ("361", "420"), ("348", "406"))
 ZONES = 120
 SHOWN_AT_FIRST = 50
 CENTRE = (151.2086, -33.8660)
-# What the page may not write to the console.
-LOUD = ("SEVERE",)
-
-
-class Page:
-    """The page of an edge in a browser."""
-
-    def __init__(self, url: str, profile: str) -> None:
-        options = webdriver.ChromeOptions()
-        options.binary_location = "/usr/bin/chromium"
-        for flag in (
-            "headless=new",
-            "no-sandbox",
-            "disable-gpu",
-            "disable-quic",
-            "no-first-run",
-            "disable-background-networking",
-            "disable-component-update",
-            "disable-sync",
-            "window-size=1400,900",
-            f"user-data-dir={profile}",
-        ):
-            options.add_argument(f"--{flag}")
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        service = webdriver.ChromeService(executable_path="/usr/bin/chromedriver")
-        self.browser = webdriver.Chrome(options=options, service=service)
-        self.browser.get(url)
-
-    def find(self, selector: str):
-        return self.browser.find_element(By.CSS_SELECTOR, selector)
-
-    def rows(self, name: str) -> list:
-        return self.browser.find_elements(By.CSS_SELECTOR, f"#{name} li")
-
-    def until(self, what: str, test) -> None:
-        """Waits until something holds; what it waited for is told where it never does."""
-        WebDriverWait(self.browser, PATIENCE_S, poll_frequency=0.05).until(lambda _: test(), what)
-
-    def text(self, selector: str) -> str:
-        return self.find(selector).text
-
-    def complaints(self) -> list[str]:
-        loud = [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] in LOUD]
-        # A browser writes down every refusal, also those that a story asks for.
-        return [message for message in loud if "status of 412" not in message and "status of 404" not in message]
 
 
 class Edge:
@@ -194,9 +148,8 @@ def prepare(edge: Edge) -> None:
         edge.put_zone(f"zone-{number:03}", 20)
 
 
-def main() -> None:
-    binary = pathlib.Path(sys.argv[1])
-    began = time.monotonic()
+def tell(binary: pathlib.Path) -> int:
+    """Tells the stories of the edge's page; gives how many there are."""
     flown = ("--set", "flight.airframe=phantom3")
     with EdgeProcess(binary, *flown) as process, tempfile.TemporaryDirectory(prefix="skyway-page-") as profile:
         edge = Edge(process.port)
@@ -210,8 +163,15 @@ def main() -> None:
             assert not complaints, complaints
         finally:
             page.browser.quit()
-    print(f"{len(STORIES)} stories in {time.monotonic() - began:.0f} s")
-    print(f"{len(STORIES)} passed, 0 failed")
+    return len(STORIES)
+
+
+def main() -> None:
+    binary = pathlib.Path(sys.argv[1])
+    began = time.monotonic()
+    count = tell(binary) + shop.tell(binary)
+    print(f"{count} stories in {time.monotonic() - began:.0f} s")
+    print(f"{count} passed, 0 failed")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// Requests to the edge, and its stream of events. The token, where one is needed, lives in this module alone.
+// Requests to the daemon behind a page, and its streams of events. The token, where one is needed, lives in this module alone.
 
 let token = "";
 let onUnauthorized = () => {};
@@ -8,7 +8,7 @@ export function useToken(text) {
   token = text;
 }
 
-/** Has `listener` called whenever the edge asks for a token. */
+/** Has `listener` called whenever a token is asked for. */
 export function whenUnauthorized(listener) {
   onUnauthorized = listener;
 }
@@ -17,7 +17,7 @@ export function whenUnauthorized(listener) {
 export class Problem extends Error {
   constructor(status, document) {
     const faults = (document?.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
-    const said = [document?.detail ?? document?.title ?? `the edge answered ${status}`, ...faults];
+    const said = [document?.detail ?? document?.title ?? `the answer was ${status}`, ...faults];
     super(said.join("; "));
     this.status = status;
     this.code = document?.code ?? "";
@@ -43,7 +43,7 @@ export async function read(path) {
   return (await request("GET", path)).json();
 }
 
-/** Reads a list page by page, until `take` has been given `most` entries; tells whether the edge has more. */
+/** Reads a list page by page, until `take` has been given `most` entries; tells whether there are more. */
 export async function readPages(path, key, most, take) {
   let count = 0;
   let next = "";
@@ -57,14 +57,14 @@ export async function readPages(path, key, most, take) {
 }
 
 /**
- * Follows the events after `lastId` until the stream ends, and calls `take` with each.
+ * Follows a stream of events after `lastId` until the stream ends, and calls `take` with each.
  *
  * `EventSource` cannot send a token, so the stream is read from an ordinary request.
  */
-export async function follow(lastId, signal, opened, take) {
+export async function follow(path, lastId, signal, opened, take) {
   const headers = { Accept: "text/event-stream" };
   if (lastId) headers["Last-Event-ID"] = lastId;
-  const response = await request("GET", "/v1/events", { headers, signal });
+  const response = await request("GET", path, { headers, signal });
   opened();
   const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
   let rest = "";

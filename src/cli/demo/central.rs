@@ -4,6 +4,7 @@ use super::super::stop::Stop;
 use crate::config::RegistryConfig;
 use crate::process::registry::{RegistryService, RegistryStart};
 use crate::registry::WriteOptions;
+use jiff::Timestamp;
 use std::net::SocketAddr;
 
 /// The id of the demo's network at its registry.
@@ -46,14 +47,15 @@ impl Central {
         self.config.listen
     }
 
-    /// Takes the registry away, or brings it back; gives whether it runs now.
-    pub(super) async fn toggle(&mut self) -> Result<bool, Stop> {
+    /// Takes the registry away, or brings it back at this time; gives whether it runs now.
+    pub(super) async fn toggle(&mut self, now: Timestamp) -> Result<bool, Stop> {
         match self.running.take() {
             Some(service) => {
                 service.stop().await.map_err(Stop::failed)?;
                 Ok(false)
             }
             None => {
+                self.config.clock.start = Some(now);
                 self.running = Some(self.run().await?);
                 Ok(true)
             }

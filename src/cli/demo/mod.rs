@@ -1,4 +1,5 @@
-//! `skyway demo`: a registry and two edges on this machine, and a small fleet that flies in accelerated time.
+//! `skyway demo`: a registry and two edges on this machine, and a small fleet that flies in accelerated time, some of it to
+//! order.
 
 mod central;
 mod keys;
@@ -12,7 +13,7 @@ use super::stop::{Stop, Verdict};
 use crate::config::{
     Configuration, EdgeConfig, EffectiveConfig, Flag, RegistryConfig, Sources, resolve,
 };
-use crate::demo::{Fleet, fly};
+use crate::demo::{ClientError, Fleet, Trade, deal, fly};
 use crate::process::service::Service;
 use crate::process::{logs, signals};
 use central::{Central, NETWORK};
@@ -21,6 +22,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::pin::pin;
 use std::time::Duration;
+use tokio::net::TcpListener;
+use tokio::sync::mpsc::{Sender, channel};
 use tokio_util::sync::CancellationToken;
 
 /// So long a drone has to send nothing before it is silent, in seconds of the machine.
@@ -28,12 +31,18 @@ const SILENT_AFTER_S: f64 = 5.0;
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway demo                                        twelve drones over Sydney; look at http://127.0.0.1:8080/
+  skyway demo                                        drones over Sydney at http://127.0.0.1:8080/,
+                                                     deliveries to order at http://127.0.0.1:8180/
   skyway demo --drones 40 --rate 10 --seed 7
   skyway demo --listen 127.0.0.1:0 --admin-listen 127.0.0.1:0 --ports-file ports.json --for 30
 
 The same seed gives the same deliveries, failures and zones; when a drone meets them depends on the machine.
 Enter takes the registry away, and brings it back. Ctrl-C ends it, with exit code 0.";
+
+/// How many drones the provider has.
+const COURIERS: usize = 4;
+/// Lines that wait to be told.
+const LINES: usize = 16;
 
 /// How long an edge may take to have the network from the registry.
 const READY_WITHIN: Duration = Duration::from_secs(10);
@@ -42,10 +51,10 @@ const READY_WITHIN: Duration = Duration::from_secs(10);
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Demo {
-    /// How many drones
+    /// How many drones, beside the four of the provider
     #[arg(long, value_name = "COUNT", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=500))]
     drones: u32,
-    /// What determines deliveries, failures and zones
+    /// What determines deliveries, orders, failures and zones
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
     /// How many times faster than the machine's the edge's clock runs
@@ -96,7 +105,7 @@ impl Demo {
         let registry = self.registry(&started, folder.path())?;
         // What is wrong with the edges is found before anything is started, and what is to be told of them told once.
         let address = registry.config.listen;
-        let edge = self.edge(Which::First, &started, folder.path(), address)?;
+        let edge = self.edge(Which::First, &started, folder.path(), address, &self.listen)?;
         admit(&edge, output)?;
         let log = &registry.config.log;
         let logs = logs::start(&log.filter, log.format, None).map_err(Stop::failed)?;
@@ -119,6 +128,7 @@ impl Demo {
                 ("--registry-listen", "listen", &listen),
                 ("the demo", "admin_listen", "127.0.0.1:0"),
                 ("the demo", "store", &store),
+                ("the demo", "deliveries.webhooks_anywhere", "true"),
             ],
         )
     }
@@ -131,21 +141,16 @@ impl Demo {
         started: &str,
         folder: &Path,
         registry: SocketAddr,
+        listen: &str,
     ) -> Result<EffectiveConfig<EdgeConfig>, Stop> {
-        let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
-        let (flag, listen, admin, store) = match which {
-            Which::First => (
-                "--listen",
-                &self.listen,
-                self.admin_listen.as_str(),
-                "first.db",
-            ),
-            Which::Second => (
-                "--second-listen",
-                &second_listen,
-                "127.0.0.1:0",
-                "second.db",
-            ),
+        let (flag, admin, store) = match which {
+            Which::First => ("--listen", self.admin_listen.as_str(), "first.db"),
+            Which::Second => ("--second-listen", "127.0.0.1:0", "second.db"),
+        };
+        // Deliveries are ordered at the first: the provider's drones fly there.
+        let advertised = match which {
+            Which::First => format!("http://{listen}"),
+            Which::Second => String::new(),
         };
         let store = folder.join(store).display().to_string();
         let url = format!("http://{registry}");
@@ -157,6 +162,7 @@ impl Demo {
                 ("the demo", "store", &store),
                 ("the demo", "registry.url", &url),
                 ("the demo", "registry.network", NETWORK),
+                ("the demo", "registry.advertise", &advertised),
                 ("the demo", "drones.silent_after", &self.silent_after()),
             ],
         )
@@ -211,14 +217,15 @@ impl Demo {
     ) -> Result<World, Stop> {
         let (_, geojson) = network_source::load_with_text(NETWORK, output)?;
         let central = Central::start(registry, &geojson).await?;
-        let start = async |which| {
-            let effective = self.edge(which, started, folder, central.address())?;
+        let start = async |which, listen: &str| {
+            let effective = self.edge(which, started, folder, central.address(), listen)?;
             let admission = effective.admit().map_err(|faults| misconfigured(&faults))?;
             let start = prepare(&effective, admission, output)?;
             Service::start(start).await.map_err(Stop::failed)
         };
-        let first = start(Which::First).await?;
-        let second = start(Which::Second).await?;
+        let second_listen = self.beside(self.second_listen.as_deref(), "127.0.0.1:8081");
+        let first = start(Which::First, &with_a_port(&self.listen).await?).await?;
+        let second = start(Which::Second, &second_listen).await?;
         for service in [&first, &second] {
             let ready = tokio::time::timeout(READY_WITHIN, service.edge().ready());
             ready.await.map_err(|_| {
@@ -252,39 +259,62 @@ impl Demo {
         }
         output.note(&self.invitation(&world, rate));
         let stop = CancellationToken::new();
-        let fleet = Fleet {
-            drones: self.drones,
-            seed: self.seed,
-            registry: (
-                format!("http://{}", world.central.address()),
-                NETWORK.to_owned(),
-            ),
-        };
-        let base_url = format!("http://{}", addresses.listen);
         let clock = world.first.edge().clock().clone();
-        let mut flying = tokio::spawn({
-            let stop = stop.clone();
-            async move { fly(&fleet, &base_url, clock, stop).await }
-        });
+        let (tells, mut told) = channel(LINES);
+        let crew = self.crew(&world, tells, stop.clone());
+        let mut crew = tokio::spawn(crew);
         let mut lines = keys::lines()?;
         let mut over = pin!(self.time_is_over());
         let ended_early = loop {
             tokio::select! {
                 _signal = &mut termination => break None,
                 () = &mut over => break None,
-                ended = &mut flying => break Some(ended),
-                Some(()) = lines.recv() => tell_toggled(world.central.toggle().await?, output),
+                ended = &mut crew => break Some(ended),
+                Some(line) = told.recv() => output.note(&line),
+                Some(()) = lines.recv() => {
+                    tell_toggled(world.central.toggle(clock.now()).await?, output);
+                }
             }
         };
         stop.cancel();
         let ended = match ended_early {
             Some(ended) => ended,
-            None => flying.await,
+            None => crew.await,
         };
         world.first.stop().await.map_err(Stop::failed)?;
         world.second.stop().await.map_err(Stop::failed)?;
         world.central.end().await?;
         ended.map_err(Stop::failed)?.map_err(Stop::failed)
+    }
+
+    /// Everyone who flies, operates or deals, until they are told to stop.
+    fn crew(
+        &self,
+        world: &World,
+        tells: Sender<String>,
+        stop: CancellationToken,
+    ) -> impl Future<Output = Result<(), ClientError>> + use<> {
+        let registry = (
+            format!("http://{}", world.central.address()),
+            NETWORK.to_owned(),
+        );
+        let fleet = Fleet {
+            drones: self.drones,
+            seed: self.seed,
+            registry: registry.clone(),
+        };
+        let trade = Trade {
+            drones: COURIERS,
+            seed: self.seed,
+            registry,
+        };
+        let url = format!("http://{}", world.first.addresses().listen);
+        let clock = world.first.edge().clock().clone();
+        async move {
+            let flying = fly(&fleet, &url, clock.clone(), stop.clone());
+            let dealing = deal(&trade, &url, clock, tells, stop);
+            tokio::try_join!(flying, dealing).map(|_| ())
+        }
     }
 
     async fn time_is_over(&self) {
@@ -300,12 +330,13 @@ impl Demo {
         let url = format!("http://{}", addresses.listen);
         format!(
             "\
-{drones} drones fly over Sydney, {rate} times as fast as in life, with seed {seed}.
+{drones} drones fly over Sydney, {rate} times as fast as in life, with seed {seed}; {COURIERS} more wait for orders.
 
-  {url}/       the live picture
-  {url}/docs   the API
+  {url}/       the live picture of an edge
+  http://{central}/       the shop window of the registry: order a delivery, and follow it
+  {url}/docs   the API of the edge; http://{central}/docs has the registry's
   http://{admin}/metrics
-  http://{second}/       another edge over the same city; both follow the registry at http://{central}
+  http://{second}/       another edge over the same city; both follow the registry
 
 Report a failure, without any effect on the fleet:
   curl -s {url}/v1/failures --json '{{\"service\":{{\"from\":\"379\",\"to\":\"406\"}},\"destination\":\"450\",\"dry_run\":true}}'
@@ -326,6 +357,16 @@ Enter takes the registry away: drones are answered as before, and answers say ho
             central = world.central.address(),
         )
     }
+}
+
+/// An address with the port that it will have: a free one instead of 0, as others are told it beforehand.
+async fn with_a_port(listen: &str) -> Result<String, Stop> {
+    if !listen.ends_with(":0") {
+        return Ok(listen.to_owned());
+    }
+    let bound = TcpListener::bind(listen).await.map_err(Stop::failed)?;
+    let address = bound.local_addr().map_err(Stop::failed)?;
+    Ok(address.to_string())
 }
 
 fn tell_toggled(is_running: bool, output: &Output) {

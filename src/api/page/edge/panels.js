@@ -1,32 +1,10 @@
 // The lists beside the map: every fact of the picture in words.
 
 import { BATTERY_LOW, placesOf } from "./drawing.js";
+import { counted, hours, keepingFocus, make, metres, words } from "./words.js";
 import { LINES_MAX, edgeTime, standing, windNow, world } from "./world.js";
 
 const $ = (id) => document.getElementById(id);
-
-/** Makes an element with classes and contents; text is never read as markup. */
-export function make(name, classes, ...contents) {
-  const element = document.createElement(name);
-  if (classes) element.className = classes;
-  element.append(...contents.filter((content) => content !== null));
-  return element;
-}
-
-/** Hours, minutes and seconds of an instant, UTC. */
-export function hours(instant) {
-  return new Date(instant).toISOString().slice(11, 19);
-}
-
-/** A count with its noun. */
-export function counted(count, noun) {
-  return `${count} ${noun}${count === 1 ? "" : noun.endsWith("ch") ? "es" : "s"}`;
-}
-
-export function metres(length) {
-  if (length === null || length === undefined) return "–";
-  return `${Math.round(length).toLocaleString("en")} m`;
-}
 
 export function extra(length) {
   if (length === null || length === undefined) return "";
@@ -35,10 +13,6 @@ export function extra(length) {
 }
 
 const OUTCOME_LOOKS = { rerouted: "good", unaffected: "info", hold: "info", diverted: "bad", no_route: "bad" };
-
-export function words(name) {
-  return String(name).replaceAll("_", " ");
-}
 
 function lengthBetween(view, places) {
   let length = 0;
@@ -133,15 +107,6 @@ export function showRecompositions(chosenId, details, choose) {
     return make("li", "", button);
   });
   keepingFocus($("recompositions"), lines);
-}
-
-/** Replaces the lines of a list; who has the focus keeps it. */
-function keepingFocus(list, lines) {
-  const focused = list.contains(document.activeElement) ? document.activeElement.dataset.id : null;
-  list.replaceChildren(...lines);
-  if (focused === null) return;
-  const again = [...list.querySelectorAll("[data-id]")].find((element) => element.dataset.id === focused);
-  again?.focus({ preventScroll: true });
 }
 
 /** Draws what is known of the chosen answer. */

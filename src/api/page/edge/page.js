@@ -2,8 +2,9 @@
 
 import { showAirspace } from "./airspace.js";
 import { Problem, follow, read, readPages, useToken, whenUnauthorized } from "./api.js";
+import { drawGround, readInks } from "./canvas.js";
 import { Circle } from "./circle.js";
-import { drawGround, drawTraffic, placesOf, readInks } from "./drawing.js";
+import { drawTraffic, placesOf } from "./drawing.js";
 import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp, showWind } from "./panels.js";
 import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setWeather, setZone, world } from "./world.js";
 import { View } from "./view.js";
@@ -123,7 +124,7 @@ async function followOnce() {
     }, (problem) => { failed = problem; stop.abort(); });
   };
   try {
-    await follow(lastEventId, stop.signal, opened, taken);
+    await follow("/v1/events", lastEventId, stop.signal, opened, taken);
   } catch (problem) {
     throw failed ?? problem;
   }
@@ -232,7 +233,7 @@ function frame(now) {
   requestAnimationFrame(frame);
   if (world.changed.has("view") || world.changed.has("network")) {
     world.changed.delete("view");
-    drawGround($("ground"), view);
+    drawGround($("ground"), view, world.network);
     isDirty = true;
   }
   if (isDirty || world.drones.size > 0 || world.changed.size > 0) {

@@ -1,7 +1,7 @@
 // The form that closes a circle: placed on the map, previewed at every change, posted, and lifted again.
 
 import { request } from "./api.js";
-import { counted, metres, words } from "./panels.js";
+import { counted, metres, words } from "./words.js";
 import { edgeTime, setStamp } from "./world.js";
 
 const $ = (id) => document.getElementById(id);

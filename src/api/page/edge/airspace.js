@@ -1,7 +1,7 @@
 // The lists of zones and closures, patched in place, and the question before a zone is lifted.
 
 import { Problem, request } from "./api.js";
-import { counted, hours, make, words } from "./panels.js";
+import { counted, hours, make, words } from "./words.js";
 import { LINES_MAX, setZone, standing, world } from "./world.js";
 
 const $ = (id) => document.getElementById(id);
