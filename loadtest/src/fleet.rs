@@ -81,6 +81,7 @@ impl Fleet {
                 objective: None,
                 deadline: None,
                 priority: None,
+                delivery_id: None,
             };
             fleet.plans.extend(flown(connections, &request).await?);
         }

@@ -136,6 +136,7 @@ impl Mix {
             objective: None,
             deadline: None,
             priority: None,
+            delivery_id: None,
         };
         Asked {
             name: "compose",

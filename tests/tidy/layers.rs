@@ -42,6 +42,7 @@ const LAYERS: &[(&str, &str)] = &[
         "evaluate",
         "geo network airspace flight routing recompose compose formats draw",
     ),
+    ("market", "wire geo"),
     ("refusal", "wire formats"),
     ("intake", "wire geo network airspace formats refusal"),
     ("clock", "wire"),
@@ -56,13 +57,17 @@ const LAYERS: &[(&str, &str)] = &[
         "wire planted access network formats refusal intake clock",
     ),
     (
+        "dispatch",
+        "wire access geo network routing market refusal intake clock registry",
+    ),
+    (
         "api",
         "wire access geo network airspace flight routing itinerary recompose compose delivery formats draw refusal intake clock config \
-         edge registry",
+         edge registry dispatch",
     ),
     (
         "process",
-        "planted network flight itinerary clock config edge registry api",
+        "planted network flight itinerary clock config edge registry dispatch api",
     ),
     (
         "cli",
@@ -84,11 +89,12 @@ const CRATES: &[(&str, &str)] = &[
     ("maps", "buildings draw"),
     ("formats", "formats"),
     ("evaluation", "evaluate"),
+    ("market", "market"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.
 const IMPURE_LAYERS: &[&str] = &[
-    "clock", "config", "demo", "edge", "registry", "api", "process", "cli", "main",
+    "clock", "config", "demo", "edge", "registry", "dispatch", "api", "process", "cli", "main",
 ];
 
 const IMPURE: &[&str] = &[

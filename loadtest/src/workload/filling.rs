@@ -145,6 +145,7 @@ impl Filler<'_> {
             objective: None,
             deadline: None,
             priority: None,
+            delivery_id: None,
         }
     }
 
