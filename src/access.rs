@@ -57,7 +57,7 @@ impl Role {
         }
     }
 
-    /// Whether it is that of a tenant, which sees its own things and nobody else's.
+    /// Whether it is that of a tenant, which sees only its own things.
     pub fn is_of_tenant(self) -> bool {
         matches!(self, Self::Provider | Self::Customer)
     }

@@ -18,7 +18,7 @@ const TICK: Duration = Duration::from_millis(500);
 pub(super) const AIRFRAME: &str = "phantom3";
 /// What is in a battery that is full (0.98 is what its charging curve reaches).
 const FULL: f64 = 0.98;
-/// What is missing in a battery falls to 1/e of it in so many seconds on a pad.
+/// What is missing in a battery falls to 1/e of it in this many seconds on a pad.
 const CHARGE_TAU_S: f64 = 960.0;
 /// A version that has its drone farther away than this, in metres, was overtaken by the flight.
 const NEAR_M: f64 = 150.0;

@@ -68,6 +68,10 @@ impl Dispatch {
             .iter()
             .map(|order| order.costs(&candidates, now))
             .collect();
+        let fitting: Vec<usize> = costs
+            .iter()
+            .map(|row| row.iter().flatten().count())
+            .collect();
         let (kept, costs) = nearest(&costs, candidates.len());
         let assigned = {
             let costs = costs.clone();
@@ -78,8 +82,8 @@ impl Dispatch {
         })?;
         let together = waiting.len();
         let mut reserved = Vec::new();
-        for ((order, row), column) in waiting.into_iter().zip(&costs).zip(assigned) {
-            let fitting = row.iter().flatten().count();
+        let chosen = costs.iter().zip(fitting).zip(assigned);
+        for (order, ((row, fitting), column)) in waiting.into_iter().zip(chosen) {
             let Some((column, cost_m)) = column.and_then(|column| Some((column, row[column]?)))
             else {
                 self.note_waiting(order, fitting, now).await?;
@@ -240,7 +244,7 @@ impl Dispatch {
         self.note(waiting.order, reason, now, now).await
     }
 
-    /// Reserves a drone: nobody else has it, or it is not reserved. Tells whether it is.
+    /// Reserves a drone, unless another order has it. Tells whether it is.
     async fn reserve(
         &self,
         waiting: Waiting,
@@ -338,9 +342,42 @@ fn explain(
 ) -> String {
     let fetch_m = waiting.errand.fetch_m(candidate.home).unwrap_or(0.0);
     let why = if together == 1 {
-        format!("the shortest flight of {fitting} free drones that fit")
+        format!("the shortest flight of {fitting} that are free and fit")
     } else {
         format!("the shortest flights for {together} orders together")
     };
     format!("{why}: {fetch_m:.0} m to the pickup, {cost_m:.0} m in all")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::Seeded;
+
+    /// How many orders have a drone, and what their flights cost.
+    fn told(costs: &[Vec<Option<f64>>]) -> (usize, f64) {
+        let assigned = assign(costs).into_iter().zip(costs);
+        let chosen: Vec<f64> = assigned.filter_map(|(column, row)| row[column?]).collect();
+        (chosen.len(), chosen.iter().sum())
+    }
+
+    #[test]
+    fn the_nearest_drones_are_as_good_as_all() {
+        for seed in 0..500 {
+            let mut seeded = Seeded::new(seed);
+            let orders = 1 + usize::from(seeded.below(6));
+            let drones = 1 + usize::from(seeded.below(20));
+            let costs: Vec<Vec<Option<f64>>> = (0..orders)
+                .map(|_| {
+                    let mut cost = || {
+                        let cost_m = seeded.between(0.0, 5_000.0).round();
+                        (seeded.below(4) > 0).then_some(cost_m)
+                    };
+                    (0..drones).map(|_| cost()).collect()
+                })
+                .collect();
+            let (_, kept) = nearest(&costs, drones);
+            assert_eq!(told(&kept), told(&costs), "seed {seed}");
+        }
+    }
 }

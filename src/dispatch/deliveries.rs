@@ -81,7 +81,7 @@ impl Dispatch {
         Ok(kept.map(|kept| kept.value))
     }
 
-    /// An order, whoever asks.
+    /// An order, for any caller.
     ///
     /// # Errors
     /// When there is none, or the store does not answer.

@@ -48,7 +48,7 @@ pub trait Entry: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// The tenant whose it would be under an id.
     ///
     /// # Errors
-    /// When the caller may put nothing there; by a fault where nobody could.
+    /// When the caller may put nothing there; by a fault where no caller could.
     fn tenant(&self, caller: &Caller, id: &str) -> Result<String, Refusal>;
 
     /// As it is kept under an id in place of what was there.

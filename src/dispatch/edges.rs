@@ -1,7 +1,7 @@
 //! What is asked of edges: a flight composed, taken on, called off.
 //!
 //! An edge decides; the registry never guesses. What it has refused is told apart from what it has not answered: then
-//! nobody knows whether it was done, and it is asked again under the same id.
+//! it is unknown whether it was done, and it is asked again under the same id.
 
 use crate::wire::{DeliveryRequest, EndedAs, Id, Plan, PlanState, ServiceStop};
 use jiff::Timestamp;

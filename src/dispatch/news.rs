@@ -1,7 +1,7 @@
 //! What edges tell of flights, and what that makes of deliveries.
 //!
 //! An edge numbers its news and sends them in order, again and again until it is told how far they were taken. They are taken
-//! a few at a time, each part in one commit with the mark of how far that is: so each is taken once, whoever takes it.
+//! a few at a time, each part in one commit with the mark of how far that is: so each is taken once, by any process.
 
 use super::Dispatch;
 use super::records::{Asking, Kept, Order};

@@ -5,7 +5,7 @@ const FIRST_MS: i64 = 500;
 /// The longest wait, in milliseconds.
 const LONGEST_MS: i64 = 15_000;
 
-/// How long is waited after so many failures in a row, in milliseconds.
+/// The wait after a number of failures in a row, in milliseconds.
 pub(super) fn pause_ms(failures: u32) -> i64 {
     let doublings = failures.saturating_sub(1).min(16);
     (FIRST_MS << doublings).min(LONGEST_MS)

@@ -277,7 +277,7 @@ pub(super) fn absent(kind: DocumentKind, id: &str) -> Seen {
     }
 }
 
-/// An id that sorts by when it was made, and that nobody guesses.
+/// An id that sorts by when it was made, and that cannot be guessed.
 ///
 /// # Errors
 /// When the system has no random bits.

@@ -1,7 +1,7 @@
 //! A flight asked of an edge for a drone that is reserved: taken on, refused, or not answered yet.
 //!
 //! The reservation is committed first, with the plan's id. Whatever happens then, the edge is asked again under that id, by this
-//! process or by another one, until it has answered; so no drone flies for an order that nobody knows of.
+//! process or by another one, until it has answered; so no drone flies for an order that is unknown.
 
 use super::Dispatch;
 use super::changes::Change;
@@ -99,7 +99,7 @@ impl Dispatch {
         let called_off = self.edges.call_off(&edge, &allocation.plan_id).await;
         if let Err(error) = called_off {
             let (edge, plan) = (&edge.id, &allocation.plan_id);
-            tracing::warn!(edge, plan, %error, "a flight that nobody waits for is not called off");
+            tracing::warn!(edge, plan, %error, "a flight that no order has is not called off");
         }
         Ok(())
     }

@@ -362,7 +362,7 @@ pub(super) enum Seen {
     Conforms,
     /// It is heard of again.
     Heard,
-    /// Of the stops of its delivery, so many were served by now, as it flies this version.
+    /// How many stops of its delivery were served by now, as it flies this version.
     Served { version: u32, stops: u32 },
     /// It rests at the end of this version.
     Landed(u32),

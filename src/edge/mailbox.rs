@@ -17,7 +17,7 @@ an operator has been alarmed, and unsafe_way is the least bad way where there is
 pub(super) const DECLINED_TEXT: &str = "no version is left that this drone has not declined: keep out of what is closed, hover or stay where that can be \
 done, and report what is in the way; an operator has been alarmed";
 
-/// At most so many messages are kept for one drone; the oldest that tells neither an order nor a plan goes first.
+/// The most messages that are kept for one drone; the oldest that tells neither an order nor a plan goes first.
 pub(super) const KEPT_MAX: usize = 64;
 
 /// The version with which every plan begins.

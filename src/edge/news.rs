@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// At most so many entries wait.
+/// The most entries that wait.
 pub(super) const NEWS_MAX: usize = 100_000;
 
 /// Entries by their numbers.

@@ -7,7 +7,7 @@ use crate::wire::{PositionBatch, PositionEntry};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// At most so many positions wait.
+/// The most positions that wait.
 const POSITIONS_MAX: usize = 100_000;
 
 /// Positions that the registry has yet to be told.
@@ -40,7 +40,7 @@ impl Positions {
         waiting.entries.push_back(entry);
     }
 
-    /// Takes the oldest, at most so many, with how many were left out; `None` where nothing waits.
+    /// Takes the oldest, up to a number, with how many were left out; `None` where nothing waits.
     pub(super) fn take(&self, most: usize) -> Option<PositionBatch> {
         let mut waiting = self.lock();
         let count = waiting.entries.len().min(most);

@@ -92,7 +92,7 @@ impl PlanEntry {
         Some((next, &self.reported.stops[place]))
     }
 
-    /// The same with so many stops served, if that is more.
+    /// The same with this number of stops served, if that is more.
     pub(super) fn with_served(&self, served: u32) -> Option<Self> {
         let flown_for = self.flown_for.as_ref()?;
         let served = served.min(flown_for.stops);
@@ -129,7 +129,7 @@ impl PlanEntry {
         })
     }
 
-    /// How far its delivery is at its end: whoever has landed where the way ends, after a time in which all stops could be
+    /// How far its delivery is at its end: a drone that has landed where the way ends, after a time in which all stops could be
     /// made, has made them.
     pub(super) fn ended(
         &self,

@@ -14,7 +14,7 @@ use crate::recompose::Outcome;
 use crate::wire::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
 use std::sync::Arc;
 
-/// So many entries that have made room are warned of once.
+/// One warning for this many entries that have made room.
 const WARNED_EVERY: u64 = 1_000;
 
 /// What is told of a flight, once for each change of it.

@@ -1,4 +1,4 @@
-//! Nobody reads or changes another tenant's things: every operation of the market, asked by everyone about what is not
+//! No one reads or changes another tenant's things: every operation of the market, asked by everyone about what is not
 //! theirs, as the table of operations has them.
 
 use crate::drafts::NETWORK;

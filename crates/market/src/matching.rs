@@ -308,7 +308,7 @@ pub fn check_price(price: &Money, dearest: Option<&Money>) -> Result<(), Misfit>
     Ok(())
 }
 
-/// An instant after so many metres, to the second.
+/// The instant after a flight of some metres, to the second.
 fn after(from: Timestamp, length_m: f64) -> Timestamp {
     let time = SignedDuration::try_from_secs_f64((length_m / SPEED_MPS).ceil());
     let time = time.unwrap_or(SignedDuration::MAX);

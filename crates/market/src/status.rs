@@ -186,7 +186,7 @@ fn has_departed(status: DeliveryStatus) -> bool {
     )
 }
 
-/// How the drone stands: available again where it is at home, out of service where it is elsewhere, or nobody knows where.
+/// How the drone stands: available again where it is at home, out of service where it is elsewhere, or at an unknown place.
 fn drone(terms: &Terms<'_>, news: &FlightNews) -> Option<FleetDroneState> {
     match news.state {
         PlanState::Accepted => None,

@@ -19,7 +19,7 @@ use tokio::time::timeout;
 const SEED: u64 = 1;
 /// Over as many streams the drones are told.
 const STREAMS: usize = 100;
-/// Of so many drones one is on a line that no one reads.
+/// One of this many drones is on a line that no one reads.
 const UNREAD_OF: usize = 100;
 /// How long nobody may be told before all that are told have been.
 const SILENCE: Duration = Duration::from_secs(3);

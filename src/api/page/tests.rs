@@ -1,4 +1,4 @@
-//! Every page: its files, their promises, and that it asks nobody else.
+//! Every page: its files, their promises, and that it asks no other server.
 
 use super::served::{HTML, PROMISES, Page};
 use super::{edge, shop};

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// For so long a secret that was replaced signs, too.
 const FORMER_SIGNS_MS: i64 = 24 * 3_600_000;
-/// At most so many of them sign at once. Who rotates twice, as the first answer was lost, still has one that signs.
+/// The most of them that sign at once. An owner who rotates twice, as the first answer was lost, still has one that signs.
 const FORMER_MAX: usize = 4;
 
 /// The body of a webhook's document. Its id, tenant and version are the document's.

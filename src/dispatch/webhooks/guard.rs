@@ -1,4 +1,4 @@
-//! Where webhooks may be: at public addresses, so that nobody reaches through the registry what only it can reach.
+//! Where webhooks may be: at public addresses, so that no one reaches through the registry what only it can reach.
 //!
 //! A URL is looked at when it is put and at each attempt. The addresses of a name are looked at where the connection
 //! takes them from, so that a name that means something else a moment later leads nowhere inside.

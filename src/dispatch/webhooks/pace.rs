@@ -8,10 +8,10 @@ const FIRST: Duration = Duration::from_secs(1);
 const LONGEST: Duration = Duration::from_mins(30);
 /// By how much waits are spread, to both sides, so that what failed together is not sent again together.
 const SPREAD: f64 = 0.2;
-/// After so many attempts a message is given up; the waits between them come to a day.
+/// After this many attempts a message is given up; the waits between them come to a day.
 pub(super) const ATTEMPTS_MAX: u32 = 59;
 
-/// How long to wait after so many attempts; `share` from 0 to 1 is where in the spread.
+/// How long to wait after a number of attempts; `share` from 0 to 1 is where in the spread.
 pub(super) fn wait_after(attempts: u32, share: f64) -> Duration {
     let doublings = attempts.saturating_sub(1).min(20);
     let wait = FIRST.saturating_mul(1 << doublings).min(LONGEST);

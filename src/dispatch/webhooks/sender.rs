@@ -320,7 +320,7 @@ fn note(ended: Result<Attempted, tokio::task::JoinError>, underway: &mut Underwa
     }
 }
 
-/// How long to wait after so many failures, somewhere in the spread.
+/// How long to wait after a number of failures, somewhere in the spread.
 fn spread_ms(failures: u32) -> i64 {
     // Without random bits they are sent together: slower, and nothing worse.
     let share = getrandom::u32().map_or(0.5, |random| f64::from(random) / f64::from(u32::MAX));

@@ -8,7 +8,7 @@ use super::task::Sync;
 use crate::wire::{EdgeNews, NewsTaken};
 use std::time::Duration;
 
-/// At most so many entries go in one batch.
+/// The most entries in one batch.
 const BATCH_MAX: usize = 500;
 
 impl<C: RegistryClient> Sync<C> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 /// So long positions are gathered before they are told.
 const GATHERED_FOR: Duration = Duration::from_millis(500);
-/// At most so many positions go in one batch.
+/// The most positions in one batch.
 const BATCH_MAX: usize = 10_000;
 
 impl<C: RegistryClient> Sync<C> {

@@ -58,6 +58,16 @@ async fn orders_that_come_together_are_assigned_best_together() {
 }
 
 #[tokio::test]
+async fn an_order_counts_all_drones_that_were_free_for_it() {
+    let world = World::with_drones(&["shop", "tower", "depot"]).await;
+    let id = world.order("door", "hut").await;
+    world.assign().await;
+    let delivery = world.delivery(&id).await;
+    let explanation = delivery.allocation.expect("a drone").explanation;
+    assert!(explanation.contains("of 3 that are free"), "{explanation}");
+}
+
+#[tokio::test]
 async fn what_an_edge_refuses_the_next_drone_flies() {
     let world = World::with_drones(&["depot", "tower"]).await;
     world.edge.refuse("swift:0");

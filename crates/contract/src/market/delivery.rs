@@ -103,7 +103,7 @@ pub struct Recipient {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 64)]
     pub phone: Option<String>,
-    /// What whoever hands the parcel out should know.
+    /// What the person who hands the parcel out should know.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 500)]
     pub note: Option<String>,

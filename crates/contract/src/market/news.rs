@@ -72,7 +72,7 @@ pub struct FlightNews {
     pub landed_on: Option<String>,
 }
 
-/// A failure that was reported and answered, whoever flew.
+/// A failure that was reported and answered, of any drone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FailureNews {

@@ -60,7 +60,7 @@ pub(super) async fn track_delivery(
     Ok(Sse::new(events).keep_alive(keep_alive).into_response())
 }
 
-/// Tells a track from its first state on, until the delivery is over or nobody listens.
+/// Tells a track from its first state on, until the delivery is over or no one listens.
 async fn follow(
     dispatch: &Dispatch,
     caller: &Caller,
@@ -86,7 +86,7 @@ async fn follow(
                     break;
                 }
                 Err(refusal) => {
-                    // Whoever has gone meanwhile needs no event.
+                    // A client that has gone meanwhile needs no event.
                     let _gone = events.send(gone(&refusal)).await;
                     return;
                 }

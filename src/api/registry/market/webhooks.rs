@@ -211,7 +211,7 @@ pub(super) async fn resend_message(
     json(&dispatch.resend_message(&caller, &id, &message).await?)
 }
 
-/// A webhook with its version. Where it has a secret, nobody between here and its owner keeps it.
+/// A webhook with its version. An answer with a secret is cached by no one on its way.
 fn tagged(found: &TaggedWebhook, status: StatusCode) -> Answer {
     let mut response = told(status, JSON, &found.webhook)?;
     set(&mut response, header::ETAG, &found.etag);

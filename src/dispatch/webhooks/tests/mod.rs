@@ -181,7 +181,7 @@ async fn who_answers_gone_is_called_no_more() {
 
 #[tokio::test]
 async fn who_takes_nothing_for_a_day_is_disabled() {
-    // A redirect is no answer, and nobody follows it.
+    // A redirect is no answer, and is not followed.
     let desk = Desk::start(|_| "302 Found\r\nlocation: /elsewhere").await;
     desk.tell("d-1", 1..=1).await;
     let message = desk.settled("d-1", 1, u32::MAX).await;
