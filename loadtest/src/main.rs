@@ -14,6 +14,7 @@ mod arrivals;
 // The bench beside an echo has the same echo and the same cores.
 #[path = "../../benches/service/cores.rs"]
 mod cores;
+mod deliveries;
 #[path = "../../benches/service/echo.rs"]
 mod echo;
 mod elsewhere;
@@ -29,6 +30,7 @@ mod plot;
 mod ranks;
 mod report;
 mod requests;
+mod rows;
 mod run;
 mod scenario;
 mod servers;
@@ -41,6 +43,7 @@ mod watch;
 mod workload;
 
 use clap::{Args, Parser, Subcommand};
+use deliveries::{DeliveriesArguments, run_deliveries};
 use line::{LineArguments, run_line};
 use report::Report;
 use run::{RunOptions, Target, eprintln_line};
@@ -69,6 +72,7 @@ Examples:
   skyway-loadtest run --server target/release/skyway --quick          whether everything works, in seconds
   skyway-loadtest fleet --server target/dist/skyway sydney            a fleet over Sydney, with the flight model
   skyway-loadtest line --server target/dist/skyway                    10,000 sessions of drones
+  skyway-loadtest deliveries --server target/dist/skyway burst        a burst of orders at a registry
   skyway-loadtest table target/load/report.json                       the tables as Markdown
 
 Exit codes: 0 when every objective is met, 5 when one is missed, 2 for wrong arguments and scenarios, 1 for other failures.";
@@ -91,6 +95,8 @@ enum Command {
     Fleet(FleetArguments),
     /// Put drones on the line, and hold what that takes and how soon they are told against goals
     Line(LineArguments),
+    /// Order deliveries at a registry, and hold what becomes of them, and how soon, against goals
+    Deliveries(DeliveriesArguments),
     /// Print the tables of a report as Markdown
     Table {
         /// A report.json
@@ -147,6 +153,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run_scenarios(&arguments),
         Command::Fleet(arguments) => run_fleets(&arguments),
         Command::Line(arguments) => run_line(&arguments),
+        Command::Deliveries(arguments) => run_deliveries(&arguments),
         Command::List(arguments) => list(&arguments),
         Command::Table { report } => print_table(&report),
         Command::Echo {

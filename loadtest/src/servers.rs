@@ -59,9 +59,21 @@ pub(crate) struct Installed {
 }
 
 impl Installed {
+    /// A daemon with these arguments on this port, on all cores; it may not serve yet.
+    pub(crate) fn daemon(&self, role: &str, port: u16, arguments: &[String]) -> Result<Server> {
+        let mut command = self.with_files(Command::new(&self.program), role)?;
+        let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        command.args(["--listen", &address.to_string()]);
+        command.args(arguments);
+        Ok(Server {
+            process: command.spawn()?,
+            address,
+        })
+    }
+
     fn command(&self, role: &str, niceness: Niceness) -> Result<Command> {
         let program = self.program.to_string_lossy();
-        let mut command = match niceness {
+        let command = match niceness {
             Niceness::Ordinary => cores::of_servers(&program),
             Niceness::GivesWay => {
                 let mut command = cores::of_servers("nice");
@@ -69,6 +81,11 @@ impl Installed {
                 command
             }
         };
+        self.with_files(command, role)
+    }
+
+    /// A command with a log, a file for its ports, and no settings of ours.
+    fn with_files(&self, mut command: Command, role: &str) -> Result<Command> {
         for (name, _) in std::env::vars_os() {
             if name.to_string_lossy().starts_with(ENVIRONMENT_PREFIX) {
                 command.env_remove(name);
@@ -190,7 +207,7 @@ fn port(ports_file: &Path) -> Option<u16> {
 }
 
 /// Waits until a daemon may be asked.
-async fn ready(address: SocketAddr) -> Result<()> {
+pub(crate) async fn ready(address: SocketAddr) -> Result<()> {
     let connections = Connections::new(address, 1, 1);
     let begun = Instant::now();
     while begun.elapsed() < START_WITHIN {

@@ -169,6 +169,10 @@ impl Dispatch {
         let now = self.clock.now();
         let drone = order.value.drone_id().map(str::to_owned);
         let before = order.value.clone();
+        if assign_first(&mut order.value, flight, at) {
+            let told = self.status_messages(&order.value, at).await?;
+            taking.messages.extend(told);
+        }
         let (standing, is_told) = apply(&mut order.value, flight, at, now);
         if is_told {
             let told = self.status_messages(&order.value, at).await?;
@@ -249,6 +253,18 @@ fn is_its_flight(order: &Order, teller: &Teller<'_>, flight: &FlightNews) -> boo
         && allocation.is_some_and(|allocation| {
             allocation.edge == teller.edge && allocation.plan_id == flight.plan_id
         })
+}
+
+/// A drone may depart before the edge's answer has come that it takes the flight on: then it was assigned first. Tells
+/// whether that is another status.
+fn assign_first(order: &mut Order, flight: &FlightNews, at: Timestamp) -> bool {
+    let waits_for_answer = order.delivery.status == DeliveryStatus::Created
+        && order.dispatch.asking == Asking::Reserving;
+    if !waits_for_answer || flight.state == PlanState::Accepted {
+        return false;
+    }
+    order.dispatch.flights += 1;
+    order.set_status(DeliveryStatus::Assigned, None, at, Some(flight.version))
 }
 
 /// Applies the news of its flight to an order. Tells how it stands, and whether that is another status.

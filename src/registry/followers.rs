@@ -166,6 +166,7 @@ impl Registry {
             epoch: edge.epoch,
             revision: edge.revision,
             nack: edge.nack,
+            url: edge.url.filter(|url| !url.is_empty()),
         });
         Ok(EdgeStatuses {
             registry_id: identity.registry_id,

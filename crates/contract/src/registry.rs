@@ -353,6 +353,9 @@ pub struct EdgeStatus {
     pub age_s: f64,
     /// What it refused last.
     pub nack: Option<Nack>,
+    /// Where the registry reaches it, for the flights of deliveries; absent where it takes none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub url: Option<String>,
 }
 
 /// Who follows, by network and id.

@@ -28,14 +28,14 @@ type Sender = http2::SendRequest<BoxBody<Bytes, Infallible>>;
 
 /// A connection.
 #[derive(Clone)]
-pub(super) struct Connection {
+pub(crate) struct Connection {
     address: SocketAddr,
     token: String,
     sender: Sender,
 }
 
 impl Connection {
-    pub(super) async fn open(address: SocketAddr, token: &str) -> Result<Self> {
+    pub(crate) async fn open(address: SocketAddr, token: &str) -> Result<Self> {
         let stream = connected(address).await?;
         let handshake = http2::Builder::new(TokioExecutor::new()).handshake(TokioIo::new(stream));
         let (sender, connection) = handshake.await?;
@@ -48,7 +48,13 @@ impl Connection {
         })
     }
 
-    fn request(&self, method: Method, path: &str, media: &str) -> http::request::Builder {
+    /// The beginning of a request: its headers are added to.
+    pub(crate) fn request(
+        &self,
+        method: Method,
+        path: &str,
+        media: &str,
+    ) -> http::request::Builder {
         let builder = Request::builder()
             .method(method)
             .uri(format!("http://{}{path}", self.address))
@@ -61,20 +67,29 @@ impl Connection {
     }
 
     /// Asks over REST; gives the body of the answer.
-    pub(super) async fn ask(&self, method: Method, path: &str, body: Vec<u8>) -> Result<Bytes> {
+    pub(crate) async fn ask(&self, method: Method, path: &str, body: Vec<u8>) -> Result<Bytes> {
         let request = self.request(method, path, "application/json");
-        let request = request.body(Full::from(body).boxed())?;
-        let answer = self.sender.clone().send_request(request).await?;
-        let status = answer.status();
-        let body = answer.into_body().collect().await?.to_bytes();
+        let (status, body) = self.send(request, body).await?;
         match status {
             StatusCode::OK | StatusCode::CREATED => Ok(body),
             _ => Err(format!("{path}: {status}: {}", String::from_utf8_lossy(&body)).into()),
         }
     }
 
+    /// Sends a request; gives the status and the body of its answer, whatever it is.
+    pub(crate) async fn send(
+        &self,
+        request: http::request::Builder,
+        body: Vec<u8>,
+    ) -> Result<(StatusCode, Bytes)> {
+        let request = request.body(Full::from(body).boxed())?;
+        let answer = self.sender.clone().send_request(request).await?;
+        let status = answer.status();
+        Ok((status, answer.into_body().collect().await?.to_bytes()))
+    }
+
     /// Sends positions in a request of their own.
-    pub(super) async fn telemetry(&self, message: &proto::ReportTelemetryRequest) -> Result<()> {
+    pub(crate) async fn telemetry(&self, message: &proto::ReportTelemetryRequest) -> Result<()> {
         let request = self.request(Method::POST, TELEMETRY, "application/grpc");
         let request = request.body(Full::from(framed(message)).boxed())?;
         let answer = self.sender.clone().send_request(request).await?;
@@ -85,38 +100,44 @@ impl Connection {
         }
     }
 
-    /// Begins a session with drones, and waits until they are welcome.
-    pub(super) async fn session(&self, drones: Vec<String>) -> Result<Session> {
-        let (said, requests) = unbounded_channel();
-        let request = self.request(Method::POST, SESSION, "application/grpc");
-        let request = request.body(Requests(requests).boxed())?;
-        let expected = drones.len();
+    /// Begins a session with drones that had none, and waits until they are welcome.
+    pub(crate) async fn session(&self, drones: Vec<String>) -> Result<Session> {
         let drones = drones.into_iter().map(|drone_id| proto::HelloDrone {
             drone_id,
             ..proto::HelloDrone::default()
         });
+        self.session_of(drones.collect()).await
+    }
+
+    /// Begins a session with drones, and waits until they are welcome.
+    pub(crate) async fn session_of(&self, drones: Vec<proto::HelloDrone>) -> Result<Session> {
+        let (said, requests) = unbounded_channel();
+        let request = self.request(Method::POST, SESSION, "application/grpc");
+        let request = request.body(Requests(requests).boxed())?;
+        let expected = drones.len();
         let mut session = Session {
+            id: String::new(),
             said,
             told: None,
             read: BytesMut::new(),
             _connection: self.clone(),
         };
-        session.say(
-            None,
-            Said::Hello(proto::Hello {
-                drones: drones.collect(),
-            }),
-        );
+        session.say(None, Said::Hello(proto::Hello { drones }));
         session.told = Some(self.sender.clone().send_request(request).await?.into_body());
         match session.next().await? {
-            Told::Welcome(welcome) if welcome.drones.len() == expected => Ok(session),
+            Told::Welcome(welcome) if welcome.drones.len() == expected => {
+                session.id = welcome.session_id;
+                Ok(session)
+            }
             other => Err(format!("no welcome: {other:?}").into()),
         }
     }
 }
 
 /// A session.
-pub(super) struct Session {
+pub(crate) struct Session {
+    /// Named by a drone that comes back on another connection.
+    pub(crate) id: String,
     said: UnboundedSender<Bytes>,
     told: Option<Incoming>,
     read: BytesMut,
@@ -125,17 +146,23 @@ pub(super) struct Session {
 }
 
 impl Session {
-    pub(super) fn say(&self, request_id: Option<u64>, body: Said) {
+    pub(crate) fn say(&self, request_id: Option<u64>, body: Said) {
         let body = Some(body);
         // A session that is gone says so where it is listened to.
         let _ = self.said.send(framed(&SessionRequest { request_id, body }));
     }
 
     /// What is told next.
-    pub(super) async fn next(&mut self) -> Result<Told> {
+    pub(crate) async fn next(&mut self) -> Result<Told> {
+        Ok(self.next_answer().await?.1)
+    }
+
+    /// What is told next, and the request that it answers.
+    pub(crate) async fn next_answer(&mut self) -> Result<(Option<u64>, Told)> {
         loop {
             if let Some(told) = self.whole()? {
-                return told.body.ok_or_else(|| "nothing was told".into());
+                let body = told.body.ok_or("nothing was told")?;
+                return Ok((told.request_id, body));
             }
             let told = self.told.as_mut().ok_or("the session has not begun")?;
             let Some(frame) = told.frame().await else {

@@ -1,16 +1,15 @@
 //! `skyway-loadtest line`: sessions of drones, held to the goals of docs/line.md.
 
-mod client;
+pub(crate) mod client;
 mod push;
 mod telemetry;
 
-use crate::run::eprintln_line;
+use crate::rows::{Header, write_rows};
 use crate::scenario::Servers;
 use crate::servers::{Installed, Server};
-use crate::{MISSED, Result, Unsuitable, cores, machine, until_interrupted};
+use crate::{Result, Unsuitable, cores, until_interrupted};
 use clap::Args;
 use std::fs;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
@@ -39,35 +38,6 @@ pub(crate) struct LineArguments {
 struct Size {
     sessions: usize,
     telemetry_s: u32,
-}
-
-/// A figure, and what it is held to.
-struct Row {
-    what: String,
-    found: String,
-    goal: String,
-    is_met: bool,
-}
-
-impl Row {
-    /// A figure that may be at most so large.
-    fn at_most(what: impl Into<String>, (found, most): (f64, f64), unit: &str) -> Self {
-        Self {
-            what: what.into(),
-            found: format!("{found:.1} {unit}"),
-            goal: format!("at most {most} {unit}"),
-            is_met: found <= most,
-        }
-    }
-
-    fn at_least(what: impl Into<String>, (found, least): (f64, f64), unit: &str) -> Self {
-        Self {
-            what: what.into(),
-            found: format!("{found:.1} {unit}"),
-            goal: format!("at least {least} {unit}"),
-            is_met: found >= least,
-        }
-    }
 }
 
 /// An edge with tokens, which ends when this is dropped.
@@ -99,39 +69,13 @@ async fn measure(arguments: &LineArguments, is_pinned: bool) -> Result<ExitCode>
     };
     let mut rows = telemetry::measure(arguments, size).await?;
     rows.extend(push::measure(arguments, size).await?);
-    let apart = if is_pinned {
-        "cores of their own"
-    } else {
-        "all cores"
+    let header = Header {
+        commit: &arguments.commit,
+        servers: "edge",
+        is_pinned,
+        is_quick: arguments.quick,
     };
-    let quick = if arguments.quick {
-        ". A quick run: its figures say nothing"
-    } else {
-        ""
-    };
-    let mut stdout = std::io::stdout().lock();
-    writeln!(
-        stdout,
-        "Commit `{}`, {}, edge and load on {apart}{quick}.\n\n| | found | goal | |\n|---|---:|---:|---|",
-        arguments.commit,
-        machine()
-    )?;
-    for Row {
-        what,
-        found,
-        goal,
-        is_met,
-    } in &rows
-    {
-        let verdict = if *is_met { "met" } else { "missed" };
-        writeln!(stdout, "| {what} | {found} | {goal} | {verdict} |")?;
-    }
-    let missed = rows.iter().filter(|row| !row.is_met).count();
-    let is_held = !arguments.quick && missed > 0;
-    if is_held {
-        eprintln_line(&format!("{missed} goals are missed"));
-    }
-    Ok(ExitCode::from(if is_held { MISSED } else { 0 }))
+    write_rows(&header, &rows)
 }
 
 /// An edge over Sydney with a token that may do everything, and room for as many sessions.

@@ -1,9 +1,10 @@
 //! How long it takes from a zone that is posted until drones have the version that leads around it.
 
 use super::client::{Connection, Session};
-use super::{LineArguments, Row, Size, served};
+use super::{LineArguments, Size, served};
 use crate::Result;
 use crate::arrivals::Chance;
+use crate::rows::{Row, at};
 use crate::workload::World;
 use http::Method;
 use serde_json::{Value, json};
@@ -82,15 +83,6 @@ pub(super) async fn measure(arguments: &LineArguments, size: Size) -> Result<Vec
     );
     rows.push(Row::at_most(what, (at(&flown, 0.99), 300.0), "ms"));
     Ok(rows)
-}
-
-/// The time that this part of all is within.
-fn at(sorted_ms: &[f64], part: f64) -> f64 {
-    let rank = (part * sorted_ms.len() as f64).ceil() as usize;
-    sorted_ms
-        .get(rank.saturating_sub(1))
-        .copied()
-        .unwrap_or_default()
 }
 
 fn name(drone: usize) -> String {

@@ -1,8 +1,9 @@
 //! What sessions take while their drones tell where they are: memory, a part of a core, and how much faster that is.
 
 use super::client::Session;
-use super::{LineArguments, Row, Served, Size, served};
+use super::{LineArguments, Served, Size, served};
 use crate::Result;
+use crate::rows::Row;
 use skyway::api::grpc::proto::session_request::Body as Said;
 use skyway::api::grpc::proto::session_response::Body as Told;
 use skyway::api::grpc::proto::{LonLat, Place, ReportTelemetryRequest, TelemetryEntry, place};

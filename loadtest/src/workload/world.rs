@@ -23,6 +23,9 @@ pub(crate) struct World {
     /// The nodes between which deliveries are drawn: the largest part of the network that hangs
     /// together.
     joined: Vec<usize>,
+    /// Those of them with a pad.
+    landing: Vec<usize>,
+    has_pads: Vec<bool>,
     /// Degrees to metres, east and north; none where coordinates are metres.
     scale: Option<Point>,
 }
@@ -52,12 +55,17 @@ impl World {
             neighbours[other].push(one);
         }
         let ids = network.ids.iter().enumerate();
+        let joined = largest_part(&neighbours);
+        let has_pads: Vec<bool> = network.pads.iter().map(|&pads| pads > 0).collect();
+        let landing = joined.iter().copied().filter(|&node| has_pads[node]);
         Self {
+            landing: landing.collect(),
+            has_pads,
             numbers: ids
                 .map(|(number, id)| (id.text().to_owned(), number))
                 .collect(),
             ids: network.ids,
-            joined: largest_part(&neighbours),
+            joined,
             points,
             neighbours,
             scale,
@@ -76,6 +84,27 @@ impl World {
         let beside = chance.below(self.joined.len() - 1);
         let destination = beside + usize::from(beside >= source);
         (self.joined[source], self.joined[destination])
+    }
+
+    /// A node where a drone stands.
+    pub(crate) fn home(&self, chance: &mut Chance) -> usize {
+        self.landing[chance.below(self.landing.len())]
+    }
+
+    /// Two different nodes with pads: a walk of so many segments from the first passes the second, where it passes any.
+    pub(crate) fn walk(&self, steps: usize, chance: &mut Chance) -> (usize, usize) {
+        let start = chance.below(self.landing.len());
+        let source = self.landing[start];
+        let mut destination = self.landing[(start + 1) % self.landing.len()];
+        let mut node = source;
+        for _ in 0..steps {
+            let neighbours = &self.neighbours[node];
+            node = neighbours[chance.below(neighbours.len())];
+            if node != source && self.has_pads[node] {
+                destination = node;
+            }
+        }
+        (source, destination)
     }
 
     /// A neighbour of a node that a way does not go to.
@@ -246,6 +275,12 @@ mod tests {
                 .all(|(source, destination)| source != destination)
         );
         assert!((0..3).all(|node| draws.iter().any(|(_, destination)| *destination == node)));
+        let walks: Vec<_> = (0..50).map(|_| world.walk(2, &mut chance)).collect();
+        assert!(
+            walks
+                .iter()
+                .all(|(source, destination)| source != destination)
+        );
     }
 
     #[test]

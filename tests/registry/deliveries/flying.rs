@@ -54,6 +54,31 @@ async fn an_order_is_assigned_picked_up_and_delivered() {
 }
 
 #[tokio::test]
+async fn a_drone_that_departs_before_its_edge_has_answered_was_assigned_first() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.edge.lose_answers(1);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    let plan = world.edge.plans().into_keys().next().expect("a plan");
+    let departed = world.news_of(&id, plan, PlanState::Activated, 0);
+    world.tell(1, &[departed]).await;
+    assert_eq!(world.told(&id).await, ALL[..3]);
+    let delivery = world.delivery(&id).await;
+    let statuses: Vec<DeliveryStatus> = delivery
+        .history
+        .iter()
+        .map(|change| change.status)
+        .collect();
+    let expected = [
+        DeliveryStatus::Created,
+        DeliveryStatus::Assigned,
+        DeliveryStatus::PickingUp,
+    ];
+    assert_eq!(statuses, expected);
+}
+
+#[tokio::test]
 async fn news_are_taken_once_in_whatever_batches_they_come() {
     let world = World::with_drones(&["depot"]).await;
     let id = world.order("shop", "door").await;

@@ -255,12 +255,23 @@ impl World {
     /// News of the flight of a delivery.
     pub(crate) async fn news(&self, id: &str, state: PlanState, stops_served: u32) -> FlightNews {
         let delivery = self.delivery(id).await;
-        let allocation = delivery.allocation.expect("a drone");
+        let plan_id = delivery.allocation.expect("a drone").plan_id;
+        self.news_of(id, plan_id, state, stops_served)
+    }
+
+    /// News of a plan that is flown for a delivery.
+    pub(crate) fn news_of(
+        &self,
+        id: &str,
+        plan_id: String,
+        state: PlanState,
+        stops_served: u32,
+    ) -> FlightNews {
         let expected_at = self.now().checked_add(SignedDuration::from_secs(60));
         FlightNews {
-            plan_id: allocation.plan_id,
+            plan_id,
             delivery_id: id.to_owned(),
-            drone_id: Some(allocation.drone_id),
+            drone_id: None,
             state,
             ended_as: None,
             version: 1,

@@ -1,0 +1,277 @@
+//! Drones of a provider over a planar network: they wait on the line of their edge, fly what they are assigned by its times,
+//! and land.
+
+use crate::Result;
+use crate::line::client::{Connection, Session};
+use jiff::Timestamp;
+use skyway::api::grpc::proto::session_request::Body as Said;
+use skyway::api::grpc::proto::session_response::Body as Told;
+use skyway::api::grpc::proto::{self, MessageKind, Place, PlanVersion, PlanarPosition, place};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::rc::Rc;
+use std::time::Duration;
+use tokio::task::spawn_local;
+use tokio::time::{MissedTickBehavior, interval, sleep};
+
+/// Drones on each stream.
+const ON_STREAM: usize = 100;
+/// How often a drone tells where it is.
+const EVERY: Duration = Duration::from_secs(3);
+const COME_BACK_AFTER: Duration = Duration::from_millis(200);
+
+/// How often each plan was flown to its end, by its id.
+pub(super) type Flown = Rc<RefCell<BTreeMap<String, u32>>>;
+
+/// Puts drones on the line of an edge, for as long as this program runs.
+pub(super) fn fly(edge: SocketAddr, drones: &[String], flown: &Flown) {
+    for part in drones.chunks(ON_STREAM) {
+        let mut drones: Vec<Drone> = part.iter().cloned().map(Drone::of).collect();
+        let flown = flown.clone();
+        spawn_local(async move {
+            loop {
+                // Its edge is killed now and then; a drone flies on meanwhile, and comes back.
+                let _broken = on_line(edge, &mut drones, &flown).await;
+                sleep(COME_BACK_AFTER).await;
+            }
+        });
+    }
+}
+
+/// One session, until the line breaks.
+async fn on_line(edge: SocketAddr, drones: &mut [Drone], flown: &Flown) -> Result<()> {
+    let connection = Connection::open(edge, "").await?;
+    let hello = drones.iter().map(Drone::hello).collect();
+    let mut session = connection.session_of(hello).await?;
+    for drone in drones.iter_mut() {
+        drone.session_id = Some(session.id.clone());
+    }
+    let mut tick = interval(EVERY);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            told = session.next_answer() => take(&session, drones, told?),
+            _ = tick.tick() => tell(&session, drones, flown),
+        }
+    }
+}
+
+/// Where those are that fly, and who has landed.
+fn tell(session: &Session, drones: &mut [Drone], flown: &Flown) {
+    let now_s = seconds(Timestamp::now());
+    let positions = drones.iter().filter_map(|drone| drone.position(now_s));
+    let positions = positions.collect();
+    session.say(
+        None,
+        Said::Telemetry(proto::ReportTelemetryRequest { positions }),
+    );
+    for (number, drone) in drones.iter_mut().enumerate() {
+        let Some(flight) = &mut drone.flight else {
+            continue;
+        };
+        if now_s < flight.lands_at_s {
+            continue;
+        }
+        if !std::mem::replace(&mut flight.has_landed, true) {
+            *flown
+                .borrow_mut()
+                .entry(flight.plan_id.clone())
+                .or_default() += 1;
+        }
+        // Until it is answered.
+        let landed = proto::CompletePlanRequest {
+            id: flight.plan_id.clone(),
+            ..proto::CompletePlanRequest::default()
+        };
+        session.say(Some(number as u64), Said::Complete(landed));
+    }
+}
+
+fn take(session: &Session, drones: &mut [Drone], told: (Option<u64>, Told)) {
+    match told {
+        (_, Told::Message(message)) => {
+            let mut named = drones
+                .iter_mut()
+                .enumerate()
+                .filter(|(_, drone)| drone.id == message.drone_id);
+            if let Some((number, drone)) = named.next() {
+                drone.read(session, number as u64, message);
+            }
+        }
+        // Its landing was taken, or its plan is over.
+        (Some(number), Told::Plan(_) | Told::Problem(_)) => {
+            let drone = usize::try_from(number).ok();
+            let drone = drone.and_then(|number| drones.get_mut(number));
+            if let Some(drone) = drone
+                && drone
+                    .flight
+                    .as_ref()
+                    .is_some_and(|flight| flight.has_landed)
+            {
+                drone.flight = None;
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A drone.
+struct Drone {
+    id: String,
+    session_id: Option<String>,
+    received: Option<String>,
+    flight: Option<Flying>,
+}
+
+/// What it flies.
+struct Flying {
+    plan_id: String,
+    token: (u64, u64, u32),
+    pieces: Vec<Piece>,
+    lands_at_s: f64,
+    has_landed: bool,
+}
+
+/// A straight piece of way: from when to when, from where to where.
+struct Piece {
+    times_s: [f64; 2],
+    ends: [[f64; 2]; 2],
+}
+
+impl Drone {
+    fn of(id: String) -> Self {
+        Self {
+            id,
+            session_id: None,
+            received: None,
+            flight: None,
+        }
+    }
+
+    fn hello(&self) -> proto::HelloDrone {
+        proto::HelloDrone {
+            drone_id: self.id.clone(),
+            ends_session: self.session_id.clone(),
+            received_through: self.received.clone(),
+        }
+    }
+
+    fn position(&self, now_s: f64) -> Option<proto::TelemetryEntry> {
+        let flight = self.flight.as_ref()?;
+        let [x, y] = flight.place(now_s)?;
+        let place = Some(place::Place::Planar(PlanarPosition { x, y }));
+        let departs_at_s = flight.pieces.first()?.times_s[0];
+        Some(proto::TelemetryEntry {
+            drone_id: self.id.clone(),
+            location: Some(Place { place }),
+            airborne: Some(departs_at_s <= now_s && now_s < flight.lands_at_s),
+            ..proto::TelemetryEntry::default()
+        })
+    }
+
+    /// Reads a message from its mailbox.
+    fn read(&mut self, session: &Session, number: u64, message: proto::DroneMessage) {
+        self.received = Some(message.id.clone());
+        let through = message.id.clone();
+        match (message.kind(), message.version) {
+            // Of a drone that flies nothing yet, or nothing any more.
+            (MessageKind::Assigned, Some(version)) if self.flight.is_none() => {
+                self.flight = Some(Flying::of(message.plan_id, &version));
+            }
+            (MessageKind::Version, Some(version)) => {
+                let newer = Flying::of(message.plan_id, &version);
+                let is_newer = self.flight.as_ref().is_some_and(|flight| {
+                    flight.plan_id == newer.plan_id && newer.token > flight.token
+                });
+                if is_newer {
+                    let taken = proto::AcknowledgePlanRequest {
+                        id: newer.plan_id.clone(),
+                        version: version.version,
+                        ..proto::AcknowledgePlanRequest::default()
+                    };
+                    self.flight = Some(newer);
+                    session.say(Some(number), Said::Acknowledge(taken));
+                    return;
+                }
+            }
+            (MessageKind::Ended, _) => {
+                let flight = self.flight.take();
+                self.flight = flight.filter(|flight| flight.plan_id != message.plan_id);
+            }
+            _ => {}
+        }
+        let received = proto::ReceivedRequest {
+            drone_id: self.id.clone(),
+            through,
+        };
+        session.say(None, Said::Received(received));
+    }
+}
+
+impl Flying {
+    fn of(plan_id: String, version: &PlanVersion) -> Self {
+        let mut pieces = Vec::new();
+        let enters = version
+            .legs
+            .first()
+            .and_then(|leg| leg.departs_at)
+            .or(version.arrives_at);
+        if let Some(stretch) = &version.first_stretch {
+            pieces.extend(Piece::of(version.departs_at, enters, &stretch.geometry));
+        }
+        for leg in &version.legs {
+            pieces.extend(Piece::of(leg.departs_at, leg.arrives_at, &leg.geometry));
+        }
+        Self {
+            plan_id,
+            token: (version.token, version.epoch, version.version),
+            lands_at_s: version.arrives_at.map_or(f64::INFINITY, proto_seconds),
+            pieces,
+            has_landed: false,
+        }
+    }
+
+    /// Where it is: on a piece of way, or at the end of the last one that it has flown.
+    fn place(&self, now_s: f64) -> Option<[f64; 2]> {
+        let mut place = self.pieces.first()?.ends[0];
+        for Piece {
+            times_s: [from_s, until_s],
+            ends: [start, end],
+        } in &self.pieces
+        {
+            if now_s < *from_s {
+                break;
+            }
+            let share = if until_s > from_s {
+                ((now_s - from_s) / (until_s - from_s)).min(1.0)
+            } else {
+                1.0
+            };
+            place = [0, 1].map(|axis| start[axis] + share * (end[axis] - start[axis]));
+        }
+        Some(place)
+    }
+}
+
+impl Piece {
+    fn of(
+        departs_at: Option<proto::Timestamp>,
+        arrives_at: Option<proto::Timestamp>,
+        corners: &[proto::Waypoint],
+    ) -> Option<Self> {
+        let (first, last) = (corners.first()?, corners.last()?);
+        Some(Self {
+            times_s: [proto_seconds(departs_at?), proto_seconds(arrives_at?)],
+            ends: [[first.x, first.y], [last.x, last.y]],
+        })
+    }
+}
+
+fn seconds(at: Timestamp) -> f64 {
+    at.as_nanosecond() as f64 * 1e-9
+}
+
+fn proto_seconds(at: proto::Timestamp) -> f64 {
+    at.seconds as f64 + f64::from(at.nanos) * 1e-9
+}
