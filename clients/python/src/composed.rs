@@ -1,7 +1,6 @@
 //! Plans by distance, and certificates judged.
 
 use crate::document::to_python;
-use crate::picture::{Drawing, draw};
 use crate::refusal::{Kind, Refusal};
 use crate::world::World;
 use pyo3::prelude::*;
@@ -16,7 +15,6 @@ use std::sync::Arc;
 /// A plan by distance.
 #[pyclass(frozen, module = "skyway._skyway")]
 pub(crate) struct ShortestPlan {
-    airspace: Arc<Airspace>,
     fields: Value,
 }
 
@@ -29,23 +27,26 @@ impl ShortestPlan {
 
     /// A plan by distance alone has none: refused with the remedy.
     fn certificate(&self) -> PyResult<String> {
-        let refusal = Refusal::new(Kind::Flight, "no_proof", "flight", "a certificate takes a plan that is flown");
-        Err(refusal.hint("compose with flight=skyway.Flight()").into())
+        Err(takes_a_flight("no_proof", "a certificate takes a plan that is flown").into())
     }
 
-    /// The picture of the network that the plan leads over.
+    /// Refused likewise: what is drawn of a plan are its battery, its stops and the wind.
+    #[expect(unused_variables, reason = "all that can be drawn takes these arguments")]
     fn svg(
         &self,
-        py: Python<'_>,
         width_px: u32,
         title: Option<String>,
         labels: &str,
         whole: bool,
         buildings: Option<&str>,
     ) -> PyResult<String> {
-        let drawing = Drawing::of(width_px, title, labels, whole, buildings, &self.airspace)?;
-        Ok(py.detach(|| draw(&self.airspace, None, None, drawing)))
+        Err(takes_a_flight("no_map", "a map takes a plan that is flown").into())
     }
+}
+
+fn takes_a_flight(code: &'static str, message: &str) -> Refusal {
+    let refusal = Refusal::new(Kind::Flight, code, "flight", message);
+    refusal.hint("compose with flight=skyway.Flight()")
 }
 
 /// Composes the shortest open way, with what to do on each leg that closes.
@@ -66,7 +67,7 @@ pub(crate) fn compose(
         });
         document(&world.ground.topology, (source, destination), airspeed_mps, plan.as_ref())
     });
-    Ok(ShortestPlan { airspace, fields })
+    Ok(ShortestPlan { fields })
 }
 
 fn document(

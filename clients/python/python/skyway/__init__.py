@@ -5,7 +5,6 @@ The engine in the process is `Network`; a server of Skyway is asked by `Client` 
 
 from .async_client import AsyncClient
 from .client import Client
-from .demo import Demo, demo
 from .errors import (
     AirspaceError,
     ConnectionBroken,
@@ -22,6 +21,7 @@ from .flight import Flight
 from .many import Recompositions
 from .network import Network
 from .picture import Map
+from .program import Demo, demo
 from .results import Composition, FlownRecomposition, Recomposition, Stage, Verdict
 
 __version__ = "0.1.0"

@@ -31,7 +31,11 @@ def _id(value: Any, place: str) -> NodeId:
 
 
 def _is_missing(value: Any) -> bool:
-    return value is None or value != value
+    """None, NaN, or what pandas puts in their place, which refuses to be compared."""
+    try:
+        return value is None or bool(value != value)
+    except TypeError:
+        return True
 
 
 def node_link_of_graph(graph: nx.Graph) -> str:
