@@ -100,7 +100,7 @@ def test_answers_are_frozen(generated):
 
 
 def test_the_lock_of_the_interpreter_is_free_meanwhile(generated):
-    asked = [np.repeat(np.array(column), 200) for column in columns(generated, 1_000)]
+    asked = [np.repeat(np.array(column), 10) for column in columns(generated, 1_000)]
     began, ended = threading.Event(), threading.Event()
 
     def answer():

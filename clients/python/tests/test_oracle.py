@@ -3,6 +3,7 @@
 import json
 import random
 
+import geopandas as gpd
 import pytest
 from conftest import SEED, drawn_legs
 
@@ -76,6 +77,9 @@ def test_zones_close_what_they_close_for_the_command_line(program, sydney, tmp_p
     assert_same(closed.recompose((379, 406), 1), told, "with a zone")
     assert len(closed.closed[1]) == 45
     assert sydney.closed == ((), ()), "the network itself stays open"
+    table = gpd.GeoDataFrame.from_features([zone], crs=4326).assign(id="crane").to_crs(7856)
+    as_table = sydney.with_closures(zones=[table])
+    assert as_table.closed == closed.closed
     brought = sydney.recompose((379, 406), 1, zone=zone, failure="regulatory")
     assert [str(node) for node in brought.nodes] == told["path"]["nodes"]
 

@@ -22,6 +22,7 @@ class AsyncClient:
     """A server, asked from coroutines. Its calls are those of `Client`, with the same answers and exceptions."""
 
     def __init__(self, url: str = "http://127.0.0.1:8080", token: str | None = None, *, timeout_s: float = TIMEOUT_S) -> None:
+        self._timeout_s = timeout_s
         self._http = httpx.AsyncClient(**_settings(url, token, timeout_s), transport=httpx.AsyncHTTPTransport(retries=CONNECTS))
 
     async def __aenter__(self) -> Self:
@@ -142,12 +143,11 @@ class AsyncClient:
             await asyncio.sleep(pause_s)
 
     async def _listen(self, stream: Stream) -> AsyncIterator[Event]:
-        timeout = httpx.Timeout(self._http.timeout, read=SILENCE_S)
+        timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
         async with self._http.stream("GET", "/v1/events", headers=stream.headers(), timeout=timeout) as answer:
             if answer.is_error:
                 await answer.aread()
                 raise _problem(answer)
-            async for line in answer.aiter_lines():
-                event = stream.take(line)
-                if event is not None:
+            async for piece in answer.aiter_bytes():
+                for event in stream.take(piece):
                     yield event

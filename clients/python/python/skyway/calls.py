@@ -10,7 +10,8 @@ from typing import Any
 from urllib.parse import quote
 
 from .errors import RequestError
-from .results import NodeId, geodataframe_document
+from .geojson import collection_of, is_table
+from .results import NodeId
 
 GEOJSON = "application/geo+json"
 Body = Mapping[str, Any]
@@ -125,25 +126,13 @@ def clock() -> Call:
 
 def feature_of(given: Any) -> Body:
     """A GeoJSON feature: of a mapping, or the one row of a GeoDataFrame."""
-    if not hasattr(given, "to_crs"):
+    if not is_table(given):
         return given
     features = collection_of(given)["features"]
     if len(features) != 1:
         hint = "post several with import_zones(frame, feed=...), as one batch"
         raise RequestError(f"the table has {len(features)} rows, and one zone is one row", "not_one_zone", "zone", hint)
     return features[0]
-
-
-def collection_of(given: Any) -> Any:
-    """A feature collection: as given, or of a GeoDataFrame; a column `id`, else the index, names the zones."""
-    if not hasattr(given, "to_crs"):
-        return given
-    document = geodataframe_document(given)
-    features = document["features"]
-    for feature, index in zip(features, given.index):
-        stated = feature["properties"].pop("id", None)
-        feature["id"] = str(index if stated is None else stated)
-    return {"type": "FeatureCollection", "features": features}
 
 
 def pages(told: Body, member: str) -> tuple[Iterator[Any], str | None]:

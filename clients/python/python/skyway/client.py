@@ -55,6 +55,7 @@ class Client:
     """
 
     def __init__(self, url: str = "http://127.0.0.1:8080", token: str | None = None, *, timeout_s: float = TIMEOUT_S) -> None:
+        self._timeout_s = timeout_s
         self._http = httpx.Client(**_settings(url, token, timeout_s), transport=httpx.HTTPTransport(retries=CONNECTS))
 
     def __enter__(self) -> Self:
@@ -181,12 +182,11 @@ class Client:
             time.sleep(pause_s)
 
     def _listen(self, stream: Stream) -> Iterator[Event]:
-        timeout = httpx.Timeout(self._http.timeout, read=SILENCE_S)
+        timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
         with self._http.stream("GET", "/v1/events", headers=stream.headers(), timeout=timeout) as answer:
             if answer.is_error:
                 answer.read()
                 raise _problem(answer)
-            for line in answer.iter_lines():
-                event = stream.take(line)
-                if event is not None:
+            for piece in answer.iter_bytes():
+                for event in stream.take(piece):
                     yield event

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,15 +42,17 @@ class Stream:
     def __init__(self, after: str | None, give_up_after_s: float | None) -> None:
         self.last_id, self.give_up_after_s = after, give_up_after_s
         self._retry_s, self._failures = RETRY_S, 0
-        self._heard_s = time.monotonic()
+        self._heard_s, self._rest = time.monotonic(), b""
         self._begin()
 
     def _begin(self) -> None:
+        """A new event, of which nothing is known."""
         self._kind, self._id, self._lines = "message", None, []
 
     def headers(self) -> dict[str, str]:
         """Of the next connection: what half an event said before is forgotten, and asked for again."""
         self._begin()
+        self._rest = b""
         return {"accept": "text/event-stream"} | ({"last-event-id": self.last_id} if self.last_id else {})
 
     def heard(self) -> None:
@@ -65,9 +68,17 @@ class Stream:
         self._failures += 1
         return max(doubled_s, retry_after_s or 0.0)
 
-    def take(self, line: str) -> Event | None:
-        """Takes a line, and gives the event that it ends. Raises `Problem` where the server ends the stream for good."""
+    def take(self, piece: bytes) -> Iterator[Event]:
+        """Takes a piece of the stream, and gives the events that end in it. Raises `Problem` where the server ends it for good."""
         self.heard()
+        # By line feeds alone: a text may hold what else counts as the end of a line in Python.
+        *lines, self._rest = (self._rest + piece).split(b"\n")
+        for line in lines:
+            event = self._take_line(line.removesuffix(b"\r").decode("utf-8", "replace"))
+            if event is not None:
+                yield event
+
+    def _take_line(self, line: str) -> Event | None:
         if line:
             self._take_field(line)
             return None

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, Self
 from . import _skyway, shapes
 from .errors import NetworkError
 from .flight import time_text
+from .geojson import geojson_text
 from .many import Recompositions, columns_of
 from .picture import Map
-from .results import NodeId, Verdict, geojson_text
+from .results import NodeId, Verdict
 
 if TYPE_CHECKING:
     import networkx as nx

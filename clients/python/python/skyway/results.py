@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
+from .geojson import geojson_text
 from .picture import Map
 
 if TYPE_CHECKING:
@@ -42,22 +42,6 @@ class _Drawn:
         Raises `RequestError` or `FlightError` with the code `no_proof` or `no_plan` where there is nothing to prove.
         """
         return self._answer.certificate()
-
-
-def geojson_text(given: object) -> str | None:
-    """GeoJSON as text, from text, a mapping, or what has `to_json` such as a GeoDataFrame."""
-    if given is None or isinstance(given, str):
-        return given
-    if hasattr(given, "to_crs"):
-        return json.dumps(geodataframe_document(given))
-    return json.dumps(given)
-
-
-def geodataframe_document(frame: Any) -> dict[str, Any]:
-    """The features of a GeoDataFrame in longitude and latitude; members without a value are left out."""
-    if frame.crs is not None and frame.crs.to_epsg() != 4326:
-        frame = frame.to_crs(4326)
-    return json.loads(frame.to_json(na="drop", drop_id=True))
 
 
 @dataclass(frozen=True)
