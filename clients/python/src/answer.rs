@@ -8,11 +8,13 @@ use crate::world::World;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyString, PyTuple, PyType};
+use pyo3::types::{PyDict, PyString, PyTuple};
 use skyway_engine::airspace::Airspace;
 use skyway_engine::checked::{self, Alternatives, Known};
 use skyway_engine::flight::FailureType;
-use skyway_engine::recompose::{Recomposition, Request, Scratch, Severance, Strategy, certify, recompose};
+use skyway_engine::recompose::{
+    Recomposition, Request, Scratch, Severance, Strategy, certify, recompose,
+};
 use skyway_formats::{self as formats, warning_text, write_certificate};
 use std::sync::Arc;
 
@@ -34,36 +36,58 @@ pub(crate) struct Passed {
 }
 
 /// Answers a request, and lets the checker pass the answer, as every answer of Skyway.
-pub(crate) fn answer(world: &World, airspace: &Airspace, request: &Request, scratch: &mut Scratch) -> Passed {
+pub(crate) fn answer(
+    world: &World,
+    airspace: &Airspace,
+    request: &Request,
+    scratch: &mut Scratch,
+) -> Passed {
     world.prepare_if_asked_again(request.report.destination, scratch);
     let found = recompose(&world.engine(airspace), request, scratch);
     pass(airspace, request, found, scratch)
 }
 
 /// The same for an answer that has been found.
-pub(crate) fn pass(airspace: &Airspace, request: &Request, found: Recomposition, scratch: &mut Scratch) -> Passed {
+pub(crate) fn pass(
+    airspace: &Airspace,
+    request: &Request,
+    found: Recomposition,
+    scratch: &mut Scratch,
+) -> Passed {
     let alternatives = Alternatives {
         reported: request.report.remaining_path.as_deref(),
         ..Alternatives::default()
     };
-    let checked = checked::pass(airspace, request, &Known::default(), alternatives, found, scratch);
+    let checked = checked::pass(
+        airspace,
+        request,
+        &Known::default(),
+        alternatives,
+        found,
+        scratch,
+    );
     Passed {
         recomposition: checked.answer,
-        refused: checked.case.map(|case| case.fault.text(airspace.topology())),
+        refused: checked
+            .case
+            .map(|case| case.fault.text(airspace.topology())),
     }
 }
 
-static RECOMPOSITION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+/// The class of answers, and what makes an empty instance of it.
+static RECOMPOSITION: PyOnceLock<(Py<PyAny>, Py<PyAny>)> = PyOnceLock::new();
 
 /// An empty instance of the frozen dataclass, whose dictionary is filled here: its own constructor would take longer than the search.
 fn empty_dataclass<'py>(py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
-    let class = RECOMPOSITION.get_or_try_init(py, || {
+    let (class, new) = RECOMPOSITION.get_or_try_init(py, || {
         let class = py.import("skyway.results")?.getattr("Recomposition")?;
-        Ok::<_, PyErr>(class.cast_into::<PyType>()?.unbind())
+        let new = class.getattr("__new__")?;
+        Ok::<_, PyErr>((class.unbind(), new.unbind()))
     })?;
-    let class = class.bind(py);
-    let made = class.call_method1(intern!(py, "__new__"), (class,))?;
-    let fields = made.getattr(intern!(py, "__dict__"))?.cast_into::<PyDict>()?;
+    let made = new.bind(py).call1((class.bind(py),))?;
+    let fields = made
+        .getattr(intern!(py, "__dict__"))?
+        .cast_into::<PyDict>()?;
     Ok((made, fields))
 }
 
@@ -94,10 +118,18 @@ impl Answer {
         let found = &self.recomposition;
         fields.set_item(intern!(py, "outcome"), name(py, found.outcome.name()))?;
         fields.set_item(intern!(py, "nodes"), ground.ids(py, &found.path.nodes)?)?;
-        fields.set_item(intern!(py, "segments"), ground.segment_ids(py, &found.path.segments)?)?;
-        fields.set_item(intern!(py, "first_stretch_m"), found.first_stretch_m)?;
+        fields.set_item(
+            intern!(py, "segments"),
+            ground.segment_ids(py, &found.path.segments)?,
+        )?;
+        if found.first_stretch_m != 0.0 {
+            fields.set_item(intern!(py, "first_stretch_m"), found.first_stretch_m)?;
+        }
         fields.set_item(intern!(py, "strategy"), name(py, found.strategy.name()))?;
-        fields.set_item(intern!(py, "strategy_used"), name(py, found.strategy_used.name()))?;
+        fields.set_item(
+            intern!(py, "strategy_used"),
+            name(py, found.strategy_used.name()),
+        )?;
         fields.set_item(intern!(py, "stage"), name(py, found.stage.name()))?;
         fields.set_item(intern!(py, "searches"), found.searches)?;
         fields.set_item(intern!(py, "area_nodes"), found.area_nodes)?;
@@ -105,10 +137,16 @@ impl Answer {
         fields.set_item(intern!(py, "settled_nodes"), found.settled_nodes)?;
         let lengths = [
             (intern!(py, "remaining_length_m"), found.remaining_length_m),
-            (intern!(py, "recomposed_length_m"), found.recomposed_length_m),
+            (
+                intern!(py, "recomposed_length_m"),
+                found.recomposed_length_m,
+            ),
             (intern!(py, "local_optimum_m"), found.local_optimum_m),
             (intern!(py, "global_optimum_m"), found.global_optimum_m),
-            (intern!(py, "remaining_optimum_m"), found.remaining_optimum_m),
+            (
+                intern!(py, "remaining_optimum_m"),
+                found.remaining_optimum_m,
+            ),
         ];
         for (field, length_m) in lengths {
             if let Some(length_m) = length_m {
@@ -130,8 +168,14 @@ impl Answer {
         }
         if !found.warnings.is_empty() {
             let topology = &self.world.get().ground.topology;
-            let warnings = found.warnings.iter().map(|warning| warning_text(topology, warning));
-            fields.set_item(intern!(py, "warnings"), PyTuple::new(py, warnings.collect::<Vec<_>>())?)?;
+            let warnings = found
+                .warnings
+                .iter()
+                .map(|warning| warning_text(topology, warning));
+            fields.set_item(
+                intern!(py, "warnings"),
+                PyTuple::new(py, warnings.collect::<Vec<_>>())?,
+            )?;
         }
         if !found.severed_by.is_empty() {
             let causes: Vec<String> = found.severed_by.iter().map(cause_text).collect();
@@ -167,7 +211,10 @@ fn cause_text(cause: &Severance) -> String {
 impl Answer {
     /// The whole answer under the names of the API.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &formats::answer(&self.airspace, &self.recomposition, &[]))
+        to_python(
+            py,
+            &formats::answer(&self.airspace, &self.recomposition, &[]),
+        )
     }
 
     /// The proof that the answer is the optimum, as text.
@@ -196,7 +243,14 @@ impl Answer {
         buildings: Option<&str>,
     ) -> PyResult<String> {
         let drawing = Drawing::of(width_px, title, labels, whole, buildings, &self.airspace)?;
-        Ok(py.detach(|| draw(&self.airspace, Some((&self.request, &self.recomposition)), None, drawing)))
+        Ok(py.detach(|| {
+            draw(
+                &self.airspace,
+                Some((&self.request, &self.recomposition)),
+                None,
+                drawing,
+            )
+        }))
     }
 }
 
@@ -204,11 +258,16 @@ impl Answer {
 fn check_that_a_proof_exists(request: &Request) -> Result<(), Refusal> {
     let refuse = |message: String| Refusal::new(Kind::Request, "no_proof", "strategy", message);
     if request.strategy != Strategy::Exact {
-        let message = format!("the answer of {} is no optimum to prove", request.strategy.name());
+        let message = format!(
+            "the answer of {} is no optimum to prove",
+            request.strategy.name()
+        );
         return Err(refuse(message).hint("ask with strategy='exact'"));
     }
     if request.report.failure == FailureType::Operational {
-        let message = "an operational failure leads to the nearest alternate, which no certificate proves".to_owned();
+        let message =
+            "an operational failure leads to the nearest alternate, which no certificate proves"
+                .to_owned();
         return Err(refuse(message).hint("ask with another failure type"));
     }
     Ok(())

@@ -31,7 +31,10 @@ impl ShortestPlan {
     }
 
     /// Refused likewise: what is drawn of a plan are its battery, its stops and the wind.
-    #[expect(unused_variables, reason = "all that can be drawn takes these arguments")]
+    #[expect(
+        unused_variables,
+        reason = "all that can be drawn takes these arguments"
+    )]
     fn svg(
         &self,
         width_px: u32,
@@ -58,14 +61,30 @@ pub(crate) fn compose(
     airspeed_mps: f64,
 ) -> Result<ShortestPlan, Refusal> {
     if !(airspeed_mps.is_finite() && airspeed_mps > 0.0) {
-        let refusal = Refusal::new(Kind::Request, "out_of_range", "airspeed_mps", format!("it is {airspeed_mps}"));
+        let refusal = Refusal::new(
+            Kind::Request,
+            "out_of_range",
+            "airspeed_mps",
+            format!("it is {airspeed_mps}"),
+        );
         return Err(refusal.hint("give metres per second above 0"));
     }
     let fields = py.detach(|| {
         let plan = world.with_scratch(|scratch| {
-            compose::compose(&world.engine(&airspace), source, destination, airspeed_mps, scratch)
+            compose::compose(
+                &world.engine(&airspace),
+                source,
+                destination,
+                airspeed_mps,
+                scratch,
+            )
         });
-        document(&world.ground.topology, (source, destination), airspeed_mps, plan.as_ref())
+        document(
+            &world.ground.topology,
+            (source, destination),
+            airspeed_mps,
+            plan.as_ref(),
+        )
     });
     Ok(ShortestPlan { fields })
 }
@@ -80,7 +99,11 @@ fn document(
     let Some(plan) = plan else {
         return json!({"outcome": "no_route", "source": id(source), "destination": id(destination)});
     };
-    let segments = plan.way.segments.iter().map(|&segment| segment_id_json(topology, segment));
+    let segments = plan
+        .way
+        .segments
+        .iter()
+        .map(|&segment| segment_id_json(topology, segment));
     json!({
         "outcome": "composed",
         "source": id(source),
@@ -122,7 +145,10 @@ fn leg_document(topology: &Topology, leg: &Leg) -> Value {
 }
 
 fn ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<Value> {
-    nodes.iter().map(|&node| node_id_json(topology, node)).collect()
+    nodes
+        .iter()
+        .map(|&node| node_id_json(topology, node))
+        .collect()
 }
 
 /// What a certificate, or a plan with times and battery, is worth.
@@ -139,8 +165,14 @@ pub(crate) fn verdict(text: &str, topology: &Topology) -> Result<Value, Refusal>
             Err(fault) => json!({"holds": false, "text": fault.to_string(), "length_m": null}),
         });
     }
-    let document = read_flight_document(text, topology)
-        .map_err(|fault| Refusal::new(Kind::Request, "certificate_unreadable", "certificate", fault.to_string()))?;
+    let document = read_flight_document(text, topology).map_err(|fault| {
+        Refusal::new(
+            Kind::Request,
+            "certificate_unreadable",
+            "certificate",
+            fault.to_string(),
+        )
+    })?;
     let starts = [document.start];
     let checked = verify_flight(
         &document.plan,
@@ -160,7 +192,11 @@ pub(crate) fn verdict(text: &str, topology: &Topology) -> Result<Value, Refusal>
         },
     );
     Ok(match checked {
-        Ok(()) => json!({"holds": true, "text": "the plan can be flown", "length_m": document.plan.distance_m}),
-        Err(fault) => json!({"holds": false, "text": fault.to_string(), "length_m": document.plan.distance_m}),
+        Ok(()) => {
+            json!({"holds": true, "text": "the plan can be flown", "length_m": document.plan.distance_m})
+        }
+        Err(fault) => {
+            json!({"holds": false, "text": fault.to_string(), "length_m": document.plan.distance_m})
+        }
     })
 }

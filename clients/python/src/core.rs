@@ -86,7 +86,13 @@ impl Core {
     fn closed<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let world = self.world.get();
         let closed = world.airspace.closed();
-        let nodes: Vec<NodeIx> = world.ground.in_order.iter().copied().filter(|&node| closed.closes_node(node)).collect();
+        let nodes: Vec<NodeIx> = world
+            .ground
+            .in_order
+            .iter()
+            .copied()
+            .filter(|&node| closed.closes_node(node))
+            .collect();
         let segments: Vec<_> = closed.blocked_segments().collect();
         let nodes = world.ground.ids(py, &nodes)?.into_any();
         Ok((nodes, world.ground.segment_ids(py, &segments)?.into_any()))
@@ -103,7 +109,10 @@ impl Core {
         zone=None, strategy="exact", scope="global", close=None, flight=None, cell_size_m=None, val_ratio=None,
         stage_skipping=true, full_tree=false, optimum=false, explain=false
     ))]
-    #[expect(clippy::too_many_arguments, reason = "each is a keyword of the call in Python")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a keyword of the call in Python"
+    )]
     fn recompose<'py>(
         &self,
         py: Python<'py>,
@@ -148,7 +157,8 @@ impl Core {
             let plan = flown::recompose(py, world, &airspace, &request, &drone)?;
             return results(py, "FlownRecomposition", plan, world);
         }
-        let find = || world.with_scratch(|scratch| answer::answer(world, &airspace, &request, scratch));
+        let find =
+            || world.with_scratch(|scratch| answer::answer(world, &airspace, &request, scratch));
         // A search by a table takes less time than another thread needs to take the lock and give it back.
         let passed = match world.has_table(destination) && strategy == "exact" {
             true => find(),
@@ -158,7 +168,10 @@ impl Core {
     }
 
     #[pyo3(signature = (source, destination, *, airspeed_mps=16.0, flight=None, stops=None, close=None))]
-    #[expect(clippy::too_many_arguments, reason = "each is a keyword of the call in Python")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a keyword of the call in Python"
+    )]
     fn compose<'py>(
         &self,
         py: Python<'py>,
@@ -182,7 +195,12 @@ impl Core {
                 results(py, "Composition", plan, world)
             }
             None if !stops.is_empty() => {
-                let refusal = Refusal::new(Kind::Flight, "no_flight", "stops", "stops take a plan that is flown");
+                let refusal = Refusal::new(
+                    Kind::Flight,
+                    "no_flight",
+                    "stops",
+                    "stops take a plan that is flown",
+                );
                 Err(refusal.hint("give flight=skyway.Flight()").into())
             }
             None => {
@@ -197,7 +215,10 @@ impl Core {
         from_nodes, to_nodes, destinations, by_id, failure, strategy, scope, close, threads, cell_size_m, val_ratio, stage_skipping,
         full_tree
     ))]
-    #[expect(clippy::too_many_arguments, reason = "each is a keyword of the call in Python")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is a keyword of the call in Python"
+    )]
     fn answer_many<'py>(
         &self,
         py: Python<'py>,
@@ -248,7 +269,10 @@ impl Core {
 
     /// Checks a certificate with code that shares nothing with the searches.
     fn verdict<'py>(&self, py: Python<'py>, certificate: &str) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &composed::verdict(certificate, &self.world.get().ground.topology)?)
+        to_python(
+            py,
+            &composed::verdict(certificate, &self.world.get().ground.topology)?,
+        )
     }
 }
 
@@ -259,12 +283,22 @@ impl Core {
         for (number, (id, service_s)) in given.into_iter().enumerate() {
             let place = format!("stops[{number}]");
             let node = ground.node(&id, &place)?;
-            let refuse = |message: String, hint: &str| Refusal::new(Kind::Flight, "not_a_stop", place.as_str(), message).hint(hint);
+            let refuse = |message: String, hint: &str| {
+                Refusal::new(Kind::Flight, "not_a_stop", place.as_str(), message).hint(hint)
+            };
             if ground.topology.pads(node) == 0 {
-                return Err(refuse(format!("node {id} has no pad to stop on"), "name a node with pads").into());
+                return Err(refuse(
+                    format!("node {id} has no pad to stop on"),
+                    "name a node with pads",
+                )
+                .into());
             }
             if !(service_s.is_finite() && service_s >= 0.0) {
-                return Err(refuse(format!("the service takes {service_s} s"), "give seconds, 0 or more").into());
+                return Err(refuse(
+                    format!("the service takes {service_s} s"),
+                    "give seconds, 0 or more",
+                )
+                .into());
             }
             stops.push(ServiceStop { node, service_s });
         }
@@ -277,7 +311,10 @@ impl Core {
         let count = columns[0].1.len();
         for (place, column) in columns {
             if column.len() != count {
-                let message = format!("it has {} entries, and the first column has {count}", column.len());
+                let message = format!(
+                    "it has {} entries, and the first column has {count}",
+                    column.len()
+                );
                 let refusal = Refusal::new(Kind::Request, "columns_differ", *place, message);
                 return Err(refusal.hint("give columns of one length"));
             }
@@ -287,7 +324,9 @@ impl Core {
             let value = column[row];
             let found = match by_id {
                 true => ground.by_integer(value),
-                false => usize::try_from(value).ok().and_then(|number| ground.in_order.get(number).copied()),
+                false => usize::try_from(value)
+                    .ok()
+                    .and_then(|number| ground.in_order.get(number).copied()),
             };
             found.ok_or_else(|| ground.unknown_node(&value.to_string(), format!("{place}[{row}]")))
         };
@@ -317,7 +356,9 @@ fn results<'py, T: pyo3::PyClass>(
     world: &World,
 ) -> PyResult<Bound<'py, PyAny>> {
     let plan = Py::new(py, made)?;
-    py.import("skyway.results")?.getattr(class)?.call_method1("_of", (plan, world.ground.topology.has_integer_ids()))
+    py.import("skyway.results")?
+        .getattr(class)?
+        .call_method1("_of", (plan, world.ground.topology.has_integer_ids()))
 }
 
 fn bytes_of<'py>(py: Python<'py>, answers: &Answers) -> PyResult<Bound<'py, PyDict>> {
@@ -335,9 +376,18 @@ fn bytes_of<'py>(py: Python<'py>, answers: &Answers) -> PyResult<Bound<'py, PyDi
     }
     let columns = PyDict::new(py);
     columns.set_item("outcome", PyBytes::new(py, &answers.outcome))?;
-    columns.set_item("remaining_length_m", column(py, &answers.remaining_length_m, f64::to_ne_bytes)?)?;
-    columns.set_item("recomposed_length_m", column(py, &answers.recomposed_length_m, f64::to_ne_bytes)?)?;
-    columns.set_item("settled_nodes", column(py, &answers.settled_nodes, u32::to_ne_bytes)?)?;
+    columns.set_item(
+        "remaining_length_m",
+        column(py, &answers.remaining_length_m, f64::to_ne_bytes)?,
+    )?;
+    columns.set_item(
+        "recomposed_length_m",
+        column(py, &answers.recomposed_length_m, f64::to_ne_bytes)?,
+    )?;
+    columns.set_item(
+        "settled_nodes",
+        column(py, &answers.settled_nodes, u32::to_ne_bytes)?,
+    )?;
     columns.set_item("offsets", column(py, &answers.offsets, u64::to_ne_bytes)?)?;
     columns.set_item("nodes", column(py, &answers.nodes, u32::to_ne_bytes)?)?;
     columns.set_item("outcomes", OUTCOMES.map(|outcome| outcome.name()))?;

@@ -11,11 +11,13 @@ use pyo3::prelude::*;
 use serde_json::{Map, Value, json};
 use skyway_engine::airspace::Airspace;
 use skyway_engine::delivery::{
-    BatteryNow, DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryRequest, DeliveryScratch, DeliveryWorld,
-    FlightComposition, FlightEnvironment, FlightFailure, FlightTables, Landing, Lands, OtherPlans, ReportedFigures,
-    Trouble, answer_failure, compose_with_stops,
+    BatteryNow, DEFAULT_DEADLINE_S, DEFAULT_REFUGE_STAY_S, DeliveryRequest, DeliveryScratch,
+    DeliveryWorld, FlightComposition, FlightEnvironment, FlightFailure, FlightTables, Landing,
+    Lands, OtherPlans, ReportedFigures, Trouble, answer_failure, compose_with_stops,
 };
-use skyway_engine::flight::{Airframe, FailureReport, FlightRules, Location, ServiceStop, Tariff, Wind, WindField};
+use skyway_engine::flight::{
+    Airframe, FailureReport, FlightRules, Location, ServiceStop, Tariff, Wind, WindField,
+};
 use skyway_engine::itinerary::{FlightSetting, Limits, Objective};
 use skyway_engine::network::NodeIx;
 use skyway_engine::recompose::Request;
@@ -54,7 +56,12 @@ struct Flight {
 }
 
 fn wrong(place: &str, message: impl Into<String>) -> Refusal {
-    Refusal::new(Kind::Flight, "flight_invalid", format!("flight.{place}"), message)
+    Refusal::new(
+        Kind::Flight,
+        "flight_invalid",
+        format!("flight.{place}"),
+        message,
+    )
 }
 
 impl Drone<'_> {
@@ -63,15 +70,21 @@ impl Drone<'_> {
             "phantom3" => Ok(Airframe::phantom3()),
             "m100" => Ok(Airframe::m100()),
             text => Airframe::from_json(text).map_err(|fault| {
-                wrong("airframe", fault.to_string()).hint("give phantom3, m100 or an airframe as in data/airframes")
+                wrong("airframe", fault.to_string())
+                    .hint("give phantom3, m100 or an airframe as in data/airframes")
             }),
         }
     }
 
     fn start_time(&self) -> Result<Option<Timestamp>, Refusal> {
-        let given = self.start_time.as_deref().map(str::parse::<Timestamp>).transpose();
+        let given = self
+            .start_time
+            .as_deref()
+            .map(str::parse::<Timestamp>)
+            .transpose();
         given.map_err(|error| {
-            wrong("start_time", error.to_string()).hint("give RFC 3339, such as 2026-11-27T18:00:00Z")
+            wrong("start_time", error.to_string())
+                .hint("give RFC 3339, such as 2026-11-27T18:00:00Z")
         })
     }
 
@@ -92,7 +105,8 @@ impl Drone<'_> {
     fn fly_in(&self, ground: &Ground, airspace: &Airspace) -> PyResult<Flight> {
         let rules = self.rules()?;
         let stations = self.swap_stations.iter().enumerate();
-        let stations = stations.map(|(number, id)| ground.node(id, &format!("flight.swap_stations[{number}]")));
+        let stations = stations
+            .map(|(number, id)| ground.node(id, &format!("flight.swap_stations[{number}]")));
         let others = OtherPlans {
             swap_stations: stations.collect::<PyResult<_>>()?,
             ..OtherPlans::default()
@@ -105,10 +119,17 @@ impl Drone<'_> {
         let airframe = self.airframe()?;
         let start_s = stated.map_or(0.0, |start| skies.seconds(start));
         if start_s < 0.0 {
-            let refusal = wrong("start_time", "it is before the time for which zones are looked at");
-            return Err(refusal.hint("state that time with network.with_closures(at=...)").into());
+            let refusal = wrong(
+                "start_time",
+                "it is before the time for which zones are looked at",
+            );
+            return Err(refusal
+                .hint("state that time with network.with_closures(at=...)")
+                .into());
         }
-        let wind = self.wind.map_or(Wind::CALM, |(from_deg, speed_mps)| Wind::coming_from(from_deg, speed_mps));
+        let wind = self.wind.map_or(Wind::CALM, |(from_deg, speed_mps)| {
+            Wind::coming_from(from_deg, speed_mps)
+        });
         let objectives = Objective::ALL.into_iter().map(|one| (one, one.name()));
         let situation = skies.situation();
         Ok(Flight {
@@ -155,7 +176,10 @@ impl Flight {
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "a drone that says nothing of its start starts now")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a drone that says nothing of its start starts now"
+)]
 fn now() -> Timestamp {
     Timestamp::now()
 }
@@ -179,7 +203,9 @@ impl Plan {
     /// The plan with all that it was made for, as text for `skyway verify`.
     fn certificate(&self, py: Python<'_>) -> PyResult<String> {
         let composition = self.composition()?;
-        let text = py.detach(|| write_flight_document(&self.flight.skies, &self.flight.setting, composition));
+        let text = py.detach(|| {
+            write_flight_document(&self.flight.skies, &self.flight.setting, composition)
+        });
         Ok(text.map_err(|fault| wrong("", fault.to_string()))?)
     }
 
@@ -198,17 +224,31 @@ impl Plan {
         let drawing = Drawing::of(width_px, title, labels, whole, buildings, airspace)?;
         let composition = self.composition()?;
         let nodes = composition.nodes();
-        Ok(py.detach(|| draw(airspace, None, Some(self.drawn(composition, &nodes)), drawing)))
+        Ok(py.detach(|| {
+            draw(
+                airspace,
+                None,
+                Some(self.drawn(composition, &nodes)),
+                drawing,
+            )
+        }))
     }
 }
 
 impl Plan {
     fn composition(&self) -> Result<&FlightComposition, Refusal> {
-        let none = || Refusal::new(Kind::Flight, "no_plan", "", "there is no plan").hint("look at the causes of the answer");
+        let none = || {
+            Refusal::new(Kind::Flight, "no_plan", "", "there is no plan")
+                .hint("look at the causes of the answer")
+        };
         self.composition.as_ref().ok_or_else(none)
     }
 
-    fn drawn<'a>(&'a self, composition: &'a FlightComposition, nodes: &'a [NodeIx]) -> DrawnFlight<'a> {
+    fn drawn<'a>(
+        &'a self,
+        composition: &'a FlightComposition,
+        nodes: &'a [NodeIx],
+    ) -> DrawnFlight<'a> {
         let plan = &composition.plan;
         DrawnFlight {
             plan,
@@ -221,10 +261,13 @@ impl Plan {
                 100.0 * plan.battery_at_arrival,
             ),
             failed_leg: self.report.as_ref().map(|report| report.leg),
-            drone: self.report.as_ref().and_then(|report| match report.location {
-                Location::At(place) => Some(place),
-                Location::LegStart | Location::Unknown => None,
-            }),
+            drone: self
+                .report
+                .as_ref()
+                .and_then(|report| match report.location {
+                    Location::At(place) => Some(place),
+                    Location::LegStart | Location::Unknown => None,
+                }),
         }
     }
 }
@@ -251,7 +294,12 @@ pub(crate) fn compose(
     let topology = &world.ground.topology;
     let composed = py.detach(|| {
         let mut scratch = DeliveryScratch::new(topology);
-        compose_with_stops(&flight.world(), &request, (stops, Lands::AtDestination), &mut scratch)
+        compose_with_stops(
+            &flight.world(),
+            &request,
+            (stops, Lands::AtDestination),
+            &mut scratch,
+        )
     });
     let writer = flight.writer();
     let mut fields = match &composed {

@@ -35,7 +35,10 @@ impl Ground {
         let mut by_integer = FxHashMap::default();
         for node in topology.nodes() {
             let id = topology.node_id(node);
-            let integer = id.parse::<i64>().ok().filter(|_| topology.has_integer_ids());
+            let integer = id
+                .parse::<i64>()
+                .ok()
+                .filter(|_| topology.has_integer_ids());
             ids.push(match integer {
                 Some(integer) => {
                     by_integer.insert(integer, node);
@@ -60,7 +63,11 @@ impl Ground {
         self.ids[node.0 as usize].clone_ref(py)
     }
 
-    pub(crate) fn ids<'py>(&self, py: Python<'py>, nodes: &[NodeIx]) -> PyResult<Bound<'py, PyTuple>> {
+    pub(crate) fn ids<'py>(
+        &self,
+        py: Python<'py>,
+        nodes: &[NodeIx],
+    ) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, nodes.iter().map(|&node| self.id(py, node)))
     }
 
@@ -71,7 +78,9 @@ impl Ground {
     ) -> PyResult<Bound<'py, PyTuple>> {
         let id = |segment: &SegmentIx| {
             let made = || PyString::new(py, &self.topology.segment_id(*segment)).unbind();
-            self.segment_ids[segment.0 as usize].get_or_init(py, made).clone_ref(py)
+            self.segment_ids[segment.0 as usize]
+                .get_or_init(py, made)
+                .clone_ref(py)
         };
         PyTuple::new(py, segments.iter().map(id))
     }
@@ -103,7 +112,11 @@ impl Ground {
     pub(crate) fn unknown_node(&self, id: &str, place: impl Into<String>) -> Refusal {
         let network = self.topology.name();
         let message = format!("the network '{network}' has no node '{id}'");
-        let known = || self.in_order.iter().map(|&node| self.topology.node_id(node));
+        let known = || {
+            self.in_order
+                .iter()
+                .map(|&node| self.topology.node_id(node))
+        };
         // Every number is near to some other.
         let near = match self.topology.has_integer_ids() {
             true => Vec::new(),
@@ -122,15 +135,24 @@ impl Ground {
         if let Ok((from, to)) = given.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()
             && !given.is_instance_of::<PyString>()
         {
-            return Ok((self.node(&from, "service[0]")?, self.node(&to, "service[1]")?));
+            return Ok((
+                self.node(&from, "service[0]")?,
+                self.node(&to, "service[1]")?,
+            ));
         }
         let message = format!("{} is no leg", given.repr()?);
         let refusal = Refusal::new(Kind::Request, "not_a_leg", "service", message);
-        Err(refusal.hint("give the node behind the drone and the node ahead of it, as (379, 406)").into())
+        Err(refusal
+            .hint("give the node behind the drone and the node ahead of it, as (379, 406)")
+            .into())
     }
 
     /// A node, a segment by its id, or a segment by its ends.
-    pub(crate) fn close_target(&self, given: &Bound<'_, PyAny>, place: &str) -> PyResult<CloseTarget> {
+    pub(crate) fn close_target(
+        &self,
+        given: &Bound<'_, PyAny>,
+        place: &str,
+    ) -> PyResult<CloseTarget> {
         if let Some(node) = self.find(given)? {
             return Ok(CloseTarget::Node(node));
         }
@@ -162,13 +184,16 @@ impl Ground {
             true => "give (longitude, latitude) in degrees, or the id of a node",
             false => "give (x, y) in metres, or the id of a node",
         };
-        let wrong = |message: String| Refusal::new(Kind::Request, "not_a_place", name, message).hint(form);
+        let wrong =
+            |message: String| Refusal::new(Kind::Request, "not_a_place", name, message).hint(form);
         let Ok((first, second)) = given.extract::<(f64, f64)>() else {
             return Err(wrong(format!("{} is no place", given.repr()?)).into());
         };
         if geographic && (first.abs() > 180.0 || second.abs() > 90.0) {
             let message = format!("({first}, {second}) is not on Earth");
-            return Err(wrong(message).hint("longitude comes first: were they swapped?").into());
+            return Err(wrong(message)
+                .hint("longitude comes first: were they swapped?")
+                .into());
         }
         let point = self.topology.frame().to_plane([first, second]);
         match point.is_finite() {

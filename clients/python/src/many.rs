@@ -17,8 +17,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Outcomes by their number in a table of answers.
-pub(crate) const OUTCOMES: [Outcome; 5] =
-    [Outcome::Rerouted, Outcome::Unaffected, Outcome::Hold, Outcome::Diverted, Outcome::NoRoute];
+pub(crate) const OUTCOMES: [Outcome; 5] = [
+    Outcome::Rerouted,
+    Outcome::Unaffected,
+    Outcome::Hold,
+    Outcome::Diverted,
+    Outcome::NoRoute,
+];
 /// A thread takes this many queries of one destination at a time.
 const PORTION: usize = 4_096;
 /// A table pays from this many queries of a destination on.
@@ -66,8 +71,12 @@ impl Part {
     fn push(&mut self, query: usize, found: &Recomposition, world: &World) {
         let begin = self.nodes.len();
         let topology = &world.ground.topology;
-        self.nodes.extend(found.path.nodes.iter().map(|&node| topology.rank(node)));
-        let outcome = OUTCOMES.iter().position(|&outcome| outcome == found.outcome).unwrap_or_default();
+        self.nodes
+            .extend(found.path.nodes.iter().map(|&node| topology.rank(node)));
+        let outcome = OUTCOMES
+            .iter()
+            .position(|&outcome| outcome == found.outcome)
+            .unwrap_or_default();
         self.rows.push(Row {
             query,
             outcome: outcome as u8,
@@ -83,9 +92,15 @@ impl Part {
 fn portions(order: &[u32], queries: &[Query]) -> Vec<Range<usize>> {
     let mut portions = Vec::new();
     let mut begin = 0;
-    for group in order.chunk_by(|&one, &other| queries[one as usize].destination == queries[other as usize].destination) {
+    for group in order.chunk_by(|&one, &other| {
+        queries[one as usize].destination == queries[other as usize].destination
+    }) {
         let end = begin + group.len();
-        portions.extend((begin..end).step_by(PORTION).map(|from| from..(from + PORTION).min(end)));
+        portions.extend(
+            (begin..end)
+                .step_by(PORTION)
+                .map(|from| from..(from + PORTION).min(end)),
+        );
         begin = end;
     }
     portions
@@ -108,7 +123,10 @@ impl Job<'_> {
         let mut part = Part::default();
         let mut scratch = Scratch::new(&self.world.ground.topology);
         let mut tables = (None, TreeCache::new(0));
-        while let Some(portion) = self.portions.get(self.taken.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(portion) = self
+            .portions
+            .get(self.taken.fetch_add(1, Ordering::Relaxed))
+        {
             self.answer(portion.clone(), &mut tables, &mut scratch, &mut part);
         }
         part
@@ -147,7 +165,10 @@ impl Job<'_> {
 }
 
 /// Answers every query, on so many threads.
-#[expect(clippy::disallowed_methods, reason = "this module is the door to all cores; the engine runs on the thread that calls it")]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "this module is the door to all cores; the engine runs on the thread that calls it"
+)]
 pub(crate) fn answer_all(
     world: &World,
     airspace: &Airspace,
@@ -157,7 +178,8 @@ pub(crate) fn answer_all(
 ) -> Result<Answers, Refusal> {
     let count = u32::try_from(queries.len()).map_err(|_| {
         let message = format!("{} queries are more than {}", queries.len(), u32::MAX);
-        Refusal::new(Kind::Request, "too_many_queries", "service", message).hint("ask in several calls")
+        Refusal::new(Kind::Request, "too_many_queries", "service", message)
+            .hint("ask in several calls")
     })?;
     let mut order: Vec<u32> = (0..count).collect();
     order.sort_unstable_by_key(|&place| (queries[place as usize].destination.0, place));
@@ -180,7 +202,12 @@ pub(crate) fn answer_all(
     });
     let parts: Option<Vec<Part>> = parts.into_iter().collect();
     let parts = parts.ok_or_else(|| {
-        let refusal = Refusal::new(Kind::Internal, "engine_fault", "", "the engine ended one of its threads");
+        let refusal = Refusal::new(
+            Kind::Internal,
+            "engine_fault",
+            "",
+            "the engine ended one of its threads",
+        );
         refusal.hint("report it with the queries; one by one they show which it is")
     })?;
     Ok(joined(parts, queries.len()))
@@ -210,7 +237,8 @@ fn joined(parts: Vec<Part>, count: usize) -> Answers {
             answers.recomposed_length_m[row.query] = row.recomposed_length_m;
             answers.settled_nodes[row.query] = row.settled_nodes;
             let begin = answers.offsets[row.query] as usize;
-            answers.nodes[begin..begin + row.path.len()].copy_from_slice(&part.nodes[row.path.clone()]);
+            answers.nodes[begin..begin + row.path.len()]
+                .copy_from_slice(&part.nodes[row.path.clone()]);
         }
     }
     answers

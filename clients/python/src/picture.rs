@@ -9,7 +9,9 @@ use skyway_engine::geo::Point;
 use skyway_engine::recompose::{Recomposition, Request, World};
 use skyway_engine::routing::Searcher;
 use skyway_formats::read_buildings;
-use skyway_maps::draw::{Crop, DrawnFlight, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg};
+use skyway_maps::draw::{
+    Crop, DrawnFlight, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg,
+};
 use std::sync::Arc;
 
 const LABELS: [(Labels, &str); 4] = [
@@ -37,8 +39,17 @@ impl Drawing {
         airspace: &Airspace,
     ) -> Result<Self, Refusal> {
         if !WIDTH_PX.contains(&width_px) {
-            let refusal = Refusal::new(Kind::Request, "out_of_range", "width_px", format!("it is {width_px}"));
-            return Err(refusal.hint(format!("give {} to {} pixels", WIDTH_PX.start(), WIDTH_PX.end())));
+            let refusal = Refusal::new(
+                Kind::Request,
+                "out_of_range",
+                "width_px",
+                format!("it is {width_px}"),
+            );
+            return Err(refusal.hint(format!(
+                "give {} to {} pixels",
+                WIDTH_PX.start(),
+                WIDTH_PX.end()
+            )));
         }
         Ok(Self {
             options: PictureOptions {
@@ -51,25 +62,37 @@ impl Drawing {
                 },
                 ..PictureOptions::default()
             },
-            buildings: buildings.map_or_else(|| Ok(Vec::new()), |text| ground_plans(text, airspace))?,
+            buildings: buildings
+                .map_or_else(|| Ok(Vec::new()), |text| ground_plans(text, airspace))?,
         })
     }
 }
 
 fn ground_plans(text: &str, airspace: &Airspace) -> Result<Vec<GroundPlan>, Refusal> {
     let frame = airspace.topology().frame();
-    let wrong = |message: String| Refusal::new(Kind::Request, "buildings_unreadable", "buildings", message);
+    let wrong =
+        |message: String| Refusal::new(Kind::Request, "buildings_unreadable", "buildings", message);
     if !frame.is_geographic() {
-        let message = "buildings are in longitude and latitude, which this network has none of".to_owned();
+        let message =
+            "buildings are in longitude and latitude, which this network has none of".to_owned();
         return Err(wrong(message).hint("leave them out"));
     }
     let buildings = read_buildings(text).map_err(|errors| {
         let first = errors.first().map(ToString::to_string);
         wrong(first.unwrap_or_default()).hint("give GeoJSON polygons in longitude and latitude")
     })?;
-    let plan = |ring: Vec<[f64; 2]>| -> Vec<Point> { ring.into_iter().map(|corner| frame.to_plane(corner)).collect() };
+    let plan = |ring: Vec<[f64; 2]>| -> Vec<Point> {
+        ring.into_iter()
+            .map(|corner| frame.to_plane(corner))
+            .collect()
+    };
     let plans = buildings.iter().map(|building| GroundPlan {
-        polygons: building.outline.polygons().into_iter().map(|rings| rings.into_iter().map(plan).collect()).collect(),
+        polygons: building
+            .outline
+            .polygons()
+            .into_iter()
+            .map(|rings| rings.into_iter().map(plan).collect())
+            .collect(),
         height_m: building.height_m,
     });
     Ok(plans.collect())
@@ -83,15 +106,23 @@ pub(crate) fn draw(
     drawing: Drawing,
 ) -> String {
     let topology = airspace.topology();
-    let segments = airspace.in_force().flat_map(|closure| closure.hits.segments.iter().copied());
-    let nodes = airspace.in_force().flat_map(|closure| closure.hits.nodes.iter().copied());
-    let zones: Vec<Arc<Zone>> = airspace.in_force().filter_map(|closure| closure.zone().cloned()).collect();
+    let segments = airspace
+        .in_force()
+        .flat_map(|closure| closure.hits.segments.iter().copied());
+    let nodes = airspace
+        .in_force()
+        .flat_map(|closure| closure.hits.nodes.iter().copied());
+    let zones: Vec<Arc<Zone>> = airspace
+        .in_force()
+        .filter_map(|closure| closure.zone().cloned())
+        .collect();
     let closed = Hits::new(segments.collect(), nodes.collect());
     let world = World {
         airspace,
         trees: None,
     };
-    let old_path = answer.map(|(request, _)| planned_nodes(&world, &request.report, &mut Searcher::new(topology)));
+    let old_path = answer
+        .map(|(request, _)| planned_nodes(&world, &request.report, &mut Searcher::new(topology)));
     svg(&Picture {
         topology,
         buildings: &drawing.buildings,

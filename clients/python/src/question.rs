@@ -26,7 +26,12 @@ pub(crate) fn named<T: Copy>(
         return Ok(value);
     }
     let names: Vec<&str> = all.map(|(_, name)| name).collect();
-    let refusal = Refusal::new(Kind::Request, "unknown_value", place, format!("'{given}' is not known"));
+    let refusal = Refusal::new(
+        Kind::Request,
+        "unknown_value",
+        place,
+        format!("'{given}' is not known"),
+    );
     Err(refusal.hint(format!("give one of {}", names.join(", "))))
 }
 
@@ -40,7 +45,12 @@ pub(crate) struct How {
 }
 
 impl How {
-    pub(crate) fn of(failure: &str, strategy: &str, scope: &str, parameters: Parameters) -> Result<Self, Refusal> {
+    pub(crate) fn of(
+        failure: &str,
+        strategy: &str,
+        scope: &str,
+        parameters: Parameters,
+    ) -> Result<Self, Refusal> {
         let failures = FailureType::ALL.into_iter().map(|one| (one, one.name()));
         let strategies = Strategy::ALL.into_iter().map(|one| (one, one.name()));
         Ok(Self {
@@ -79,7 +89,13 @@ pub(crate) fn parameters(
     let defaults = Parameters::default();
     let is_positive = |number: f64| number.is_finite() && number > 0.0;
     let wrong = |place: &str, number: f64, hint: &str| {
-        Refusal::new(Kind::Request, "out_of_range", place, format!("it is {number}")).hint(hint)
+        Refusal::new(
+            Kind::Request,
+            "out_of_range",
+            place,
+            format!("it is {number}"),
+        )
+        .hint(hint)
     };
     if let Some(size_m) = cell_size_m.filter(|&size_m| !is_positive(size_m)) {
         return Err(wrong("cell_size_m", size_m, "give metres above 0"));
@@ -107,7 +123,12 @@ pub(crate) struct Circumstances<'a, 'py> {
 
 impl Circumstances<'_, '_> {
     /// Fills them into a request.
-    pub(crate) fn fill(&self, request: &mut Request, ground: &Ground, airspace: &Airspace) -> PyResult<()> {
+    pub(crate) fn fill(
+        &self,
+        request: &mut Request,
+        ground: &Ground,
+        airspace: &Airspace,
+    ) -> PyResult<()> {
         let report = &mut request.report;
         if let Some(given) = self.location {
             report.location = location(ground, given, report.leg.0)?;
@@ -138,7 +159,11 @@ fn location(ground: &Ground, given: &Bound<'_, PyAny>, start: NodeIx) -> PyResul
     })
 }
 
-fn remaining_path(ground: &Ground, given: &Bound<'_, PyAny>, leg: (NodeIx, NodeIx)) -> PyResult<Vec<NodeIx>> {
+fn remaining_path(
+    ground: &Ground,
+    given: &Bound<'_, PyAny>,
+    leg: (NodeIx, NodeIx),
+) -> PyResult<Vec<NodeIx>> {
     let mut nodes = Vec::new();
     for (number, node) in given.try_iter()?.enumerate() {
         nodes.push(ground.node(&node?, &format!("remaining_path[{number}]"))?);
@@ -147,18 +172,30 @@ fn remaining_path(ground: &Ground, given: &Bound<'_, PyAny>, leg: (NodeIx, NodeI
         return Ok(nodes);
     }
     let message = "the remaining path does not begin with the failed leg";
-    let refusal = Refusal::new(Kind::Request, "not_the_remaining_path", "remaining_path", message);
-    Err(refusal.hint("give the nodes ahead, the node behind the drone first").into())
+    let refusal = Refusal::new(
+        Kind::Request,
+        "not_the_remaining_path",
+        "remaining_path",
+        message,
+    );
+    Err(refusal
+        .hint("give the nodes ahead, the node behind the drone first")
+        .into())
 }
 
 /// A zone that the report brings: a GeoJSON feature, as a mapping or as text.
 fn brought(given: &Bound<'_, PyAny>, airspace: &Airspace) -> PyResult<BroughtZone> {
     let text: String = match given.cast::<PyString>() {
         Ok(text) => text.to_cow()?.into_owned(),
-        Err(_) => given.py().import("json")?.call_method1("dumps", (given,))?.extract()?,
+        Err(_) => given
+            .py()
+            .import("json")?
+            .call_method1("dumps", (given,))?
+            .extract()?,
     };
     let feature = serde_json::from_str(&text).map_err(|error| {
-        Refusal::new(Kind::Airspace, "zone_unreadable", "zone", error.to_string()).hint("give a GeoJSON feature")
+        Refusal::new(Kind::Airspace, "zone_unreadable", "zone", error.to_string())
+            .hint("give a GeoJSON feature")
     })?;
     let topology = airspace.topology();
     let zone = zone_from_feature(&feature, ZoneId::StatedOr("brought"), topology.frame())
@@ -166,7 +203,9 @@ fn brought(given: &Bound<'_, PyAny>, airspace: &Airspace) -> PyResult<BroughtZon
     if !zone.counts_at(airspace.as_of(), airspace.horizon()) {
         let message = "no window of the zone meets the time of this network";
         let refusal = Refusal::new(Kind::Airspace, "zone_not_active", "zone", message);
-        return Err(refusal.hint("state the time with network.with_closures(at=...)").into());
+        return Err(refusal
+            .hint("state the time with network.with_closures(at=...)")
+            .into());
     }
     let hits = Hits::of(topology, &zone);
     Ok(BroughtZone {

@@ -83,7 +83,12 @@ impl Refusal {
                 errors,
                 |error| {
                     let place = error.feature.to_string();
-                    Self::new(Kind::Network, "network_invalid", place, error.fault.to_string())
+                    Self::new(
+                        Kind::Network,
+                        "network_invalid",
+                        place,
+                        error.fault.to_string(),
+                    )
                 },
                 unreadable(),
             ),
@@ -103,7 +108,12 @@ impl Refusal {
     }
 
     pub(crate) fn of_zones(errors: &[ZoneProblem]) -> Self {
-        let unreadable = Self::new(Kind::Airspace, "zone_unreadable", "", "the zones cannot be read");
+        let unreadable = Self::new(
+            Kind::Airspace,
+            "zone_unreadable",
+            "",
+            "the zones cannot be read",
+        );
         Self::first_of(errors, Self::of_zone, unreadable)
     }
 
@@ -121,7 +131,8 @@ static ERRORS: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
 impl From<Refusal> for PyErr {
     fn from(refusal: Refusal) -> Self {
         Python::attach(|py| {
-            let module = ERRORS.get_or_try_init(py, || py.import("skyway.errors").map(Bound::unbind));
+            let module =
+                ERRORS.get_or_try_init(py, || py.import("skyway.errors").map(Bound::unbind));
             let made = module.and_then(|module| {
                 let class = module.bind(py).getattr(refusal.kind.class())?;
                 class.call1((refusal.message, refusal.code, refusal.place, refusal.hint))

@@ -11,8 +11,8 @@ use skyway_engine::network::{Generated, Joining, NodeIx};
 use skyway_engine::recompose::{self, Scratch};
 use skyway_engine::routing::TreeCache;
 use skyway_formats::{
-    CloseTarget, FeedTerms, ForeignFormat, LoadedNetwork, fingerprint, load_csv_network, load_network,
-    read_feed, read_zones,
+    CloseTarget, FeedTerms, ForeignFormat, LoadedNetwork, fingerprint, load_csv_network,
+    load_network, read_feed, read_zones,
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -53,7 +53,12 @@ impl World {
         let ground = Arc::new(Ground::new(py, loaded)?);
         let horizon = SignedDuration::from_secs(HORIZON_S as i64);
         // Without zones there is nothing for which it matters when this is.
-        let airspace = Airspace::open(ground.topology.clone(), TOPOLOGY_REVISION, Timestamp::UNIX_EPOCH, horizon);
+        let airspace = Airspace::open(
+            ground.topology.clone(),
+            TOPOLOGY_REVISION,
+            Timestamp::UNIX_EPOCH,
+            horizon,
+        );
         Ok(Self::over(ground, airspace))
     }
 
@@ -84,7 +89,11 @@ impl World {
         if self.has_table(destination) || hold(&self.asked).insert(destination) {
             return;
         }
-        prepare_table(&self.engine(&self.airspace), destination, scratch.searcher());
+        prepare_table(
+            &self.engine(&self.airspace),
+            destination,
+            scratch.searcher(),
+        );
     }
 
     /// The airspace with more closed; the same one where that is nothing.
@@ -102,7 +111,10 @@ impl World {
         };
         let mut targets = Vec::new();
         for (number, target) in close.try_iter()?.enumerate() {
-            targets.push(self.ground.close_target(&target?, &format!("close[{number}]"))?);
+            targets.push(
+                self.ground
+                    .close_target(&target?, &format!("close[{number}]"))?,
+            );
         }
         Ok(targets)
     }
@@ -138,7 +150,10 @@ fn zones_of(text: &str, world: &World) -> Result<Vec<Zone>, Refusal> {
     let feed = read_feed(text, &terms, frame).map_err(|problem| Refusal::of_zone(&problem))?;
     let mut zones = Vec::new();
     for zone in feed.zones {
-        zones.extend(zone.outcome.map_err(|problems| Refusal::of_zones(&problems))?);
+        zones.extend(
+            zone.outcome
+                .map_err(|problems| Refusal::of_zones(&problems))?,
+        );
     }
     Ok(zones)
 }
@@ -159,16 +174,31 @@ impl World {
             refusal.hint("give RFC 3339, such as 2026-11-27T18:00:00Z")
         })?;
         let horizon = SignedDuration::try_from_secs_f64(horizon_s.unwrap_or(HORIZON_S));
-        let horizon = horizon.ok().filter(|horizon| !horizon.is_negative()).ok_or_else(|| {
-            let refusal = Refusal::new(Kind::Airspace, "not_a_duration", "horizon_s", "the horizon is no duration");
-            refusal.hint("give seconds, 0 or more")
-        })?;
+        let horizon = horizon
+            .ok()
+            .filter(|horizon| !horizon.is_negative())
+            .ok_or_else(|| {
+                let refusal = Refusal::new(
+                    Kind::Airspace,
+                    "not_a_duration",
+                    "horizon_s",
+                    "the horizon is no duration",
+                );
+                refusal.hint("give seconds, 0 or more")
+            })?;
         let topology = &self.ground.topology;
         let open = Airspace::open(topology.clone(), TOPOLOGY_REVISION, as_of, horizon);
-        let mut changes: Vec<Change> = self.airspace.closures().map(|(closure, _)| Change::Put(closure.clone())).collect();
+        let mut changes: Vec<Change> = self
+            .airspace
+            .closures()
+            .map(|(closure, _)| Change::Put(closure.clone()))
+            .collect();
         for text in &zones {
             for zone in zones_of(text, self)? {
-                changes.push(Change::Put(Arc::new(Closure::of_zone(topology, Arc::new(zone)))));
+                changes.push(Change::Put(Arc::new(Closure::of_zone(
+                    topology,
+                    Arc::new(zone),
+                ))));
             }
         }
         let standing = open.apply(&changes, as_of);
@@ -208,7 +238,12 @@ pub(crate) fn generate(
         "random" => Joining::Random,
         "delaunay" => Joining::Delaunay,
         other => {
-            let refusal = Refusal::new(Kind::Network, "unknown_joining", "joining", format!("no joining is called '{other}'"));
+            let refusal = Refusal::new(
+                Kind::Network,
+                "unknown_joining",
+                "joining",
+                format!("no joining is called '{other}'"),
+            );
             return Err(refusal.hint("give nearest, random or delaunay").into());
         }
     };
@@ -220,9 +255,12 @@ pub(crate) fn generate(
         joining,
         seed,
     };
-    let invalid = |message: String| Refusal::new(Kind::Network, "network_invalid", "generated", message);
+    let invalid =
+        |message: String| Refusal::new(Kind::Network, "network_invalid", "generated", message);
     let loaded = py.detach(|| {
-        let draft = generated.network().map_err(|error| invalid(error.to_string()))?;
+        let draft = generated
+            .network()
+            .map_err(|error| invalid(error.to_string()))?;
         // Nothing but the numbers above decides what it is.
         let written = format!("{generated:?}");
         let topology = skyway_engine::network::Topology::build(draft, fingerprint(&[&written]));
@@ -248,7 +286,9 @@ pub(crate) fn bundled(name: &str) -> PyResult<&'static str> {
         other => {
             let message = format!("no bundled network is called '{other}'");
             let refusal = Refusal::new(Kind::Network, "unknown_network", "name", message);
-            Err(refusal.hint("the bundled ones are sydney and corridor").into())
+            Err(refusal
+                .hint("the bundled ones are sydney and corridor")
+                .into())
         }
     }
 }

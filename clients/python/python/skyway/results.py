@@ -68,7 +68,7 @@ class Recomposition(_Drawn):
     segments: tuple[str, ...]
     remaining_length_m: float | None = None
     recomposed_length_m: float | None = None
-    first_stretch_m: float
+    first_stretch_m: float = 0.0
     strategy: str
     strategy_used: str
     fallback_reason: str | None = None
