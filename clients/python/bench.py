@@ -12,7 +12,6 @@ import time
 
 import networkx as nx
 import numpy as np
-
 import skyway
 
 NODES = 5_000
@@ -97,7 +96,9 @@ def main():
     networkx_s = astar_s(graph, network, queries, given.astar)
     alone_s = many_s / given.queries
     load = os.getloadavg()[0]
-    print(f"{network.node_count} nodes, {network.segment_count} segments; {os.cpu_count()} cores, load {load:.1f}, Python {platform.python_version()}")
+    print(
+        f"{network.node_count} nodes, {network.segment_count} segments; {os.cpu_count()} cores, load {load:.1f}, Python {platform.python_version()}"
+    )
     print()
     print("| what | measured | goal |")
     print("|---|---:|---:|")

@@ -8,7 +8,6 @@ import random
 import subprocess
 
 import pytest
-
 import skyway
 from skyway.program import program as find_program
 

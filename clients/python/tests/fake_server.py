@@ -16,13 +16,15 @@ class FakeServer:
         self.asked: list[dict[str, Any]] = []
         self._steps = iter(steps)
         outer = self
+        # Not a status at which a client asks again: a test that asks too much fails, and does not hang.
+        beyond = say(500, {"code": "beyond_the_script", "status": 500, "detail": "the script has no more steps"})
 
         class Handler(http.server.BaseHTTPRequestHandler):
             def answer(self) -> None:
                 body = self.rfile.read(int(self.headers.get("content-length") or 0))
                 headers = {name.lower(): value for name, value in self.headers.items()}
                 outer.asked.append({"method": self.command, "path": self.path, "headers": headers, "body": body})
-                next(outer._steps)(self)
+                next(outer._steps, beyond)(self)
 
             do_GET = do_POST = do_DELETE = answer
 

@@ -6,15 +6,16 @@ import json
 import geopandas as gpd
 import pytest
 import shapely
-from fake_server import FakeServer, say
-
 import skyway
+from fake_server import FakeServer, say
 
 REFUSED = {
     "code": "body_invalid",
     "status": 400,
     "detail": "the field 'destnation' is not known",
-    "errors": [{"code": "unknown_field", "pointer": "/destnation", "message": "not known", "hint": "did you mean 'destination'?"}],
+    "errors": [
+        {"code": "unknown_field", "pointer": "/destnation", "message": "not known", "hint": "did you mean 'destination'?"}
+    ],
 }
 
 
@@ -70,7 +71,10 @@ def test_requests_carry_token_key_and_body(frame):
     assert all(one["headers"]["authorization"] == "Bearer secret" for one in server.asked)
     assert reported["headers"]["idempotency-key"] == "k-1"
     assert json.loads(reported["body"]) == {
-        "service": {"from": 379, "to": 406}, "destination": 450, "type": "regulatory", "dry_run": True
+        "service": {"from": 379, "to": 406},
+        "destination": 450,
+        "type": "regulatory",
+        "dry_run": True,
     }
     assert json.loads(composed["body"]) == {"source": 1, "destination": 450, "drone_id": "drone-7", "battery_fraction": 0.9}
     assert len(composed["headers"]["idempotency-key"]) == 36

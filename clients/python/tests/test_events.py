@@ -4,9 +4,8 @@ import asyncio
 import itertools
 
 import pytest
-from fake_server import FakeServer, event, hang_up, say, stream
-
 import skyway
+from fake_server import FakeServer, event, hang_up, say, stream
 
 AT_ONCE = ": skyway\nretry: 1\n"
 BUSY = {"code": "overloaded", "status": 503, "detail": "busy"}
@@ -32,7 +31,7 @@ def listen_in_coroutines(url, count, **arguments):
 
 @pytest.mark.parametrize("ask", [listen, listen_in_coroutines])
 def test_events_resume_after_every_kind_of_cut(ask):
-    half_an_event = "id: e-4\nevent: zone_put\ndata: {\"id\": \"e-4\", "
+    half_an_event = 'id: e-4\nevent: zone_put\ndata: {"id": "e-4", '
     steps = [
         stream(f"{AT_ONCE}id: e-0\n\n{event(1)}{event(2)}"),
         hang_up,
@@ -73,7 +72,10 @@ def test_events_that_are_gone_end_the_stream(ask):
 
 @pytest.mark.parametrize("ask", [listen, listen_in_coroutines])
 def test_a_server_that_stays_away_is_given_up(ask):
-    with FakeServer([stream(f"{AT_ONCE}{event(1)}")] + [hang_up] * 50) as server, pytest.raises(skyway.ConnectionBroken) as broken:
+    with (
+        FakeServer([stream(f"{AT_ONCE}{event(1)}")] + [hang_up] * 50) as server,
+        pytest.raises(skyway.ConnectionBroken) as broken,
+    ):
         ask(server.url, 9, give_up_after_s=0.05)
     assert broken.value.code == "no_answer" and broken.value.place == server.url
 

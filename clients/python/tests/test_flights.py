@@ -4,7 +4,6 @@ import json
 import xml.etree.ElementTree
 
 import pytest
-
 import skyway
 
 AT = "2026-11-27T18:00:00Z"
@@ -20,7 +19,10 @@ def without_effort(told: dict) -> dict:
     [
         ({"battery_fraction": 0.9, "wind": (225, 7)}, ("--battery", 0.9, "--wind", "225/7")),
         ({"payload_kg": 0.5, "objective": "energy"}, ("--payload-kg", 0.5, "--objective", "energy")),
-        ({"airframe": "m100", "reserve_fraction": 0.3, "deadline_s": 3600}, ("--airframe", "m100", "--reserve", 0.3, "--deadline", "1h")),
+        (
+            {"airframe": "m100", "reserve_fraction": 0.3, "deadline_s": 3600},
+            ("--airframe", "m100", "--reserve", 0.3, "--deadline", "1h"),
+        ),
     ],
 )
 def test_a_flown_plan_is_that_of_the_command_line(program, sydney, flight, arguments):

@@ -7,9 +7,8 @@ import threading
 import networkx as nx
 import numpy as np
 import pytest
-from conftest import drawn_legs
-
 import skyway
+from conftest import drawn_legs
 
 
 def columns(network, count):

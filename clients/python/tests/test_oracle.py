@@ -5,9 +5,8 @@ import random
 
 import geopandas as gpd
 import pytest
-from conftest import SEED, drawn_legs
-
 import skyway
+from conftest import SEED, drawn_legs
 
 LENGTHS = ("remaining_length_m", "recomposed_length_m", "first_stretch_m")
 COUNTS = ("outcome", "strategy_used", "stage", "searches", "area_nodes", "area_segments", "settled_nodes")
@@ -34,7 +33,14 @@ def test_every_strategy_answers_as_the_command_line(program, generated, generate
         close = draw.sample(generated.node_ids, 5) if draw.random() < 0.5 else []
         questions.append(((start, end), destination, scope, failure, close))
     reports = [
-        {"service": {"from": leg[0], "to": leg[1]}, "destination": destination, "type": failure, "strategy": strategy, "scope": scope, "close": close}
+        {
+            "service": {"from": leg[0], "to": leg[1]},
+            "destination": destination,
+            "type": failure,
+            "strategy": strategy,
+            "scope": scope,
+            "close": close,
+        }
         | {"optimum": True, "location": {"node": leg[0]}}
         for leg, destination, scope, failure, close in questions
     ]
@@ -55,7 +61,16 @@ def sydney() -> skyway.Network:
 def test_places_in_degrees_are_read_as_the_command_line_does(program, sydney):
     told = json.loads(
         program.run(
-            "reroute", "--service", "379,406", "--destination", 450, "--location", "151.2102,-33.8624", "--cause-location", 406, "--json"
+            "reroute",
+            "--service",
+            "379,406",
+            "--destination",
+            450,
+            "--location",
+            "151.2102,-33.8624",
+            "--cause-location",
+            406,
+            "--json",
         )
     )
     answer = sydney.recompose((379, 406), 450, location=(151.2102, -33.8624), cause_location=406)

@@ -49,7 +49,12 @@ class AsyncClient:
         return answer.json() if answer.content else {}
 
     async def report_failure(
-        self, service: tuple[NodeId, NodeId] | Mapping[str, Any], destination: NodeId | None = None, *, key: str | None = None, **fields: Any
+        self,
+        service: tuple[NodeId, NodeId] | Mapping[str, Any],
+        destination: NodeId | None = None,
+        *,
+        key: str | None = None,
+        **fields: Any,
     ) -> dict[str, Any]:
         """As `Client.report_failure`."""
         return await self._send(calls.report_failure(calls.failure_report(service, destination, fields), key))
@@ -58,7 +63,9 @@ class AsyncClient:
         """As `Client.report_failures`."""
         return await self._send(calls.report_failures(reports))
 
-    async def compose(self, source: NodeId, destination: NodeId, *, drone_id: str, key: str | None = None, **fields: Any) -> dict[str, Any]:
+    async def compose(
+        self, source: NodeId, destination: NodeId, *, drone_id: str, key: str | None = None, **fields: Any
+    ) -> dict[str, Any]:
         """As `Client.compose`."""
         return await self._send(calls.compose(source, destination, drone_id, fields, key))
 
@@ -139,7 +146,9 @@ class AsyncClient:
             pause_s = stream.pause_s(retry_after_s)
             if pause_s is None:
                 message = f"no events: {fault or 'the server ended the stream'}"
-                raise ConnectionBroken(message, "no_answer", str(self._http.base_url), "see whether the server is there") from fault
+                raise ConnectionBroken(
+                    message, "no_answer", str(self._http.base_url), "see whether the server is there"
+                ) from fault
             await asyncio.sleep(pause_s)
 
     async def _listen(self, stream: Stream) -> AsyncIterator[Event]:

@@ -30,7 +30,9 @@ class Call:
 
 def _stated(fields: Mapping[str, Any]) -> dict[str, str]:
     """The parameters of a query that are not None, as text."""
-    return {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in fields.items() if value is not None}
+    return {
+        name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in fields.items() if value is not None
+    }
 
 
 def _get(path: str, **query: Any) -> Call:

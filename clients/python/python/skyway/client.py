@@ -28,10 +28,11 @@ def _settings(url: str, token: str | None, timeout_s: float) -> dict[str, Any]:
 
 def _problem(answer: httpx.Response) -> Problem:
     try:
-        document = answer.json()
+        told = answer.json()
     except ValueError:
-        document = None
-    if not isinstance(document, dict):
+        told = None
+    document: dict[str, object] = told if isinstance(told, dict) else {}
+    if not document:
         document = {"code": f"http_{answer.status_code}", "detail": answer.text[:200] or answer.reason_phrase}
     if "retry_after_s" not in document and answer.headers.get("retry-after", "").isdecimal():
         document["retry_after_s"] = int(answer.headers["retry-after"])
@@ -82,7 +83,12 @@ class Client:
         return answer.json() if answer.content else {}
 
     def report_failure(
-        self, service: tuple[NodeId, NodeId] | Mapping[str, Any], destination: NodeId | None = None, *, key: str | None = None, **fields: Any
+        self,
+        service: tuple[NodeId, NodeId] | Mapping[str, Any],
+        destination: NodeId | None = None,
+        *,
+        key: str | None = None,
+        **fields: Any,
     ) -> dict[str, Any]:
         """Reports a failed leg, and gives the answer. `fields` are those of the API; `failure` is its `type`.
 
@@ -94,7 +100,9 @@ class Client:
         """Reports many failures, each as the API has it; one that cannot be read does not spoil the others."""
         return self._send(calls.report_failures(reports))
 
-    def compose(self, source: NodeId, destination: NodeId, *, drone_id: str, key: str | None = None, **fields: Any) -> dict[str, Any]:
+    def compose(
+        self, source: NodeId, destination: NodeId, *, drone_id: str, key: str | None = None, **fields: Any
+    ) -> dict[str, Any]:
         """Composes a plan, and gives it. `fields` are those of the API, such as battery_fraction and payload_kg."""
         return self._send(calls.compose(source, destination, drone_id, fields, key))
 
@@ -102,7 +110,9 @@ class Client:
         """A plan with its versions."""
         return self._send(calls.plan(plan_id))
 
-    def plans(self, *, drone_id: str | None = None, state: str | None = None, affected_by: str | None = None) -> Iterator[dict[str, Any]]:
+    def plans(
+        self, *, drone_id: str | None = None, state: str | None = None, affected_by: str | None = None
+    ) -> Iterator[dict[str, Any]]:
         """All plans, page by page."""
         page = None
         while True:
@@ -178,7 +188,9 @@ class Client:
             pause_s = stream.pause_s(retry_after_s)
             if pause_s is None:
                 message = f"no events: {fault or 'the server ended the stream'}"
-                raise ConnectionBroken(message, "no_answer", str(self._http.base_url), "see whether the server is there") from fault
+                raise ConnectionBroken(
+                    message, "no_answer", str(self._http.base_url), "see whether the server is there"
+                ) from fault
             time.sleep(pause_s)
 
     def _listen(self, stream: Stream) -> Iterator[Event]:

@@ -68,7 +68,9 @@ class Problem(SkywayError):
 
     def __init__(self, status: int, document: dict[str, object]) -> None:
         faults = document.get("errors")
-        self.errors: list[dict[str, object]] = [fault for fault in faults if isinstance(fault, dict)] if isinstance(faults, list) else []
+        self.errors: list[dict[str, object]] = (
+            [fault for fault in faults if isinstance(fault, dict)] if isinstance(faults, list) else []
+        )
         first = self.errors[0] if self.errors else {}
         message = str(document.get("detail") or document.get("title") or f"HTTP status {status}")
         hint = first.get("hint")

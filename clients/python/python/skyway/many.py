@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .errors import RequestError
@@ -18,26 +17,28 @@ if TYPE_CHECKING:
 _NAMES = ("service_from", "service_to", "destination")
 
 
-def columns_of(network: Network, *given: Any) -> tuple[list[Any], bool]:
+def columns_of(network: Network, *given: Any) -> tuple[tuple[Any, Any, Any], bool]:
     """Three columns of 64-bit integers: ids of nodes where these are integers, else the numbers of the nodes."""
     if network.has_integer_ids:
-        return [_integers(column, name) for column, name in zip(given, _NAMES)], True
+        first, second, third = (_integers(column, name) for column, name in zip(given, _NAMES, strict=True))
+        return (first, second, third), True
     number = {node: place for place, node in enumerate(network.node_ids)}
     columns = []
-    for column, name in zip(given, _NAMES):
+    for column, name in zip(given, _NAMES, strict=True):
         ids = [str(one) for one in column]
         unknown = next((row for row, one in enumerate(ids) if one not in number), None)
         if unknown is not None:
             message = f"the network '{network.name}' has no node '{ids[unknown]}'"
             raise RequestError(message, "unknown_node", f"{name}[{unknown}]", "give ids as in network.node_ids")
         columns.append(array.array("q", [number[one] for one in ids]))
-    return columns, False
+    first, second, third = columns
+    return (first, second, third), False
 
 
 def _integers(column: Any, name: str) -> Any:
     try:
-        if isinstance(column, array.array) and column.typecode == "q":
-            return column
+        if isinstance(column, array.array):
+            return column if column.typecode == "q" else array.array("q", column)
         if hasattr(column, "to_numpy"):
             column = column.to_numpy()
         if hasattr(column, "astype") and column.dtype.kind in "iu":
@@ -55,8 +56,14 @@ class Recompositions:
 
     __slots__ = ("_by_id", "_columns", "_network", "_told", "strategy")
 
-    def __init__(self, network: Network, columns: list[Any], by_id: bool, strategy: str, told: dict[str, Any]) -> None:
-        for name, value in (("_network", network), ("_columns", columns), ("_by_id", by_id), ("strategy", strategy), ("_told", told)):
+    def __init__(self, network: Network, columns: tuple[Any, Any, Any], by_id: bool, strategy: str, told: dict[str, Any]) -> None:
+        for name, value in (
+            ("_network", network),
+            ("_columns", columns),
+            ("_by_id", by_id),
+            ("strategy", strategy),
+            ("_told", told),
+        ):
             object.__setattr__(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -140,6 +147,3 @@ class Recompositions:
 
     def __repr__(self) -> str:
         return f"<skyway.Recompositions: {len(self)} answers of {self.strategy}>"
-
-
-__all__: Sequence[str] = ("Recompositions", "columns_of")

@@ -111,7 +111,7 @@ class Network(_skyway.Core):
         """
         given = list(zones) if isinstance(zones, (list, tuple)) else [zones]
         texts = [text for text in map(geojson_text, given) if text is not None]
-        when = time_text(at, "at") or datetime.datetime.now(datetime.timezone.utc).isoformat()
+        when = time_text(at, "at") or datetime.datetime.now(datetime.UTC).isoformat()
         return type(self)(self._world.with_closures(texts, list(close), when, horizon_s))
 
     def recompose_many(
@@ -137,7 +137,17 @@ class Network(_skyway.Core):
         """
         columns, by_id = columns_of(self, service_from, service_to, destination)
         told = self.answer_many(
-            *columns, by_id, failure, strategy, scope, list(close), threads or _cores(), cell_size_m, val_ratio, stage_skipping, full_tree
+            *columns,
+            by_id,
+            failure,
+            strategy,
+            scope,
+            list(close),
+            threads or _cores(),
+            cell_size_m,
+            val_ratio,
+            stage_skipping,
+            full_tree,
         )
         return Recompositions(self, columns, by_id, strategy, told)
 

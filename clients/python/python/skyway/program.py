@@ -41,7 +41,9 @@ def program() -> str:
 class Demo:
     """A running demo. Use it in a `with`, or stop it."""
 
-    def __init__(self, url: str, registry_url: str | None, process: subprocess.Popen[bytes], folder: tempfile.TemporaryDirectory[str]) -> None:
+    def __init__(
+        self, url: str, registry_url: str | None, process: subprocess.Popen[bytes], folder: tempfile.TemporaryDirectory[str]
+    ) -> None:
         self.url, self.registry_url = url, registry_url
         self._process, self._folder = process, folder
 
@@ -103,8 +105,15 @@ def _await_port(ports: pathlib.Path, told: pathlib.Path, process: subprocess.Pop
         said = told.read_text(encoding="utf-8", errors="replace")
         if process.poll() is not None:
             hint = "run the program by hand: skyway demo"
-            raise ProgramError(f"the program ended with code {process.returncode}: {said.strip()[-400:]}", "program_ended", "skyway demo", hint)
+            raise ProgramError(
+                f"the program ended with code {process.returncode}: {said.strip()[-400:]}", "program_ended", "skyway demo", hint
+            )
         if ports.exists() and _REGISTRY.search(said):
             return int(json.loads(ports.read_text(encoding="utf-8"))["listen"])
         time.sleep(0.05)
-    raise ProgramError(f"the program does not serve after {START_S:.0f} s", "program_silent", "skyway demo", "run the program by hand: skyway demo")
+    raise ProgramError(
+        f"the program does not serve after {START_S:.0f} s",
+        "program_silent",
+        "skyway demo",
+        "run the program by hand: skyway demo",
+    )

@@ -27,7 +27,13 @@ class _Drawn:
     _answer: _Native
 
     def map(
-        self, *, width_px: int = 720, title: str | None = None, labels: str = "ends", whole: bool = False, buildings: object = None
+        self,
+        *,
+        width_px: int = 720,
+        title: str | None = None,
+        labels: str = "ends",
+        whole: bool = False,
+        buildings: object = None,
     ) -> Map:
         """A map of it. `labels` is none, ends, paths or all; `buildings` is GeoJSON, as text or as a mapping."""
         return Map(self._answer.svg(width_px, title, labels, whole, geojson_text(buildings)))
