@@ -117,3 +117,15 @@ def test_parameters_reach_the_strategies(program, sydney):
     answer = sydney.recompose((379, 406), 450, strategy="two_phased", val_ratio=1.5, stage_skipping=False)
     assert_same(answer, rectangle, "rectangle")
     assert answer != sydney.recompose((379, 406), 450, strategy="two_phased")
+
+
+def test_what_a_network_closes_and_what_a_call_closes_is_the_same(program, sydney):
+    asked = ("reroute", "--service", "379,406", "--destination", 450, "--close", 408, "--close", "353,404", "--json")
+    told = json.loads(program.run(*asked))
+    closed = sydney.with_closures(close=[408, (353, 404)])
+    assert_same(closed.recompose((379, 406), 450), told, "of the network")
+    assert_same(sydney.recompose((379, 406), 450, close=[408, "353-404"]), told, "of the call")
+    assert (closed.closed[0], "353-404" in closed.closed[1]) == ((408,), True)
+    further = closed.with_closures(close=[399])
+    assert further.closed[0] == (399, 408), "closures add up"
+    assert not {399, 408, 404} & set(further.recompose((379, 406), 450).nodes[:3])

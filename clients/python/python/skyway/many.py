@@ -42,7 +42,7 @@ def _integers(column: Any, name: str) -> Any:
         if hasattr(column, "to_numpy"):
             column = column.to_numpy()
         if hasattr(column, "astype") and column.dtype.kind in "iu":
-            return column.astype("int64", order="C", copy=False)
+            return column.astype("int64", copy=False)
         return array.array("q", [int(one) for one in column])
     except (TypeError, ValueError, OverflowError) as fault:
         raise RequestError(str(fault), "not_a_column", name, "give a column of node ids") from fault
