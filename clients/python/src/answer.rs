@@ -3,7 +3,7 @@
 use crate::document::to_python;
 use crate::ground::Ground;
 use crate::picture::{Drawing, draw};
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, without_lock};
 use crate::world::World;
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -221,14 +221,14 @@ impl Answer {
     fn certificate(&self, py: Python<'_>) -> PyResult<String> {
         check_that_a_proof_exists(&self.request)?;
         let world = self.world.get();
-        Ok(py.detach(|| {
+        Ok(without_lock(py, || {
             let engine = skyway_engine::recompose::World {
                 airspace: &self.airspace,
                 trees: None,
             };
             let proof = world.with_scratch(|scratch| certify(&engine, &self.request, scratch));
             write_certificate(&world.ground.topology, &proof)
-        }))
+        })?)
     }
 
     /// The picture of the answer on its network, as the text of an SVG.
@@ -243,14 +243,14 @@ impl Answer {
         buildings: Option<&str>,
     ) -> PyResult<String> {
         let drawing = Drawing::of(width_px, title, labels, whole, buildings, &self.airspace)?;
-        Ok(py.detach(|| {
+        Ok(without_lock(py, || {
             draw(
                 &self.airspace,
                 Some((&self.request, &self.recomposition)),
                 None,
                 drawing,
             )
-        }))
+        })?)
     }
 }
 

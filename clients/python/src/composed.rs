@@ -1,7 +1,7 @@
 //! Plans by distance, and certificates judged.
 
 use crate::document::to_python;
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, without_lock};
 use crate::world::World;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
@@ -69,7 +69,7 @@ pub(crate) fn compose(
         );
         return Err(refusal.hint("give metres per second above 0"));
     }
-    let fields = py.detach(|| {
+    let fields = without_lock(py, || {
         let plan = world.with_scratch(|scratch| {
             compose::compose(
                 &world.engine(&airspace),
@@ -85,7 +85,7 @@ pub(crate) fn compose(
             airspeed_mps,
             plan.as_ref(),
         )
-    });
+    })?;
     Ok(ShortestPlan { fields })
 }
 

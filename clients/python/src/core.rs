@@ -7,7 +7,7 @@ use crate::flown::{self, Drone};
 use crate::many::{Answers, OUTCOMES, Query, answer_all};
 use crate::picture::{Drawing, draw};
 use crate::question::{Circumstances, How, parameters};
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, guarded, without_lock};
 use crate::world::World;
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
@@ -99,9 +99,9 @@ impl Core {
     }
 
     /// The network as node-link JSON of NetworkX.
-    fn node_link(&self, py: Python<'_>) -> String {
+    fn node_link(&self, py: Python<'_>) -> PyResult<String> {
         let topology = &self.world.get().ground.topology;
-        py.detach(|| write_node_link(topology))
+        Ok(without_lock(py, || write_node_link(topology))?)
     }
 
     #[pyo3(signature = (
@@ -161,8 +161,8 @@ impl Core {
             || world.with_scratch(|scratch| answer::answer(world, &airspace, &request, scratch));
         // A search by a table takes less time than another thread needs to take the lock and give it back.
         let passed = match world.has_table(destination) && strategy == "exact" {
-            true => find(),
-            false => py.detach(find),
+            true => guarded(find)?,
+            false => without_lock(py, find)?,
         };
         Answer::to_dataclass(py, self.world.clone_ref(py), airspace, request, passed)
     }
@@ -241,14 +241,14 @@ impl Core {
         let how = How::of(failure, strategy, scope, numbers)?;
         let airspace = world.closing(&world.targets(close)?);
         let columns = [
-            ("service", column(py, from_nodes, "service")?),
-            ("service", column(py, to_nodes, "service")?),
+            ("service_from", column(py, from_nodes, "service_from")?),
+            ("service_to", column(py, to_nodes, "service_to")?),
             ("destination", column(py, destinations, "destination")?),
         ];
-        let answers = py.detach(|| {
+        let answers = without_lock(py, || {
             let queries = self.queries(&columns, by_id)?;
             answer_all(world, &airspace, &queries, &how, threads)
-        })?;
+        })??;
         bytes_of(py, &answers)
     }
 
@@ -264,7 +264,7 @@ impl Core {
     ) -> PyResult<String> {
         let airspace = &self.world.get().airspace;
         let drawing = Drawing::of(width_px, title, labels, whole, buildings, airspace)?;
-        Ok(py.detach(|| draw(airspace, None, None, drawing)))
+        Ok(without_lock(py, || draw(airspace, None, None, drawing))?)
     }
 
     /// Checks a certificate with code that shares nothing with the searches.

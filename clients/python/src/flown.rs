@@ -4,7 +4,7 @@ use crate::document::to_python;
 use crate::ground::Ground;
 use crate::picture::{Drawing, draw};
 use crate::question::named;
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, without_lock};
 use crate::world::World;
 use jiff::Timestamp;
 use pyo3::prelude::*;
@@ -203,9 +203,9 @@ impl Plan {
     /// The plan with all that it was made for, as text for `skyway verify`.
     fn certificate(&self, py: Python<'_>) -> PyResult<String> {
         let composition = self.composition()?;
-        let text = py.detach(|| {
+        let text = without_lock(py, || {
             write_flight_document(&self.flight.skies, &self.flight.setting, composition)
-        });
+        })?;
         Ok(text.map_err(|fault| wrong("", fault.to_string()))?)
     }
 
@@ -224,14 +224,14 @@ impl Plan {
         let drawing = Drawing::of(width_px, title, labels, whole, buildings, airspace)?;
         let composition = self.composition()?;
         let nodes = composition.nodes();
-        Ok(py.detach(|| {
+        Ok(without_lock(py, || {
             draw(
                 airspace,
                 None,
                 Some(self.drawn(composition, &nodes)),
                 drawing,
             )
-        }))
+        })?)
     }
 }
 
@@ -292,7 +292,7 @@ pub(crate) fn compose(
         deadline_s: Some(flight.deadline_s),
     };
     let topology = &world.ground.topology;
-    let composed = py.detach(|| {
+    let composed = without_lock(py, || {
         let mut scratch = DeliveryScratch::new(topology);
         compose_with_stops(
             &flight.world(),
@@ -300,7 +300,7 @@ pub(crate) fn compose(
             (stops, Lands::AtDestination),
             &mut scratch,
         )
-    });
+    })?;
     let writer = flight.writer();
     let mut fields = match &composed {
         Ok(composition) => {
@@ -343,10 +343,10 @@ pub(crate) fn recompose(
             flight.reported,
         ),
     };
-    let answer = py.detach(|| {
+    let answer = without_lock(py, || {
         let mut scratch = DeliveryScratch::new(&world.ground.topology);
         answer_failure(&flight.world(), &failure, &mut scratch)
-    });
+    })?;
     let fields = flight.writer().recomposition(&answer);
     Ok(Plan {
         composition: answer.composition,

@@ -5,7 +5,7 @@
 
 use crate::answer::pass;
 use crate::question::How;
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, guarded};
 use crate::world::World;
 use skyway_engine::airspace::Airspace;
 use skyway_engine::compose::prepare_table;
@@ -13,7 +13,6 @@ use skyway_engine::network::NodeIx;
 use skyway_engine::recompose::{self, Outcome, Recomposition, Scratch, recompose};
 use skyway_engine::routing::TreeCache;
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Outcomes by their number in a table of answers.
@@ -26,6 +25,8 @@ pub(crate) const OUTCOMES: [Outcome; 5] = [
 ];
 /// A thread takes this many queries of one destination at a time.
 const PORTION: usize = 4_096;
+/// More threads than this are not started, however many are asked for.
+const THREADS_MAX: usize = 256;
 /// A table pays from this many queries of a destination on.
 const TABLE_PAYS: usize = 4;
 /// Bytes for the tables of one thread: room for one, whatever it takes.
@@ -192,24 +193,15 @@ pub(crate) fn answer_all(
         order,
         taken: AtomicUsize::new(0),
     };
-    let threads = threads.clamp(1, job.portions.len().max(1));
-    let parts: Vec<Option<Part>> = std::thread::scope(|scope| {
-        let work = || catch_unwind(AssertUnwindSafe(|| job.work())).ok();
+    let threads = threads.clamp(1, job.portions.len().clamp(1, THREADS_MAX));
+    let parts: Vec<Result<Part, Refusal>> = std::thread::scope(|scope| {
+        let work = || guarded(|| job.work());
         let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         let own = work();
-        let others = others.into_iter().map(|other| other.join().ok().flatten());
+        let others = others.into_iter().filter_map(|other| other.join().ok());
         std::iter::once(own).chain(others).collect()
     });
-    let parts: Option<Vec<Part>> = parts.into_iter().collect();
-    let parts = parts.ok_or_else(|| {
-        let refusal = Refusal::new(
-            Kind::Internal,
-            "engine_fault",
-            "",
-            "the engine ended one of its threads",
-        );
-        refusal.hint("report it with the queries; one by one they show which it is")
-    })?;
+    let parts = parts.into_iter().collect::<Result<_, _>>()?;
     Ok(joined(parts, queries.len()))
 }
 

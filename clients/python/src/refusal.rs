@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use skyway_formats::{FormatError, LoadError, ZoneProblem};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Which exception a refusal becomes.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +125,25 @@ impl Refusal {
             None => refusal,
         }
     }
+}
+
+/// Does a piece of work of the engine; a panic of it becomes a refusal, which a caller can catch as any other.
+pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, Refusal> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
+        let message = "the engine ended this piece of work";
+        let refusal = Refusal::new(Kind::Internal, "engine_fault", "", message);
+        refusal.hint(
+            "report it with what was asked; the message on standard error says where it happened",
+        )
+    })
+}
+
+/// The same while other threads of Python run.
+pub(crate) fn without_lock<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, Refusal> {
+    py.detach(|| guarded(work))
 }
 
 static ERRORS: PyOnceLock<Py<PyModule>> = PyOnceLock::new();

@@ -1,7 +1,7 @@
 //! A network in one state of its airspace, with what searches on it keep between calls.
 
 use crate::ground::Ground;
-use crate::refusal::{Kind, Refusal};
+use crate::refusal::{Kind, Refusal, without_lock};
 use jiff::{SignedDuration, Timestamp};
 use pyo3::prelude::*;
 use rustc_hash::FxHashSet;
@@ -215,10 +215,10 @@ impl World {
 #[pyfunction]
 #[pyo3(signature = (text, edges=None))]
 pub(crate) fn load(py: Python<'_>, text: &str, edges: Option<&str>) -> PyResult<World> {
-    let loaded = py.detach(|| match edges {
+    let loaded = without_lock(py, || match edges {
         Some(edges) => load_csv_network(text, edges),
         None => load_network(text),
-    });
+    })?;
     World::of(py, loaded.map_err(|error| Refusal::of_load(&error))?)
 }
 
@@ -257,7 +257,7 @@ pub(crate) fn generate(
     };
     let invalid =
         |message: String| Refusal::new(Kind::Network, "network_invalid", "generated", message);
-    let loaded = py.detach(|| {
+    let loaded = without_lock(py, || {
         let draft = generated
             .network()
             .map_err(|error| invalid(error.to_string()))?;
@@ -273,7 +273,7 @@ pub(crate) fn generate(
             repairs: Vec::new(),
         })
     });
-    World::of(py, loaded?)
+    World::of(py, loaded??)
 }
 
 /// The text of a bundled network.

@@ -46,9 +46,9 @@ def test_a_refusal_has_code_place_and_hint():
 
 
 def test_a_refusal_that_is_no_problem_document_is_one_all_the_same():
-    with FakeServer([say(502, "<html>bad gateway</html>", retry_after="7")]) as server:
-        with skyway.Client(server.url) as client, pytest.raises(skyway.Problem) as refused:
-            client.clock()
+    steps = [say(502, "<html>bad gateway</html>", retry_after="7")]
+    with FakeServer(steps) as server, skyway.Client(server.url) as client, pytest.raises(skyway.Problem) as refused:
+        client.clock()
     assert (refused.value.code, refused.value.retry_after_s) == ("http_502", 7.0)
     assert "bad gateway" in refused.value.message
 

@@ -200,5 +200,4 @@ class Client:
                 answer.read()
                 raise _problem(answer)
             for piece in answer.iter_bytes():
-                for event in stream.take(piece):
-                    yield event
+                yield from stream.take(piece)

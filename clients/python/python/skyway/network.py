@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 from . import _skyway, shapes
-from .errors import NetworkError
+from .errors import NetworkError, RequestError
 from .flight import time_text
 from .geojson import geojson_text
 from .many import Recompositions, columns_of
@@ -135,6 +135,9 @@ class Network(_skyway.Core):
         Without the lock of the interpreter, on `threads` threads (one for each core where it is None). The drones are at the start of
         their legs. Raises `RequestError`, which names the row.
         """
+        if threads is not None and threads < 1:
+            hint = "give a number above 0, or None for one on each core"
+            raise RequestError(f"it is {threads}", "out_of_range", "threads", hint)
         columns, by_id = columns_of(self, service_from, service_to, destination)
         told = self.answer_many(
             *columns,
