@@ -129,3 +129,19 @@ def test_what_a_network_closes_and_what_a_call_closes_is_the_same(program, sydne
     further = closed.with_closures(close=[399])
     assert further.closed[0] == (399, 408), "closures add up"
     assert not {399, 408, 404} & set(further.recompose((379, 406), 450).nodes[:3])
+
+
+def test_where_the_cause_is_decides_which_way_leads_back(program, sydney):
+    place = (151.2102, -33.8624)
+    asked = ("reroute", "--service", "379,406", "--destination", 450, "--location", "151.2102,-33.8624", "--json")
+    for cause, first in ((379, 406), (406, 379)):
+        told = json.loads(program.run(*asked, "--cause-location", cause))
+        answer = skyway.Network.bundled("sydney").recompose((379, 406), 450, location=place, cause_location=cause)
+        assert_same(answer, told, cause)
+        assert answer.nodes[0] == first
+    stated = [379, 406, 420, 450]
+    answer = sydney.recompose((379, 406), 450, strategy="radius", remaining_path=stated)
+    report = {"type": "navigational", "service": {"from": 379, "to": 406}, "destination": 450}
+    report |= {"strategy": "radius", "remaining_path": stated}
+    network = program.answers("sydney", [report | {"location": {"node": 379}}])
+    assert_same(answer, network[0], "a stated path")
