@@ -116,22 +116,10 @@ impl Answer {
     fn fill(&self, py: Python<'_>, fields: &Bound<'_, PyDict>) -> PyResult<()> {
         let ground: &Ground = &self.world.get().ground;
         let found = &self.recomposition;
-        fields.set_item(intern!(py, "outcome"), name(py, found.outcome.name()))?;
         fields.set_item(intern!(py, "nodes"), ground.ids(py, &found.path.nodes)?)?;
-        fields.set_item(
-            intern!(py, "segments"),
-            ground.segment_ids(py, &found.path.segments)?,
-        )?;
         if found.first_stretch_m != 0.0 {
             fields.set_item(intern!(py, "first_stretch_m"), found.first_stretch_m)?;
         }
-        fields.set_item(intern!(py, "strategy"), name(py, found.strategy.name()))?;
-        fields.set_item(
-            intern!(py, "strategy_used"),
-            name(py, found.strategy_used.name()),
-        )?;
-        fields.set_item(intern!(py, "stage"), name(py, found.stage.name()))?;
-        fields.set_item(intern!(py, "searches"), found.searches)?;
         fields.set_item(intern!(py, "area_nodes"), found.area_nodes)?;
         fields.set_item(intern!(py, "area_segments"), found.area_segments)?;
         fields.set_item(intern!(py, "settled_nodes"), found.settled_nodes)?;
@@ -156,9 +144,23 @@ impl Answer {
         self.fill_rare(py, fields)
     }
 
-    /// What most answers have none of: then the default of the class stands.
+    /// What most answers have in common: there the defaults of the class stand, and nothing is written.
     fn fill_rare(&self, py: Python<'_>, fields: &Bound<'_, PyDict>) -> PyResult<()> {
         let found = &self.recomposition;
+        let names = [
+            ("outcome", found.outcome.name(), "rerouted"),
+            ("strategy", found.strategy.name(), "exact"),
+            ("strategy_used", found.strategy_used.name(), "exact"),
+            ("stage", found.stage.name(), "global"),
+        ];
+        for (field, name, most) in names {
+            if name != most {
+                fields.set_item(PyString::intern(py, field), PyString::intern(py, name))?;
+            }
+        }
+        if found.searches != 1 {
+            fields.set_item(intern!(py, "searches"), found.searches)?;
+        }
         if let Some(fallback) = &found.fallback {
             fields.set_item(intern!(py, "fallback_reason"), fallback.to_string())?;
         }
@@ -188,16 +190,6 @@ impl Answer {
     }
 }
 
-/// The names that nearly every answer has are made once.
-fn name<'py>(py: Python<'py>, name: &'static str) -> Bound<'py, PyString> {
-    match name {
-        "rerouted" => intern!(py, "rerouted").clone(),
-        "exact" => intern!(py, "exact").clone(),
-        "global" => intern!(py, "global").clone(),
-        other => PyString::intern(py, other),
-    }
-}
-
 /// A cause as text: `report`, `network`, or the id of a closure.
 fn cause_text(cause: &Severance) -> String {
     match cause {
@@ -209,6 +201,12 @@ fn cause_text(cause: &Severance) -> String {
 
 #[pymethods]
 impl Answer {
+    /// The segments of the path, by their ids.
+    fn segments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let ground = &self.world.get().ground;
+        ground.segment_ids(py, &self.recomposition.path.segments)
+    }
+
     /// The whole answer under the names of the API.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(

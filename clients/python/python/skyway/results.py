@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
 from .geojson import geojson_text
@@ -67,19 +68,18 @@ class Stage:
 class Recomposition(_Drawn):
     """The answer to a failure report; lengths are in metres. docs/strategies.md has the meaning of each field."""
 
-    outcome: str
+    outcome: str = "rerouted"
     """rerouted, unaffected, hold, diverted or no_route."""
     nodes: tuple[NodeId, ...]
     """The whole remaining path; empty for no_route."""
-    segments: tuple[str, ...]
     remaining_length_m: float | None = None
     recomposed_length_m: float | None = None
     first_stretch_m: float = 0.0
-    strategy: str
-    strategy_used: str
+    strategy: str = "exact"
+    strategy_used: str = "exact"
     fallback_reason: str | None = None
-    stage: str
-    searches: int
+    stage: str = "global"
+    searches: int = 1
     area_nodes: int
     area_segments: int
     settled_nodes: int
@@ -93,7 +93,12 @@ class Recomposition(_Drawn):
     """What cut the drone off: report, network, or a closure with its id."""
     checker_case: str | None = None
     """What was wrong with the answer that this one stands in for; None where the first one passed the check."""
-    _answer: _Native = field(repr=False, compare=False)
+    _answer: Any = field(repr=False, compare=False)
+
+    @cached_property
+    def segments(self) -> tuple[str, ...]:
+        """The segments between the nodes, by their ids."""
+        return self._answer.segments()
 
     @property
     def stages(self) -> tuple[Stage, ...]:
