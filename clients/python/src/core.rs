@@ -126,7 +126,7 @@ impl Core {
         strategy: &str,
         scope: &str,
         close: Option<&Bound<'py, PyAny>>,
-        flight: Option<Drone<'py>>,
+        flight: Option<&Bound<'py, PyAny>>,
         cell_size_m: Option<f64>,
         val_ratio: Option<f64>,
         stage_skipping: bool,
@@ -153,7 +153,8 @@ impl Core {
             zone,
         };
         circumstances.fill(&mut request, ground, &airspace)?;
-        if let Some(drone) = flight {
+        if let Some(given) = flight {
+            let drone = Drone::of(given)?;
             let plan = flown::recompose(py, world, &airspace, &request, &drone)?;
             return results(py, "FlownRecomposition", plan, world);
         }
@@ -178,7 +179,7 @@ impl Core {
         source: &Bound<'py, PyAny>,
         destination: &Bound<'py, PyAny>,
         airspeed_mps: f64,
-        flight: Option<Drone<'py>>,
+        flight: Option<&Bound<'py, PyAny>>,
         stops: Option<Vec<(Bound<'py, PyAny>, f64)>>,
         close: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
@@ -190,7 +191,8 @@ impl Core {
         let airspace = world.closing(&world.targets(close)?);
         let stops = self.stops(stops.unwrap_or_default())?;
         match flight {
-            Some(drone) => {
+            Some(given) => {
+                let drone = Drone::of(given)?;
                 let plan = flown::compose(py, world, &airspace, ends, &stops, &drone)?;
                 results(py, "Composition", plan, world)
             }

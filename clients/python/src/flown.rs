@@ -64,7 +64,19 @@ fn wrong(place: &str, message: impl Into<String>) -> Refusal {
     )
 }
 
-impl Drone<'_> {
+impl<'py> Drone<'py> {
+    /// Reads a `skyway.Flight`.
+    pub(crate) fn of(given: &Bound<'py, PyAny>) -> PyResult<Self> {
+        given.extract().map_err(|_| {
+            let message = match given.repr() {
+                Ok(shown) => format!("{shown} is no flight"),
+                Err(_) => "it is no flight".to_owned(),
+            };
+            let refusal = Refusal::new(Kind::Flight, "not_a_flight", "flight", message);
+            refusal.hint("give skyway.Flight(...)").into()
+        })
+    }
+
     fn airframe(&self) -> Result<Airframe, Refusal> {
         match self.airframe.as_str() {
             "phantom3" => Ok(Airframe::phantom3()),

@@ -3,7 +3,7 @@
 use crate::ground::Ground;
 use crate::refusal::{Kind, Refusal};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyIterator, PyString};
 use skyway_engine::airspace::{Airspace, Hits};
 use skyway_engine::flight::{FailureReport, FailureType, Location};
 use skyway_engine::network::NodeIx;
@@ -159,13 +159,24 @@ fn location(ground: &Ground, given: &Bound<'_, PyAny>, start: NodeIx) -> PyResul
     })
 }
 
+/// The entries of what holds several.
+pub(crate) fn each<'py>(
+    given: &Bound<'py, PyAny>,
+    place: &str,
+) -> PyResult<Bound<'py, PyIterator>> {
+    given.try_iter().map_err(|error| {
+        let refusal = Refusal::new(Kind::Request, "not_a_list", place, error.to_string());
+        refusal.hint("give a list").into()
+    })
+}
+
 fn remaining_path(
     ground: &Ground,
     given: &Bound<'_, PyAny>,
     leg: (NodeIx, NodeIx),
 ) -> PyResult<Vec<NodeIx>> {
     let mut nodes = Vec::new();
-    for (number, node) in given.try_iter()?.enumerate() {
+    for (number, node) in each(given, "remaining_path")?.enumerate() {
         nodes.push(ground.node(&node?, &format!("remaining_path[{number}]"))?);
     }
     if nodes.len() >= 2 && (nodes[0], nodes[1]) == leg {

@@ -1,6 +1,7 @@
 //! A network in one state of its airspace, with what searches on it keep between calls.
 
 use crate::ground::Ground;
+use crate::question::each;
 use crate::refusal::{Kind, Refusal, without_lock};
 use jiff::{SignedDuration, Timestamp};
 use pyo3::prelude::*;
@@ -110,7 +111,7 @@ impl World {
             return Ok(Vec::new());
         };
         let mut targets = Vec::new();
-        for (number, target) in close.try_iter()?.enumerate() {
+        for (number, target) in each(close, "close")?.enumerate() {
             targets.push(
                 self.ground
                     .close_target(&target?, &format!("close[{number}]"))?,

@@ -1,7 +1,9 @@
 """What is refused says its code, its place and the remedy, and leaves the process as it was."""
 
 import datetime
+import math
 import pickle
+import random
 
 import geopandas as gpd
 import networkx as nx
@@ -117,6 +119,8 @@ CASES = {
         "threads",
         "None",
     ),
+    "flight": (lambda n: n.compose(1, 9, flight={"wind": 3}), errors.FlightError, "not_a_flight", "flight", "skyway.Flight"),
+    "closes one": (lambda n: n.recompose((379, 406), close=353), errors.RequestError, "not_a_list", "close", "list"),
     "labels": (lambda n: n.map(labels="some"), errors.RequestError, "unknown_value", "labels", "ends"),
     "width": (lambda n: n.map(width_px=3), errors.RequestError, "out_of_range", "width_px", "320"),
     "no file": (
@@ -159,6 +163,62 @@ def test_a_refusal_names_its_place_and_the_remedy(sydney, name):
     assert (refused.value.code, refused.value.place) == (code, place)
     assert remedy in refused.value.hint
     assert refused.value.hint in str(refused.value) and refused.value.message in str(refused.value)
+    assert sydney.recompose((379, 406), 450).outcome == "rerouted"
+
+
+def test_nothing_that_is_handed_in_ends_the_process(sydney):
+    odd = [
+        None,
+        True,
+        -1,
+        0,
+        2**70,
+        1.5,
+        math.nan,
+        math.inf,
+        "",
+        "379",
+        b"379",
+        (1,),
+        [1, 2],
+        {},
+        "unknown",
+        (math.inf, 0),
+        object(),
+        "\ud800",
+    ]
+    names = [
+        "failure",
+        "location",
+        "cause_location",
+        "remaining_path",
+        "zone",
+        "strategy",
+        "scope",
+        "close",
+        "cell_size_m",
+        "flight",
+    ]
+    draw = random.Random(24)
+    asks = [
+        lambda: sydney.recompose(
+            draw.choice([(379, 406)] * 9 + odd), draw.choice([450] * 9 + odd), **{draw.choice(names): draw.choice(odd)}
+        ),
+        lambda: sydney.compose(draw.choice([1, *odd]), draw.choice([450, *odd]), airspeed_mps=draw.choice([16.0, *odd])),
+        lambda: sydney.recompose_many(*(draw.choice([[379], *odd]) for _ in range(3))),
+        lambda: sydney.with_closures(zones=draw.choice(odd), close=draw.choice([(), *odd]), at=draw.choice([None, *odd])),
+        lambda: skyway.Network.from_text(draw.choice(odd)),
+        lambda: sydney.verify(draw.choice(odd)),
+    ]
+    refused = 0
+    for _ in range(3_000):
+        try:
+            draw.choice(asks)()
+        except skyway.InternalError:
+            raise
+        except (skyway.SkywayError, TypeError, ValueError, OverflowError, AttributeError):
+            refused += 1
+    assert refused > 1_000
     assert sydney.recompose((379, 406), 450).outcome == "rerouted"
 
 
