@@ -165,7 +165,7 @@ impl Job<'_> {
     }
 }
 
-/// Answers every query, on so many threads.
+/// Answers every query, on as many threads as are asked for, or fewer where there is not enough to do.
 #[expect(
     clippy::disallowed_methods,
     reason = "this module is the door to all cores; the engine runs on the thread that calls it"

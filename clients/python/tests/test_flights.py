@@ -17,7 +17,7 @@ def without_effort(told: dict) -> dict:
 @pytest.mark.parametrize(
     ("flight", "arguments"),
     [
-        ({"battery_fraction": 0.9, "wind": (225, 7)}, ("--battery", 0.9, "--wind", "225/7")),
+        ({"battery_fraction": 0.9, "wind": [225, 7]}, ("--battery", 0.9, "--wind", "225/7")),
         ({"payload_kg": 0.5, "objective": "energy"}, ("--payload-kg", 0.5, "--objective", "energy")),
         (
             {"airframe": "m100", "reserve_fraction": 0.3, "deadline_s": 3600},

@@ -121,6 +121,7 @@ CASES = {
     ),
     "flight": (lambda n: n.compose(1, 9, flight={"wind": 3}), errors.FlightError, "not_a_flight", "flight", "skyway.Flight"),
     "closes one": (lambda n: n.recompose((379, 406), close=353), errors.RequestError, "not_a_list", "close", "list"),
+    "wind of one": (lambda n: skyway.Flight(wind=[7]), errors.FlightError, "out_of_range", "flight.wind", "(225, 7)"),
     "labels": (lambda n: n.map(labels="some"), errors.RequestError, "unknown_value", "labels", "ends"),
     "width": (lambda n: n.map(width_px=3), errors.RequestError, "out_of_range", "width_px", "320"),
     "no file": (

@@ -49,10 +49,7 @@ class Flight:
         self._check("reserve_fraction", self.reserve_fraction, 0.0, 1.0, "give a fraction between 0 and 1")
         self._check("deadline_s", self.deadline_s, 1e-9, math.inf, "give seconds above 0")
         if self.wind is not None:
-            from_deg, speed_mps = self.wind
-            if not (0.0 <= from_deg <= 360.0 and 0.0 <= speed_mps < math.inf):
-                hint = "give degrees from north, 0 to 360, and metres per second, as (225, 7)"
-                raise FlightError(f"it is {self.wind}", "out_of_range", "flight.wind", hint)
+            object.__setattr__(self, "wind", _wind(self.wind))
 
     @staticmethod
     def _check(name: str, value: float | None, least: float, most: float, hint: str) -> None:
@@ -70,6 +67,17 @@ def _airframe_text(given: str | Mapping[str, object]) -> str:
     except OSError as fault:
         hint = f"the bundled airframes are {' and '.join(BUNDLED)}"
         raise FlightError(f"there is no airframe {given}", "unknown_airframe", "flight.airframe", hint) from fault
+
+
+def _wind(given: Sequence[float]) -> tuple[float, float]:
+    try:
+        from_deg, speed_mps = map(float, given)
+    except (TypeError, ValueError):
+        from_deg = speed_mps = math.nan
+    if 0.0 <= from_deg <= 360.0 and 0.0 <= speed_mps < math.inf:
+        return from_deg, speed_mps
+    hint = "give degrees from north, 0 to 360, and metres per second, as (225, 7)"
+    raise FlightError(f"it is {given}", "out_of_range", "flight.wind", hint)
 
 
 def time_text(given: str | datetime.datetime | None, place: str) -> str | None:
