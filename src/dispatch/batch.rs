@@ -16,6 +16,8 @@ use std::sync::Arc;
 
 /// The most orders that are assigned together; the rest take the next round.
 const TOGETHER_MAX: usize = 256;
+/// The most reservations in one commit.
+const RESERVED_AT_ONCE: usize = 64;
 /// The most orders in a round for which a service is looked for.
 const FILLED_MAX: usize = 16;
 /// How long before a pickup its drone is assigned.
@@ -81,7 +83,7 @@ impl Dispatch {
             Refusal::new(Code::Internal, format!("a computation failed: {error}"))
         })?;
         let together = waiting.len();
-        let mut reserved = Vec::new();
+        let mut reservations = Vec::new();
         let chosen = costs.iter().zip(fitting).zip(assigned);
         for (order, ((row, fitting), column)) in waiting.into_iter().zip(chosen) {
             let Some((column, cost_m)) = column.and_then(|column| Some((column, row[column]?)))
@@ -91,11 +93,14 @@ impl Dispatch {
             };
             let candidate = &candidates[kept[column]];
             let explanation = explain(&order, candidate, cost_m, (fitting, together));
-            let id = order.order.document.id.clone();
             let choice = (candidate, cost_m, explanation);
-            if self.reserve(order, choice, &edge, now).await? {
-                reserved.push(id);
-            }
+            reservations.push(reservation(order, choice, &edge, now));
+        }
+        let mut reserved = Vec::new();
+        for part in reservations.chunks(RESERVED_AT_ONCE) {
+            let done = self.commit_changes(part, now).await?;
+            let done = part.iter().zip(done).filter(|(_, is_done)| *is_done);
+            reserved.extend(done.map(|(change, _)| change.order.document.id.clone()));
         }
         Ok(reserved)
     }
@@ -243,47 +248,6 @@ impl Dispatch {
         };
         self.note(waiting.order, reason, now, now).await
     }
-
-    /// Reserves a drone, unless another order has it. Tells whether it is.
-    async fn reserve(
-        &self,
-        waiting: Waiting,
-        (candidate, cost_m, explanation): (&Candidate<'_>, f64, String),
-        edge: &EdgeAddress,
-        now: Timestamp,
-    ) -> Result<bool, Refusal> {
-        let Waiting {
-            mut order,
-            service,
-            errand,
-        } = waiting;
-        let mut drone = candidate.drone.clone();
-        let id = order.document.id.clone();
-        drone.set(FleetDroneState::Assigned, Some(&id));
-        let dispatch = &mut order.value.dispatch;
-        dispatch.asking = Asking::Reserving;
-        dispatch.home = drone.value.home.text().to_owned();
-        dispatch.airframe = drone.value.airframe.clone().or(service.airframe);
-        dispatch.fetch_m = errand.fetch_m(candidate.home).unwrap_or(0.0);
-        dispatch.reserved += 1;
-        dispatch.asked_since_ms = now.as_millisecond();
-        let left_until = now.saturating_add(LEFT_FOR).unwrap_or(now);
-        dispatch.next_look_ms = left_until.as_millisecond();
-        let plan_id = format!("delivery-{id}-{}", dispatch.reserved);
-        order.value.delivery.allocation = Some(AllocatedDrone {
-            drone_id: drone.document.id.clone(),
-            edge: edge.id.clone(),
-            plan_id,
-            cost_m,
-            explanation,
-        });
-        let change = Change {
-            order,
-            drone: Some(drone),
-            is_told: false,
-        };
-        self.commit_change(&change, now).await
-    }
 }
 
 impl Waiting {
@@ -332,6 +296,45 @@ fn nearest(costs: &[Vec<Option<f64>>], drones: usize) -> (Vec<usize>, Vec<Vec<Op
     let rows = rows.map(|row| kept.iter().map(|&drone| row[drone]).collect());
     let rows = rows.collect();
     (kept, rows)
+}
+
+/// A drone that is reserved for an order, to be committed: it is not where another order has got it.
+fn reservation(
+    waiting: Waiting,
+    (candidate, cost_m, explanation): (&Candidate<'_>, f64, String),
+    edge: &EdgeAddress,
+    now: Timestamp,
+) -> Change {
+    let Waiting {
+        mut order,
+        service,
+        errand,
+    } = waiting;
+    let mut drone = candidate.drone.clone();
+    let id = order.document.id.clone();
+    drone.set(FleetDroneState::Assigned, Some(&id));
+    let dispatch = &mut order.value.dispatch;
+    dispatch.asking = Asking::Reserving;
+    dispatch.home = drone.value.home.text().to_owned();
+    dispatch.airframe = drone.value.airframe.clone().or(service.airframe);
+    dispatch.fetch_m = errand.fetch_m(candidate.home).unwrap_or(0.0);
+    dispatch.reserved += 1;
+    dispatch.asked_since_ms = now.as_millisecond();
+    let left_until = now.saturating_add(LEFT_FOR).unwrap_or(now);
+    dispatch.next_look_ms = left_until.as_millisecond();
+    let plan_id = format!("delivery-{id}-{}", dispatch.reserved);
+    order.value.delivery.allocation = Some(AllocatedDrone {
+        drone_id: drone.document.id.clone(),
+        edge: edge.id.clone(),
+        plan_id,
+        cost_m,
+        explanation,
+    });
+    Change {
+        order,
+        drone: Some(drone),
+        is_told: false,
+    }
 }
 
 fn explain(

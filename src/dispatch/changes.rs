@@ -24,23 +24,46 @@ impl Dispatch {
         change: &Change,
         now: Timestamp,
     ) -> Result<bool, Refusal> {
-        let mut commit = Commit {
-            seen: vec![change.order.seen()],
-            puts: vec![change.order.next(now)],
-            ..Commit::default()
-        };
-        if let Some(drone) = &change.drone {
-            commit.seen.push(drone.seen());
-            commit.puts.push(drone.next(now));
+        self.commit_all(std::slice::from_ref(change), now).await
+    }
+
+    /// Commits changes of different orders and drones in one, and each by itself where something they were decided on has
+    /// moved. Tells of each whether it was done.
+    pub(super) async fn commit_changes(
+        &self,
+        changes: &[Change],
+        now: Timestamp,
+    ) -> Result<Vec<bool>, Refusal> {
+        if self.commit_all(changes, now).await? {
+            return Ok(vec![true; changes.len()]);
         }
-        if change.is_told {
-            commit.messages = self.status_messages(&change.order.value, now).await?;
+        let mut done = Vec::with_capacity(changes.len());
+        for change in changes {
+            done.push(self.commit_change(change, now).await?);
+        }
+        Ok(done)
+    }
+
+    /// Commits all changes or none.
+    async fn commit_all(&self, changes: &[Change], now: Timestamp) -> Result<bool, Refusal> {
+        let mut commit = Commit::default();
+        for change in changes {
+            commit.seen.push(change.order.seen());
+            commit.puts.push(change.order.next(now));
+            if let Some(drone) = &change.drone {
+                commit.seen.push(drone.seen());
+                commit.puts.push(drone.next(now));
+            }
+            if change.is_told {
+                let told = self.status_messages(&change.order.value, now).await?;
+                commit.messages.extend(told);
+            }
         }
         let is_done = self.documents.commit(&commit).await? == Committed::Done;
-        if is_done && change.is_told {
+        if is_done && changes.iter().any(|change| change.is_told) {
             self.messages.notify_one();
         }
-        if is_done && change.drone.is_some() {
+        if is_done && changes.iter().any(|change| change.drone.is_some()) {
             self.orders.notify_one();
         }
         Ok(is_done)

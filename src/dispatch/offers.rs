@@ -24,8 +24,8 @@ const TOLD_MAX: usize = 100;
 #[derive(Debug)]
 struct Seller {
     is_suspended: bool,
-    /// Its drones that could be sent now.
-    available: Vec<Kept<FleetDrone>>,
+    /// Its drones that could be sent now; none before they were asked for.
+    available: Option<Vec<Kept<FleetDrone>>>,
 }
 
 /// Those who sell, as far as they were looked at.
@@ -37,7 +37,7 @@ pub(super) struct Sellers(BTreeMap<String, Seller>);
 pub(super) enum Availability {
     /// A drone has to be free now.
     Now,
-    /// An order may wait for one.
+    /// An order may wait for one: where it has a deadline, those that are free now say whether that can be kept.
     Later,
 }
 
@@ -133,7 +133,9 @@ impl Dispatch {
         sellers: &mut Sellers,
     ) -> Result<Result<(Fit, u32), Misfit>, Refusal> {
         let provider = service.provider.as_deref().unwrap_or_default();
-        let seller = self.seller(provider, sellers).await?;
+        // Reading a fleet takes longer than all else of an order, and one without a deadline may wait for any drone.
+        let needs_fleet = availability == Availability::Now || wanted.arrive_by.is_some();
+        let seller = self.seller(provider, needs_fleet, sellers).await?;
         let demand = Demand {
             network: &wanted.network,
             payload_kg: wanted.payload_kg,
@@ -142,6 +144,7 @@ impl Dispatch {
         let fitting = seller
             .available
             .iter()
+            .flatten()
             .filter(|drone| demand.fits(&drone.value, service));
         let fetches = fitting.filter_map(|drone| {
             let home = wanted.ways.node(drone.value.home.text())?;
@@ -189,9 +192,11 @@ impl Dispatch {
         Ok(best.ok_or(passed_over))
     }
 
+    /// A provider, with its free drones where they count.
     async fn seller<'s>(
         &self,
         provider: &str,
+        needs_fleet: bool,
         sellers: &'s mut Sellers,
     ) -> Result<&'s Seller, Refusal> {
         if !sellers.0.contains_key(provider) {
@@ -201,12 +206,18 @@ impl Dispatch {
             let state = stated.map(|provider| provider.value.state);
             let seller = Seller {
                 is_suspended: state == Some(ProviderState::Suspended),
-                available: self.fleet(provider, &[FleetDroneState::Available]).await?,
+                available: None,
             };
             sellers.0.insert(provider.to_owned(), seller);
         }
-        let seller = sellers.0.get(provider);
-        seller.ok_or_else(|| Refusal::new(Code::Internal, "a provider was not looked at"))
+        let seller = sellers.0.get_mut(provider);
+        let seller =
+            seller.ok_or_else(|| Refusal::new(Code::Internal, "a provider was not looked at"))?;
+        if needs_fleet && seller.available.is_none() {
+            let available = self.fleet(provider, &[FleetDroneState::Available]).await?;
+            seller.available = Some(available);
+        }
+        Ok(seller)
     }
 }
 

@@ -1,7 +1,7 @@
 //! A burst of orders, and a steady rate of them afterwards: how soon each has a drone and an accepted plan.
 
-use super::DeliveriesArguments;
 use super::town::{Plan, Town, generated};
+use super::{DeliveriesArguments, Part};
 use crate::Result;
 use crate::arrivals::Chance;
 use crate::rows::{Row, at};
@@ -52,7 +52,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> Result<Vec<Row>>
     let network = generated(&arguments.server, folder.path(), (SEED, arguments.quick))?;
     let town = Town::open(&Plan {
         program: arguments.server.clone(),
-        registry: Vec::new(),
+        registry: arguments.stores(Part::Burst),
         network: Some(&network),
         names: &[NETWORK],
         airframe: "phantom3",

@@ -1,10 +1,10 @@
 //! Deliveries over two edges, each with its own network, flown by drones on the line; then the same while registry and edges
 //! are killed.
 
-use super::DeliveriesArguments;
 use super::drones::{Flown, fly};
 use super::judged::{Judged, all, is_final, times_flown};
 use super::town::{Client, Plan, Town, drone_id, generated};
+use super::{DeliveriesArguments, Part};
 use crate::arrivals::Chance;
 use crate::rows::{Row, at};
 use crate::run::eprintln_line;
@@ -57,7 +57,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> crate::Result<Ve
     let network = generated(&arguments.server, folder.path(), (SEED, arguments.quick))?;
     let mut town = Town::open(&Plan {
         program: arguments.server.clone(),
-        registry: Vec::new(),
+        registry: arguments.stores(Part::Kills),
         network: Some(&network),
         names: &NETWORKS,
         airframe: "phantom3",

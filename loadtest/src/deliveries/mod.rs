@@ -38,7 +38,7 @@ pub(crate) struct DeliveriesArguments {
     /// The skyway binary to measure; figures want one of the profile `dist`
     #[arg(long, value_name = "FILE")]
     server: PathBuf,
-    /// An empty database of PostgreSQL, for the positions
+    /// Empty databases of PostgreSQL for the registry, `{part}` standing for the part's name; SQLite where none is given
     #[arg(long, value_name = "URL")]
     postgres: Option<String>,
     /// A few of everything for a moment: whether it works. Goals are told and not enforced
@@ -47,6 +47,18 @@ pub(crate) struct DeliveriesArguments {
     /// What the table says was measured
     #[arg(long, value_name = "TEXT", default_value = "unknown")]
     commit: String,
+}
+
+impl DeliveriesArguments {
+    /// The setting of the registry's store in a part; none where it is a file.
+    fn stores(&self, part: Part) -> Vec<String> {
+        let name = part.to_possible_value();
+        let name = name.as_ref().map_or("", |name| name.get_name());
+        let url = self.postgres.as_ref();
+        url.map(|url| format!("store={}", url.replace("{part}", name)))
+            .into_iter()
+            .collect()
+    }
 }
 
 pub(crate) fn run_deliveries(arguments: &DeliveriesArguments) -> Result<ExitCode> {
@@ -69,12 +81,12 @@ async fn measure(arguments: &DeliveriesArguments) -> Result<ExitCode> {
             Part::Burst => burst::measure(arguments).await?,
             Part::Kills => kills::measure(arguments).await?,
             Part::Webhooks => webhooks::measure(arguments).await?,
-            Part::Positions => match &arguments.postgres {
-                Some(url) => positions::measure(arguments, url).await?,
-                None => {
+            Part::Positions => match arguments.stores(Part::Positions) {
+                stores if stores.is_empty() => {
                     eprintln_line("positions are left out: name a database with --postgres");
                     Vec::new()
                 }
+                stores => positions::measure(arguments, stores).await?,
             },
         });
     }

@@ -28,14 +28,17 @@ const DAY_S: i64 = 86_400;
 const READS: usize = 9;
 const ABOVE_SYDNEY: [f64; 2] = [151.207, -33.865];
 
-pub(super) async fn measure(arguments: &DeliveriesArguments, url: &str) -> Result<Vec<Row>> {
+pub(super) async fn measure(
+    arguments: &DeliveriesArguments,
+    stores: Vec<String>,
+) -> Result<Vec<Row>> {
     let runs_for = match arguments.quick {
         true => QUICK_RUNS_FOR,
         false => RUNS_FOR,
     };
     let town = Town::open(&Plan {
         program: arguments.server.clone(),
-        registry: vec![format!("store={url}")],
+        registry: stores,
         network: None,
         names: &[NETWORK],
         airframe: "none",

@@ -1,9 +1,9 @@
 //! A customer's endpoint that fails half of the time: deliveries are ordered and called off, and it is told all of it.
 
-use super::DeliveriesArguments;
 use super::judged::{Judged, all};
 use super::kills::all_told;
 use super::town::{Plan, Request, Town};
+use super::{DeliveriesArguments, Part};
 use crate::Result;
 use crate::arrivals::Chance;
 use crate::rows::Row;
@@ -30,7 +30,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> Result<Vec<Row>>
     };
     let town = Town::open(&Plan {
         program: arguments.server.clone(),
-        registry: Vec::new(),
+        registry: arguments.stores(Part::Webhooks),
         network: None,
         names: &[NETWORK],
         airframe: "none",
