@@ -46,18 +46,10 @@ impl Dispatch {
 
     /// Commits all changes or none.
     async fn commit_all(&self, changes: &[Change], now: Timestamp) -> Result<bool, Refusal> {
-        let mut commit = Commit::default();
-        for change in changes {
-            commit.seen.push(change.order.seen());
-            commit.puts.push(change.order.next(now));
-            if let Some(drone) = &change.drone {
-                commit.seen.push(drone.seen());
-                commit.puts.push(drone.next(now));
-            }
-            if change.is_told {
-                let told = self.status_messages(&change.order.value, now).await?;
-                commit.messages.extend(told);
-            }
+        let mut commit = together(changes, now);
+        for change in changes.iter().filter(|change| change.is_told) {
+            let told = self.status_messages(&change.order.value, now).await?;
+            commit.messages.extend(told);
         }
         let is_done = self.documents.commit(&commit).await? == Committed::Done;
         if is_done && changes.iter().any(|change| change.is_told) {
@@ -95,5 +87,72 @@ impl Dispatch {
         let drone: Option<Kept<FleetDrone>> = document.map(Kept::read).transpose()?;
         let delivery = order.delivery.id.as_str();
         Ok(drone.filter(|drone| drone.value.delivery_id.as_deref() == Some(delivery)))
+    }
+}
+
+/// The commit of all of them, which is decided on each of their orders and drones.
+fn together(changes: &[Change], now: Timestamp) -> Commit {
+    let mut commit = Commit::default();
+    for change in changes {
+        commit.seen.push(change.order.seen());
+        commit.puts.push(change.order.next(now));
+        if let Some(drone) = &change.drone {
+            commit.seen.push(drone.seen());
+            commit.puts.push(drone.next(now));
+        }
+    }
+    commit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registry::documents::Document;
+    use serde::de::DeserializeOwned;
+    use serde_json::{Value, json};
+
+    fn kept<T: DeserializeOwned>(kind: DocumentKind, number: u64, body: &Value) -> Kept<T> {
+        let document = Document {
+            kind,
+            id: format!("{}-{number}", kind.name()),
+            tenant: "swift".to_owned(),
+            party: String::new(),
+            state: String::new(),
+            version: number,
+            changed_ms: 0,
+            body: body.to_string(),
+        };
+        Kept::read(document).expect("a whole body")
+    }
+
+    fn reserved(number: u64) -> Change {
+        let delivery = json!({
+            "id": "d", "customer": "shop", "network": "street", "source": "shop", "destination": "door",
+            "payload_kg": 1.0, "status": "created", "created_at": "", "start_time": "", "history": [],
+            "recompositions": [],
+        });
+        let drone = json!({"network": "street", "home": "depot", "payload_max_kg": 2.0});
+        Change {
+            order: kept(DocumentKind::Delivery, number, &delivery),
+            drone: Some(kept(DocumentKind::Drone, 10 + number, &drone)),
+            is_told: false,
+        }
+    }
+
+    #[test]
+    fn reservations_in_one_commit_are_decided_on_every_order_and_drone() {
+        let commit = together(&[reserved(1), reserved(2)], Timestamp::UNIX_EPOCH);
+        let seen: Vec<(&str, Option<u64>)> = commit
+            .seen
+            .iter()
+            .map(|seen| (seen.id.as_str(), seen.version))
+            .collect();
+        let puts: Vec<(&str, Option<u64>)> = commit
+            .puts
+            .iter()
+            .map(|put| (put.id.as_str(), Some(put.version - 1)))
+            .collect();
+        assert_eq!(seen.len(), 4);
+        assert_eq!(seen, puts);
     }
 }

@@ -68,6 +68,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> Result<Vec<Row>>
         times_ms = assigned_after(&town, &sent);
     }
     let late = sent.len() - times_ms.len();
+    times_ms.resize(sent.len(), f64::INFINITY);
     tell_late(&town, &sent).await?;
     times_ms.sort_by(f64::total_cmp);
     let what = format!(
@@ -80,7 +81,11 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> Result<Vec<Row>>
     Ok(vec![
         Row::at_most(format!("{what}, p50"), (at(&times_ms, 0.5), 1_000.0), "ms"),
         Row::at_most(format!("{what}, p99"), (at(&times_ms, 0.99), 1_000.0), "ms"),
-        Row::none("orders without a drone a minute after the last", late),
+        Row::at_most(
+            "without a drone a minute after the last",
+            (late as f64, 0.0),
+            "orders",
+        ),
     ])
 }
 

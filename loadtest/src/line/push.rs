@@ -205,6 +205,7 @@ impl Fleet {
             found: format!("{} of {}", wanted.len() - missed, wanted.len()),
             goal: "all".to_owned(),
             is_met: missed == 0 && !wanted.is_empty(),
+            is_always_held: true,
         })
     }
 

@@ -91,7 +91,7 @@ impl World {
         self.landing[chance.below(self.landing.len())]
     }
 
-    /// Two different nodes with pads: a walk of so many segments from the first passes the second, where it passes any.
+    /// Two different nodes with pads: a walk of `steps` segments from the first passes the second, where it passes any.
     pub(crate) fn walk(&self, steps: usize, chance: &mut Chance) -> (usize, usize) {
         let start = chance.below(self.landing.len());
         let source = self.landing[start];
