@@ -1,6 +1,7 @@
 """The clients: what they send, what refusals become, and a real edge."""
 
 import asyncio
+import contextlib
 import json
 import subprocess
 
@@ -155,7 +156,7 @@ def test_events_of_an_edge_are_heard_by_both_clients(edge, frame):
 def test_a_drone_hears_of_a_zone_on_its_way_in_its_mailbox(edge):
     def across(leg):
         """A zone over the middle of a leg."""
-        (lon, lat), (to_lon, to_lat) = leg["geometry"]["coordinates"][0][:2], leg["geometry"]["coordinates"][-1][:2]
+        (lon, lat), (to_lon, to_lat) = leg["geometry"][0][:2], leg["geometry"][-1][:2]
         return shapely.geometry.mapping(square((lon + to_lon) / 2, (lat + to_lat) / 2, 0.0001))
 
     def hear(client, kind):
@@ -163,9 +164,10 @@ def test_a_drone_hears_of_a_zone_on_its_way_in_its_mailbox(edge):
 
     async def hear_in_coroutines():
         async with skyway.AsyncClient(edge.url) as client:
-            async for message in client.mailbox("python-9"):
-                if message.kind == "version":
-                    return message
+            async with contextlib.aclosing(client.mailbox("python-9")) as messages:
+                async for message in messages:
+                    if message.kind == "version":
+                        return message
 
     with edge.client() as client:
         plan = client.compose(1, 450, drone_id="python-9")
@@ -180,10 +182,11 @@ def test_a_drone_hears_of_a_zone_on_its_way_in_its_mailbox(edge):
         client.received("python-9", told.id)
         assert client.plan(plan["id"])["reported"]["version"] == 2
         with pytest.raises(skyway.Problem) as refused:
-            client.decline(plan["id"], 2, reason="passed")
+            client.acknowledge(plan["id"], 7)
         assert refused.value.status == 409
+        assert client.decline(plan["id"], 2, reason="passed")["id"] == plan["id"]
         position = {"drone_id": "python-9", "location": {"node": "1"}, "airborne": False}
-        assert client.telemetry([position])["accepted"] == 1
+        assert client.telemetry([position])["positions"][0]["accepted"]
         client.cancel_plan(plan["id"])
         client.delete_zone("fire")
         assert hear(client, "ended").data["plan_id"] == plan["id"]
