@@ -39,8 +39,8 @@ impl LiveKeys {
 
     /// Has an edge sign with what the file has, as long as it is there.
     pub(super) fn follow(self, edge: &Arc<Edge>) {
-        if let Some((path, _)) = self.0 {
-            tokio::spawn(follow_keys(Arc::downgrade(edge), path));
+        if let Some((path, keys)) = self.0 {
+            tokio::spawn(follow_keys(Arc::downgrade(edge), path, keys));
         }
     }
 }
@@ -61,11 +61,9 @@ fn open_keys(path: &Path) -> Result<PackKeys, PackKeysError> {
 }
 
 /// Reads the file again as long as the edge is there; what cannot be read leaves the keys as they are.
-async fn follow_keys(edge: Weak<Edge>, path: PathBuf) {
+async fn follow_keys(edge: Weak<Edge>, path: PathBuf, first: PackKeys) {
     let mut seen = look(&path);
-    let Some(mut kept) = edge.upgrade().map(|edge| edge.pack_keys()) else {
-        return;
-    };
+    let mut kept = Arc::new(first);
     loop {
         sleep(LOOK_EVERY).await;
         let Some(edge) = edge.upgrade() else {
