@@ -56,7 +56,7 @@ mod zone;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use output::{Color, Output};
-use std::process::ExitCode;
+use std::ffi::OsString;
 use stop::{Stop, Verdict};
 
 const EXAMPLES: &str = "\
@@ -153,9 +153,9 @@ enum Command {
     Man(man::Man),
 }
 
-/// Runs the command that the arguments name and tells with which code to exit.
-pub fn main() -> ExitCode {
-    let parsed = definition().try_get_matches();
+/// Runs the command that the arguments name, of which the first is the program's own name, and tells with which code to exit.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let parsed = definition().try_get_matches_from(arguments);
     let parsed = parsed.and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = match parsed {
         Ok(arguments) => arguments,
@@ -190,11 +190,10 @@ fn with_exit_codes(command: clap::Command) -> clap::Command {
 }
 
 /// Help and version are asked for and go to standard output; all else is an error of usage.
-fn refuse(refusal: &clap::Error) -> ExitCode {
+fn refuse(refusal: &clap::Error) -> u8 {
     // Without a reader there is no one to tell.
     let _ = refusal.print();
-    let code = u8::try_from(refusal.exit_code()).unwrap_or(u8::MAX);
-    ExitCode::from(code)
+    u8::try_from(refusal.exit_code()).unwrap_or(u8::MAX)
 }
 
 fn run(command: &Command, output: &Output) -> Result<Verdict, Stop> {

@@ -2,10 +2,10 @@
 
 use std::fmt::Display;
 use std::io;
-use std::process::ExitCode;
 
 /// At most this many errors are shown; a file with more has one cause, not a thousand.
 const MAX_SHOWN: usize = 100;
+const EXIT_SUCCESS: u8 = 0;
 const EXIT_FAILURE: u8 = 1;
 const EXIT_USAGE: u8 = 2;
 #[cfg(feature = "edge")]
@@ -24,10 +24,10 @@ pub(super) enum Verdict {
 }
 
 impl Verdict {
-    pub(super) fn exit_code(self) -> ExitCode {
+    pub(super) fn exit_code(self) -> u8 {
         match self {
-            Self::Done => ExitCode::SUCCESS,
-            Self::Negative => ExitCode::from(EXIT_FAILURE),
+            Self::Done => EXIT_SUCCESS,
+            Self::Negative => EXIT_FAILURE,
         }
     }
 }
@@ -87,15 +87,15 @@ impl Stop {
         shown
     }
 
-    pub(super) fn exit_code(&self) -> ExitCode {
+    pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::OutputClosed => ExitCode::SUCCESS,
-            Self::Usage(_) => ExitCode::from(EXIT_USAGE),
-            Self::Failed(_) => ExitCode::from(EXIT_FAILURE),
+            Self::OutputClosed => EXIT_SUCCESS,
+            Self::Usage(_) => EXIT_USAGE,
+            Self::Failed(_) => EXIT_FAILURE,
             #[cfg(feature = "edge")]
-            Self::Misconfigured(_) => ExitCode::from(EXIT_CONFIGURATION),
+            Self::Misconfigured(_) => EXIT_CONFIGURATION,
             #[cfg(feature = "edge")]
-            Self::Unreachable(_) => ExitCode::from(EXIT_UNREACHABLE),
+            Self::Unreachable(_) => EXIT_UNREACHABLE,
         }
     }
 }

@@ -153,14 +153,25 @@ impl PackKeys {
     ///
     /// # Errors
     /// When there is no such key, or it is the one that signs.
-    pub fn revoked(mut self, id: &str, now: Timestamp) -> Result<Self, PackKeysError> {
+    pub fn revoked(self, id: &str, now: Timestamp) -> Result<Self, PackKeysError> {
         if self.signing.id().to_string() == id {
             return Err(PackKeysError::Signs(id.to_owned()));
         }
-        let key = self.keys.iter_mut().find(|key| key.id().to_string() == id);
+        let key = self.keys.iter().find(|key| key.id().to_string() == id);
         let key = key.ok_or_else(|| PackKeysError::Unknown(id.to_owned()))?;
-        key.revoked_at = key.revoked_at.or(Some(now));
-        Ok(self)
+        let id = key.id();
+        Ok(self.with_revoked(id, now))
+    }
+
+    /// The same with a key revoked, if it is one of them that does not sign.
+    #[must_use]
+    pub fn with_revoked(mut self, id: KeyId, now: Timestamp) -> Self {
+        let signing = self.signing.id();
+        let mut keys = self.keys.iter_mut();
+        if let Some(key) = keys.find(|key| key.id() == id && id != signing) {
+            key.revoked_at = key.revoked_at.or(Some(now));
+        }
+        self
     }
 
     /// The text of a file with these keys.

@@ -23,6 +23,7 @@ mod reached;
 mod records;
 mod reliability;
 mod reserving;
+mod revoked_keys;
 mod statistics;
 mod tracks;
 mod views;

@@ -107,6 +107,37 @@ impl Edge {
         self.pack_keys.store(Arc::new(keys));
     }
 
+    /// Of its own keys, those with these ids are not to be believed any more; where one of them signs, a new one does from now on.
+    pub(super) fn revoke_pack_keys(&self, ids: &[String]) {
+        let keys = self.pack_keys.load_full();
+        let is_new =
+            |key: &&PackKey| key.revoked_at.is_none() && ids.contains(&key.id().to_string());
+        let revoked: Vec<_> = keys.keys().iter().filter(is_new).map(PackKey::id).collect();
+        if revoked.is_empty() {
+            return;
+        }
+        let mut seed = [0; 32];
+        if let Err(error) = getrandom::fill(&mut seed) {
+            tracing::error!(%error, "a revoked key goes on signing, as no new one can be made");
+            return;
+        }
+        let now = self.clock.now();
+        let mut kept = PackKeys::clone(&keys);
+        for id in revoked {
+            tracing::warn!(key = %id, "the registry has revoked a key of this edge");
+            if kept.signing().id() == id {
+                kept = kept.rotated(seed, now);
+            }
+            kept = kept.with_revoked(id, now);
+        }
+        self.use_pack_keys(kept);
+    }
+
+    /// The keys that it signs with, as they are now.
+    pub fn pack_keys(&self) -> Arc<PackKeys> {
+        self.pack_keys.load_full()
+    }
+
     /// The keys that packs are, or were, signed with.
     pub fn list_pack_keys(&self) -> wire::PackKeys<'static> {
         let keys = self.pack_keys.load();

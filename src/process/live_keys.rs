@@ -1,5 +1,5 @@
-//! The keys of packs as their file has them now: made at the first start, and read again when the file changes, so that a key is
-//! rotated or revoked without a restart.
+//! The keys of packs and their file: made at the first start, and read again when the file changes, so that a key is rotated or
+//! revoked without a restart. What the registry has revoked is written to the file.
 
 use crate::clock::machine_now;
 use crate::config::{EdgeConfig, PackKeys, PackKeysError, Tokens};
@@ -39,8 +39,8 @@ impl LiveKeys {
 
     /// Has an edge sign with what the file has, as long as it is there.
     pub(super) fn follow(self, edge: &Arc<Edge>) {
-        if let Some((path, _)) = self.0 {
-            tokio::spawn(follow_keys(Arc::downgrade(edge), path));
+        if let Some((path, keys)) = self.0 {
+            tokio::spawn(follow_keys(Arc::downgrade(edge), path, keys));
         }
     }
 }
@@ -61,17 +61,23 @@ fn open_keys(path: &Path) -> Result<PackKeys, PackKeysError> {
 }
 
 /// Reads the file again as long as the edge is there; what cannot be read leaves the keys as they are.
-async fn follow_keys(edge: Weak<Edge>, path: PathBuf) {
+async fn follow_keys(edge: Weak<Edge>, path: PathBuf, first: PackKeys) {
     let mut seen = look(&path);
+    let mut kept = Arc::new(first);
     loop {
         sleep(LOOK_EVERY).await;
         let Some(edge) = edge.upgrade() else {
             return;
         };
-        let of_file = path.clone();
+        let (of_file, before) = (path.clone(), kept.clone());
         // What blocks is done where it may; the file is small.
-        let looked = tokio::task::spawn_blocking(move || read_again(&edge, &of_file, seen)).await;
-        seen = looked.unwrap_or(seen);
+        let looked = tokio::task::spawn_blocking(move || match read_again(&edge, &of_file, seen) {
+            unchanged if unchanged == seen => write_back(&edge, &of_file, seen, before),
+            read => (read, edge.pack_keys()),
+        });
+        if let Ok(looked) = looked.await {
+            (seen, kept) = looked;
+        }
     }
 }
 
@@ -99,4 +105,24 @@ fn read_again(edge: &Arc<Edge>, path: &Path, seen: Stamp) -> Stamp {
         }
     }
     stamp
+}
+
+/// Writes the keys of the edge to the file where it has changed them; what cannot be written is tried again.
+fn write_back(
+    edge: &Arc<Edge>,
+    path: &Path,
+    seen: Stamp,
+    before: Arc<PackKeys>,
+) -> (Stamp, Arc<PackKeys>) {
+    let keys = edge.pack_keys();
+    if keys.keys() == before.keys() {
+        return (seen, keys);
+    }
+    match keys.save(path) {
+        Ok(()) => (look(path), keys),
+        Err(error) => {
+            tracing::error!(path = %path.display(), %error, "the keys of packs have changed and cannot be kept");
+            (seen, before)
+        }
+    }
 }

@@ -26,11 +26,13 @@ pub enum DocumentKind {
     Recipient,
     /// An endpoint that is told.
     Webhook,
+    /// A key of packs that is not to be believed any more.
+    RevokedKey,
 }
 
 impl DocumentKind {
     /// Every kind.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Provider,
         Self::Drone,
         Self::Service,
@@ -39,6 +41,7 @@ impl DocumentKind {
         Self::Delivery,
         Self::Recipient,
         Self::Webhook,
+        Self::RevokedKey,
     ];
 
     /// The name in the store and in problems.
@@ -52,6 +55,7 @@ impl DocumentKind {
             Self::Delivery => "delivery",
             Self::Recipient => "recipient",
             Self::Webhook => "webhook",
+            Self::RevokedKey => "revoked_key",
         }
     }
 }

@@ -13,7 +13,7 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, Reply, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ObjectKind, PositionBatch, Problem,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ObjectKind, PositionBatch, Problem,
     PublishedClosure, RegistrySnapshot, Written,
 };
 use std::collections::BTreeMap;
@@ -356,11 +356,14 @@ impl RegistryClient for Line {
         written
     }
 
-    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+    async fn report(&self, report: &EdgeReport) -> Result<EdgeNoted, ClientError> {
         let name = self.who.name();
         self.carry(2, false, "report", |registry| {
             let (name, report) = (name.clone(), report.clone());
-            async move { registry.report_edge(NETWORK, &name, report).await }
+            async move {
+                let noted = registry.report_edge(NETWORK, &name, report).await;
+                noted.map(|()| EdgeNoted::default())
+            }
         })
         .await
     }

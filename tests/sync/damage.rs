@@ -5,8 +5,8 @@ use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::Follow;
 use skyway::wire::{
-    ChangeOperation, ChangesPage, EdgeNews, EdgeReport, NewsTaken, PositionBatch, RegistrySnapshot,
-    Written,
+    ChangeOperation, ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, PositionBatch,
+    RegistrySnapshot, Written,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -224,8 +224,8 @@ impl RegistryClient for Script {
         Err(ClientError::Transport("it only tells".to_owned()))
     }
 
-    async fn report(&self, _: &EdgeReport) -> Result<(), ClientError> {
-        Ok(())
+    async fn report(&self, _: &EdgeReport) -> Result<EdgeNoted, ClientError> {
+        Ok(EdgeNoted::default())
     }
 
     async fn news(&self, _: &EdgeNews) -> Result<NewsTaken, ClientError> {

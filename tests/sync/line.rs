@@ -7,8 +7,8 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeReport, NewsEntry, NewsTaken, ObjectKind, PositionBatch, Problem,
-    PublishedClosure, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsEntry, NewsTaken, ObjectKind, PositionBatch,
+    Problem, PublishedClosure, RegistrySnapshot, Written,
 };
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -333,11 +333,12 @@ impl RegistryClient for Line {
         written
     }
 
-    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+    async fn report(&self, report: &EdgeReport) -> Result<EdgeNoted, ClientError> {
         let registry = self.registry()?;
         self.lock().reports.push(report.clone());
         let noted = registry.report_edge(&self.network, &self.edge_id, report.clone());
-        noted.await.map_err(|refusal| told(&refusal))
+        let noted = noted.await.map_err(|refusal| told(&refusal));
+        noted.map(|()| EdgeNoted::default())
     }
 
     async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {

@@ -1,11 +1,12 @@
 //! The same over HTTP: two edges as they are served, one registry as it is served, on loopback.
 
 use crate::stage::{circle, ladder};
-use serde_json::Value;
-use skyway::config::{EdgeConfig, RegistryConfig};
+use serde_json::{Value, json};
+use skyway::config::{EdgeConfig, PackKeys, RegistryConfig};
 use skyway::formats::{load_network, write_network};
 use skyway::process::registry::{RegistryService, RegistryStart};
 use skyway::process::service::{Service, Start};
+use skyway::wire::PackKeyState;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -33,12 +34,17 @@ async fn registry(folder: &TempDir) -> RegistryService {
 }
 
 async fn edge(registry: &RegistryService, name: &str) -> Service {
+    let config = following(registry, name);
+    Service::start(on_ladder(config)).await.expect("an edge")
+}
+
+fn following(registry: &RegistryService, name: &str) -> EdgeConfig {
     let mut config = edge_config();
     config.registry.url = Some(format!("http://{}/", registry.addresses().listen));
     config.registry.network = "ladder".to_owned();
     config.registry.edge_id = Some(name.to_owned());
     config.registry.retry_within = Duration::from_millis(200);
-    Service::start(on_ladder(config)).await.expect("an edge")
+    config
 }
 
 fn edge_config() -> EdgeConfig {
@@ -62,10 +68,24 @@ fn on_ladder(config: EdgeConfig) -> Start {
 }
 
 async fn send(client: &reqwest::Client, line: &str, url: &str, body: String) -> Value {
+    send_as(client, "application/geo+json", line, url, body).await
+}
+
+async fn send_json(client: &reqwest::Client, line: &str, url: &str, body: String) -> Value {
+    send_as(client, "application/json", line, url, body).await
+}
+
+async fn send_as(
+    client: &reqwest::Client,
+    media_type: &str,
+    line: &str,
+    url: &str,
+    body: String,
+) -> Value {
     let method: reqwest::Method = line.parse().expect("a method");
     let sent = client
         .request(method, url)
-        .header("content-type", "application/geo+json")
+        .header("content-type", media_type)
         .body(body)
         .send()
         .await
@@ -154,6 +174,67 @@ async fn what_is_posted_at_one_edge_closes_at_the_other() {
     assert!(south.edge().is_ready());
     north.stop().await.expect("it ends");
     south.stop().await.expect("it ends");
+}
+
+/// The key that signs is revoked at the registry: its edge makes another one, and neither forgets it.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_key_that_is_revoked_at_the_registry_signs_no_more() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let central = registry(&folder).await;
+    let client = reqwest::Client::builder()
+        .no_proxy()
+        .build()
+        .expect("a client");
+    let at_registry = format!("http://{}/v1", central.addresses().listen);
+    let network = format!("{at_registry}/networks/ladder");
+    send(&client, "PUT", &network, write_network(&ladder())).await;
+    let store = folder.path().join("edge.db");
+    let start = || async {
+        let mut config = following(&central, "north");
+        config.store = Some(store.clone());
+        Service::start(on_ladder(config)).await.expect("an edge")
+    };
+    let states = |edge: &Service| -> Vec<(String, PackKeyState)> {
+        let keys = edge.edge().list_pack_keys().keys;
+        keys.iter()
+            .map(|key| (key.id.to_string(), key.state))
+            .collect()
+    };
+    let north = start().await;
+    let first = states(&north)[0].0.clone();
+    let revoked = format!("{at_registry}/revoked-keys/{first}");
+    let reason = json!({"reason": "stolen"}).to_string();
+    let told = send_json(&client, "PUT", &revoked, reason).await;
+    assert_eq!(
+        (&told["id"], &told["reason"]),
+        (&json!(first), &json!("stolen"))
+    );
+    let again = send_json(&client, "PUT", &revoked, "{}".to_owned()).await;
+    assert_eq!(again, told, "it stays as it was revoked first");
+    until("its edge signs with another", async || {
+        let now = states(&north);
+        now.len() == 2 && now[0] == (first.clone(), PackKeyState::Revoked)
+    })
+    .await;
+    assert_eq!(states(&north)[1].1, PackKeyState::Active);
+    let file = folder.path().join("edge.db.keys");
+    until("it stands in the file", async || {
+        let keys = PackKeys::load(&file).expect("a file").expect("keys");
+        keys.keys()[0].revoked_at.is_some()
+    })
+    .await;
+    let before = states(&north);
+    north.stop().await.expect("it ends");
+    let north = start().await;
+    assert_eq!(states(&north), before);
+    let refused = client
+        .put(format!("{at_registry}/revoked-keys/no-key"))
+        .header("content-type", "application/json")
+        .body("{}")
+        .send();
+    assert_eq!(refused.await.expect("an answer").status(), 400);
+    north.stop().await.expect("it ends");
+    central.stop().await.expect("it ends");
 }
 
 #[tokio::test(flavor = "multi_thread")]

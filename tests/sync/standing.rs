@@ -5,7 +5,7 @@ use jiff::SignedDuration;
 use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeReport, EventKind, Freshness, NewsTaken, PositionBatch,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, EventKind, Freshness, NewsTaken, PositionBatch,
     RegistrySnapshot, Written,
 };
 use std::sync::Arc;
@@ -77,7 +77,7 @@ async fn the_registry_hears_how_far_each_edge_is() {
     assert_eq!(
         north.line.reports().len(),
         count,
-        "only what is new is told"
+        "what is not new is not told again at once"
     );
     north.end().await;
 }
@@ -130,7 +130,7 @@ impl RegistryClient for Faulty {
         self.line.write(write).await
     }
 
-    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+    async fn report(&self, report: &EdgeReport) -> Result<EdgeNoted, ClientError> {
         self.line.report(report).await
     }
 

@@ -18,7 +18,7 @@ fn may(role: &str) -> Vec<&'static str> {
     let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan get_pack \
                  cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry \
                  drone_session watch_mail receive_mail";
-    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_keys";
+    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_keys list_revoked_keys";
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
                     watch_events";
@@ -29,8 +29,7 @@ fn may(role: &str) -> Vec<&'static str> {
                     registry_create_zone registry_get_zone registry_put_zone registry_delete_zone \
                     registry_list_closures registry_create_closure registry_get_closure registry_put_closure \
                     registry_delete_closure registry_get_weather";
-    let keeper =
-        "registry_put_network registry_patch_network registry_put_weather registry_list_edges";
+    let keeper = "registry_put_network registry_patch_network registry_put_weather registry_list_edges revoke_key";
     let admin = "metrics status";
     let told = "take_news take_positions registry_report_edge";
     let enroller = "put_provider delete_provider list_fleet_drones get_fleet_drone list_positions";

@@ -6,10 +6,10 @@ use crate::world::World;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use skyway_engine::airspace::Airspace;
-use skyway_engine::compose::{self, Composition, Leg};
+use skyway_engine::compose;
 use skyway_engine::network::{NodeIx, Topology};
-use skyway_engine::verify::{self, FlightPremises, NetworkFacts, verify_flight};
-use skyway_formats::{is_flight_document, node_id_json, read_flight_document, segment_id_json};
+use skyway_engine::verify::{self, NetworkFacts};
+use skyway_formats::{composition_json, is_flight_document, read_flight_document};
 use std::sync::Arc;
 
 /// A plan by distance.
@@ -79,7 +79,7 @@ pub(crate) fn compose(
                 scratch,
             )
         });
-        document(
+        composition_json(
             &world.ground.topology,
             (source, destination),
             airspeed_mps,
@@ -87,68 +87,6 @@ pub(crate) fn compose(
         )
     })?;
     Ok(ShortestPlan { fields })
-}
-
-fn document(
-    topology: &Topology,
-    (source, destination): (NodeIx, NodeIx),
-    airspeed_mps: f64,
-    plan: Option<&Composition>,
-) -> Value {
-    let id = |node| node_id_json(topology, node);
-    let Some(plan) = plan else {
-        return json!({"outcome": "no_route", "source": id(source), "destination": id(destination)});
-    };
-    let segments = plan
-        .way
-        .segments
-        .iter()
-        .map(|&segment| segment_id_json(topology, segment));
-    json!({
-        "outcome": "composed",
-        "source": id(source),
-        "destination": id(destination),
-        "path": {"nodes": ids(topology, &plan.way.nodes), "segments": segments.collect::<Vec<_>>()},
-        "length_m": plan.length_m,
-        "duration_s": plan.flight_time_s,
-        "airspeed_mps": airspeed_mps,
-        "times": "nominal",
-        "energy": "unchecked",
-        "legs": plan.legs.iter().map(|leg| leg_document(topology, leg)).collect::<Vec<_>>(),
-    })
-}
-
-fn leg_document(topology: &Topology, leg: &Leg) -> Value {
-    let id = |node| node_id_json(topology, node);
-    let detour = leg.if_closed.as_ref().map(|detour| {
-        json!({
-            "outcome": detour.outcome,
-            "nodes": ids(topology, &detour.nodes),
-            "rejoins": detour.rejoins.map(id),
-            "remaining_length_m": detour.remaining_length_m,
-            "extra_m": detour.extra_m,
-        })
-    });
-    let safe = leg.safe.as_ref().map(|safe| {
-        json!({"node": id(safe.node), "nodes": ids(topology, &safe.nodes), "length_m": safe.length_m})
-    });
-    json!({
-        "from": id(leg.from),
-        "to": id(leg.to),
-        "segment": segment_id_json(topology, leg.segment),
-        "length_m": leg.length_m,
-        "departure_s": leg.departure_s,
-        "arrival_s": leg.arrival_s,
-        "if_closed": detour,
-        "alternate": safe,
-    })
-}
-
-fn ids(topology: &Topology, nodes: &[NodeIx]) -> Vec<Value> {
-    nodes
-        .iter()
-        .map(|&node| node_id_json(topology, node))
-        .collect()
 }
 
 /// What a certificate, or a plan with times and battery, is worth.
@@ -173,24 +111,7 @@ pub(crate) fn verdict(text: &str, topology: &Topology) -> Result<Value, Refusal>
             fault.to_string(),
         )
     })?;
-    let starts = [document.start];
-    let checked = verify_flight(
-        &document.plan,
-        &FlightPremises {
-            topology,
-            airframe: &document.airframe,
-            payload_kg: document.payload_kg,
-            wind: &document.wind,
-            rules: &document.rules,
-            situation: &document.situation,
-            starts: &starts,
-            destination: document.destination,
-            began_s: document.began_s,
-            deadline_s: document.deadline_s,
-            reserve: document.reserve,
-            closed_segments: &document.closed_segments,
-        },
-    );
+    let checked = document.check(topology);
     Ok(match checked {
         Ok(()) => {
             json!({"holds": true, "text": "the plan can be flown", "length_m": document.plan.distance_m})

@@ -1,4 +1,4 @@
-//! The engine of Skyway as a module of Python, under the package `skyway` that wraps it.
+//! The engine and the program of Skyway as a module of Python, under the package `skyway` that wraps it.
 //!
 //! This is the one crate beside `skyway-pack-c` that brings unsafe code: what the macros of PyO3 write. There is none of its own.
 //! A fault of the engine becomes an exception; nothing ends the process.
@@ -11,6 +11,8 @@ mod flown;
 mod ground;
 mod many;
 mod picture;
+#[cfg(feature = "program")]
+mod program;
 mod question;
 mod refusal;
 mod world;
@@ -28,6 +30,9 @@ mod _skyway {
     use crate::core::Core;
     #[pymodule_export]
     use crate::flown::Plan;
+    #[cfg(feature = "program")]
+    #[pymodule_export]
+    use crate::program::run;
     #[pymodule_export]
     use crate::world::{World, bundled, generate, load};
 }

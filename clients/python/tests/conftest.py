@@ -17,11 +17,11 @@ SEED = 24
 class Program:
     """The command line, which answers beside the engine in this process."""
 
-    def __init__(self, path: str) -> None:
-        self.path = path
+    def __init__(self, command: list[str]) -> None:
+        self.command = command
 
     def run(self, *arguments: object, text: str | None = None, code: int = 0) -> str:
-        done = subprocess.run([self.path, *map(str, arguments)], input=text, capture_output=True, text=True, check=False)
+        done = subprocess.run([*self.command, *map(str, arguments)], input=text, capture_output=True, text=True, check=False)
         assert done.returncode == code, f"{arguments}: {done.stderr}"
         return done.stdout
 

@@ -1,7 +1,9 @@
 """The clients: what they send, what refusals become, and a real edge."""
 
 import asyncio
+import contextlib
 import json
+import subprocess
 
 import geopandas as gpd
 import pytest
@@ -19,8 +21,8 @@ REFUSED = {
 }
 
 
-def square(lon, lat):
-    return shapely.box(lon, lat, lon + 0.001, lat + 0.001)
+def square(lon, lat, side_deg=0.001):
+    return shapely.box(lon, lat, lon + side_deg, lat + side_deg)
 
 
 @pytest.fixture
@@ -149,6 +151,57 @@ def test_events_of_an_edge_are_heard_by_both_clients(edge, frame):
     with edge.client() as client:
         again = next(one for one in client.events(after=event.id) if one.kind == "zone_deleted")
         assert again.id != event.id
+
+
+def test_a_drone_hears_of_a_zone_on_its_way_in_its_mailbox(edge):
+    def across(leg):
+        """A zone over the middle of a leg."""
+        (lon, lat), (to_lon, to_lat) = leg["geometry"][0][:2], leg["geometry"][-1][:2]
+        return shapely.geometry.mapping(square((lon + to_lon) / 2, (lat + to_lat) / 2, 0.0001))
+
+    def hear(client, kind):
+        return next(message for message in client.mailbox("python-9") if message.kind == kind)
+
+    async def hear_in_coroutines():
+        async with skyway.AsyncClient(edge.url) as client:
+            async with contextlib.aclosing(client.mailbox("python-9")) as messages:
+                async for message in messages:
+                    if message.kind == "version":
+                        return message
+
+    with edge.client() as client:
+        plan = client.compose(1, 450, drone_id="python-9")
+        client.post_zone({"type": "Feature", "id": "fire", "properties": {}, "geometry": across(plan["reported"]["legs"][-2])})
+        told = hear(client, "version")
+        assert told.data["plan_id"] == plan["id"] and told.data["version"]["version"] == 2
+        assert told.at == told.data["at"]
+        # It was not answered, so it is there for the next listener, under the same id.
+        again = asyncio.run(hear_in_coroutines())
+        assert (again.id, again.data["version"]["version"]) == (told.id, 2)
+        client.acknowledge(plan["id"], 2)
+        client.received("python-9", told.id)
+        assert client.plan(plan["id"])["reported"]["version"] == 2
+        with pytest.raises(skyway.Problem) as refused:
+            client.acknowledge(plan["id"], 7)
+        assert refused.value.status == 409
+        assert client.decline(plan["id"], 2, reason="passed")["id"] == plan["id"]
+        position = {"drone_id": "python-9", "location": {"node": "1"}, "airborne": False}
+        assert client.telemetry([position])["positions"][0]["accepted"]
+        client.cancel_plan(plan["id"])
+        client.delete_zone("fire")
+        assert hear(client, "ended").data["plan_id"] == plan["id"]
+
+
+def test_the_program_comes_with_the_wheel(program):
+    told = program.run("--version")
+    assert told.startswith("skyway ")
+    assert "skyway_no_such_command" in refusal_of(program, "skyway_no_such_command")
+
+
+def refusal_of(program, *arguments):
+    done = subprocess.run([*program.command, *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    return done.stderr
 
 
 def test_the_demo_has_a_registry_and_ends(program):

@@ -262,6 +262,7 @@ def test_a_program_that_is_missing_is_named_with_the_remedy(monkeypatch):
         program.program()
     assert refused.value.place == "SKYWAY_PROGRAM"
     monkeypatch.delenv("SKYWAY_PROGRAM")
+    monkeypatch.setattr(program, "_skyway", object())
     monkeypatch.setenv("PATH", "")
     with pytest.raises(skyway.ProgramError) as refused:
         skyway.demo()

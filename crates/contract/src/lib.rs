@@ -69,9 +69,10 @@ pub use recomposition::{
     RecordSummary, RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
 };
 pub use registry::{
-    ChangeOperation, ChangesPage, EdgeReport, EdgeStatus, EdgeStatuses, LoggedChange, Nack,
-    NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind, PublishedCause, PublishedClosure,
-    PublishedObjects, RegistrySnapshot, SnapshotObject, Written,
+    ChangeOperation, ChangesPage, EdgeNoted, EdgeReport, EdgeStatus, EdgeStatuses, KeyRevocation,
+    LoggedChange, Nack, NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind, PublishedCause,
+    PublishedClosure, PublishedObjects, RegistrySnapshot, RevokedKey, RevokedKeys, SnapshotObject,
+    Written,
 };
 pub use status::{
     ClockAdvance, ClockAdvanced, ClockKind, ClockReading, ClockState, Freshness, NetworkName,

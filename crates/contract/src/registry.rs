@@ -336,6 +336,45 @@ pub struct EdgeReport {
     pub url: Option<String>,
 }
 
+/// An edge's report was noted: the answer to `PUT /v1/networks/{network}/edges/{id}`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct EdgeNoted {
+    /// Ids of the keys that were revoked: no pack that one of them has signed is to be believed.
+    #[schema(max_items = 1000)]
+    pub revoked_keys: Vec<String>,
+}
+
+/// Why a key of packs is not to be believed any more: the body of `PUT /v1/revoked-keys/{id}`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeyRevocation {
+    /// Why, for people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 500)]
+    pub reason: Option<String>,
+}
+
+/// A key of packs that was revoked, for good.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct RevokedKey {
+    /// Its id: 16 hexadecimal digits.
+    pub id: String,
+    /// Since when, RFC 3339.
+    pub revoked_at: String,
+    /// Who has revoked it.
+    pub revoked_by: String,
+    /// Why, for people.
+    pub reason: Option<String>,
+}
+
+/// The keys that were revoked, by id.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct RevokedKeys {
+    /// At most 1,000.
+    #[schema(max_items = 1000)]
+    pub keys: Vec<RevokedKey>,
+}
+
 /// An edge that follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct EdgeStatus {

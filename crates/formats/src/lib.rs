@@ -4,6 +4,7 @@ mod answer;
 mod area;
 mod buildings;
 mod certificate;
+mod composition;
 mod criticality;
 mod csv_network;
 mod error;
@@ -41,13 +42,14 @@ mod zones;
 
 use skyway_contract as wire;
 use skyway_engine::{
-    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing,
+    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing, verify,
 };
 
 pub use answer::{answer, warning_text};
 pub use area::area_geometry;
 pub use buildings::read_buildings;
 pub use certificate::write_certificate;
+pub use composition::composition_json;
 pub use criticality::{read_demand, write_criticality};
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};

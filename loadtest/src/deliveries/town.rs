@@ -20,6 +20,8 @@ use tokio::time::sleep;
 
 /// Longer than anything takes, so that what hangs is told.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// How often the ends of an order are drawn anew.
+const PLACES_TRIED: usize = 1_000;
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 const JSON: &str = "application/json";
 const WEBHOOK: &str = "/v1/webhooks/shop:main";
@@ -220,6 +222,8 @@ pub(super) struct Town {
     pub(super) registry: Daemon,
     pub(super) edges: Vec<Daemon>,
     pub(super) world: World,
+    /// Of the drones of each edge, one after the other.
+    homes: Vec<usize>,
     pub(super) client: Client,
     pub(super) receiver: Receiver,
 }
@@ -255,8 +259,12 @@ impl Town {
             edges.push(edge);
         }
         let first = edges.first().ok_or(Unsuitable("no network".into()))?;
+        let world = world(first.address()).await?;
+        let mut chance = Chance::of(plan.seed);
+        let drones = plan.names.len() * plan.drones;
         let town = Self {
-            world: world(first.address()).await?,
+            homes: (0..drones).map(|_| world.home(&mut chance)).collect(),
+            world,
             registry,
             edges,
             receiver: Receiver::open(plan.seed).await?,
@@ -272,10 +280,10 @@ impl Town {
         client
             .put("/v1/providers/acme", &json!({"name": "Acme"}))
             .await?;
-        let mut chance = Chance::of(plan.seed);
+        let mut homes = self.homes.iter();
         for name in plan.names {
-            for number in 0..plan.drones {
-                let home = &self.world.ids[self.world.home(&mut chance)];
+            for (number, &home) in homes.by_ref().take(plan.drones).enumerate() {
+                let home = &self.world.ids[home];
                 let drone = json!({"network": name, "home": home, "payload_max_kg": 2.0});
                 let path = format!("/v1/drones/{}", drone_id(name, number));
                 client.put(&path, &drone).await?;
@@ -310,9 +318,18 @@ impl Town {
         Err("the registry does not know where its edges are".into())
     }
 
-    /// An order of a flight of some segments.
+    /// An order of a flight of some segments. Where a drone is at home its pad is taken while it waits: nothing is ordered there,
+    /// as long as there are other places.
     pub(super) fn order(&self, network: &str, steps: usize, chance: &mut Chance) -> Value {
-        let (source, destination) = self.world.walk(steps, chance);
+        let is_taken = |node: &usize| self.homes.contains(node);
+        let mut ends = self.world.walk(steps, chance);
+        for _ in 0..PLACES_TRIED {
+            if !is_taken(&ends.0) && !is_taken(&ends.1) {
+                break;
+            }
+            ends = self.world.walk(steps, chance);
+        }
+        let (source, destination) = ends;
         json!({
             "network": network, "source": self.world.ids[source], "destination": self.world.ids[destination],
             "payload_kg": 0.5, "customer": "shop", "service_id": format!("acme:{network}"),

@@ -224,6 +224,10 @@ operations! {
         RegistryGetClock "registry_get_clock" [(Method::GET, "/v1/clock")] None, Read, MAP_READERS, MAIN;
         /// Who follows, and how far they are.
         RegistryListEdges "registry_list_edges" [(Method::GET, "/v1/edges")] None, Read, OPERATORS, MAIN;
+        /// The keys of packs that were revoked.
+        ListRevokedKeys "list_revoked_keys" [(Method::GET, "/v1/revoked-keys")] None, Read, READERS, MAIN;
+        /// A key of packs is revoked.
+        RevokeKey "revoke_key" [(Method::PUT, "/v1/revoked-keys/{id}")] None, Other, OPERATORS, MAIN;
         /// Who runs drones.
         ListProviders "list_providers" [(Method::GET, "/v1/providers")] None, Read, PARTIES, MAIN;
         /// One provider.

@@ -4,8 +4,9 @@ use super::extract::{PathId, check_edge};
 use crate::api::rest::answer::{Answer, json};
 use crate::api::rest::extract::{Authenticated, NoParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
+use crate::dispatch::Dispatch;
 use crate::registry::Registry;
-use crate::wire::{EdgeReport, EdgeStatuses};
+use crate::wire::{EdgeNoted, EdgeReport, EdgeStatuses};
 use axum::extract::State;
 use std::sync::Arc;
 
@@ -19,10 +20,10 @@ use std::sync::Arc;
         ("id" = String, Path, description = "Id of the edge."),
     ),
     request_body(content = EdgeReport, example = json!({"epoch": 1, "revision": 7})),
-    responses((status = 200, description = "It is noted: the report as it was read.", body = EdgeReport)),
+    responses((status = 200, description = "It is noted; beside that, what every edge has to know.", body = EdgeNoted)),
 )]
 pub(super) async fn report_edge(
-    State(registry): State<Arc<Registry>>,
+    State(dispatch): State<Arc<Dispatch>>,
     PathId { network, id }: PathId,
     Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
@@ -30,8 +31,14 @@ pub(super) async fn report_edge(
 ) -> Answer {
     check_edge(&caller, &id)?;
     let report: EdgeReport = reading::body(&body, "report")?;
-    registry.report_edge(&network, &id, report.clone()).await?;
-    json(&report)
+    dispatch
+        .registry()
+        .report_edge(&network, &id, report)
+        .await?;
+    let revoked = dispatch.revoked_keys().await?.keys;
+    json(&EdgeNoted {
+        revoked_keys: revoked.into_iter().map(|key| key.id).collect(),
+    })
 }
 
 /// Lists who follows, by network and id.

@@ -12,6 +12,7 @@ mod market;
 mod networks;
 mod outline;
 mod probes;
+mod revoked_keys;
 mod weather;
 mod written;
 mod zones;
@@ -122,6 +123,8 @@ fn following() -> OpenApiRouter<Shared> {
         .routes(routes!(log::snapshot))
         .routes(routes!(edges::report_edge))
         .routes(routes!(edges::list_edges))
+        .routes(routes!(revoked_keys::list_revoked_keys))
+        .routes(routes!(revoked_keys::revoke_key))
         .routes(routes!(clock::get_clock))
         .routes(routes!(probes::live))
         .routes(routes!(probes::ready))

@@ -1,8 +1,8 @@
 //! What an edge asks of its registry, whatever carries it there.
 
 use crate::wire::{
-    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ObjectKind, PositionBatch, RegistrySnapshot,
-    Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ObjectKind, PositionBatch,
+    RegistrySnapshot, Written,
 };
 use std::future::Future;
 use std::sync::Arc;
@@ -94,8 +94,11 @@ pub trait RegistryClient: Send + Sync + 'static {
         write: &RegistryWrite,
     ) -> impl Future<Output = Result<Written, ClientError>> + Send;
 
-    /// Tells how far this edge is.
-    fn report(&self, report: &EdgeReport) -> impl Future<Output = Result<(), ClientError>> + Send;
+    /// Tells how far this edge is, and hears what every edge has to know.
+    fn report(
+        &self,
+        report: &EdgeReport,
+    ) -> impl Future<Output = Result<EdgeNoted, ClientError>> + Send;
 
     /// Tells what has become of flights, and of failures.
     fn news(&self, news: &EdgeNews) -> impl Future<Output = Result<NewsTaken, ClientError>> + Send;

@@ -2,8 +2,8 @@
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use crate::wire::{
-    ChangesPage, EdgeNews, EdgeReport, NewsTaken, ON_BEHALF_OF, ObjectKind, PositionBatch,
-    PositionsTaken, Problem, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ON_BEHALF_OF, ObjectKind,
+    PositionBatch, PositionsTaken, Problem, RegistrySnapshot, Written,
 };
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -267,11 +267,10 @@ impl RegistryClient for HttpClient {
         self.ask(request, Duration::ZERO).await
     }
 
-    async fn report(&self, report: &EdgeReport) -> Result<(), ClientError> {
+    async fn report(&self, report: &EdgeReport) -> Result<EdgeNoted, ClientError> {
         let url = self.below(&["edges", &self.edge_id]);
         let request = self.http.request(Method::PUT, url).json(report);
-        let _noted: EdgeReport = self.ask(request, Duration::ZERO).await?;
-        Ok(())
+        self.ask(request, Duration::ZERO).await
     }
 
     async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {

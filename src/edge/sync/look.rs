@@ -9,11 +9,14 @@ use std::time::Duration;
 
 /// How often the edge looks.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
+/// After how many looks it reports at the latest: the answer names keys that were revoked meanwhile.
+const REPORT_EVERY: u32 = 10;
 
 impl<C: RegistryClient> Sync<C> {
     /// Notices when answers become stale, and tells the registry how far the edge is.
     pub(super) async fn look(&self) {
         let mut told: Option<EdgeReport> = None;
+        let mut looks = 0;
         loop {
             self.pause(LOOK_EVERY).await;
             self.notice_loss();
@@ -28,11 +31,16 @@ impl<C: RegistryClient> Sync<C> {
                 url: self.settings.advertise.clone(),
             };
             let is_heard = self.contact().is_ours() && !self.contact().is_lost();
-            if told.as_ref() == Some(&report) || !is_heard {
+            looks += 1;
+            let is_told = told.as_ref() == Some(&report) && looks < REPORT_EVERY;
+            if is_told || !is_heard {
                 continue;
             }
             match self.client.report(&report).await {
-                Ok(()) => told = Some(report),
+                Ok(noted) => {
+                    (told, looks) = (Some(report), 0);
+                    self.edge.revoke_pack_keys(&noted.revoked_keys);
+                }
                 Err(error) => {
                     tracing::debug!(%error, "the registry was not told how far the edge is")
                 }

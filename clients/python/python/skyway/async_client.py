@@ -128,14 +128,40 @@ class AsyncClient:
         """As `Client.network`."""
         return Network.from_text((await self._answer(calls.network())).text)
 
-    async def events(self, after: str | None = None, *, give_up_after_s: float | None = None) -> AsyncIterator[Event]:
+    def events(self, after: str | None = None, *, give_up_after_s: float | None = None) -> AsyncIterator[Event]:
         """As `Client.events`."""
-        stream = Stream(after, give_up_after_s)
+        return self._follow("/v1/events", Stream(after, give_up_after_s))
+
+    def mailbox(self, drone_id: str, *, give_up_after_s: float | None = None) -> AsyncIterator[Event]:
+        """As `Client.mailbox`."""
+        return self._follow(calls.mailbox_path(drone_id), Stream(None, give_up_after_s))
+
+    async def received(self, drone_id: str, through: str) -> dict[str, Any]:
+        """As `Client.received`."""
+        return await self._send(calls.received(drone_id, through))
+
+    async def acknowledge(self, plan_id: str, version: int, **fields: Any) -> dict[str, Any]:
+        """As `Client.acknowledge`."""
+        return await self._send(calls.of_plan(plan_id, "ack", {"version": version, **fields}))
+
+    async def decline(self, plan_id: str, version: int, *, reason: str, **fields: Any) -> dict[str, Any]:
+        """As `Client.decline`."""
+        return await self._send(calls.of_plan(plan_id, "decline", {"version": version, "reason": reason, **fields}))
+
+    async def complete(self, plan_id: str, **fields: Any) -> dict[str, Any]:
+        """As `Client.complete`."""
+        return await self._send(calls.of_plan(plan_id, "complete", fields))
+
+    async def telemetry(self, positions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """As `Client.telemetry`."""
+        return await self._send(calls.telemetry(positions))
+
+    async def _follow(self, path: str, stream: Stream) -> AsyncIterator[Event]:
         while True:
             fault: Exception | None = None
             retry_after_s = None
             try:
-                async for event in self._listen(stream):
+                async for event in self._listen(path, stream):
                     yield event
             except httpx.TransportError as broken:
                 fault = broken
@@ -151,9 +177,9 @@ class AsyncClient:
                 ) from fault
             await asyncio.sleep(pause_s)
 
-    async def _listen(self, stream: Stream) -> AsyncIterator[Event]:
+    async def _listen(self, path: str, stream: Stream) -> AsyncIterator[Event]:
         timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
-        async with self._http.stream("GET", "/v1/events", headers=stream.headers(), timeout=timeout) as answer:
+        async with self._http.stream("GET", path, headers=stream.headers(), timeout=timeout) as answer:
             if answer.is_error:
                 await answer.aread()
                 raise _problem(answer)

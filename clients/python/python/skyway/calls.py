@@ -88,6 +88,23 @@ def cancel_plan(plan_id: str) -> Call:
     return _send("DELETE", f"/v1/plans/{quote(plan_id, safe='')}")
 
 
+def of_plan(plan_id: str, verb: str, fields: Body) -> Call:
+    """What a drone says of its plan; once, however often it is sent."""
+    return _once(_send("POST", f"/v1/plans/{quote(plan_id, safe='')}/{verb}", fields), None)
+
+
+def mailbox_path(drone_id: str) -> str:
+    return f"/v1/drones/{quote(drone_id, safe='')}/events"
+
+
+def received(drone_id: str, through: str) -> Call:
+    return _send("POST", f"/v1/drones/{quote(drone_id, safe='')}/received", {"through": through})
+
+
+def telemetry(positions: Sequence[Body]) -> Call:
+    return _send("POST", "/v1/telemetry", {"positions": list(positions)})
+
+
 def post_zone(zone: Any, validate_only: bool, key: str | None) -> Call:
     call = _send("POST", "/v1/zones", feature_of(zone), kind=GEOJSON, validate_only=validate_only or None)
     return _once(call, key)

@@ -173,12 +173,42 @@ class Client:
         server was not heard for `give_up_after_s` seconds; without that, never. Raises `Problem` with the code `events_gone` where the
         server no longer has what comes next: read the lists again, then listen anew.
         """
-        stream = Stream(after, give_up_after_s)
+        return self._follow("/v1/events", Stream(after, give_up_after_s))
+
+    def mailbox(self, drone_id: str, *, give_up_after_s: float | None = None) -> Iterator[Event]:
+        """What an edge has to tell a drone, from what it has not received yet on, without end (docs/line.md).
+
+        The kind of an event is that of the message, and `data` is the message. After a cut it goes on as `events` does. What is not
+        acknowledged, declined or `received` is told again to the next listener.
+        """
+        return self._follow(calls.mailbox_path(drone_id), Stream(None, give_up_after_s))
+
+    def received(self, drone_id: str, through: str) -> dict[str, Any]:
+        """Says that a drone has taken in its messages up to the one of this id."""
+        return self._send(calls.received(drone_id, through))
+
+    def acknowledge(self, plan_id: str, version: int, **fields: Any) -> dict[str, Any]:
+        """Says that the drone flies this version of its plan; `fields` are those of the API, such as its `location`."""
+        return self._send(calls.of_plan(plan_id, "ack", {"version": version, **fields}))
+
+    def decline(self, plan_id: str, version: int, *, reason: str, **fields: Any) -> dict[str, Any]:
+        """Says that the drone cannot fly this version: passed, energy, airspace or other. It may be given another one."""
+        return self._send(calls.of_plan(plan_id, "decline", {"version": version, "reason": reason, **fields}))
+
+    def complete(self, plan_id: str, **fields: Any) -> dict[str, Any]:
+        """Says that the drone has landed; the plan is over."""
+        return self._send(calls.of_plan(plan_id, "complete", fields))
+
+    def telemetry(self, positions: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """Says where drones are, each as the API has it, and gives what became of each; one that is refused does not spoil the others."""
+        return self._send(calls.telemetry(positions))
+
+    def _follow(self, path: str, stream: Stream) -> Iterator[Event]:
         while True:
             fault: Exception | None = None
             retry_after_s = None
             try:
-                yield from self._listen(stream)
+                yield from self._listen(path, stream)
             except httpx.TransportError as broken:
                 fault = broken
             except Problem as problem:
@@ -193,9 +223,9 @@ class Client:
                 ) from fault
             time.sleep(pause_s)
 
-    def _listen(self, stream: Stream) -> Iterator[Event]:
+    def _listen(self, path: str, stream: Stream) -> Iterator[Event]:
         timeout = httpx.Timeout(self._timeout_s, read=SILENCE_S)
-        with self._http.stream("GET", "/v1/events", headers=stream.headers(), timeout=timeout) as answer:
+        with self._http.stream("GET", path, headers=stream.headers(), timeout=timeout) as answer:
             if answer.is_error:
                 answer.read()
                 raise _problem(answer)

@@ -14,6 +14,7 @@ import time
 from types import TracebackType
 from typing import Self
 
+from . import _skyway
 from .client import Client
 from .errors import ProgramError
 
@@ -23,17 +24,19 @@ _ANY_PORT = "127.0.0.1:0"
 _REGISTRY = re.compile(r"(http://\S+/)\s+the shop window of the registry")
 
 
-def program() -> str:
-    """The program: what SKYWAY_PROGRAM names, else that of the wheel, else that on the PATH. Raises `ProgramError`."""
+def program() -> list[str]:
+    """The words that start the program: what SKYWAY_PROGRAM names, else that of the wheel, else that on the PATH. Raises `ProgramError`."""
     named = os.environ.get("SKYWAY_PROGRAM")
-    name = "skyway.exe" if sys.platform == "win32" else "skyway"
-    in_wheel = pathlib.Path(__file__).parent / "bin" / name
-    for candidate in (named, str(in_wheel), shutil.which("skyway")):
-        if candidate and os.access(candidate, os.X_OK) and pathlib.Path(candidate).is_file():
-            return candidate
-        if candidate and candidate == named:
-            hint = "give the path of the program, or unset the variable"
-            raise ProgramError(f"there is no program at {named}", "no_program", "SKYWAY_PROGRAM", hint)
+    if named:
+        if os.access(named, os.X_OK) and os.path.isfile(named):
+            return [named]
+        hint = "give the path of the program, or unset the variable"
+        raise ProgramError(f"there is no program at {named}", "no_program", "SKYWAY_PROGRAM", hint)
+    if hasattr(_skyway, "run"):
+        return [sys.executable, "-m", "skyway"]
+    found = shutil.which("skyway")
+    if found:
+        return [found]
     hint = "build it with cargo build --release, and put target/release on the PATH or its path into SKYWAY_PROGRAM"
     raise ProgramError("this wheel has no program skyway, and none is on the PATH", "no_program", "PATH", hint)
 
@@ -80,7 +83,7 @@ def demo(*, drones: int = 12, rate: float = 5.0, seed: int = 1, for_s: float | N
     """
     folder = tempfile.TemporaryDirectory(prefix="skyway-demo-")
     ports, told = pathlib.Path(folder.name, "ports.json"), pathlib.Path(folder.name, "told.txt")
-    command = [program(), "demo", "--drones", str(drones), "--rate", str(rate), "--seed", str(seed), "--ports-file", str(ports)]
+    command = [*program(), "demo", "--drones", str(drones), "--rate", str(rate), "--seed", str(seed), "--ports-file", str(ports)]
     for listener in ("--listen", "--admin-listen", "--second-listen", "--registry-listen"):
         command += [listener, _ANY_PORT]
     if for_s is not None:

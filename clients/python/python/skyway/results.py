@@ -211,7 +211,7 @@ def _plan_fields(told: dict[str, Any], has_integer_ids: bool) -> dict[str, Any]:
         "nodes": tuple(map(id_of, path["nodes"])),
         "segments": tuple(path["segments"]),
         "length_m": told.get("length_m"),
-        "duration_s": told.get("duration_s"),
+        "duration_s": told.get("duration_s", told.get("flight_time_s")),
         "energy_wh": told.get("energy_wh"),
         "battery_at_arrival_fraction": told.get("battery_at_arrival_fraction"),
         "legs": tuple(legs),
