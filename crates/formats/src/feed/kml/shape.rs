@@ -25,6 +25,15 @@ const SHAPES: [&str; 8] = [
     "Track",
     "MultiTrack",
 ];
+/// What a polygon has.
+const OF_POLYGON: [&str; 6] = [
+    "extrude",
+    "tessellate",
+    "altitudeMode",
+    "drawOrder",
+    "outerBoundaryIs",
+    "innerBoundaryIs",
+];
 /// How deep `MultiGeometry` may lie in one another.
 const MAX_DEPTH: usize = 8;
 /// Heights this near to each other are one: programs write them with errors of rounding, in metres.
@@ -103,20 +112,15 @@ fn read_shape(
 }
 
 fn read_polygon(polygon: Node<'_, '_>, place: &Place<'_>, sheet: &mut Sheet) -> Option<Layer> {
-    let mut boundaries = Vec::new();
-    match only(polygon, "outerBoundaryIs", place, sheet) {
-        Some(outer) => {
-            let place = place.member("outerBoundaryIs");
-            match only(outer, "LinearRing", &place, sheet) {
-                Some(ring) => boundaries.push(ring),
-                None => sheet.missing(&place, "LinearRing"),
-            }
+    for element in elements(polygon) {
+        let name = element.tag_name().name();
+        if !OF_POLYGON.contains(&name) {
+            let message = "nothing is known of it, and it may move the polygon";
+            let remedy = "leave it out";
+            sheet.refuse(ZoneCode::UnknownField, &place.member(name), message, remedy);
         }
-        None => sheet.missing(place, "outerBoundaryIs"),
     }
-    // Google Earth writes all holes into one of them.
-    let holes = named(polygon, "innerBoundaryIs");
-    boundaries.extend(holes.flat_map(|hole| named(hole, "LinearRing")));
+    let boundaries = rings_of(polygon, place, sheet);
     let mut heights = Heights::default();
     let rings: Option<Vec<WrittenRing>> = boundaries
         .into_iter()
@@ -129,6 +133,34 @@ fn read_polygon(polygon: Node<'_, '_>, place: &Place<'_>, sheet: &mut Sheet) -> 
         band: read_band(polygon, &heights, place, sheet)?,
         pointer: place.pointer(),
     })
+}
+
+/// The outer ring of a polygon, then its holes.
+fn rings_of<'a, 'i>(
+    polygon: Node<'a, 'i>,
+    place: &Place<'_>,
+    sheet: &mut Sheet,
+) -> Vec<Node<'a, 'i>> {
+    let mut boundaries = Vec::new();
+    match only(polygon, "outerBoundaryIs", place, sheet) {
+        Some(outer) => {
+            let place = place.member("outerBoundaryIs");
+            match only(outer, "LinearRing", &place, sheet) {
+                Some(ring) => boundaries.push(ring),
+                None => sheet.missing(&place, "LinearRing"),
+            }
+        }
+        None => sheet.missing(place, "outerBoundaryIs"),
+    }
+    for hole in named(polygon, "innerBoundaryIs") {
+        // Google Earth writes all holes into one of them.
+        let before = boundaries.len();
+        boundaries.extend(named(hole, "LinearRing"));
+        if boundaries.len() == before {
+            sheet.missing(&place.member("innerBoundaryIs"), "LinearRing");
+        }
+    }
+    boundaries
 }
 
 fn read_ring(

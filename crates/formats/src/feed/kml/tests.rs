@@ -226,6 +226,12 @@ fn what_is_no_polygon_is_refused_by_its_id() {
         "zone_missing_field",
         "/Polygon/outerBoundaryIs",
     );
+    let empty = "/Polygon/innerBoundaryIs/LinearRing";
+    let hollow = polygon("<innerBoundaryIs/>", SQUARE);
+    assert_refused(&hollow, "zone_missing_field", empty);
+    let moved = polygon("<altitudeOffset>9</altitudeOffset>", SQUARE);
+    let place = "/Polygon/altitudeOffset";
+    assert_refused(&moved, "zone_unknown_field", place);
     let square = polygon("", SQUARE);
     let twice = square.replace("</Polygon>", "<extrude>0</extrude><altitudeMode>absolute</altitudeMode><altitudeMode>clampToGround</altitudeMode></Polygon>");
     let feed = read(&file(&placemark(&twice))).expect("a feed");
