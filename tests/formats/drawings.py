@@ -15,7 +15,8 @@ def ring(chance, place, size):
     """A square whose corners are moved a little."""
     lon, lat = place
     corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    moved = [(lon + size * (x + chance.uniform(-0.1, 0.1)), lat + size * (y + chance.uniform(-0.1, 0.1))) for x, y in corners]
+    corners = [(x + chance.uniform(-0.1, 0.1), y + chance.uniform(-0.1, 0.1)) for x, y in corners]
+    moved = [(lon + size * x, lat + size * y) for x, y in corners]
     return moved + moved[:1]
 
 

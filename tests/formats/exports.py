@@ -198,16 +198,21 @@ def tell_edge(program, folder):
         square = "151.2,-33.9 151.21,-33.9 151.21,-33.89 151.2,-33.89 151.2,-33.9"
         ring = f"<outerBoundaryIs><LinearRing><coordinates>{square}</coordinates></LinearRing></outerBoundaryIs>"
         line = "<LineString><coordinates>151.2,-33.9 151.3,-33.9</coordinates></LineString>"
-        drawn = f'<kml><Placemark id="pier"><Polygon>{ring}</Polygon></Placemark><Placemark id="line">{line}</Placemark></kml>'
+        placemarks = f'<Placemark id="pier"><Polygon>{ring}</Polygon></Placemark><Placemark id="line">{line}</Placemark>'
+        drawn = f"<kml>{placemarks}</kml>"
         for kind, count in (("application/vnd.google-earth.kml+xml; charset=utf-8", 1), ("application/json", 0)):
             told = imported(edge_url, "drawn", drawn, kind)
-            assert told["format"] == "kml" and told["counts"]["created"] == count and told["counts"]["refused"] == 1, told
+            counts = told["counts"]
+            assert told["format"] == "kml" and (counts["created"], counts["refused"]) == (count, 1), told
         assert told["refused"][0]["identifier"] == "line" and told["zones"][0]["in_force"], told
+        zipped = b"PK\x03\x04"
         for kind, body, status in (
-            ("application/vnd.google-earth.kmz", b"PK\x03\x04", 415), ("application/json", b"PK\x03\x04", 400), ("text/csv", b"", 415),
+            ("application/vnd.google-earth.kmz", zipped, 415), ("application/json", zipped, 400), ("text/csv", b"", 415),
         ):
-            answer = requests.post(f"{edge_url}/v1/zones:import?feed=drawn", data=body, headers={"content-type": kind}, timeout=30)
-            assert answer.status_code == status and ("unpack" in answer.text) == (kind != "text/csv"), answer.text
+            headers = {"content-type": kind}
+            answer = requests.post(f"{edge_url}/v1/zones:import?feed=drawn", data=body, headers=headers, timeout=30)
+            assert answer.status_code == status, answer.text
+            assert ("unpack" in answer.text) == (body == zipped), answer.text
         feed = folder / "drawn.kml"
         feed.write_text(drawn)
         command = [program, "zone", "import", str(feed), "--edge", edge_url]

@@ -261,7 +261,8 @@ def kml(text):
             begin, end = span.findtext(f"{KML}begin"), span.findtext(f"{KML}end")
             periods = [{"start": begin and instant(begin), "end": end and instant(end)}]
         for polygon in placemark.iter(f"{KML}Polygon"):
-            rings = [[tuple(map(float, place.split(","))) for place in ring.text.split()] for ring in polygon.iter(f"{KML}coordinates")]
+            written = [ring.text.split() for ring in polygon.iter(f"{KML}coordinates")]
+            rings = [[tuple(map(float, place.split(","))) for place in ring] for ring in written]
             upper = None
             if polygon.findtext(f"{KML}extrude") == "1":
                 reference = {"relativeToGround": "AGL", "absolute": "AMSL"}[polygon.findtext(f"{KML}altitudeMode")]
