@@ -7,7 +7,8 @@ use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{
-    Caller, Edge, EventStream, FlightSettings, Idempotency, Opening, Settings, ZoneWrite,
+    Caller, Edge, EventStream, FeedImport, FlightSettings, Idempotency, Opening, Settings,
+    ZoneWrite,
 };
 use skyway::flight::Airframe;
 use skyway::formats::parse_report;
@@ -227,6 +228,26 @@ impl Fleet {
             self.settle().await?;
         }
         Ok(waves)
+    }
+
+    /// Imports of a feed whose zones all change, until they are in force.
+    pub(crate) async fn imports(&mut self, zones: usize, count: usize) -> Result<Times> {
+        let mut times = Times::default();
+        for _ in 0..count {
+            let feed = self.world.feed(zones);
+            let import = FeedImport {
+                feed: "national".to_owned(),
+                ..FeedImport::default()
+            };
+            let begun = Instant::now();
+            let told = self.edge.import_zones(&self.caller, feed, import).await?;
+            times.add(begun.elapsed());
+            let counts = told.counts;
+            if !told.enforced || counts.created + counts.changed != zones {
+                return Err(format!("of {zones} zones came {counts:?}").into());
+            }
+        }
+        Ok(times)
     }
 
     fn zone(&mut self, size: &str) -> Value {

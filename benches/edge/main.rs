@@ -1,5 +1,5 @@
-//! An edge in this process, without a store, with 0, 1,000 and 10,000 active plans: what a composition, a recomposition and the
-//! waves after a zone take.
+//! An edge in this process, without a store, with 0, 1,000 and 10,000 active plans: what a composition, a recomposition, the
+//! waves after a zone and a national feed of zones take.
 //!
 //! The network has 5,000 nodes on 40 km; drones are flown by the model. Plans are put by composing, one after the other, with
 //! departures over 200 minutes, and the clock stands still, so that none departs. `SKYWAY_BENCH_PLANS=1000` measures one size
@@ -37,6 +37,9 @@ pub(crate) struct Extent {
     /// Zones over half of the plans, and over a leg of one.
     large: usize,
     small: usize,
+    /// Zones of a feed, and how often it is imported.
+    feed: usize,
+    imports: usize,
 }
 
 const FULL: Extent = Extent {
@@ -45,6 +48,8 @@ const FULL: Extent = Extent {
     samples: 500,
     large: 5,
     small: 50,
+    feed: 5_000,
+    imports: 5,
 };
 const QUICK: Extent = Extent {
     nodes: 200,
@@ -52,6 +57,8 @@ const QUICK: Extent = Extent {
     samples: 3,
     large: 1,
     small: 1,
+    feed: 20,
+    imports: 2,
 };
 /// Putting plans ends after this time; the table says how many there are.
 const FILL_WITHIN: Duration = Duration::from_secs(900);
@@ -97,5 +104,8 @@ async fn measure(extent: Extent, plans: usize) -> Result<()> {
     if plans > 0 {
         fleet.waves("large", extent.large).await?.print();
     }
+    let name = format!("feed of {} zones in force", extent.feed);
+    let imports = fleet.imports(extent.feed, extent.imports);
+    imports.await?.print(&name);
     Ok(())
 }

@@ -7,12 +7,15 @@ use serde_json::{Value, json};
 use skyway::edge::NewNetwork;
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 const SEED: u64 = 1;
 const MAP_SIZE_M: f64 = 40_000.0;
 /// How far beside a segment a zone still closes it.
 const MARGIN_M: f64 = 10.0;
+/// Vertices of each zone of a feed.
+const VERTICES: usize = 40;
 
 /// A network, its nodes that hang together, and the seed's next draws.
 pub(crate) struct World {
@@ -80,6 +83,33 @@ impl World {
         let mut distances: Vec<f64> = ways.iter().map(distance).collect();
         distances.sort_by(f64::total_cmp);
         circle(centre, distances[distances.len() / 2].max(1.0))
+    }
+
+    /// The text of a feed of polygons about places that are drawn.
+    pub(crate) fn feed(&mut self, zones: usize) -> String {
+        let features: Vec<Value> = (0..zones).map(|number| self.polygon(number)).collect();
+        json!({"type": "FeatureCollection", "features": features}).to_string()
+    }
+
+    fn polygon(&mut self, number: usize) -> Value {
+        let centre = [0, 1].map(|_| MAP_SIZE_M * self.share());
+        let radius_m = 50.0 + 250.0 * self.share();
+        let mut ring: Vec<[f64; 2]> = (0..VERTICES)
+            .map(|corner| {
+                let (sine, cosine) = (TAU * corner as f64 / VERTICES as f64).sin_cos();
+                let distance_m = radius_m * (0.8 + 0.2 * self.share());
+                [
+                    centre[0] + distance_m * cosine,
+                    centre[1] + distance_m * sine,
+                ]
+            })
+            .collect();
+        ring.push(ring[0]);
+        json!({
+            "type": "Feature", "id": format!("feed-{number}"),
+            "geometry": {"type": "Polygon", "coordinates": [ring]},
+            "properties": {"margin_m": MARGIN_M, "upper_m": 120},
+        })
     }
 }
 

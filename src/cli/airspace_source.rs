@@ -23,8 +23,8 @@ const TOPOLOGY_REVISION: u64 = 1;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Airspace")]
 pub(super) struct AirspaceArguments {
-    /// No-fly zones: GeoJSON, ED-269, ED-318 or a plan of QGroundControl; can be given more than
-    /// once
+    /// No-fly zones: GeoJSON, ED-269, ED-318, KML or a plan of QGroundControl; can be given more
+    /// than once
     #[arg(long, value_name = "FILE")]
     zones: Vec<PathBuf>,
     /// Close a node or a segment before the failure: a node id, a segment id, or A,B; can be given more than once

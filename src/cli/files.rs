@@ -5,6 +5,7 @@
 
 use super::output::Output;
 use super::stop::Stop;
+use crate::formats::is_zip;
 use flate2::Compression;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
@@ -28,6 +29,13 @@ pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
     if bytes.len() as u64 > MAX_FILE_BYTES {
         let limit = MAX_FILE_BYTES >> 20;
         let problem = format!("{} is larger than {limit} MiB", path.display());
+        return Err(Stop::failed(problem));
+    }
+    if is_zip(&bytes) {
+        let path = path.display();
+        let problem = format!(
+            "{path} is a zip, as a KMZ is: unpack it, as with unzip {path}, and name the file that was in it"
+        );
         return Err(Stop::failed(problem));
     }
     String::from_utf8(bytes).map_err(|error| {

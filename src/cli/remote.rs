@@ -11,6 +11,8 @@ use std::time::Duration;
 /// What to do where no edge answers.
 pub(super) const START_OR_NAME: &str =
     "start an edge with skyway edge, name another one with --edge";
+/// The media type of most bodies.
+pub(super) const JSON: &str = "application/json";
 /// How long the edge may take for an answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// The largest answer that is read, in bytes: a network of a million segments fits.
@@ -61,17 +63,17 @@ impl Remote {
         self.answer(&url, self.client.get(&url)).await
     }
 
-    /// The answer to a body of JSON.
+    /// The answer to a body.
     pub(super) async fn post(
         &self,
         path: &str,
         query: &[(&str, &str)],
-        body: String,
+        (media_type, body): (&str, String),
     ) -> Result<Vec<u8>, Stop> {
         let mut url = reqwest::Url::parse(&format!("{}{path}", self.base)).map_err(Stop::failed)?;
         url.query_pairs_mut().extend_pairs(query);
         let request = self.client.post(url.clone()).body(body);
-        let request = request.header("content-type", "application/json");
+        let request = request.header("content-type", media_type);
         self.answer(url.as_str(), request).await
     }
 
@@ -85,7 +87,7 @@ impl Remote {
         let url = format!("{}{path}", self.base);
         let request = self.client.post(&url).body(body);
         let request = request
-            .header("content-type", "application/json")
+            .header("content-type", JSON)
             .header("idempotency-key", key);
         self.answer(&url, request).await
     }
@@ -112,7 +114,7 @@ impl Remote {
     ) -> Result<Vec<u8>, Stop> {
         let url = format!("{}{path}", self.base);
         let request = self.client.put(&url).body(body);
-        let mut request = request.header("content-type", "application/json");
+        let mut request = request.header("content-type", JSON);
         if let Some(version) = version {
             request = request.header(IF_MATCH, version);
         }

@@ -24,3 +24,4 @@ mod situations;
 mod stories;
 mod town;
 mod versions;
+mod zone_feeds;

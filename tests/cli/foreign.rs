@@ -128,7 +128,7 @@ fn tables_with_semicolons_or_tabs_are_read_and_empty_ones_refused() {
 }
 
 /// Files of the field as they begin, and what they are called.
-fn foreign() -> [(&'static str, String, &'static str); 6] {
+fn foreign() -> [(&'static str, String, &'static str); 7] {
     let ed269 = json!({
         "identifier": "LSXX", "country": "CHE", "type": "COMMON", "restriction": "PROHIBITED",
         "geometry": [{"uomDimensions": "M", "horizontalProjection": {"type": "Circle"}}],
@@ -163,7 +163,13 @@ fn foreign() -> [(&'static str, String, &'static str); 6] {
         ),
         (
             "a KML file",
-            "<?xml version=\"1.0\"?><kml></kml>".to_owned(),
+            "<?xml version=\"1.0\"?><kml><Placemark id=\"a\"><LineString/></Placemark></kml>"
+                .to_owned(),
+            "draw a Polygon",
+        ),
+        (
+            "a GPX file",
+            "<?xml version=\"1.0\"?><gpx></gpx>".to_owned(),
             "ogr2ogr",
         ),
     ]
@@ -176,7 +182,7 @@ fn files_of_other_formats_are_called_by_their_name_with_what_to_do() {
         let said = composed_with(&desk, &text, 1);
         assert!(said.contains(remedy), "{said}");
         // Those with zones are read, and told zone by zone.
-        let has_zones = ["an ED", "a plan"]
+        let has_zones = ["an ED", "a plan", "a KML"]
             .iter()
             .any(|begin| name.starts_with(begin));
         if !has_zones {
@@ -224,4 +230,26 @@ fn buildings_without_heights_are_counted_where_no_network_comes_of_them() {
     let run = skyway(&["network", "build", &file, "--quiet"]).exits(1);
     assert!(run.stderr.contains("3 of 3 heights are unknown"), "{run:?}");
     assert!(run.stderr.contains("height_m"), "{run:?}");
+}
+
+#[test]
+fn a_kmz_is_called_a_zip_to_unpack() {
+    let desk = Workspace::new();
+    let file = desk.write("zones.kmz", "PK\u{3}\u{4}\u{14}");
+    let import = ["zone", "import", &file, "--check", "--quiet"];
+    let compose = [
+        "compose",
+        "--quiet",
+        "--source=379",
+        "--destination=450",
+        "--zones",
+        &file,
+    ];
+    for arguments in [&import[..], &compose[..]] {
+        let run = skyway(arguments).exits(1);
+        assert!(
+            run.stderr.contains("is a zip, as a KMZ is: unpack it"),
+            "{run:?}"
+        );
+    }
 }

@@ -138,10 +138,10 @@ def same(found, wanted):
         assert all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(one, other, strict=True)), f"{one} {other}"
 
 
-def imported(edge_url, feed, text, **parameters):
+def imported(edge_url, feed, text, kind="application/json", **parameters):
     answer = requests.post(
         f"{edge_url}/v1/zones:import", params={"feed": feed, **parameters}, data=text.encode(),
-        headers={"content-type": "application/json"}, timeout=30,
+        headers={"content-type": kind}, timeout=30,
     )
     assert answer.status_code == 200, answer.text
     return answer.json()
@@ -193,6 +193,31 @@ def tell_edge(program, folder):
         # An id of somebody else's zone is not taken.
         taken = imported(edge_url, "other", json.dumps(sample))
         assert taken["counts"]["refused"] == 2 and taken["counts"]["created"] == 1, taken
+
+        # KML by its media type and as JSON is sent; what is in it counts. A KMZ is told to be unpacked.
+        square = "151.2,-33.9 151.21,-33.9 151.21,-33.89 151.2,-33.89 151.2,-33.9"
+        ring = f"<outerBoundaryIs><LinearRing><coordinates>{square}</coordinates></LinearRing></outerBoundaryIs>"
+        line = "<LineString><coordinates>151.2,-33.9 151.3,-33.9</coordinates></LineString>"
+        placemarks = f'<Placemark id="pier"><Polygon>{ring}</Polygon></Placemark><Placemark id="line">{line}</Placemark>'
+        drawn = f"<kml>{placemarks}</kml>"
+        for kind, count in (("application/vnd.google-earth.kml+xml; charset=utf-8", 1), ("application/json", 0)):
+            told = imported(edge_url, "drawn", drawn, kind)
+            counts = told["counts"]
+            assert told["format"] == "kml" and (counts["created"], counts["refused"]) == (count, 1), told
+        assert told["refused"][0]["identifier"] == "line" and told["zones"][0]["in_force"], told
+        zipped = b"PK\x03\x04"
+        for kind, body, status in (
+            ("application/vnd.google-earth.kmz", zipped, 415), ("application/json", zipped, 400), ("text/csv", b"", 415),
+        ):
+            headers = {"content-type": kind}
+            answer = requests.post(f"{edge_url}/v1/zones:import?feed=drawn", data=body, headers=headers, timeout=30)
+            assert answer.status_code == status, answer.text
+            assert ("unpack" in answer.text) == (body == zipped), answer.text
+        feed = folder / "drawn.kml"
+        feed.write_text(drawn)
+        command = [program, "zone", "import", str(feed), "--edge", edge_url]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert run.returncode == 1 and "kml from drawn" in run.stdout and "/Placemark/1/LineString" in run.stderr, run
 
         # Many removals at once wait.
         many = {"type": "FeatureCollection", "features": [circle_at(n) for n in range(30)]}

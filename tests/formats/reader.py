@@ -1,10 +1,11 @@
-"""Zones of ED-269, ED-318 and fences of QGroundControl as the standards have them, read naively.
+"""Zones of ED-269, ED-318, KML and fences of QGroundControl as the standards have them, read naively.
 
 It shares no code with the program: positions are looked at one by one, instants too.
 """
 
 import datetime
 import math
+import xml.etree.ElementTree
 
 DAYS = ["MON", "TUE", "WED", "THU", "FRI", "SAT", "SUN"]
 CLOSES = {"PROHIBITED", "REQ_AUTHORISATION", "REQ_AUTHORIZATION", "CONDITIONAL"}
@@ -243,4 +244,29 @@ def fence(document):
             lat, lon = circle["circle"]["center"]
             shape = ("circle", (lon, lat), circle["circle"]["radius"])
             volumes.append(Volume(f"circle-{number}", "PROHIBITED", shape, None, None, None))
+    return volumes
+
+
+# --- KML ---
+
+KML = "{http://www.opengis.net/kml/2.2}"
+
+
+def kml(text):
+    volumes = []
+    for placemark in xml.etree.ElementTree.fromstring(text).iter(f"{KML}Placemark"):
+        span = placemark.find(f"{KML}TimeSpan")
+        periods = None
+        if span is not None and len(span):
+            begin, end = span.findtext(f"{KML}begin"), span.findtext(f"{KML}end")
+            periods = [{"start": begin and instant(begin), "end": end and instant(end)}]
+        for polygon in placemark.iter(f"{KML}Polygon"):
+            written = [ring.text.split() for ring in polygon.iter(f"{KML}coordinates")]
+            rings = [[tuple(map(float, place.split(","))) for place in ring] for ring in written]
+            upper = None
+            if polygon.findtext(f"{KML}extrude") == "1":
+                reference = {"relativeToGround": "AGL", "absolute": "AMSL"}[polygon.findtext(f"{KML}altitudeMode")]
+                upper = (rings[0][0][2], reference)
+            shape = ("polygon", [[place[:2] for place in ring] for ring in rings])
+            volumes.append(Volume(placemark.get("id"), "PROHIBITED", shape, None, upper, periods))
     return volumes

@@ -13,6 +13,7 @@ import sys
 import tempfile
 
 import deviations
+import drawings
 import exports
 import reader
 
@@ -204,6 +205,7 @@ def main() -> int:
         tell_samples(program, folder)
         tell_random(program, folder)
         deviations.tell(program, folder, check)
+        drawings.tell(program, folder, check, hold)
         exports.tell(program, folder)
     return 0
 

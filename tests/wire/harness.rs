@@ -60,6 +60,7 @@ pub(crate) struct Options {
     pub(crate) authentication: Authentication,
     pub(crate) listener: Listener,
     pub(crate) body_bytes_max: usize,
+    pub(crate) file_bytes_max: usize,
     pub(crate) deadline: Duration,
 }
 
@@ -73,6 +74,7 @@ impl Default for Options {
             authentication: Authentication::Loopback,
             listener: Listener::Main,
             body_bytes_max: 1024 * 1024,
+            file_bytes_max: 1024 * 1024,
             deadline: WAIT_AT_MOST,
         }
     }
@@ -118,7 +120,7 @@ impl Options {
             slots: self.slots,
             queue_wait,
             body_bytes_max: self.body_bytes_max,
-            file_bytes_max: self.body_bytes_max,
+            file_bytes_max: self.file_bytes_max,
             deadline: self.deadline,
             follow_wait: Duration::ZERO,
         };

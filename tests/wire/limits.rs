@@ -65,6 +65,26 @@ async fn a_body_that_grows_too_large_is_refused_when_it_does() {
 }
 
 #[tokio::test]
+async fn a_feed_has_a_limit_of_its_own_however_it_comes() {
+    let options = Options {
+        file_bytes_max: 8 * LIMIT,
+        ..bounded()
+    };
+    let server = options.start().await;
+    let feed = "/v1/zones:import";
+    for (path, parts, status) in [(feed, 8, 200), (feed, 9, 413), ("/v1/zones", 8, 413)] {
+        let announced = reqwest::Body::from(vec![b'x'; parts * LIMIT]);
+        let chunks = (0..parts).map(|_| Ok::<_, std::io::Error>(vec![b'x'; LIMIT]));
+        let streamed = reqwest::Body::wrap_stream(tokio_stream::iter(chunks));
+        for body in [announced, streamed] {
+            let request = ask(&h2(), Method::POST, server.url(path), "echo").body(body);
+            let response = request.send().await.expect("an answer");
+            assert_eq!(response.status(), status, "{path} {parts}");
+        }
+    }
+}
+
+#[tokio::test]
 async fn compressed_bodies_are_refused() {
     let server = bounded().start().await;
     let request = ask(&rest(), Method::POST, server.url("/v1/failures"), "echo");

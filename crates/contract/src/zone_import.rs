@@ -44,7 +44,7 @@ pub struct ImportedZone<'a> {
 pub struct RefusedZone<'a> {
     /// Its identifier; null where it cannot be read.
     pub identifier: Option<Cow<'a, str>>,
-    /// JSON Pointer of the zone in the feed.
+    /// JSON Pointer of the zone in the feed; in KML as if elements were members.
     pub pointer: Cow<'a, str>,
     /// What is wrong, where, and what would set it right.
     pub faults: Vec<Fault>,
@@ -55,7 +55,7 @@ pub struct RefusedZone<'a> {
 pub struct ImportNote<'a> {
     /// The zone; null where it is about the feed.
     pub identifier: Option<Cow<'a, str>>,
-    /// JSON Pointer of the place.
+    /// JSON Pointer of the place; in KML as if elements were members.
     pub pointer: Cow<'a, str>,
     /// What was done.
     pub message: Cow<'a, str>,
@@ -85,7 +85,7 @@ pub struct ImportCounts {
 pub struct ZoneImport<'a> {
     /// The name of the feed.
     pub feed: Cow<'a, str>,
-    /// `ed269`, `ed318`, `geojson` or `qgc_plan`.
+    /// `ed269`, `ed318`, `geojson`, `kml` or `qgc_plan`.
     pub format: Cow<'a, str>,
     /// How many zones what is done to.
     pub counts: ImportCounts,

@@ -4,6 +4,8 @@ use serde_json::Value;
 
 /// Zones of a file looked at to find its format.
 const LOOKED_AT: usize = 20;
+/// Bytes of a text of XML looked at to find its format.
+const LOOKED_AT_BYTES: usize = 2_000;
 
 /// A format of the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +26,12 @@ pub enum ForeignFormat {
     Xml,
 }
 
+/// Whether a file is a zip, as a KMZ is: by the signature that its first entry begins with (APPNOTE,
+/// 4.3.7).
+pub fn is_zip(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"PK\x03\x04")
+}
+
 impl ForeignFormat {
     /// Finds out which of them a text is; `None` for anything else.
     pub fn of_text(text: &str) -> Option<Self> {
@@ -31,15 +39,24 @@ impl ForeignFormat {
         if head.starts_with("QGC WPL") {
             return Some(Self::QgcWaypoints);
         }
-        if head.starts_with('<') {
-            let start = head.get(..2_000).unwrap_or(head);
-            return Some(match start {
-                _ if start.contains("<kml") => Self::Kml,
-                _ if start.contains("<gpx") => Self::Gpx,
-                _ => Self::Xml,
-            });
+        if let Some(markup) = Self::of_markup(head) {
+            return Some(markup);
         }
         Self::of_json(&serde_json::from_str(head).ok()?)
+    }
+
+    /// The same of a text that begins as XML does; `None` for anything else.
+    pub fn of_markup(text: &str) -> Option<Self> {
+        let head = text.trim_start();
+        if !head.starts_with('<') {
+            return None;
+        }
+        let start = &head[..head.floor_char_boundary(LOOKED_AT_BYTES)];
+        Some(match start {
+            _ if start.contains("<kml") => Self::Kml,
+            _ if start.contains("<gpx") => Self::Gpx,
+            _ => Self::Xml,
+        })
     }
 
     /// The same of a document that has been read: a whole file, or a single zone.
@@ -80,11 +97,11 @@ impl ForeignFormat {
     /// Why it gives no zones here, and how to make some of it.
     pub fn instead_of_zones(self) -> String {
         let how = match self {
-            Self::Ed269 | Self::Ed318 | Self::QgcPlan => {
+            Self::Ed269 | Self::Ed318 | Self::QgcPlan | Self::Kml => {
                 "import it with skyway zone import, or POST /v1/zones:import"
             }
             Self::QgcWaypoints => "a mission has no zones",
-            Self::Kml | Self::Gpx | Self::Xml => {
+            Self::Gpx | Self::Xml => {
                 "it is no JSON: convert it to GeoJSON, as ogr2ogr does, and give every Feature an id"
             }
         };
@@ -97,7 +114,7 @@ impl ForeignFormat {
 
     /// Whether zones are imported from it.
     pub fn has_zones(self) -> bool {
-        matches!(self, Self::Ed269 | Self::Ed318 | Self::QgcPlan)
+        matches!(self, Self::Ed269 | Self::Ed318 | Self::QgcPlan | Self::Kml)
     }
 
     /// Why it gives no network here, and what would.

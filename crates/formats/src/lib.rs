@@ -54,8 +54,8 @@ pub use criticality::{read_demand, write_criticality};
 pub use csv_network::read_csv_network;
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
 pub use feed::{
-    FeedFormat, FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, MAX_FEED_ZONES, ZoneFeed, read_feed,
-    write_ed318,
+    FeedFormat, FeedNote, FeedTerms, FeedZone, KML_MEDIA_TYPE, MAX_FEED_BYTES, MAX_FEED_ZONES,
+    ZoneFeed, read_feed, write_ed318,
 };
 pub use flight_document::{
     DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,
@@ -65,7 +65,7 @@ pub use flight_question::{
     FlightQuestion, ReadQuestion, read_flight_question, write_flight_question,
 };
 pub use flight_writer::{FlightWriter, flight_cause_text, stop_kind_name};
-pub use foreign::ForeignFormat;
+pub use foreign::{ForeignFormat, is_zip};
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
 pub use mark::without_mark;

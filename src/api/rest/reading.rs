@@ -5,7 +5,7 @@
 use super::answer::Refused;
 use super::unique::Unique;
 use crate::edge::{Code, Refusal};
-use crate::formats::{ReportProblem, members_twice, nearest, without_mark};
+use crate::formats::{KML_MEDIA_TYPE, ReportProblem, is_zip, members_twice, nearest, without_mark};
 use crate::wire::Fault;
 use axum::body::{Body, to_bytes};
 use axum::extract::FromRequest;
@@ -18,6 +18,10 @@ use serde_path_to_error::{Path, Segment, Track};
 /// How much of a reader's message is told; it may quote what was sent.
 const MESSAGE_CHARACTERS_MAX: usize = 200;
 
+const JSON: &str = "application/json";
+const KMZ_MEDIA_TYPE: &str = "application/vnd.google-earth.kmz";
+/// What to do with a KMZ.
+const UNPACK: &str = "the feed is a zip, as a KMZ is: unpack it, and send the KML that is in it";
 /// What clients say of a body whose type was not chosen.
 const UNCHOSEN: [&str; 4] = [
     "",
@@ -59,6 +63,40 @@ impl<S: Sync> FromRequest<S> for DroneJsonBody {
     }
 }
 
+/// The text of a feed of zones: JSON, KML, or of a type that is not said. Which format it is follows
+/// from what is in it.
+pub(in crate::api) struct FeedBody(pub(in crate::api) String);
+
+impl<S: Sync> FromRequest<S> for FeedBody {
+    type Rejection = Refused;
+
+    async fn from_request(request: Request<Body>, _: &S) -> Result<Self, Refused> {
+        let stated = media_type(request.headers())
+            .unwrap_or(JSON)
+            .to_ascii_lowercase();
+        if !is_json(&stated) && stated != KML_MEDIA_TYPE {
+            let detail = match stated.as_str() {
+                KMZ_MEDIA_TYPE => UNPACK.to_owned(),
+                other => format!(
+                    "the media type '{}' is not read here; send JSON with Content-Type: {JSON}, or KML with {KML_MEDIA_TYPE}",
+                    cut(other)
+                ),
+            };
+            return Err(Refusal::new(Code::MediaTypeUnsupported, detail).into());
+        }
+        let body = whole_body(request).await?;
+        if is_zip(&body) {
+            return Err(Refusal::new(Code::BodyInvalid, UNPACK).into());
+        }
+        let text = String::from_utf8(body.into()).map_err(|error| {
+            let place = error.utf8_error().valid_up_to();
+            let detail = format!("the feed is not UTF-8 text: see byte {place}");
+            Refusal::new(Code::BodyInvalid, detail)
+        })?;
+        Ok(Self(text))
+    }
+}
+
 async fn whole_body(request: Request<Body>) -> Result<Bytes, Refused> {
     // The gate holds bodies to the limit of the configuration.
     match to_bytes(request.into_body(), usize::MAX).await {
@@ -74,17 +112,21 @@ fn check_media_type(headers: &HeaderMap) -> Result<(), Refusal> {
     let Some(essence) = media_type(headers) else {
         return Ok(());
     };
-    let suffix = essence.rsplit_once('+').map(|(_, suffix)| suffix);
-    if essence.eq_ignore_ascii_case("application/json")
-        || suffix.is_some_and(|suffix| suffix.eq_ignore_ascii_case("json"))
-    {
+    let essence = essence.to_ascii_lowercase();
+    if is_json(&essence) {
         return Ok(());
     }
     let detail = format!(
-        "the media type '{}' is not read here; send JSON, and Content-Type: application/json",
-        cut(&essence.to_ascii_lowercase())
+        "the media type '{}' is not read here; send JSON, and Content-Type: {JSON}",
+        cut(&essence)
     );
     Err(Refusal::new(Code::MediaTypeUnsupported, detail))
+}
+
+/// Whether a media type in small letters is that of JSON, or of something written in it.
+fn is_json(essence: &str) -> bool {
+    let suffix = essence.rsplit_once('+').map(|(_, suffix)| suffix);
+    essence == JSON || suffix == Some("json")
 }
 
 /// The media type that is stated, without its parameters.

@@ -2,10 +2,10 @@
 
 use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
 use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
-use super::reading::{self, JsonBody};
+use super::reading::{self, FeedBody, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
-use crate::edge::{Code, Edge, FeedImport, Refusal, ZoneWrite};
+use crate::edge::{Edge, FeedImport, ZoneWrite};
 use crate::wire::{ZoneAck, ZoneImport};
 use axum::extract::State;
 use axum::response::Response;
@@ -305,7 +305,7 @@ pub(super) struct ImportParameters {
     validate_only: bool,
 }
 
-/// Imports a feed of zones, as one batch: ED-269, ED-318, the fence of a plan of QGroundControl, or GeoJSON.
+/// Imports a feed of zones, as one batch: ED-269, ED-318, KML, the fence of a plan of QGroundControl, or GeoJSON.
 ///
 /// The format is recognised by what is in it. Each zone is imported as written or refused with its place; one that is refused
 /// keeps no other out, and its last version in force.
@@ -319,6 +319,7 @@ pub(super) struct ImportParameters {
         content(
             (Object = "application/json", example = json!({"fileType": "Plan", "geoFence": {"version": 2, "polygons": [], "circles": []}})),
             (Object = "application/geo+json"),
+            (String = "application/vnd.google-earth.kml+xml"),
         ),
     ),
     responses(
@@ -332,13 +333,8 @@ pub(super) async fn import_zones(
     State(edge): State<Arc<Edge>>,
     Authenticated(caller): Authenticated,
     Query(asked): Query<ImportParameters>,
-    JsonBody(body): JsonBody,
+    FeedBody(text): FeedBody,
 ) -> Answer {
-    let text = String::from_utf8(body.to_vec()).map_err(|error| {
-        let place = error.utf8_error().valid_up_to();
-        let detail = format!("the feed is not UTF-8 text: see byte {place}");
-        Refusal::new(Code::BodyInvalid, detail)
-    })?;
     let import = FeedImport {
         feed: asked.feed,
         prefix: asked.prefix,

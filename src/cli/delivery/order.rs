@@ -3,7 +3,7 @@
 use crate::cli::edge::runtime;
 use crate::cli::output::Output;
 use crate::cli::registry_arguments::RegistryArguments;
-use crate::cli::remote::Remote;
+use crate::cli::remote::{JSON, Remote};
 use crate::cli::stop::{Stop, Verdict};
 use crate::wire::{
     Delivery, DeliveryOrder, Id, OfferRank, Quote, QuoteRequest, ServiceOffers, ServiceSearch,
@@ -146,7 +146,7 @@ async fn ask<T: DeserializeOwned>(
     let body = serde_json::to_string(body).map_err(Stop::failed)?;
     let answer = match key {
         Some(key) => remote.post_once(path, key, body).await?,
-        None => remote.post(path, &[], body).await?,
+        None => remote.post(path, &[], (JSON, body)).await?,
     };
     serde_json::from_slice(&answer)
         .map_err(|error| Stop::failed(format!("the registry's answer cannot be read: {error}")))

@@ -6,8 +6,9 @@ use crate::cli::edge::runtime;
 use crate::cli::files;
 use crate::cli::network_source::NetworkArguments;
 use crate::cli::output::Output;
-use crate::cli::remote::{Remote, START_OR_NAME};
+use crate::cli::remote::{JSON, Remote, START_OR_NAME};
 use crate::cli::stop::{Stop, Verdict};
+use crate::formats::{ForeignFormat, KML_MEDIA_TYPE};
 use crate::wire::{Fault, ImportAction, ZoneImport};
 use clap::Args;
 use jiff::Timestamp;
@@ -67,13 +68,18 @@ impl Import {
             self.edge.token_file.as_deref(),
             START_OR_NAME.to_owned(),
         )?;
+        let media_type = match ForeignFormat::of_markup(&text) {
+            Some(_) => KML_MEDIA_TYPE,
+            None => JSON,
+        };
         let feed = self.feed();
         let query = [
             ("feed", feed.as_str()),
             ("prefix", self.prefix.as_str()),
             ("validate_only", if self.dry_run { "true" } else { "false" }),
         ];
-        let answer = runtime()?.block_on(remote.post("/v1/zones:import", &query, text))?;
+        let answer =
+            runtime()?.block_on(remote.post("/v1/zones:import", &query, (media_type, text)))?;
         let told: ZoneImport<'_> = serde_json::from_slice(&answer)
             .map_err(|error| Stop::failed(format!("the edge's answer cannot be read: {error}")))?;
         match self.json {

@@ -19,7 +19,7 @@ Examples:
 /// The commands of `skyway zone`.
 #[derive(Debug, Subcommand)]
 pub(super) enum Zone {
-    /// Import a feed of zones: ED-269, ED-318, a plan of QGroundControl, or GeoJSON
+    /// Import a feed of zones: ED-269, ED-318, KML, a plan of QGroundControl, or GeoJSON
     Import(import::Import),
     /// Export the zones of an edge
     Export(export::Export),

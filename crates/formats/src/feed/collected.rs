@@ -29,7 +29,7 @@ pub struct FeedTerms<'a> {
 pub struct FeedNote {
     /// The zone, where it is one of a zone that has an identifier.
     pub identifier: Option<String>,
-    /// JSON Pointer (RFC 6901) of the place.
+    /// JSON Pointer (RFC 6901) of the place; in KML as if elements were members.
     pub pointer: String,
     /// What was done.
     pub message: String,
@@ -40,7 +40,7 @@ pub struct FeedNote {
 pub struct FeedZone {
     /// Its identifier, where it can be read.
     pub identifier: Option<String>,
-    /// JSON Pointer of the zone.
+    /// JSON Pointer of the zone; in KML as if elements were members.
     pub pointer: String,
     /// The zones that it is here, one for each of its volumes, or why it is refused.
     pub outcome: Result<Vec<Zone>, Vec<ZoneProblem>>,

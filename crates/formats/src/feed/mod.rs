@@ -1,5 +1,5 @@
-//! Zones as the field publishes them: ED-269, ED-318, fences of QGroundControl, and GeoJSON as it
-//! is read here.
+//! Zones as the field publishes them: ED-269, ED-318, fences of QGroundControl, KML, and GeoJSON as
+//! it is read here.
 //!
 //! A reader of feeds is tolerant where real feeds differ and only one meaning is left; each such
 //! repair is listed. A zone is imported as written or refused, with its identifier, the place and
@@ -10,6 +10,7 @@ mod ed269;
 mod ed318;
 mod ed318_write;
 mod fence;
+mod kml;
 mod layer;
 mod native;
 mod record;
@@ -18,13 +19,15 @@ mod times;
 
 use crate::foreign::ForeignFormat;
 use crate::geo::Frame;
-use crate::mark::without_mark;
+use crate::mark::BYTE_ORDER_MARK;
 use crate::zones::{ZoneCode, ZoneProblem};
 use collected::{Collected, Reader};
 pub use collected::{FeedNote, FeedTerms, FeedZone, MAX_FEED_ZONES};
 pub use ed318_write::write_ed318;
 use serde_json::Value;
 
+/// The media type of KML.
+pub const KML_MEDIA_TYPE: &str = "application/vnd.google-earth.kml+xml";
 /// At most this many bytes in a feed.
 pub const MAX_FEED_BYTES: usize = 64 << 20;
 /// At most this many notes are kept of one feed.
@@ -39,6 +42,8 @@ pub enum FeedFormat {
     Ed318,
     /// GeoJSON with the properties of zones here.
     GeoJson,
+    /// Keyhole Markup Language.
+    Kml,
     /// The fence of a plan of QGroundControl.
     QgcPlan,
 }
@@ -50,6 +55,7 @@ impl FeedFormat {
             Self::Ed269 => "ed269",
             Self::Ed318 => "ed318",
             Self::GeoJson => "geojson",
+            Self::Kml => "kml",
             Self::QgcPlan => "qgc_plan",
         }
     }
@@ -78,38 +84,28 @@ pub fn read_feed(
     terms: &FeedTerms<'_>,
     frame: &Frame,
 ) -> Result<ZoneFeed, ZoneProblem> {
-    let root_problem = |code, message: String| ZoneProblem::new(code, String::new(), message);
     if text.len() > MAX_FEED_BYTES {
         let message = format!("the feed has more than {} MiB", MAX_FEED_BYTES >> 20);
-        let problem = root_problem(ZoneCode::TextTooLong, message);
+        let problem = ZoneProblem::new(ZoneCode::TextTooLong, String::new(), message);
         return Err(problem.hint("divide it into feeds by region"));
-    }
-    let bytes = without_mark(text.as_bytes());
-    let document: Value =
-        serde_json::from_slice(bytes).map_err(|error| match ForeignFormat::of_text(text) {
-            Some(foreign) => root_problem(ZoneCode::FormatForeign, foreign.instead_of_zones()),
-            None => root_problem(ZoneCode::NotJson, error.to_string()),
-        })?;
-    let format = format_of(&document);
-    if format != FeedFormat::GeoJson && !frame.is_geographic() {
-        let message = "the network is planar, and the feed has longitudes and latitudes";
-        return Err(root_problem(ZoneCode::FormatForeign, message.to_owned()));
     }
     let mut collected = Collected {
         zones: Vec::new(),
         notes: Vec::new(),
     };
-    if bytes.len() < text.len() {
+    let unmarked = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    if unmarked.len() < text.len() {
         collected.note("", "the byte order mark was left out");
     }
     let reader = Reader { terms, frame };
-    match format {
-        FeedFormat::Ed269 => ed269::read(&document, &reader, &mut collected)?,
-        FeedFormat::Ed318 => ed318::read(&document, &reader, &mut collected)?,
-        FeedFormat::GeoJson => native::read(&document, &reader, &mut collected)?,
-        FeedFormat::QgcPlan => fence::read(&document, &reader, &mut collected)?,
-    }
-    collected.refuse_members_twice(bytes)?;
+    let format = match ForeignFormat::of_markup(unmarked) {
+        Some(ForeignFormat::Kml) => {
+            check_frame(FeedFormat::Kml, frame)?;
+            kml::read(unmarked, &reader, &mut collected)?;
+            FeedFormat::Kml
+        }
+        _ => read_json(unmarked, &reader, &mut collected)?,
+    };
     collected.refuse_namesakes();
     let mut notes = collected.notes;
     let further_notes = notes.len().saturating_sub(MAX_NOTES);
@@ -120,6 +116,43 @@ pub fn read_feed(
         notes,
         further_notes,
     })
+}
+
+fn read_json(
+    text: &str,
+    reader: &Reader<'_>,
+    collected: &mut Collected,
+) -> Result<FeedFormat, ZoneProblem> {
+    let document: Value = serde_json::from_str(text).map_err(|error| {
+        let (code, message) = match ForeignFormat::of_text(text) {
+            Some(foreign) => (ZoneCode::FormatForeign, foreign.instead_of_zones()),
+            None => (ZoneCode::NotJson, error.to_string()),
+        };
+        ZoneProblem::new(code, String::new(), message)
+    })?;
+    let format = format_of(&document);
+    check_frame(format, reader.frame)?;
+    match format {
+        FeedFormat::Ed269 => ed269::read(&document, reader, collected)?,
+        FeedFormat::Ed318 => ed318::read(&document, reader, collected)?,
+        FeedFormat::QgcPlan => fence::read(&document, reader, collected)?,
+        _ => native::read(&document, reader, collected)?,
+    }
+    collected.refuse_members_twice(text.as_bytes())?;
+    Ok(format)
+}
+
+/// Only zones as they are read here may be in metres of a plane.
+fn check_frame(format: FeedFormat, frame: &Frame) -> Result<(), ZoneProblem> {
+    if format == FeedFormat::GeoJson || frame.is_geographic() {
+        return Ok(());
+    }
+    let message = "the network is planar, and the feed has longitudes and latitudes";
+    Err(ZoneProblem::new(
+        ZoneCode::FormatForeign,
+        String::new(),
+        message,
+    ))
 }
 
 fn format_of(document: &Value) -> FeedFormat {

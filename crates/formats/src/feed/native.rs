@@ -28,7 +28,9 @@ pub(super) fn read(
         _ => {
             let message = "it is none of the formats that zones are imported from";
             let problem = ZoneProblem::new(ZoneCode::FormatForeign, String::new(), message);
-            return Err(problem.hint("send ED-269, ED-318, a plan of QGroundControl or GeoJSON"));
+            return Err(
+                problem.hint("send ED-269, ED-318, KML, a plan of QGroundControl or GeoJSON")
+            );
         }
     }
     Ok(())

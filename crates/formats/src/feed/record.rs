@@ -178,24 +178,29 @@ pub(super) fn read_identifier(zone: Members<'_>, sheet: &mut Sheet) -> Option<St
         }
         return None;
     };
-    let identifier = identifier.trim().to_owned();
-    if identifier.chars().any(char::is_control) {
-        let place = zone.place.member("identifier");
-        let remedy = "use letters and digits";
-        sheet.refuse(
-            ZoneCode::IdMismatch,
-            &place,
-            "has control characters",
-            remedy,
-        );
-        return None;
-    }
+    let identifier = plain_identifier(&identifier, &zone.place.member("identifier"), sheet)?;
     if identifier.chars().count() > 7 {
         let place: Place<'_> = zone.place.member("identifier");
         sheet.note(
             &place,
             "the identifier is longer than the 7 letters of the standard",
         );
+    }
+    Some(identifier)
+}
+
+/// An identifier without the blanks around it, which people can write.
+pub(super) fn plain_identifier(
+    identifier: &str,
+    place: &Place<'_>,
+    sheet: &mut Sheet,
+) -> Option<String> {
+    let identifier = identifier.trim().to_owned();
+    if identifier.chars().any(char::is_control) {
+        let remedy = "use letters and digits";
+        let message = "has control characters";
+        sheet.refuse(ZoneCode::IdMismatch, place, message, remedy);
+        return None;
     }
     Some(identifier)
 }

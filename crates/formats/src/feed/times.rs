@@ -40,19 +40,9 @@ impl Applicability {
         let (Some(from), Some(until)) = (from, until) else {
             return;
         };
-        let within = match Window::new(from, until) {
-            Ok(within) => within,
-            Err(reversed) => {
-                let place = period.place.member("endDateTime");
-                let remedy = "let it end after it begins";
-                sheet.refuse(
-                    ZoneCode::WindowReversed,
-                    &place,
-                    reversed.to_string(),
-                    remedy,
-                );
-                return;
-            }
+        let place = period.place.member("endDateTime");
+        let Some(within) = window(from, until, &place, sheet) else {
+            return;
         };
         let found = period.first(&SCHEDULES);
         let periods = found.and_then(|(name, value)| {
@@ -210,6 +200,11 @@ fn end_of_day(written: &str, place: &Place<'_>, sheet: &mut Sheet) -> Option<Opt
 
 fn date_time(value: &Value, place: &Place<'_>, sheet: &mut Sheet) -> Option<Timestamp> {
     let written = sheet.text(value, place)?;
+    instant(&written, place, sheet)
+}
+
+/// An instant as it is written, with its offset.
+pub(super) fn instant(written: &str, place: &Place<'_>, sheet: &mut Sheet) -> Option<Timestamp> {
     let instant = written.trim().parse::<Timestamp>().ok();
     if instant.is_none() {
         let message = format!("'{written}' is no instant");
@@ -217,4 +212,20 @@ fn date_time(value: &Value, place: &Place<'_>, sheet: &mut Sheet) -> Option<Time
         sheet.refuse(ZoneCode::TimeInvalid, place, message, remedy);
     }
     instant
+}
+
+/// The window between two instants; `place` is that of its end.
+pub(super) fn window(
+    from: Option<Timestamp>,
+    until: Option<Timestamp>,
+    place: &Place<'_>,
+    sheet: &mut Sheet,
+) -> Option<Window> {
+    let window = Window::new(from, until);
+    if let Err(reversed) = &window {
+        let remedy = "let it end after it begins";
+        let message = reversed.to_string();
+        sheet.refuse(ZoneCode::WindowReversed, place, message, remedy);
+    }
+    window.ok()
 }

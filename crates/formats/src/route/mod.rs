@@ -11,6 +11,7 @@ mod mission;
 use crate::airspace::{Airspace, Zone};
 use crate::compose::Composition;
 use crate::delivery::{FlightComposition, FlightEnvironment};
+use crate::feed::KML_MEDIA_TYPE;
 use crate::flight::LegCourse;
 use crate::geo::{Altitude, AltitudeBand, AltitudeReference, Point};
 use crate::network::{NodeIx, SegmentIx, Topology};
@@ -53,7 +54,7 @@ impl RouteFormat {
             Self::QgcPlan => "application/vnd.qgroundcontrol.plan+json",
             Self::QgcWaypoints => "text/vnd.qgroundcontrol.waypoints",
             Self::Gpx => "application/gpx+xml",
-            Self::Kml => "application/vnd.google-earth.kml+xml",
+            Self::Kml => KML_MEDIA_TYPE,
             Self::GeoJson => "application/geo+json",
         }
     }

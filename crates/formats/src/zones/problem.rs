@@ -11,6 +11,8 @@ pub const MAX_ZONE_PROBLEMS: usize = 20;
 pub enum ZoneCode {
     /// The text is not JSON.
     NotJson,
+    /// The text is not XML that is read here.
+    NotXml,
     /// A format of the field that is not read here.
     FormatForeign,
     /// A number in the text is beyond the range of a double; its place is a line and a column.
@@ -93,8 +95,9 @@ pub enum ZoneCode {
 
 impl ZoneCode {
     /// All codes.
-    pub const ALL: [Self; 40] = [
+    pub const ALL: [Self; 41] = [
         Self::NotJson,
+        Self::NotXml,
         Self::FormatForeign,
         Self::NumberOutOfRange,
         Self::WrongType,
@@ -140,6 +143,7 @@ impl ZoneCode {
     pub const fn code(self) -> &'static str {
         match self {
             Self::NotJson => "zone_not_json",
+            Self::NotXml => "zone_not_xml",
             Self::FormatForeign => "zone_format_foreign",
             Self::NumberOutOfRange => "zone_number_out_of_range",
             Self::WrongType => "zone_wrong_type",
