@@ -6,6 +6,7 @@
 
 mod airspace_source;
 mod answer_table;
+mod building_source;
 mod clock;
 mod compare;
 mod completions;

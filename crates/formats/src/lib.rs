@@ -17,6 +17,7 @@ mod load;
 mod mark;
 mod network_geojson;
 mod node_link;
+mod osm;
 mod place;
 mod recorded_world;
 mod report;
@@ -69,6 +70,7 @@ pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_netwo
 pub use mark::without_mark;
 pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
+pub use osm::{DegreeBox, OSM_ATTRIBUTION, OsmBuildings, read_osm_buildings};
 pub use recorded_world::{RecordError, recorded_question};
 pub use report::{ReadReport, read_report};
 pub use report_known::{CloseTarget, Known, KnownPlan, Unplaced};
