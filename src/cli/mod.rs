@@ -27,6 +27,8 @@ mod evaluate;
 mod failure;
 mod files;
 mod flight;
+#[cfg(feature = "edge")]
+mod geopackage;
 mod man;
 mod method;
 mod names;

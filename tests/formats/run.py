@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Zones of the field in, against a naive reader of the standards; zones and routes out, read by others' programs.
+"""Zones of the field in, against a naive reader of the standards; zones, routes and networks out, read by others' programs.
 
 run.py SKYWAY    where SKYWAY is the program
 """
@@ -14,6 +14,7 @@ import tempfile
 
 import deviations
 import exports
+import networks
 import reader
 
 DATA = pathlib.Path(__file__).resolve().parent / "data"
@@ -205,6 +206,7 @@ def main() -> int:
         tell_random(program, folder)
         deviations.tell(program, folder, check)
         exports.tell(program, folder)
+        networks.tell(program, folder)
     return 0
 
 
