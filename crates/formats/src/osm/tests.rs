@@ -87,12 +87,21 @@ fn header(feature: &str) -> Vec<u8> {
     blob("OSMHeader", &zlib(&schema))
 }
 
-/// A map: nodes with steps of 100 nanodegrees, ways, and multipolygons with the roles of their ways.
+/// Keys with their values.
+type Tags<'m> = Vec<[&'m str; 2]>;
+
+/// A way: its id, its nodes, its tags.
+type DrawnWay<'m> = (i64, Vec<i64>, Tags<'m>);
+
+/// A relation: its id, its ways with their roles, its tags.
+type DrawnRelation<'m> = (i64, Vec<(i64, &'m str)>, Tags<'m>);
+
+/// A map: nodes with steps of 100 nanodegrees, ways, and multipolygons.
 #[derive(Default)]
 struct Map<'m> {
     nodes: Vec<(i64, [i64; 2])>,
-    ways: Vec<(i64, Vec<i64>, Vec<[&'m str; 2]>)>,
-    relations: Vec<(i64, Vec<(i64, &'m str)>, Vec<[&'m str; 2]>)>,
+    ways: Vec<DrawnWay<'m>>,
+    relations: Vec<DrawnRelation<'m>>,
 }
 
 impl Map<'_> {
