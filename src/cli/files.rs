@@ -5,7 +5,7 @@
 
 use super::output::Output;
 use super::stop::Stop;
-use crate::formats::is_zip;
+use crate::formats::ForeignFormat;
 use flate2::Compression;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
@@ -23,6 +23,11 @@ const STANDARD_STREAM: &str = "-";
 
 /// Reads a whole file as text.
 pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
+    text_of(path, read_bytes(path)?)
+}
+
+/// Reads a whole file, whatever is in it.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, Stop> {
     let mut bytes = Vec::new();
     let bounded = open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
     bounded.map_err(|error| cannot_read(path, &error))?;
@@ -31,12 +36,14 @@ pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
         let problem = format!("{} is larger than {limit} MiB", path.display());
         return Err(Stop::failed(problem));
     }
-    if is_zip(&bytes) {
-        let path = path.display();
-        let problem = format!(
-            "{path} is a zip, as a KMZ is: unpack it, as with unzip {path}, and name the file that was in it"
-        );
-        return Err(Stop::failed(problem));
+    Ok(bytes)
+}
+
+/// What was read of a file as text; what is known not to be text is called by its name.
+pub(super) fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, Stop> {
+    if let Some(format) = ForeignFormat::of_bytes(&bytes) {
+        let (path, name, remedy) = (path.display(), format.name(), format.instead_of_text());
+        return Err(Stop::failed(format!("{path} is {name}, {remedy}")));
     }
     String::from_utf8(bytes).map_err(|error| {
         let place = error.utf8_error().valid_up_to();
@@ -85,15 +92,20 @@ pub(super) fn is_there(path: &Path) -> bool {
     path.exists()
 }
 
-/// Writes a whole file, or standard output.
+/// Writes a whole file of text, or standard output.
 pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(), Stop> {
+    write_bytes(path, text.as_bytes(), output)
+}
+
+/// Writes a whole file, or standard output.
+pub(super) fn write_bytes(path: &Path, bytes: &[u8], output: &Output) -> Result<(), Stop> {
     if path.as_os_str() == STANDARD_STREAM {
-        return output.raw(text.as_bytes());
+        return output.raw(bytes);
     }
     let is_compressed = path.extension().is_some_and(|ending| ending == "gz");
     let bytes = match is_compressed {
-        true => compressed(text.as_bytes()),
-        false => Ok(text.as_bytes().to_vec()),
+        true => compressed(bytes),
+        false => Ok(bytes.to_vec()),
     };
     bytes
         .and_then(|bytes| write_file(path, &bytes))

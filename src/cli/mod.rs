@@ -6,6 +6,7 @@
 
 mod airspace_source;
 mod answer_table;
+mod building_source;
 mod clock;
 mod compare;
 mod completions;
@@ -26,6 +27,8 @@ mod evaluate;
 mod failure;
 mod files;
 mod flight;
+#[cfg(feature = "edge")]
+mod geopackage;
 mod man;
 mod method;
 mod names;

@@ -1,10 +1,12 @@
 //! Which network a command works on: a bundled one, or a file of any format that is read.
 
 use super::files;
+#[cfg(feature = "edge")]
+use super::geopackage;
 use super::output::Output;
 use super::stop::Stop;
 #[cfg(feature = "edge")]
-use crate::formats::is_foreign;
+use crate::formats::{ForeignFormat, is_foreign};
 use crate::formats::{LoadError, LoadedNetwork, load_csv_network, load_network};
 use crate::network::{Components, Topology, bundled};
 use clap::Args;
@@ -21,7 +23,7 @@ const MAX_REPAIRS_SHOWN: usize = 10;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Network")]
 pub(super) struct NetworkArguments {
-    /// The network: sydney, corridor, or a file (GeoJSON, NetworkX node-link JSON, CSV; .gz too)
+    /// The network: sydney, corridor, or a file (GeoJSON, GraphML, GeoPackage, NetworkX node-link JSON, CSV; .gz too)
     #[arg(long, short, value_name = "NAME|FILE", default_value = SYDNEY)]
     network: String,
     /// The edges of a network in CSV, where they are not beside the nodes (x_nodes.csv, x_edges.csv)
@@ -36,6 +38,8 @@ pub(super) struct Loaded {
     pub(super) components: Components,
     /// What was repaired in foreign data.
     pub(super) repairs: Vec<String>,
+    /// What the file has and the network has no place for.
+    pub(super) unread: Vec<String>,
 }
 
 impl NetworkArguments {
@@ -57,6 +61,7 @@ pub(super) fn load(name: &str, edges: Option<&Path>, output: &Output) -> Result<
         components: Components::of(&network.topology),
         topology: Arc::new(network.topology),
         repairs: network.repairs.iter().map(ToString::to_string).collect(),
+        unread: network.unread.lines(),
     };
     introduce(&loaded, output);
     Ok(loaded)
@@ -65,18 +70,26 @@ pub(super) fn load(name: &str, edges: Option<&Path>, output: &Output) -> Result<
 /// Loads a network in the native format, with the text it was read from, for those who serve it to others.
 #[cfg(feature = "edge")]
 pub(super) fn load_with_text(name: &str, output: &Output) -> Result<(Topology, String), Stop> {
+    let not_served = || {
+        Stop::failed(format!(
+            "{name} is not a network in GeoJSON, which an edge serves; make one of it with skyway network convert"
+        ))
+    };
     let text = match name {
         SYDNEY => bundled::SYDNEY_CBD.to_owned(),
         CORRIDOR => bundled::CORRIDOR.to_owned(),
         file => {
-            check_there(Path::new(file))?;
-            files::read_text(Path::new(file))?
+            let path = Path::new(file);
+            check_there(path)?;
+            let bytes = files::read_bytes(path)?;
+            if ForeignFormat::of_bytes(&bytes) == Some(ForeignFormat::Geopackage) {
+                return Err(not_served());
+            }
+            files::text_of(path, bytes)?
         }
     };
     if looks_like_csv(&text) || is_foreign(&text) {
-        return Err(Stop::failed(format!(
-            "{name} is not a network in GeoJSON, which an edge serves; make one of it with skyway network convert"
-        )));
+        return Err(not_served());
     }
     let loaded = load_network(&text).map_err(|error| Stop::all_of(name, &error.lines()))?;
     let topology = loaded.topology;
@@ -101,7 +114,12 @@ fn check_there(path: &Path) -> Result<(), Stop> {
 
 fn load_file(path: &Path, edges: Option<&Path>) -> Result<LoadedNetwork, Stop> {
     check_there(path)?;
-    let text = files::read_text(path)?;
+    let bytes = files::read_bytes(path)?;
+    #[cfg(feature = "edge")]
+    if ForeignFormat::of_bytes(&bytes) == Some(ForeignFormat::Geopackage) {
+        return geopackage::load(path, &bytes);
+    }
+    let text = files::text_of(path, bytes)?;
     let refused = |error: LoadError| Stop::all_of(&path.display().to_string(), &error.lines());
     if edges.is_none() && !looks_like_csv(&text) {
         return load_network(&text).map_err(refused);

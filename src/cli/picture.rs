@@ -1,6 +1,6 @@
 //! Pictures: what is drawn of an airspace and an answer, and how.
 
-use super::files;
+use super::building_source::buildings_in;
 use super::plan::planned_nodes;
 use super::stop::Stop;
 use crate::airspace::{Airspace, Hits, Zone};
@@ -9,7 +9,6 @@ use crate::draw::{
     Crop, DrawnFlight, DrawnRecomposition, GroundPlan, Labels, Picture, PictureOptions, svg,
 };
 use crate::flight::{FailureReport, Location};
-use crate::formats::read_buildings;
 use crate::geo::{Frame, Point};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Recomposition;
@@ -84,8 +83,7 @@ impl PictureArguments {
                 topology.name()
             )));
         }
-        let buildings = read_buildings(&files::read_text(path)?)
-            .map_err(|errors| Stop::all_of(&path.display().to_string(), &errors))?;
+        let buildings = buildings_in(path, None)?.buildings;
         let plans = buildings
             .iter()
             .map(|building| ground_plan(building, topology.frame()));

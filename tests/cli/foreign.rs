@@ -248,7 +248,8 @@ fn a_kmz_is_called_a_zip_to_unpack() {
     for arguments in [&import[..], &compose[..]] {
         let run = skyway(arguments).exits(1);
         assert!(
-            run.stderr.contains("is a zip, as a KMZ is: unpack it"),
+            run.stderr
+                .contains("is a zip archive, which is not read here: unpack it, as a KMZ too"),
             "{run:?}"
         );
     }

@@ -6,6 +6,7 @@ mod binary;
 mod clock;
 #[cfg(feature = "edge")]
 mod config;
+mod conversions;
 #[cfg(all(target_os = "linux", feature = "edge"))]
 mod daemons;
 #[cfg(feature = "edge")]

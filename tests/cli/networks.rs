@@ -150,7 +150,7 @@ fn nodes_of(network: &Value) -> Vec<&Value> {
 }
 
 #[test]
-fn node_links_say_altitudes_above_ground_alone() {
+fn node_links_say_altitudes_with_their_references() {
     let node = |id: &str, x: f64, reference: &str| {
         json!({
             "type": "Feature",
@@ -169,10 +169,11 @@ fn node_links_say_altitudes_above_ground_alone() {
     let converted = skyway_with_input(&arguments, network.to_string().as_bytes())
         .exits(0)
         .json();
-    let altitudes: Vec<&Value> = (0..3)
-        .map(|place| &converted["nodes"][place]["altitude_m"])
-        .collect();
-    assert_eq!(altitudes, [&json!(40.5), &Value::Null, &Value::Null]);
+    for (place, reference) in ["agl", "amsl", "wgs84"].into_iter().enumerate() {
+        let node = &converted["nodes"][place];
+        assert_eq!(node["altitude_m"], 40.5, "{node}");
+        assert_eq!(node["altitude_reference"], reference, "{node}");
+    }
     assert_eq!(converted["graph"]["attribution"], "the land registry");
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Zones of the field in, against a naive reader of the standards; zones and routes out, read by others' programs.
+"""Zones of the field in, against a naive reader of the standards; zones, routes and networks out, read by others' programs.
 
 run.py SKYWAY    where SKYWAY is the program
 """
@@ -15,6 +15,7 @@ import tempfile
 import deviations
 import drawings
 import exports
+import networks
 import reader
 
 DATA = pathlib.Path(__file__).resolve().parent / "data"
@@ -207,6 +208,7 @@ def main() -> int:
         deviations.tell(program, folder, check)
         drawings.tell(program, folder, check, hold)
         exports.tell(program, folder)
+        networks.tell(program, folder)
     return 0
 
 

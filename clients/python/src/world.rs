@@ -12,7 +12,7 @@ use skyway_engine::network::{Generated, Joining, NodeIx};
 use skyway_engine::recompose::{self, Scratch};
 use skyway_engine::routing::TreeCache;
 use skyway_formats::{
-    CloseTarget, FeedTerms, ForeignFormat, LoadedNetwork, fingerprint, load_csv_network,
+    CloseTarget, FeedTerms, ForeignFormat, LoadedNetwork, Unread, fingerprint, load_csv_network,
     load_network, read_feed, read_zones,
 };
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -272,6 +272,7 @@ pub(crate) fn generate(
         Ok::<_, Refusal>(LoadedNetwork {
             topology,
             repairs: Vec::new(),
+            unread: Unread::default(),
         })
     });
     World::of(py, loaded??)

@@ -1,8 +1,9 @@
 //! A network as two CSV tables: nodes (`id` and `lon`,`lat` or `x`,`y`) and edges (`u`,`v`,`length_m`).
 //!
 //! Columns are found by name; `source`/`target` and `from`/`to` are understood for the ends, `weight` for
-//! the length, and unknown columns are ignored.
+//! the length; other columns are passed over, and told by name.
 
+use super::attributes::{ReadNetwork, Unread};
 use super::error::{FormatError, FormatErrors};
 use super::mark::without_mark;
 use crate::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
@@ -12,14 +13,15 @@ use csv::{ReaderBuilder, StringRecord};
 ///
 /// # Errors
 /// Each with the table and line it is about, up to a bound.
-pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<FormatError>> {
+pub fn read_csv_network(nodes: &str, edges: &str) -> Result<ReadNetwork, Vec<FormatError>> {
     let mut errors = FormatErrors::default();
+    let mut unread = Unread::default();
     let mut draft = NetworkDraft {
         name: "CSV network".to_owned(),
         integer_ids: true,
         ..NetworkDraft::default()
     };
-    read_table(
+    let others = read_table(
         nodes,
         "nodes",
         &mut errors,
@@ -36,7 +38,8 @@ pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<Fo
             Ok(())
         },
     );
-    read_table(
+    unread.columns_of_nodes(others);
+    let others = read_table(
         edges,
         "edges",
         &mut errors,
@@ -46,13 +49,14 @@ pub fn read_csv_network(nodes: &str, edges: &str) -> Result<NetworkDraft, Vec<Fo
             Ok(())
         },
     );
+    unread.columns_of_segments(others);
     if errors.is_empty() && draft.segments.is_empty() {
         let error = FormatError::new("edges", "has no rows, so that nothing could be flown");
         let columns =
             "give a header with the columns u, v and length_m, and a row for each segment";
         errors.push(error.hint(columns));
     }
-    errors.or(draft)
+    errors.or(ReadNetwork { draft, unread })
 }
 
 /// Names that a column may bear; the first that the header has is taken.
@@ -65,29 +69,36 @@ const EDGE_COLUMNS: [&[&str]; 3] = [
     &["length_m", "weight"],
 ];
 
+/// Reads the rows of a table; gives the names of the columns that are not read.
 fn read_table(
     text: &str,
     table: &str,
     errors: &mut FormatErrors,
     names: &ColumnNames,
     mut take: impl FnMut(&[Option<usize>], &StringRecord) -> Result<(), String>,
-) {
+) -> Vec<String> {
     let text = without_mark(text.as_bytes());
     let mut reader = ReaderBuilder::new()
         .delimiter(delimiter(text))
         .from_reader(text);
     let header = match reader.headers() {
         Ok(header) => header.clone(),
-        Err(error) => return errors.push(FormatError::new(table, error.to_string())),
+        Err(error) => {
+            errors.push(FormatError::new(table, error.to_string()));
+            return Vec::new();
+        }
     };
     let column = |wanted: &&[&str]| {
         let place = |name: &&str| header.iter().position(|found| found.trim() == *name);
         wanted.iter().find_map(place)
     };
     let columns: Vec<Option<usize>> = names.iter().map(column).collect();
+    let others = header.iter().enumerate();
+    let others = others.filter(|(place, _)| !columns.contains(&Some(*place)));
+    let others = others.map(|(_, name)| name.trim().to_owned()).collect();
     for row in reader.records() {
         if errors.is_full() {
-            return;
+            break;
         }
         let outcome = match &row {
             Ok(row) => take(&columns, row),
@@ -101,6 +112,7 @@ fn read_table(
             errors.push(FormatError::new(place, message));
         }
     }
+    others
 }
 
 /// What stands between the cells, by the first line: spreadsheets write semicolons where the comma is the decimal mark.

@@ -22,15 +22,44 @@ pub enum ForeignFormat {
     Kml,
     /// GPS exchange format.
     Gpx,
+    /// A graph in GraphML.
+    Graphml,
+    /// A graph in the node-link JSON of NetworkX.
+    NodeLink,
+    /// OpenStreetMap as XML.
+    OsmXml,
     /// Any other XML, such as AIXM.
     Xml,
+    /// OpenStreetMap in protocol buffers.
+    OsmPbf,
+    /// OGC GeoPackage.
+    Geopackage,
+    /// Any other database of SQLite.
+    Sqlite,
+    /// A zip archive, such as KMZ or a zipped shapefile.
+    Zip,
+    /// The geometries of a shapefile.
+    Shapefile,
+    /// Apache Parquet, such as GeoParquet.
+    Parquet,
+    /// FlatGeobuf.
+    FlatGeobuf,
 }
 
-/// Whether a file is a zip, as a KMZ is: by the signature that its first entry begins with (APPNOTE,
-/// 4.3.7).
-pub fn is_zip(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"PK\x03\x04")
-}
+/// What files that are no text begin with.
+const BEGINNINGS: [(&[u8], ForeignFormat); 5] = [
+    (b"SQLite format 3\0", ForeignFormat::Sqlite),
+    (b"PK\x03\x04", ForeignFormat::Zip),
+    (b"\0\0\x27\x0a", ForeignFormat::Shapefile),
+    (b"PAR1", ForeignFormat::Parquet),
+    (b"fgb\x03", ForeignFormat::FlatGeobuf),
+];
+/// Where a database of SQLite says whose it is, and what a GeoPackage says there (OGC 12-128, requirement 2).
+const APPLICATION_ID: std::ops::Range<usize> = 68..72;
+const GEOPACKAGE_IDS: [&[u8]; 3] = [b"GPKG", b"GP10", b"GP11"];
+/// The kind of the first block of an OSM extract, after the lengths of its header and of its kind.
+const OSM_HEADER: &[u8] = b"OSMHeader";
+const OSM_HEADER_AT: usize = 6;
 
 impl ForeignFormat {
     /// Finds out which of them a text is; `None` for anything else.
@@ -55,8 +84,27 @@ impl ForeignFormat {
         Some(match start {
             _ if start.contains("<kml") => Self::Kml,
             _ if start.contains("<gpx") => Self::Gpx,
+            _ if start.contains("<graphml") => Self::Graphml,
+            _ if start.contains("<osm") => Self::OsmXml,
             _ => Self::Xml,
         })
+    }
+
+    /// The same of a file that is no text.
+    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        if bytes
+            .get(OSM_HEADER_AT..)
+            .is_some_and(|rest| rest.starts_with(OSM_HEADER))
+        {
+            return Some(Self::OsmPbf);
+        }
+        let mut beginnings = BEGINNINGS.iter();
+        let (_, format) = beginnings.find(|(beginning, _)| bytes.starts_with(beginning))?;
+        let application = bytes.get(APPLICATION_ID).unwrap_or_default();
+        match format {
+            Self::Sqlite if GEOPACKAGE_IDS.contains(&application) => Some(Self::Geopackage),
+            format => Some(*format),
+        }
     }
 
     /// The same of a document that has been read: a whole file, or a single zone.
@@ -69,6 +117,10 @@ impl ForeignFormat {
         let zones = ["UASZoneList", "uas_zones"];
         if zones.iter().any(|name| document.get(name).is_some()) {
             return Some(Self::Ed269);
+        }
+        let has_list = |name: &str| document.get(name).is_some_and(Value::is_array);
+        if has_list("nodes") && (has_list("links") || has_list("edges")) {
+            return Some(Self::NodeLink);
         }
         let features = document.get("features").and_then(Value::as_array);
         let zones = features.map_or(std::slice::from_ref(document), Vec::as_slice);
@@ -90,7 +142,17 @@ impl ForeignFormat {
             Self::QgcWaypoints => "a list of waypoints of QGroundControl",
             Self::Kml => "a KML file",
             Self::Gpx => "a GPX file",
+            Self::Graphml => "a GraphML file",
+            Self::NodeLink => "node-link JSON of NetworkX",
+            Self::OsmXml => "an OSM file in XML",
             Self::Xml => "an XML file",
+            Self::OsmPbf => "an OSM extract (.osm.pbf)",
+            Self::Geopackage => "a GeoPackage",
+            Self::Sqlite => "a database of SQLite",
+            Self::Zip => "a zip archive",
+            Self::Shapefile => "a shapefile",
+            Self::Parquet => "a Parquet file",
+            Self::FlatGeobuf => "a FlatGeobuf file",
         }
     }
 
@@ -101,7 +163,11 @@ impl ForeignFormat {
                 "import it with skyway zone import, or POST /v1/zones:import"
             }
             Self::QgcWaypoints => "a mission has no zones",
-            Self::Gpx | Self::Xml => {
+            Self::Graphml | Self::NodeLink => {
+                "it has a network and no zones: give it with --network"
+            }
+            Self::OsmXml | Self::OsmPbf => "it has a map and no zones",
+            _ => {
                 "it is no JSON: convert it to GeoJSON, as ogr2ogr does, and give every Feature an id"
             }
         };
@@ -124,14 +190,38 @@ impl ForeignFormat {
                 "it has zones, and neither nodes nor segments: give a network with --network, and the zones with --zones"
             }
             Self::QgcPlan | Self::QgcWaypoints => {
-                "it has one mission, and neither nodes with pads nor segments: give a network as GeoJSON, node-link JSON \
-                 or CSV"
+                "it has one mission, and neither nodes with pads nor segments: give a network as GeoJSON, GraphML, \
+                 GeoPackage, node-link JSON or CSV"
             }
-            Self::Kml | Self::Gpx | Self::Xml => {
-                "it says nothing of nodes, pads and segments: give a network as GeoJSON, node-link JSON or CSV"
+            Self::OsmPbf | Self::OsmXml => {
+                return format!("is {}, {}", self.name(), self.instead_of_text());
+            }
+            _ => {
+                "it says nothing of nodes, pads and segments: give a network as GeoJSON, GraphML, GeoPackage, node-link \
+                 JSON or CSV"
             }
         };
         format!("is {}, which is not read here; {how}", self.name())
+    }
+
+    /// Why it is not the text that a command asks for, and what to do with it.
+    pub fn instead_of_text(self) -> &'static str {
+        match self {
+            Self::OsmPbf => {
+                "which has a map: skyway network build makes a network of the buildings in it"
+            }
+            Self::OsmXml => {
+                "which has a map: make it a .osm.pbf, as osmium cat does, and skyway network build makes a network of \
+                 the buildings in it"
+            }
+            Self::Geopackage => {
+                "which is read as a network alone: convert other layers with ogr2ogr -f GeoJSON"
+            }
+            Self::Zip => {
+                "which is not read here: unpack it, as a KMZ too, and name the file that is in it"
+            }
+            _ => "which is not read here: convert it with ogr2ogr -f GeoJSON",
+        }
     }
 }
 
@@ -198,6 +288,15 @@ mod tests {
             ),
             ("<gpx>", ForeignFormat::Gpx),
             ("\u{feff}<aixm:AIXMBasicMessage>", ForeignFormat::Xml),
+            (
+                "<graphml xmlns='x'><graph/></graphml>",
+                ForeignFormat::Graphml,
+            ),
+            (
+                "<?xml version='1.0'?><osm version='0.6'>",
+                ForeignFormat::OsmXml,
+            ),
+            (r#"{"nodes": [], "links": []}"#, ForeignFormat::NodeLink),
         ] {
             assert_eq!(ForeignFormat::of_text(text), Some(format), "{text}");
         }
@@ -205,6 +304,33 @@ mod tests {
             json!({"type": "Feature", "id": "z", "properties": {"name": "a", "country": "b"}});
         for text in ["", "{}", "[1]", "id,lon,lat", &own.to_string()] {
             assert_eq!(ForeignFormat::of_text(text), None, "{text}");
+        }
+    }
+    #[test]
+    fn files_that_are_no_text_are_told_by_their_beginning() {
+        let database = |application: &[u8]| {
+            let mut bytes = b"SQLite format 3\0".to_vec();
+            bytes.resize(68, 0);
+            [&bytes, application, &[0; 28]].concat()
+        };
+        for (bytes, format) in [
+            (database(b"GPKG"), ForeignFormat::Geopackage),
+            (database(b"GP10"), ForeignFormat::Geopackage),
+            (database(&[0; 4]), ForeignFormat::Sqlite),
+            (b"SQLite format 3\0".to_vec(), ForeignFormat::Sqlite),
+            (
+                b"\0\0\0\x0d\x0a\x09OSMHeader\x18".to_vec(),
+                ForeignFormat::OsmPbf,
+            ),
+            (b"PK\x03\x04\x14".to_vec(), ForeignFormat::Zip),
+            (b"\0\0\x27\x0a\0\0".to_vec(), ForeignFormat::Shapefile),
+            (b"PAR1".to_vec(), ForeignFormat::Parquet),
+            (b"fgb\x03fgb\x00".to_vec(), ForeignFormat::FlatGeobuf),
+        ] {
+            assert_eq!(ForeignFormat::of_bytes(&bytes), Some(format), "{bytes:?}");
+        }
+        for bytes in [&b""[..], b"{}", b"SQLite", b"\0\0\0\x0d\x0a\x09OSMData"] {
+            assert_eq!(ForeignFormat::of_bytes(bytes), None, "{bytes:?}");
         }
     }
 }

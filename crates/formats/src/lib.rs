@@ -2,6 +2,7 @@
 
 mod answer;
 mod area;
+mod attributes;
 mod buildings;
 mod certificate;
 mod composition;
@@ -13,11 +14,14 @@ mod flight_document;
 mod flight_question;
 mod flight_writer;
 mod foreign;
+mod geopackage;
+mod graphml;
 mod identifier;
 mod load;
 mod mark;
 mod network_geojson;
 mod node_link;
+mod osm;
 mod place;
 mod recorded_world;
 mod report;
@@ -32,8 +36,11 @@ mod report_place;
 mod report_problem;
 mod report_resolve;
 mod report_resolved;
+#[cfg(test)]
+mod round_trips;
 mod route;
 mod safety;
+mod stated;
 mod suggestion;
 mod twice;
 mod weather;
@@ -47,6 +54,7 @@ use skyway_engine::{
 
 pub use answer::{answer, warning_text};
 pub use area::area_geometry;
+pub use attributes::{AttributeKind, ReadNetwork, Unread};
 pub use buildings::read_buildings;
 pub use certificate::write_certificate;
 pub use composition::composition_json;
@@ -65,12 +73,18 @@ pub use flight_question::{
     FlightQuestion, ReadQuestion, read_flight_question, write_flight_question,
 };
 pub use flight_writer::{FlightWriter, flight_cause_text, stop_kind_name};
-pub use foreign::{ForeignFormat, is_zip};
+pub use foreign::ForeignFormat;
+pub use geopackage::{
+    Cell, GeopackageLayer, GeopackageNetwork, GeopackageStatement, NETWORK_TABLE, NODES_LAYER,
+    SEGMENTS_LAYER, WrittenGeopackage, load_geopackage, write_geopackage,
+};
+pub use graphml::{MAX_GRAPHML_BYTES, WrittenGraphml, read_graphml, write_graphml};
 pub use identifier::{find_node, id_text, node_id, node_id_json, segment_id_json};
 pub use load::{LoadError, LoadedNetwork, fingerprint, is_foreign, load_csv_network, load_network};
 pub use mark::without_mark;
 pub use network_geojson::{patch_network, read_network, write_network};
 pub use node_link::{read_node_link, write_node_link};
+pub use osm::{DegreeBox, OSM_ATTRIBUTION, OsmBuildings, read_osm_buildings};
 pub use recorded_world::{RecordError, recorded_question};
 pub use report::{ReadReport, read_report};
 pub use report_known::{CloseTarget, Known, KnownPlan, Unplaced};
@@ -80,6 +94,7 @@ pub use report_resolve::{ResolvedReport, resolve_report};
 pub use report_resolved::settled_report;
 pub use route::{Route, RouteFormat, RouteLeg, RouteProblem, WrittenRoute, write_route};
 pub use safety::{first_stretch, unsafe_way, waypoint};
+pub use stated::draft_of;
 pub use suggestion::nearest;
 pub use twice::members_twice;
 pub use weather::wind_field;

@@ -1,8 +1,10 @@
 //! A network file of any format that is read: found out by its content, repaired where it is foreign.
 
+use super::attributes::{ReadNetwork, Unread};
 use super::csv_network::read_csv_network;
 use super::error::FormatError;
 use super::foreign::ForeignFormat;
+use super::graphml::read_graphml;
 use super::network_geojson::read_network;
 use super::node_link::read_node_link;
 use crate::network::{NetworkDraft, NetworkError, Repair, Topology};
@@ -20,6 +22,8 @@ pub struct LoadedNetwork {
     pub topology: Topology,
     /// Repairs to foreign data; the native format is never repaired.
     pub repairs: Vec<Repair>,
+    /// What foreign data has and the network has no place for; the native format refuses what it does not know.
+    pub unread: Unread,
 }
 
 /// Why a network cannot be loaded.
@@ -43,21 +47,20 @@ impl LoadError {
     }
 }
 
-/// Loads a network from JSON: native GeoJSON or node-link.
+/// Loads a network from JSON, native GeoJSON or node-link, or from GraphML.
 ///
 /// # Errors
 /// Everything that is wrong with it, up to a bound.
 pub fn load_network(text: &str) -> Result<LoadedNetwork, LoadError> {
-    match is_foreign(text) {
-        true => {
-            let draft = read_node_link(text).map_err(LoadError::Format)?;
-            build_foreign(draft, fingerprint(&[text]))
-        }
-        false => {
-            let draft = read_network(text).map_err(|errors| named(text, errors))?;
-            build(draft, fingerprint(&[text]), Vec::new())
-        }
+    let sha256 = fingerprint(&[text]);
+    if is_graphml(text) {
+        return build_foreign(read_graphml(text).map_err(LoadError::Format)?, sha256);
     }
+    if is_node_link(text) {
+        return build_foreign(read_node_link(text).map_err(LoadError::Format)?, sha256);
+    }
+    let draft = read_network(text).map_err(|errors| named(text, errors))?;
+    build(draft, sha256, Vec::new(), Unread::default())
 }
 
 /// The errors of a text, or the one that names what it is: of another format every member is wrong.
@@ -76,22 +79,32 @@ fn named(text: &str, errors: Vec<FormatError>) -> LoadError {
 /// # Errors
 /// Everything that is wrong with it, up to a bound.
 pub fn load_csv_network(nodes: &str, edges: &str) -> Result<LoadedNetwork, LoadError> {
-    let draft = read_csv_network(nodes, edges).map_err(LoadError::Format)?;
-    build_foreign(draft, fingerprint(&[nodes, edges]))
+    let network = read_csv_network(nodes, edges).map_err(LoadError::Format)?;
+    build_foreign(network, fingerprint(&[nodes, edges]))
 }
 
-fn build_foreign(mut draft: NetworkDraft, sha256: [u8; 32]) -> Result<LoadedNetwork, LoadError> {
+/// Repairs a network of another tool and builds it.
+pub(super) fn build_foreign(
+    network: ReadNetwork,
+    sha256: [u8; 32],
+) -> Result<LoadedNetwork, LoadError> {
+    let ReadNetwork { mut draft, unread } = network;
     let repairs = draft.repair();
-    build(draft, sha256, repairs)
+    build(draft, sha256, repairs, unread)
 }
 
 fn build(
     draft: NetworkDraft,
     sha256: [u8; 32],
     repairs: Vec<Repair>,
+    unread: Unread,
 ) -> Result<LoadedNetwork, LoadError> {
     let topology = Topology::build(draft, sha256).map_err(LoadError::Network)?;
-    Ok(LoadedNetwork { topology, repairs })
+    Ok(LoadedNetwork {
+        topology,
+        repairs,
+        unread,
+    })
 }
 
 /// SHA-256 of the texts, one after the other.
@@ -103,9 +116,18 @@ pub fn fingerprint(texts: &[&str]) -> [u8; 32] {
     hasher.finalize().into()
 }
 
-/// True for node-link JSON; anything else, JSON that breaks before it says what it is included, is for the native
-/// reader to judge.
+/// True for node-link JSON and for GraphML; anything else, JSON that breaks before it says what it is included, is for
+/// the native reader to judge.
 pub fn is_foreign(text: &str) -> bool {
+    is_graphml(text) || is_node_link(text)
+}
+
+fn is_graphml(text: &str) -> bool {
+    let is_xml = text.trim_start().starts_with('<');
+    is_xml && ForeignFormat::of_text(text) == Some(ForeignFormat::Graphml)
+}
+
+fn is_node_link(text: &str) -> bool {
     let mut kind = Kind::default();
     // That reading stops early, or at a fault, says nothing: what was seen until then does.
     let _ = serde_json::Deserializer::from_str(text).deserialize_map(&mut kind);
@@ -167,11 +189,16 @@ mod tests {
         assert!(is_foreign(named));
         assert!(is_foreign(r#"{"links": [{"nodes": 1}], "nodes": []}"#));
         assert!(is_foreign(r#"{"type": "graph", "nodes": [], "edges": []}"#));
+        assert!(is_foreign(
+            "<?xml version='1.0'?>\n<graphml><graph/></graphml>"
+        ));
         for native in [
             r#"{"type": "FeatureCollection", "features": [], "nodes": [], "links": []}"#,
             r#"{"name": "\"nodes\" \"links\"", "features": []}"#,
             r#"{"nodes": []}"#,
             r#"{"nodes": [}, "links": []}"#,
+            r#"{"name": "<graphml>", "features": []}"#,
+            "<kml/>",
             "[1]",
             "",
         ] {

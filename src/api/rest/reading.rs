@@ -5,7 +5,9 @@
 use super::answer::Refused;
 use super::unique::Unique;
 use crate::edge::{Code, Refusal};
-use crate::formats::{KML_MEDIA_TYPE, ReportProblem, is_zip, members_twice, nearest, without_mark};
+use crate::formats::{
+    ForeignFormat, KML_MEDIA_TYPE, ReportProblem, members_twice, nearest, without_mark,
+};
 use crate::wire::Fault;
 use axum::body::{Body, to_bytes};
 use axum::extract::FromRequest;
@@ -85,7 +87,7 @@ impl<S: Sync> FromRequest<S> for FeedBody {
             return Err(Refusal::new(Code::MediaTypeUnsupported, detail).into());
         }
         let body = whole_body(request).await?;
-        if is_zip(&body) {
+        if ForeignFormat::of_bytes(&body) == Some(ForeignFormat::Zip) {
             return Err(Refusal::new(Code::BodyInvalid, UNPACK).into());
         }
         let text = String::from_utf8(body.into()).map_err(|error| {

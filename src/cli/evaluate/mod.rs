@@ -7,7 +7,6 @@ mod cell;
 mod folder;
 mod provenance;
 
-use super::network::draft_of;
 use super::network_source;
 use super::output::{Align, Output, titled_table};
 use super::stop::{Stop, Verdict};
@@ -16,7 +15,7 @@ use crate::evaluate::{
     CellPlan, Cells, Design, FigurePlan, Judged, Placing, Repetitions, Survey, agreement,
     claim_plans, figure_plans, judge, notes, report, write_summary,
 };
-use crate::formats::write_network;
+use crate::formats::{draft_of, write_network};
 use clap::Args;
 use folder::Folder;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};

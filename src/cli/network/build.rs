@@ -3,10 +3,11 @@
 use crate::airspace::Zone;
 use crate::buildings::{Building, LineOfSight, PadRule, SkylineReport, plane_of};
 use crate::cli::airspace_source::zones_in;
+use crate::cli::building_source::buildings_in;
 use crate::cli::files;
 use crate::cli::output::Output;
 use crate::cli::stop::{Stop, Verdict};
-use crate::formats::{read_buildings, write_network};
+use crate::formats::{DegreeBox, OSM_ATTRIBUTION, write_network};
 use crate::geo::{AltitudeBand, Frame, Point};
 use crate::network::NetworkDraft;
 use clap::Args;
@@ -18,17 +19,25 @@ const EXAMPLES: &str = "\
 Examples:
   skyway network build buildings.geojson --name Town --attribution 'the land registry' -o town.geojson
   skyway network build buildings.geojson --reach 200 --zones zones.geojson -o town.geojson
+  skyway network build city.osm.pbf --bbox 151.19,-33.88,151.22,-33.85 -o town.geojson
 
 The buildings are a GeoJSON FeatureCollection of polygons with the properties height_m (above \
-ground), and where known name and extract. A building without a height counts as reaching the ceiling.";
+ground), and where known name and extract; or an extract of OpenStreetMap, of which the tags height \
+and building:levels are read. A building without a height counts as reaching the ceiling.";
+
+/// At most this many repairs are shown.
+const MAX_REPAIRS_SHOWN: usize = 10;
 
 /// Arguments of `skyway network build`. What is not given has the default of [`LineOfSight`].
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(in crate::cli) struct Build {
-    /// The building footprints, or - for standard input
+    /// The building footprints (GeoJSON or .osm.pbf), or - for standard input
     #[arg(value_name = "BUILDINGS")]
     buildings: PathBuf,
+    /// Take the buildings of an OSM extract with a corner in this box, in degrees
+    #[arg(long, value_name = "WEST,SOUTH,EAST,NORTH", value_parser = degree_box, allow_hyphen_values = true)]
+    bbox: Option<DegreeBox>,
     /// Lowest roof that becomes a node, in metres above ground [default: 10]
     #[arg(long, value_name = "METRES")]
     min_height: Option<f64>,
@@ -72,9 +81,9 @@ pub(in crate::cli) struct Build {
 
 impl Build {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
-        let source = self.buildings.display().to_string();
-        let text = files::read_text(&self.buildings)?;
-        let buildings = read_buildings(&text).map_err(|errors| Stop::all_of(&source, &errors))?;
+        let read = buildings_in(&self.buildings, self.bbox.as_ref())?;
+        tell_repairs(&read.repairs, output);
+        let buildings = read.buildings;
         let zones = self.zones(&buildings)?;
         let keep_out = |from: Point, to: Point, band: &AltitudeBand| {
             zones.iter().any(|zone| zone.closes_line(from, to, band))
@@ -87,14 +96,17 @@ impl Build {
         let built = self.rules().build(&buildings, &keep_out, &mut progress);
         bar.finish_and_clear();
         let skyline = built.map_err(Stop::failed)?;
+        let of_source = read.are_of_osm.then(|| OSM_ATTRIBUTION.to_owned());
+        let attribution = self.attribution.clone().or(of_source);
+        let is_attributed = attribution.is_some();
         let network = NetworkDraft {
             name: self.name.clone().unwrap_or_default(),
-            attribution: self.attribution.clone().unwrap_or_default(),
+            attribution: attribution.unwrap_or_default(),
             ..skyline.network
         };
         files::write_text(&self.output, &write_network(&network), output)?;
         tell(&skyline.report, &network, output);
-        if self.attribution.is_none() {
+        if !is_attributed {
             output.warn(
                 "no --attribution: name the source of the buildings, if its licence asks for that",
             );
@@ -126,6 +138,40 @@ impl Build {
             },
             extract: self.extract.clone(),
         }
+    }
+}
+
+/// Reads the four sides of a box.
+fn degree_box(text: &str) -> Result<DegreeBox, String> {
+    let sides: Result<Vec<f64>, _> = text.split(',').map(|side| side.trim().parse()).collect();
+    let sides: Option<[f64; 4]> = sides.ok().and_then(|sides| sides.try_into().ok());
+    let [west, south, east, north] =
+        sides.ok_or("write four numbers of degrees: west,south,east,north")?;
+    let is_ordered =
+        |least: f64, most: f64, limit: f64| -limit <= least && least < most && most <= limit;
+    if !is_ordered(west, east, 180.0) || !is_ordered(south, north, 90.0) {
+        return Err(
+            "west has to be below east, within 180 degrees, and south below north, within 90"
+                .to_owned(),
+        );
+    }
+    Ok(DegreeBox {
+        west,
+        south,
+        east,
+        north,
+    })
+}
+
+fn tell_repairs(repairs: &[String], output: &Output) {
+    for repair in repairs.iter().take(MAX_REPAIRS_SHOWN) {
+        output.warn(repair);
+    }
+    if repairs.len() > MAX_REPAIRS_SHOWN {
+        let more = repairs.len() - MAX_REPAIRS_SHOWN;
+        output.warn(&format!(
+            "{more} more buildings are drawn wrong or have heights that cannot be read"
+        ));
     }
 }
 

@@ -1,22 +1,25 @@
 //! `skyway network convert`: a network in another format.
 
 use crate::cli::files;
+#[cfg(feature = "edge")]
+use crate::cli::geopackage;
 use crate::cli::network_source::NetworkArguments;
 use crate::cli::output::Output;
 use crate::cli::stop::{Stop, Verdict};
-use crate::formats::{write_network, write_node_link};
-use crate::network::{
-    Coordinates, NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology,
-};
+#[cfg(feature = "edge")]
+use crate::formats::write_geopackage;
+use crate::formats::{draft_of, write_graphml, write_network, write_node_link};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway network convert --network city_nodes.csv.gz --to geojson -o city.geojson
+  skyway network convert --network city_nodes.csv.gz -o city.geojson
+  skyway network convert -o sydney.graphml                     networkx.read_graphml reads it
+  skyway network convert -o sydney.gpkg                        for QGIS and geopandas
   skyway network convert --to node-link -o sydney.json
 
-networkx.node_link_graph(json.load(open('sydney.json')), edges='links') reads the second one.";
+networkx.node_link_graph(json.load(open('sydney.json')), edges='links') reads the last one.";
 
 /// Arguments of `skyway network convert`.
 #[derive(Debug, Args)]
@@ -24,9 +27,9 @@ networkx.node_link_graph(json.load(open('sydney.json')), edges='links') reads th
 pub(in crate::cli) struct Convert {
     #[command(flatten)]
     network: NetworkArguments,
-    /// The format
+    /// The format [default: by the name of the output: .geojson, .graphml or .gpkg]
     #[arg(help_heading = "Output", long, value_enum, value_name = "FORMAT")]
-    to: Target,
+    to: Option<Target>,
     /// Where to write it (.gz compresses), or - for standard output
     #[arg(
         help_heading = "Output",
@@ -41,79 +44,66 @@ pub(in crate::cli) struct Convert {
 /// A format that is written.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Target {
-    /// The native format, with everything that is known
+    /// The native format
     Geojson,
-    /// NetworkX node-link JSON: ids, positions, altitudes above ground, pads, roles, names, lengths
+    /// GraphML, as NetworkX reads it; the weight of an edge is its length
+    Graphml,
+    /// GeoPackage, with the layers nodes and segments
+    #[cfg(feature = "edge")]
+    Geopackage,
+    /// NetworkX node-link JSON
     NodeLink,
+}
+
+impl Target {
+    /// The format that the name of a file stands for.
+    fn of_name(path: &Path) -> Option<Self> {
+        let name = match path.extension()? == "gz" {
+            true => Path::new(path.file_stem()?),
+            false => path,
+        };
+        match name.extension()?.to_str()? {
+            "geojson" => Some(Self::Geojson),
+            "graphml" => Some(Self::Graphml),
+            #[cfg(feature = "edge")]
+            "gpkg" => Some(Self::Geopackage),
+            _ => None,
+        }
+    }
 }
 
 impl Convert {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        let target = self
+            .to
+            .or_else(|| Target::of_name(&self.output))
+            .ok_or_else(|| {
+                let output = self.output.display();
+                Stop::Usage(format!(
+                    "{output} says nothing of a format; name one with --to"
+                ))
+            })?;
         let network = self.network.load(output)?;
-        let text = match self.to {
-            Target::Geojson => write_network(&draft_of(&network.topology)),
-            Target::NodeLink => write_node_link(&network.topology),
+        for unread in &network.unread {
+            output.warn(&format!("a network has no place for some {unread}"));
+        }
+        let draft = draft_of(&network.topology);
+        let bytes = match target {
+            Target::Geojson => write_network(&draft).into_bytes(),
+            Target::NodeLink => write_node_link(&network.topology).into_bytes(),
+            Target::Graphml => {
+                let written = write_graphml(&draft).map_err(Stop::failed)?;
+                written.losses.iter().for_each(|loss| output.warn(loss));
+                written.text.into_bytes()
+            }
+            #[cfg(feature = "edge")]
+            Target::Geopackage => {
+                let written = write_geopackage(&draft);
+                written.losses.iter().for_each(|loss| output.warn(loss));
+                geopackage::database_of(&written.statements)?
+            }
         };
-        files::write_text(&self.output, &text, output)?;
+        files::write_bytes(&self.output, &bytes, output)?;
         Ok(Verdict::Done)
-    }
-}
-
-/// A topology as it would be stated: nodes and segments in node order.
-pub(in crate::cli) fn draft_of(topology: &Topology) -> NetworkDraft {
-    let mut nodes: Vec<NodeIx> = topology.nodes().collect();
-    nodes.sort_unstable_by_key(|&node| topology.rank(node));
-    let mut segments: Vec<SegmentIx> = topology.segments().collect();
-    segments.sort_unstable_by_key(|&segment| {
-        let ends = topology.segment(segment);
-        (topology.rank(ends.from), topology.rank(ends.to))
-    });
-    NetworkDraft {
-        name: topology.name().to_owned(),
-        attribution: topology.attribution().to_owned(),
-        coordinates: match topology.frame().is_geographic() {
-            true => Coordinates::Geographic,
-            false => Coordinates::Planar,
-        },
-        integer_ids: topology.has_integer_ids(),
-        nodes: nodes
-            .into_iter()
-            .map(|node| node_draft(topology, node))
-            .collect(),
-        segments: segments
-            .into_iter()
-            .map(|segment| segment_draft(topology, segment))
-            .collect(),
-        ..NetworkDraft::default()
-    }
-}
-
-fn node_draft(topology: &Topology, node: NodeIx) -> NodeDraft {
-    NodeDraft {
-        id: topology.node_id(node).to_owned(),
-        position: topology.frame().from_plane(topology.position(node)),
-        altitude: topology.node_altitude(node),
-        pads: topology.pads(node),
-        role: topology.role(node),
-        name: topology.node_name(node).map(str::to_owned),
-    }
-}
-
-fn segment_draft(topology: &Topology, segment: SegmentIx) -> SegmentDraft {
-    let stated = topology.segment(segment);
-    let id = topology.segment_id(segment);
-    let [from, to] = [stated.from, stated.to].map(|node| topology.node_id(node));
-    let (first, second) = match topology.rank(stated.from) < topology.rank(stated.to) {
-        true => (from, to),
-        false => (to, from),
-    };
-    let is_derived = id == format!("{first}-{second}");
-    SegmentDraft {
-        id: (!is_derived).then(|| id.into_owned()),
-        from: from.to_owned(),
-        to: to.to_owned(),
-        length_m: Some(stated.length_m),
-        band: topology.segment_band(segment),
-        speed_limit_mps: topology.speed_limit_mps(segment),
     }
 }

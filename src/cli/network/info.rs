@@ -167,6 +167,8 @@ fn facts(network: &Loaded, figures: &Figures) -> Vec<(&'static str, String)> {
     if !topology.attribution().is_empty() {
         facts.push(("attribution", topology.attribution().to_owned()));
     }
+    let unread = network.unread.iter();
+    facts.extend(unread.map(|unread| ("not read", unread.clone())));
     facts
 }
 
@@ -235,5 +237,6 @@ fn json(network: &Loaded, figures: &Figures) -> Value {
         "memory_bytes_estimate": figures.memory_bytes,
         "table_bytes": figures.table_bytes,
         "repairs": network.repairs,
+        "not_read": network.unread,
     })
 }

@@ -9,8 +9,6 @@ mod info;
 
 use super::output::Output;
 use super::stop::{Stop, Verdict};
-pub(super) use convert::draft_of;
-
 use clap::Subcommand;
 
 /// What is done with networks, for the help.

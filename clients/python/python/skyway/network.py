@@ -32,7 +32,7 @@ class Network(_skyway.Core):
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], edges: str | os.PathLike[str] | None = None) -> Self:
-        """Reads GeoJSON, node-link JSON of NetworkX, or CSV, each also as .gz (docs/network.md).
+        """Reads GeoJSON, GraphML, node-link JSON of NetworkX, or CSV, each also as .gz (docs/network.md).
 
         CSV has its edges in a second file: `edges`, or x_edges.csv beside x_nodes.csv. Raises `NetworkError`, which names the feature.
         """
@@ -48,7 +48,7 @@ class Network(_skyway.Core):
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Reads the text of a network in GeoJSON or node-link JSON, such as an edge serves. Raises `NetworkError`."""
+        """Reads the text of a network in GeoJSON, GraphML or node-link JSON, such as an edge serves. Raises `NetworkError`."""
         return cls(_skyway.load(text))
 
     @classmethod

@@ -12,7 +12,8 @@ from .results import NodeId
 if TYPE_CHECKING:
     import networkx as nx
 
-_NODE_MEMBERS = ("altitude_m", "pads", "role", "name")
+_NODE_MEMBERS = ("altitude_m", "altitude_reference", "pads", "role", "name")
+_SEGMENT_MEMBERS = ("id", "lower_m", "lower_reference", "upper_m", "upper_reference", "speed_limit_mps")
 _LENGTHS = ("length_m", "length", "weight")
 _ENDS = (("from", "to"), ("source", "target"), ("u", "v"))
 
@@ -73,7 +74,7 @@ def _members(attributes: Any, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _segment_members(attributes: Any) -> dict[str, Any]:
-    members = _members(attributes, ("id", "speed_limit_mps"))
+    members = _members(attributes, _SEGMENT_MEMBERS)
     lengths = _members(attributes, _LENGTHS)
     length = next((lengths[name] for name in _LENGTHS if name in lengths), None)
     return members if length is None else members | {"length_m": float(length)}

@@ -1,9 +1,9 @@
 //! One feature of the native format: a node or a segment.
 
+use super::super::attributes::{altitude, band, positive, role};
 use super::super::error::FormatError;
-use super::super::place::{Place, array, number, object, optional, position, required, text};
-use crate::geo::{Altitude, AltitudeBand, AltitudeReference};
-use crate::network::{NodeDraft, Role, SegmentDraft};
+use super::super::place::{Place, array, object, optional, position, required, text};
+use crate::network::{NodeDraft, SegmentDraft};
 use serde_json::{Map, Value};
 
 const FEATURE_MEMBERS: &[&str] = &["type", "id", "geometry", "properties", "bbox"];
@@ -149,33 +149,14 @@ fn segment(
         let stated = required(properties, name, place)?;
         node_id(stated, &place.member(name)).map(|(id, _)| id)
     };
-    let positive = |name: &str| {
-        let Some(stated) = optional(properties, name) else {
-            return Ok(None);
-        };
-        let place = place.member(name);
-        let value = number(stated, &place)?;
-        match value > 0.0 {
-            true => Ok(Some(value)),
-            false => Err(place.error(format!("is {value}; it has to be above 0"))),
-        }
-    };
-    let lower = altitude(properties, "lower_m", "lower_reference", place)?;
-    let upper = altitude(properties, "upper_m", "upper_reference", place)?;
-    if let (Some(lower), Some(upper)) = (lower, upper)
-        && lower.reference == upper.reference
-        && lower.value_m > upper.value_m
-    {
-        let message = format!("is {} m, above upper_m {} m", lower.value_m, upper.value_m);
-        return Err(place.member("lower_m").error(message).hint("swap them"));
-    }
+    let band = band(properties, place)?;
     Ok(SegmentDraft {
         id,
         from: end("from")?,
         to: end("to")?,
-        length_m: positive("length_m")?,
-        band: AltitudeBand { lower, upper },
-        speed_limit_mps: positive("speed_limit_mps")?,
+        length_m: positive(properties, "length_m", place)?,
+        band,
+        speed_limit_mps: positive(properties, "speed_limit_mps", place)?,
     })
 }
 
@@ -215,47 +196,6 @@ fn pads(value: &Value, place: &Place<'_>) -> Result<u16, FormatError> {
         )),
         other => place.wrong_kind(other, "a whole number"),
     })
-}
-
-fn role(value: &Value, place: &Place<'_>) -> Result<Role, FormatError> {
-    match text(value, place)? {
-        "delivery_target" => Ok(Role::DeliveryTarget),
-        "recharging_station" => Ok(Role::RechargingStation),
-        "both" => Ok(Role::Both),
-        other => Err(place
-            .error(format!("is '{other}'"))
-            .hint("write 'delivery_target', 'recharging_station' or 'both'")),
-    }
-}
-
-/// An altitude; its reference is above ground unless stated.
-fn altitude(
-    properties: &Members,
-    value_name: &str,
-    reference_name: &str,
-    place: &Place<'_>,
-) -> Result<Option<Altitude>, FormatError> {
-    let reference_place = place.member(reference_name);
-    let reference = match optional(properties, reference_name) {
-        None => None,
-        Some(value) => Some(match text(value, &reference_place)? {
-            "agl" => AltitudeReference::Agl,
-            "amsl" => AltitudeReference::Amsl,
-            "wgs84" => AltitudeReference::Wgs84,
-            other => {
-                let error = reference_place.error(format!("is '{other}'"));
-                return Err(error.hint("write 'agl', 'amsl' or 'wgs84'"));
-            }
-        }),
-    };
-    match (optional(properties, value_name), reference) {
-        (Some(value), reference) => Ok(Some(Altitude {
-            value_m: number(value, &place.member(value_name))?,
-            reference: reference.unwrap_or_default(),
-        })),
-        (None, Some(_)) => Err(reference_place.error(format!("has no '{value_name}' beside it"))),
-        (None, None) => Ok(None),
-    }
 }
 
 /// Refuses members that the format does not have: a misspelt one would be lost in silence.

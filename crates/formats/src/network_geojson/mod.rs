@@ -13,6 +13,7 @@ mod write;
 mod tests;
 
 pub use patch::patch_network;
+pub(super) use read::check_ends;
 pub use read::read_network;
 pub use write::write_network;
 

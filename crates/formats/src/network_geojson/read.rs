@@ -253,7 +253,7 @@ fn check_crs(value: &Value, place: &Place<'_>) -> Result<(), FormatError> {
 }
 
 /// Checks that a line ends at its nodes.
-pub(super) fn check_ends(
+pub(in super::super) fn check_ends(
     segment: &SegmentDraft,
     ends: &[[f64; 2]; 2],
     coordinates: Coordinates,

@@ -1,8 +1,9 @@
 //! Writing the native format.
 
+use super::super::attributes::{is_integer_text, role_name, written_position};
 use super::FORMAT;
-use crate::geo::{Altitude, AltitudeReference};
-use crate::network::{Coordinates, NetworkDraft, NodeDraft, Role, SegmentDraft};
+use crate::geo::Altitude;
+use crate::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -16,12 +17,7 @@ use std::fmt::Write;
 /// others, a coordinate that is not finite is written as null and a segment whose nodes are missing
 /// as a line without positions, both of which no reader accepts.
 pub fn write_network(draft: &NetworkDraft) -> String {
-    // Only what reads back as the same text: neither "07" nor "+7".
-    let is_integer = |node: &NodeDraft| {
-        let signed = node.id.parse::<i64>().map(|id| id.to_string());
-        let unsigned = node.id.parse::<u64>().map(|id| id.to_string());
-        [signed, unsigned].contains(&Ok(node.id.clone()))
-    };
+    let is_integer = |node: &NodeDraft| is_integer_text(&node.id);
     let writer = Writer {
         coordinates: draft.coordinates,
         integer_ids: draft.integer_ids && draft.nodes.iter().all(is_integer),
@@ -65,18 +61,13 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn node(&self, text: &mut String, node: &NodeDraft) {
-        let role = match node.role {
-            Role::DeliveryTarget => "delivery_target",
-            Role::RechargingStation => "recharging_station",
-            Role::Both => "both",
-        };
         text.push_str(r#"{"type":"Feature","id":"#);
         text.push_str(&self.node_id(&node.id));
         text.push_str(r#","geometry":{"type":"Point","coordinates":"#);
         self.position(text, node.position);
         text.push_str(r#"},"properties":{"kind":"node""#);
         member(text, "pads", &node.pads.to_string());
-        member(text, "role", &quoted(role));
+        member(text, "role", &quoted(role_name(node.role)));
         altitude(text, "altitude", node.altitude);
         if let Some(name) = &node.name {
             member(text, "name", &quoted(name));
@@ -119,10 +110,7 @@ impl Writer<'_> {
     }
 
     fn position(&self, text: &mut String, position: [f64; 2]) {
-        let [first, second] = position.map(|coordinate| match self.coordinates {
-            Coordinates::Geographic => number((coordinate * 1e7).round() / 1e7),
-            Coordinates::Planar => number(coordinate),
-        });
+        let [first, second] = written_position(self.coordinates, position).map(number);
         push(text, format_args!("[{first},{second}]"));
     }
 }
@@ -137,11 +125,7 @@ fn altitude(text: &mut String, prefix: &str, altitude: Option<Altitude>) {
     let Some(altitude) = altitude else {
         return;
     };
-    let reference = match altitude.reference {
-        AltitudeReference::Agl => "agl",
-        AltitudeReference::Amsl => "amsl",
-        AltitudeReference::Wgs84 => "wgs84",
-    };
+    let reference = altitude.reference.name();
     let value_m = number(altitude.value_m);
     push(
         text,
