@@ -156,8 +156,17 @@ enum Command {
     Man(man::Man),
 }
 
-/// Runs the command that the arguments name, of which the first is the program's own name, and tells with which code to exit.
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+/// Runs the command that the arguments of this process name, and tells with which code to exit.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "the door to the arguments of the process"
+)]
+pub fn main() -> u8 {
+    main_with(std::env::args_os())
+}
+
+/// Runs the command that arguments name, of which the first is the program's own name, and tells with which code to exit.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let parsed = definition().try_get_matches_from(arguments);
     let parsed = parsed.and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = match parsed {
