@@ -17,7 +17,7 @@ Examples:
   skyway network info --network corridor                       what a network is like
   skyway network build buildings.geojson -o town.geojson       from building footprints
   skyway network generate --nodes 200 -o random.geojson        after the paper's Table 1
-  skyway network convert city.json -o city.geojson             from another format
+  skyway network convert --network city.json -o city.geojson   from another format
   skyway network criticality --network corridor                what each failure costs
   skyway network draw --network corridor -o corridor.svg";
 
