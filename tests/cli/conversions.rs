@@ -167,7 +167,7 @@ fn what_is_no_text_is_called_by_its_name() {
         ),
         (
             b"PK\x03\x04".to_vec(),
-            "is a zip archive, which is not read here: unpack it",
+            "is a zip archive, which is not read here: unpack it, as a KMZ too, and name the file that is in it",
         ),
         (
             database,

@@ -49,7 +49,7 @@ mod zones;
 
 use skyway_contract as wire;
 use skyway_engine::{
-    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing, verify,
+    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing,
 };
 
 pub use answer::{answer, warning_text};

@@ -14,7 +14,6 @@ pub(super) use written::{WrittenClosure, WrittenReservation, WrittenRules, Writt
 
 use crate::flight::{Airframe, FlightPlan, FlightRules, FlightStart, Situation, WindField};
 use crate::network::{NodeIx, SegmentIx, Topology};
-use crate::verify::{FlightFault, FlightPremises, verify_flight};
 use jiff::Timestamp;
 use serde_json::Value;
 use std::fmt::Write;
@@ -103,30 +102,6 @@ pub struct FlightDocument {
     pub closed_segments: Vec<SegmentIx>,
     /// The plan.
     pub plan: FlightPlan,
-}
-
-impl FlightDocument {
-    /// Flies the plan again on a network, under the premises that it states.
-    pub fn check(&self, topology: &Topology) -> Result<(), FlightFault> {
-        let starts = [self.start];
-        verify_flight(
-            &self.plan,
-            &FlightPremises {
-                topology,
-                airframe: &self.airframe,
-                payload_kg: self.payload_kg,
-                wind: &self.wind,
-                rules: &self.rules,
-                situation: &self.situation,
-                starts: &starts,
-                destination: self.destination,
-                began_s: self.began_s,
-                deadline_s: self.deadline_s,
-                reserve: self.reserve,
-                closed_segments: &self.closed_segments,
-            },
-        )
-    }
 }
 
 /// True for a text that says it is such a document.
