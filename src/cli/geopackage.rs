@@ -86,7 +86,7 @@ pub(super) fn load(path: &Path, bytes: &[u8]) -> Result<LoadedNetwork, Stop> {
 
 async fn read(bytes: &[u8]) -> Result<GeopackageNetwork, Fault> {
     let mut bytes = bytes.to_vec();
-    // A log lies in a file of its own, which whoever closed this one last has written back and removed.
+    // A log lies in a file of its own, which the last program to close this one has written back and removed.
     if let Some(journal) = bytes.get_mut(JOURNAL).filter(|journal| **journal == LOG) {
         journal.copy_from_slice(&ROLLBACK);
     }

@@ -45,7 +45,7 @@ pub(super) const OF_SEGMENTS: [(&str, AttributeKind); 6] = [
 const NODE_ITSELF: [&str; 5] = ["id", "x", "y", "lon", "lat"];
 /// Names that a segment has besides; the length goes by the second name where it has not the first.
 const SEGMENT_ITSELF: [&str; 6] = ["id", "source", "target", "from", "to", "weight"];
-/// So many names that are not read are told of each kind.
+/// The most names that are told, of each kind, of what is not read.
 const MAX_UNREAD: usize = 50;
 
 /// A network of another tool as read, with the names of what was passed over.

@@ -1,6 +1,6 @@
 //! GeoPackage (OGC 12-128), in and out: a layer of nodes and one of segments.
 //!
-//! Here are rows and geometries; the database around them belongs to whoever opens files. Columns have the names of
+//! Here are rows and geometries; the caller opens the database around them. Columns have the names of
 //! the native format, `from` and `to` for the ends. The network's own name and attribution are the one row of a table
 //! of attributes.
 

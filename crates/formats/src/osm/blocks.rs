@@ -12,7 +12,7 @@ const MAX_HEADER_BYTES: usize = 64 << 10;
 const MAX_BLOCK_BYTES: usize = 32 << 20;
 /// What an extract may require of its reader.
 const KNOWN_FEATURES: [&str; 2] = ["OsmSchema-V0.6", "DenseNodes"];
-/// Positions are integers of so many parts of a degree.
+/// The parts of a degree that positions count.
 const NANODEGREES: f64 = 1e9;
 
 #[derive(Clone, PartialEq, Message)]

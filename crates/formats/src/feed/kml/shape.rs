@@ -38,7 +38,7 @@ const OF_POLYGON: [&str; 6] = [
 const MAX_DEPTH: usize = 8;
 /// Heights this near to each other are one: programs write them with errors of rounding, in metres.
 const ONE_HEIGHT_M: f64 = 0.01;
-/// At most so many characters of a position are quoted.
+/// The most characters of a position that are quoted.
 const QUOTED_MAX: usize = 60;
 
 /// Whether an element of a Placemark is a shape.

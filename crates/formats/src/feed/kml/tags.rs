@@ -5,9 +5,9 @@
 
 use crate::zones::{ZoneCode, ZoneProblem};
 
-/// At most so many attributes in an element.
+/// The most attributes of an element.
 const MAX_ATTRIBUTES: usize = 50;
-/// At most so many namespaces declared by an element and those around it.
+/// The most namespaces that an element and those around it declare.
 const MAX_NAMESPACES: usize = 30;
 /// What is no tag: how it begins, and how it ends.
 const NO_TAGS: [(&str, &str); 3] = [("<![CDATA[", "]]>"), ("<!--", "-->"), ("<?", "?>")];
