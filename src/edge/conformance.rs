@@ -100,9 +100,10 @@ impl Edge {
         before: Option<&Sighting>,
     ) -> Sighting {
         let topology = snapshot.topology();
-        let is_in_flight = plan.is_active()
-            && plan.state != PlanState::Accepted
-            && sighting.seen_at >= plan.reported.departs_at;
+        // One in the air has departed, though the writer may not have come to it yet.
+        let has_departed = plan.state != PlanState::Accepted || sighting.airborne == Some(true);
+        let is_in_flight =
+            plan.is_active() && has_departed && sighting.seen_at >= plan.reported.departs_at;
         let agreement = is_in_flight.then(|| {
             let newest = deviation(topology, plan, &sighting, &*self.planner);
             let before = before.and_then(|before| before.agreement.as_ref());

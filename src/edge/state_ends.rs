@@ -94,7 +94,7 @@ impl State {
     fn activate(&mut self, plan: &Arc<PlanEntry>) {
         if plan.state == PlanState::Accepted {
             self.leave_pad_of(plan);
-            self.listen_for(&plan.id);
+            self.listen_from(plan, plan.reported.departs_at);
             self.keep_plan(PlanEntry {
                 state: PlanState::Activated,
                 ..(**plan).clone()
@@ -143,7 +143,7 @@ impl State {
         };
         if seen == Seen::Departed {
             self.leave_pad_of(&plan);
-            self.listen_for(&plan.id);
+            self.listen_for(&plan);
         }
         let plan = self.keep_plan(PlanEntry {
             state,

@@ -10,17 +10,28 @@ use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
 impl State {
-    /// Looks again, once so much time has passed, whether the drone of a plan is still heard of.
-    pub(super) fn listen_for(&mut self, plan: &Arc<str>) {
-        let at = self.now.checked_add(self.settings.silent_after);
-        self.listen_at(plan, at.unwrap_or(Timestamp::MAX));
+    /// Looks again once the drone of a plan, if nothing more is heard of it, has been silent for too long; where nothing was
+    /// heard of it yet, after as long again.
+    pub(super) fn listen_for(&mut self, plan: &PlanEntry) {
+        let from = self.last_sign_of(plan).unwrap_or(self.now);
+        self.listen_from(plan, from);
     }
 
-    fn listen_at(&mut self, plan: &Arc<str>, at: Timestamp) {
+    /// Looks again once a drone of which nothing is heard after an instant has been silent for too long. The instant is when
+    /// something happened, not when the writer came to it: drones are seen meanwhile.
+    pub(super) fn listen_from(&mut self, plan: &PlanEntry, from: Timestamp) {
+        let at = from.checked_add(self.settings.silent_after);
+        let at = at.unwrap_or(Timestamp::MAX);
         // Whole seconds, so that many plans are looked at together.
         let second = at.as_second() + i64::from(at.subsec_nanosecond() > 0);
         let at = Timestamp::from_second(second).unwrap_or(Timestamp::MAX);
-        self.timers.set(at, Due::Sign(plan.clone()));
+        self.timers.set(at, Due::Sign(plan.id.clone()));
+    }
+
+    /// When the drone of a plan was last heard of on it.
+    fn last_sign_of(&self, plan: &PlanEntry) -> Option<Timestamp> {
+        let sighting = self.drones.last(plan.drone_id.as_deref()?)?;
+        sighting.is_on(&plan.id).then_some(sighting.seen_at)
     }
 
     /// The drone of a plan should have been heard of by now.
@@ -31,18 +42,13 @@ impl State {
         let Some(plan) = plan.filter(|plan| is_flown(plan) && !plan.flags.silent) else {
             return;
         };
-        let sighting = plan.drone_id.as_deref().and_then(|id| self.drones.last(id));
-        let heard_at = sighting.filter(|sighting| sighting.is_on(&plan.id));
-        let Some(heard_at) = heard_at.map(|sighting| sighting.seen_at) else {
-            self.listen_for(id);
+        let heard_at = self.last_sign_of(&plan);
+        let is_silent =
+            |heard_at: &Timestamp| now.duration_since(*heard_at) >= self.settings.silent_after;
+        let Some(heard_at) = heard_at.filter(is_silent) else {
+            self.listen_for(&plan);
             return;
         };
-        let silent_at = heard_at.checked_add(self.settings.silent_after);
-        let silent_at = silent_at.unwrap_or(Timestamp::MAX);
-        if silent_at > now {
-            self.listen_at(id, silent_at);
-            return;
-        }
         let plan = self.keep_plan(PlanEntry {
             state: PlanState::Contingent,
             flags: PlanFlags {
@@ -81,7 +87,7 @@ impl State {
         });
         self.end_plan_alarms(&plan.id, &[AlarmKind::Contingent]);
         self.drop_questions(&plan);
-        self.listen_for(&plan.id);
+        self.listen_for(&plan);
         self.tell(EventKind::PlanConforming, &plan);
         Done::Plan(plan)
     }

@@ -92,7 +92,7 @@ impl State {
             // What met it may have been in force when the edge ended, and its drone not answered.
             self.touched_plans.insert(id.clone());
             self.time_departure(&plan);
-            self.listen_for(&id);
+            self.listen_for(&plan);
             self.time_arrival(&id, &plan.reported);
             for version in plan.versions() {
                 self.occupy(&id, version);

@@ -31,6 +31,7 @@ mod plans;
 mod publication;
 mod restart;
 mod sharing;
+mod silence;
 mod stage;
 mod stops;
 mod store_file;
