@@ -266,6 +266,8 @@ impl Town {
                 wire::TelemetryAnswer::from_proto(answer).expect("an answer")
             }
         };
+        // It is answered without waiting for what the writer makes of it.
+        self.api.settled().await;
         let wire::TelemetryAnswer { mut positions, .. } = answer;
         positions.pop().expect("a position")
     }
