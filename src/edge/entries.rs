@@ -4,7 +4,7 @@ use super::upstream::Upstream;
 use crate::access::Role;
 use crate::airspace::{Closure, Window, Zone};
 use crate::flight::FailureType;
-use crate::wire::{self, AlarmKind};
+use crate::wire::{self, AlarmKind, Fault};
 use jiff::Timestamp;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -91,20 +91,31 @@ impl Reported {
     }
 }
 
-/// Something a report brought that waits for an operator.
+/// What brought a proposal.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ProposedBy {
+    /// A drone's report.
+    Report {
+        recomposition_id: Arc<str>,
+        drone_id: Option<Arc<str>>,
+        failure: FailureType,
+    },
+    /// A feed whose zone is refused, for these faults.
+    Feed { faults: Arc<[Fault]> },
+}
+
+/// Something a report or a feed brought that waits for an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ProposalEntry {
     pub(super) number: u64,
     pub(super) reason: Cow<'static, str>,
     pub(super) proposed_at: Timestamp,
     pub(super) expires_at: Timestamp,
-    pub(super) recomposition_id: Arc<str>,
-    pub(super) drone_id: Option<Arc<str>>,
-    /// The subject of the token that the report came with.
+    pub(super) by: ProposedBy,
+    /// Whose it is among those that share room: the subject of the token that the report came with, or the feed.
     pub(super) subject: Arc<str>,
     /// About how much it takes, in bytes.
     pub(super) bytes: usize,
-    pub(super) failure: FailureType,
     /// What accepting it puts into force: that of a zone is the zone's closure.
     pub(super) closure: Arc<Closure>,
 }

@@ -6,7 +6,7 @@
 use super::Edge;
 use super::commands::{Command, Publication};
 use super::entries::windows;
-use super::entries::{ClosureEntry, ProposalEntry, Reported};
+use super::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported};
 use super::failures::ReplyMode;
 use super::plan_entry::PlanEntry;
 use super::records::{AnswerRecord, Published};
@@ -250,12 +250,14 @@ impl Edge {
                 .answered_at
                 .checked_add(life)
                 .unwrap_or(Timestamp::MAX),
-            recomposition_id: Arc::from(record.id()),
-            drone_id: record.drone_id.clone(),
+            by: ProposedBy::Report {
+                recomposition_id: Arc::from(record.id()),
+                drone_id: record.drone_id.clone(),
+                failure,
+            },
             subject: record.subject.clone(),
             // A zone that it brings is in the report.
             bytes: size_of::<ProposalEntry>() + record.report_bytes + hits_bytes(&closure),
-            failure,
             closure,
         }
     }
@@ -301,7 +303,8 @@ fn closure_of(
     }
 }
 
-fn hits_bytes(closure: &Closure) -> usize {
+/// About how much what a closure closes takes, in bytes.
+pub(super) fn hits_bytes(closure: &Closure) -> usize {
     let hits = &closure.hits;
     size_of::<Closure>()
         + size_of::<SegmentIx>() * hits.segments.len()

@@ -1,7 +1,7 @@
 //! Orders about zones, closures, proposals and holds.
 
 use super::commands::{Decision, Done, Publication};
-use super::entries::{ClosureEntry, ProposalEntry, Reported, windows};
+use super::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
 use super::events::Happening;
 use super::snapshot::Snapshot;
 use super::state::{State, check_expected};
@@ -331,7 +331,7 @@ impl State {
         }
     }
 
-    fn drop_proposal(&mut self, number: u64, decision: &str) {
+    pub(super) fn drop_proposal(&mut self, number: u64, decision: &str) {
         self.next.proposals.remove(&number);
         let data = json!({"proposal_id": views::proposal_id(self.next.lineage, number), "decision": decision});
         self.events
@@ -407,7 +407,10 @@ fn confirmed_closure(proposal: &ProposalEntry) -> ClosureEntry {
     ClosureEntry {
         closure: proposal.closure.clone(),
         version: 0,
-        failure: Some(proposal.failure),
+        failure: match proposal.by {
+            ProposedBy::Report { failure, .. } => Some(failure),
+            ProposedBy::Feed { .. } => None,
+        },
         reported_by: None,
         by: None,
         confirmed: true,

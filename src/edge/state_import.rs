@@ -4,17 +4,19 @@
 //! that a registry tells do.
 
 use super::commands::Done;
-use super::entries::PendingReview;
+use super::entries::{PendingReview, ProposalEntry, ProposedBy};
 use super::snapshot::{Snapshot, ZoneEntry};
 use super::state::State;
 use crate::airspace::Closure;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{ImportAction, ObjectKind};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// How the origin of a hold says that a feed has some zones no more.
 const FEED_ORIGIN: &str = "feed:";
+/// So many refused zones of a feed are proposed at most: proposals of drones share the room.
+const PROPOSED_MAX: usize = 100;
 
 /// What a feed has now.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ pub(super) struct FeedUpdate {
     pub(super) puts: Vec<Arc<Closure>>,
     /// The identifiers of its zones that are refused.
     pub(super) refused: BTreeSet<String>,
+    /// What can be read of its zones that are refused.
+    pub(super) outlines: Vec<ProposalEntry>,
     /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
     pub(super) has_nameless: bool,
 }
@@ -38,6 +42,12 @@ pub(super) struct FeedChanges {
     pub(super) absent: Vec<(Arc<str>, ImportAction)>,
     /// The places of zones whose ids are those of something else.
     pub(super) taken: Vec<usize>,
+    /// The identifiers of refused zones whose outlines are proposed.
+    pub(super) proposed: BTreeSet<String>,
+    /// The places of the outlines that become proposals.
+    new_proposals: Vec<usize>,
+    /// Proposals of the feed that it makes no more.
+    outdated_proposals: Vec<u64>,
 }
 
 /// The feed that a hold is about; `None` where it is none of a feed.
@@ -68,7 +78,50 @@ impl FeedChanges {
             changes.brought.push((place, action));
         }
         changes.find_absent(snapshot, update, &ids);
+        changes.find_proposed(snapshot, update);
         changes
+    }
+
+    /// Outlines are proposed where no last version is in force; proposals that say the same already are left as they are.
+    fn find_proposed(&mut self, snapshot: &Snapshot, update: &FeedUpdate) {
+        let proposals = snapshot.proposals.iter();
+        let of_feed = proposals.filter_map(|(number, proposal)| {
+            let source = proposal.closure.zone()?.terms().source.as_ref()?;
+            let is_own = matches!(proposal.by, ProposedBy::Feed { .. });
+            (is_own && source.feed == *update.feed).then_some((*number, proposal))
+        });
+        let mut standing: BTreeMap<&str, (u64, &Arc<ProposalEntry>)> = of_feed
+            .map(|(number, proposal)| (proposal.closure.id.as_str(), (number, proposal)))
+            .collect();
+        let kept: BTreeSet<&str> = self
+            .absent
+            .iter()
+            .filter_map(|(id, _)| snapshot.zones.get(id))
+            .filter_map(|entry| entry.zone.terms().source.as_ref())
+            .map(|source| source.id.as_str())
+            .collect();
+        for (place, outline) in update.outlines.iter().enumerate() {
+            let id = outline.closure.id.as_str();
+            let source = outline
+                .closure
+                .zone()
+                .and_then(|zone| zone.terms().source.as_ref());
+            let identifier = source.map_or(id, |source| &source.id);
+            let is_taken = snapshot.zones.contains_key(id) || snapshot.closures.contains_key(id);
+            if is_taken || kept.contains(identifier) || self.proposed.len() >= PROPOSED_MAX {
+                continue;
+            }
+            self.proposed.insert(identifier.to_owned());
+            let same = |(_, proposal): &(u64, &Arc<ProposalEntry>)| {
+                proposal.by == outline.by && proposal.closure.zone() == outline.closure.zone()
+            };
+            match standing.get(id).is_some_and(same) {
+                true => drop(standing.remove(id)),
+                false => self.new_proposals.push(place),
+            }
+        }
+        let outdated = standing.into_values();
+        self.outdated_proposals = outdated.map(|(number, _)| number).collect();
     }
 
     fn find_absent(&mut self, snapshot: &Snapshot, update: &FeedUpdate, ids: &BTreeSet<&str>) {
@@ -130,6 +183,12 @@ impl State {
             if *action != ImportAction::Unchanged {
                 self.put_imported(closure);
             }
+        }
+        for number in &changes.outdated_proposals {
+            self.drop_proposal(*number, "superseded");
+        }
+        for place in &changes.new_proposals {
+            self.propose(update.outlines[*place].clone());
         }
         let waiting = self.held_ids();
         let mut held = Vec::new();

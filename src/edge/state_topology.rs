@@ -190,6 +190,16 @@ impl State {
                 };
                 is_left.then(|| Command::Propose(Box::new(proposal)))
             }
+            Command::ImportZones(update) => {
+                let mut update = *update;
+                for closure in &mut update.puts {
+                    *closure = over(closure)?;
+                }
+                for outline in &mut update.outlines {
+                    outline.closure = over(&outline.closure)?;
+                }
+                Some(Command::ImportZones(Box::new(update)))
+            }
             Command::ProposeVersion { plan, version } => {
                 self.version_over(&plan, *version, made_on, correspondence)
             }

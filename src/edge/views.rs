@@ -1,6 +1,8 @@
 //! The state of the edge in the words of the wire.
 
-use super::entries::{AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
+use super::entries::{
+    AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ProposedBy, ZoneEntry,
+};
 use super::fleet::{self, Detour};
 use super::plan_entry::PlanEntry;
 use super::planner::{Assumed, DetourEnd, FlownVersion, Version, later};
@@ -127,6 +129,17 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
         Some(_) => Vec::new(),
         None => segment_ids(topology, &entry.closure.hits.segments),
     };
+    let (recomposition_id, drone_id, faults) = match &entry.by {
+        ProposedBy::Report {
+            recomposition_id,
+            drone_id,
+            ..
+        } => {
+            let drone_id = drone_id.as_deref().map(text);
+            (Some(text(recomposition_id)), drone_id, Vec::new())
+        }
+        ProposedBy::Feed { faults } => (None, None, faults.to_vec()),
+    };
     wire::Proposal {
         id: Cow::Owned(proposal_id(snapshot.lineage, entry.number)),
         subject: match zone {
@@ -136,8 +149,9 @@ pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Prop
         reason: entry.reason.clone(),
         proposed_at: instant(entry.proposed_at),
         expires_at: instant(entry.expires_at),
-        recomposition_id: text(&entry.recomposition_id),
-        drone_id: entry.drone_id.as_deref().map(text),
+        recomposition_id,
+        drone_id,
+        faults,
         zone: zone.map(|zone| zone_to_feature(zone)),
         segments,
         pads: node_ids(topology, &entry.closure.pads),

@@ -4,23 +4,30 @@ use super::Edge;
 use super::background::give_way;
 use super::commands::unexpected;
 use super::commands::{Command, Done};
+use super::entries::{ProposalEntry, ProposedBy};
 use super::fleet::Detour;
+use super::publication::hits_bytes;
 use super::snapshot::Snapshot;
 use super::state_import::{FeedChanges, FeedUpdate};
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure, Zone};
 use crate::formats::{
-    FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, ZoneCode, ZoneFeed, read_feed,
+    FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, ZoneCode, ZoneFeed, read_feed, zone_to_feature,
 };
+use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{self, Fault, ImportAction};
+use jiff::{SignedDuration, Timestamp};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// How large a feed may be, in bytes.
 pub const FEED_BYTES_MAX: usize = MAX_FEED_BYTES;
+/// How long what can be read of a refused zone is proposed, unless the feed is imported again before.
+const PROPOSED_FOR: SignedDuration = SignedDuration::from_hours(24);
 /// The longest name of a feed and the longest prefix, in characters.
 const NAME_MAX: usize = 100;
 
@@ -107,6 +114,7 @@ impl Edge {
     ) -> Result<ReadFeed, Refusal> {
         let on = self.on_network()?;
         let margin_m = self.settings.margin_m;
+        let edge = self.clone();
         self.aside(move || {
             let topology = on.topology();
             let terms = FeedTerms {
@@ -120,9 +128,11 @@ impl Edge {
                 feed: Arc::from(import.feed.as_str()),
                 puts: Vec::new(),
                 refused: BTreeSet::new(),
+                outlines: Vec::new(),
                 has_nameless: false,
             };
             for zone in &mut feed.zones {
+                update.outlines.extend(edge.outlines(topology, zone));
                 match &mut zone.outcome {
                     Ok(zones) => {
                         for zone in std::mem::take(zones) {
@@ -142,6 +152,35 @@ impl Edge {
             Ok(ReadFeed { feed, update, on })
         })
         .await?
+    }
+
+    /// What can be read of a zone that is refused, as proposals.
+    fn outlines(&self, topology: &Topology, zone: &mut FeedZone) -> Vec<ProposalEntry> {
+        let outlines = std::mem::take(&mut zone.outlines);
+        if outlines.is_empty() {
+            return Vec::new();
+        }
+        let faults: Arc<[Fault]> = faults(zone).into();
+        let now = self.clock.now();
+        let proposals = outlines.into_iter().map(|outline| {
+            let source = outline.terms().source.as_ref();
+            let feed = source.map_or_else(String::new, |source| format!("feed:{}", source.feed));
+            let text_bytes = zone_to_feature(&outline).to_string().len();
+            let closure = Arc::new(Closure::of_zone(topology, Arc::new(outline)));
+            ProposalEntry {
+                number: self.next_number.fetch_add(1, Ordering::Relaxed),
+                reason: Cow::Borrowed("refused_in_feed"),
+                proposed_at: now,
+                expires_at: now.checked_add(PROPOSED_FOR).unwrap_or(Timestamp::MAX),
+                by: ProposedBy::Feed {
+                    faults: faults.clone(),
+                },
+                subject: Arc::from(feed),
+                bytes: size_of::<ProposalEntry>() + text_bytes + hits_bytes(&closure),
+                closure,
+            }
+        });
+        proposals.collect()
     }
 
     /// What an import would do, in a world that is thrown away afterwards.
@@ -197,8 +236,10 @@ impl Edge {
             .map(|place| taken_id(&puts[*place]))
             .collect();
         let entries = feed.zones.iter();
-        let refused: Vec<wire::RefusedZone<'static>> =
-            entries.filter_map(refused_zone).chain(taken).collect();
+        let refused: Vec<wire::RefusedZone<'static>> = entries
+            .filter_map(|zone| refused_zone(zone, changes))
+            .chain(taken)
+            .collect();
         let count = |action| changes.count(action);
         let counts = wire::ImportCounts {
             created: count(ImportAction::Created),
@@ -208,6 +249,7 @@ impl Edge {
             held: count(ImportAction::Held),
             kept: count(ImportAction::Kept),
             refused: refused.len(),
+            proposed: changes.proposed.len(),
         };
         let told = imported.detours.iter().take(PLANS_TOLD_MAX);
         let topology = snapshot.topology();
@@ -267,19 +309,27 @@ fn imported_zone(
     }
 }
 
-fn refused_zone(zone: &FeedZone) -> Option<wire::RefusedZone<'static>> {
-    let problems = zone.outcome.as_ref().err()?;
-    let faults = problems.iter().map(|problem| Fault {
+fn refused_zone(zone: &FeedZone, changes: &FeedChanges) -> Option<wire::RefusedZone<'static>> {
+    zone.outcome.as_ref().err()?;
+    let identifier = zone.identifier.as_ref();
+    Some(wire::RefusedZone {
+        is_proposed: identifier.is_some_and(|id| changes.proposed.contains(id)),
+        identifier: identifier.cloned().map(Cow::Owned),
+        pointer: Cow::Owned(zone.pointer.clone()),
+        faults: faults(zone),
+    })
+}
+
+/// Why a zone is refused.
+fn faults(zone: &FeedZone) -> Vec<Fault> {
+    let problems = zone.outcome.as_ref().err().into_iter().flatten();
+    let faults = problems.map(|problem| Fault {
         code: problem.code.to_owned(),
         pointer: problem.pointer.clone(),
         message: problem.message.clone(),
         hint: problem.hint.clone(),
     });
-    Some(wire::RefusedZone {
-        identifier: zone.identifier.clone().map(Cow::Owned),
-        pointer: Cow::Owned(zone.pointer.clone()),
-        faults: faults.collect(),
-    })
+    faults.collect()
 }
 
 /// A zone whose id is that of something that this feed did not bring.
@@ -298,6 +348,7 @@ fn taken_id(closure: &Closure) -> wire::RefusedZone<'static> {
         identifier: source.map(|source| Cow::Owned(source.id.clone())),
         pointer: Cow::Borrowed(""),
         faults: vec![fault],
+        is_proposed: false,
     }
 }
 

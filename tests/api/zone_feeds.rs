@@ -1,7 +1,8 @@
-//! Feeds of zones by REST: KML by its media type or as it comes, and what is sent back as no feed.
+//! Feeds of zones by REST: KML by its media type or as it comes, what is sent back as no feed, and zones that are refused and
+//! wait for an operator as proposals.
 
 use crate::harness::Api;
-use serde_json::json;
+use serde_json::{Value, json};
 
 const KML: &str = "application/vnd.google-earth.kml+xml";
 const PATH: &str = "/v1/zones:import?feed=drawn";
@@ -58,4 +59,109 @@ async fn what_is_no_feed_is_refused_with_what_to_send() {
     // Elsewhere a body is JSON.
     let told = api.ask("POST /v1/zones", &[("content-type", KML)], DRAWN);
     assert_eq!(told.await.status, 415);
+}
+
+/// A round zone of a feed, which is refused where its upper limit is text.
+fn round(id: &str, upper: Value) -> Value {
+    json!({
+        "type": "Feature", "id": id, "geometry": {"type": "Point", "coordinates": [151.211, -33.862]},
+        "properties": {"radius_m": 40, "lower_m": 20, "lower_reference": "agl", "upper_m": upper, "upper_reference": "agl"},
+    })
+}
+
+async fn import(api: &Api, query: &str, features: &[Value]) -> Value {
+    let feed = json!({"type": "FeatureCollection", "features": features});
+    let path = format!("/v1/zones:import?feed=city{query}");
+    api.post(&path, &feed).await.is(200).json()
+}
+
+async fn proposals(api: &Api) -> Vec<Value> {
+    let told = api.get("/v1/proposals?page_size=1000").await.is(200).json();
+    told["proposals"].as_array().expect("a list").clone()
+}
+
+#[tokio::test]
+async fn a_refused_zone_waits_for_an_operator_by_its_shape() {
+    let api = Api::start().await;
+    let odd = [round("pier", json!(80)), round("tower", json!("high"))];
+    let seen = import(&api, "&validate_only=true", &odd).await;
+    assert_eq!(seen["counts"]["proposed"], 1, "{seen}");
+    assert!(proposals(&api).await.is_empty(), "a preview has no effect");
+
+    let told = import(&api, "", &odd).await;
+    assert_eq!(told["counts"]["proposed"], 1, "{told}");
+    assert_eq!(told["refused"][0]["is_proposed"], true, "{told}");
+    let made = proposals(&api).await;
+    let [proposal] = &made[..] else {
+        panic!("{made:?}");
+    };
+    assert_eq!(proposal["reason"], "refused_in_feed", "{proposal}");
+    assert_eq!(proposal["recomposition_id"], Value::Null, "{proposal}");
+    assert_eq!(
+        proposal["faults"][0]["pointer"], "/features/1/properties/upper_m",
+        "{proposal}"
+    );
+    let zone = &proposal["zone"]["properties"];
+    assert_eq!(
+        zone["source"],
+        json!({"feed": "city", "id": "tower"}),
+        "{zone}"
+    );
+    assert!(
+        zone["lower_m"].is_null() && zone["upper_m"].is_null(),
+        "{zone}"
+    );
+    api.get("/v1/zones/tower").await.is(404);
+
+    // The same again is no second proposal; what is wrong elsewhere is another.
+    import(&api, "", &odd).await;
+    assert_eq!(proposals(&api).await, made);
+    import(&api, "", &[odd[0].clone(), round("tower", json!([1]))]).await;
+    let other = proposals(&api).await;
+    assert_eq!(other.len(), 1, "{other:?}");
+    assert_ne!(other[0]["id"], proposal["id"]);
+
+    // Accepted, it is the feed's zone: kept while it is refused, changed once it can be read.
+    let path = format!(
+        "/v1/proposals/{}/accept",
+        other[0]["id"].as_str().expect("an id")
+    );
+    api.post(&path, &json!({})).await.is(200);
+    api.get("/v1/zones/tower").await.is(200);
+    let told = import(&api, "", &odd).await;
+    assert_eq!(told["counts"]["kept"], 1, "{told}");
+    assert_eq!(told["counts"]["proposed"], 0, "{told}");
+    assert!(proposals(&api).await.is_empty());
+    let told = import(&api, "", &[odd[0].clone(), round("tower", json!(90))]).await;
+    assert_eq!(told["counts"]["changed"], 1, "{told}");
+}
+
+#[tokio::test]
+async fn a_proposal_of_a_feed_goes_with_what_it_was_made_for() {
+    let api = Api::start().await;
+    let pier = round("pier", json!(80));
+    import(&api, "", &[pier.clone(), round("tower", json!("high"))]).await;
+    assert_eq!(proposals(&api).await.len(), 1);
+    // It can be read now.
+    import(&api, "", &[pier.clone(), round("tower", json!(90))]).await;
+    assert!(proposals(&api).await.is_empty());
+    // Another zone, which the feed has no more the next time.
+    import(&api, "", &[pier.clone(), round("mast", json!("high"))]).await;
+    assert_eq!(proposals(&api).await.len(), 1);
+    import(&api, "", std::slice::from_ref(&pier)).await;
+    assert!(proposals(&api).await.is_empty());
+}
+
+#[tokio::test]
+async fn a_feed_proposes_a_hundred_zones_at_most() {
+    let api = Api::start().await;
+    let odd: Vec<Value> = (0..120)
+        .map(|n| round(&format!("z{n}"), json!("high")))
+        .collect();
+    for _ in 0..2 {
+        let told = import(&api, "", &odd).await;
+        assert_eq!(told["counts"]["refused"], 120, "{}", told["counts"]);
+        assert_eq!(told["counts"]["proposed"], 100, "{}", told["counts"]);
+        assert_eq!(proposals(&api).await.len(), 100);
+    }
 }

@@ -3,6 +3,7 @@
 use jiff::{SignedDuration, Timestamp, tz::Offset};
 use skyway::airspace::{Airspace, Change, Closure, Zone, ZoneKind};
 use skyway::formats::{FeedTerms, ZoneFeed, load_network, read_feed, write_ed318};
+use skyway::geo::AltitudeBand;
 use skyway::network::bundled;
 use std::sync::Arc;
 
@@ -104,4 +105,100 @@ fn a_schedule_is_followed_for_weeks_from_one_change_to_the_next() {
         assert_eq!(airspace.is_in_force("z"), expected, "{at}");
     }
     assert!(now > begin + SignedDuration::from_hours(24 * 40));
+}
+
+/// A volume as ED-269 has it.
+fn volume(upper: &str, projection: &str) -> String {
+    format!(
+        r#"{{"uomDimensions": "M", "lowerLimit": 50, "lowerVerticalReference": "AGL", "upperLimit": {upper},
+            "upperVerticalReference": "AGL", "horizontalProjection": {projection}}}"#
+    )
+}
+
+fn ed269(restriction: &str, volumes: &[String]) -> String {
+    let volumes = volumes.join(",");
+    format!(
+        r#"{{"features": [{{"identifier": "z", "restriction": "{restriction}", "geometry": [{volumes}],
+            "applicability": [{{"permanent": "YES"}}]}}]}}"#
+    )
+}
+
+#[test]
+fn what_can_be_read_of_a_refused_zone_is_closed_at_all_heights_and_always() {
+    let airspace = sydney();
+    let circle = r#"{"type": "Circle", "center": [151.21, -33.86], "radius": 100}"#;
+    let bent = r#"{"type": "Polygon", "coordinates": [[[151.2, -33.86], [151.21, -33.87], [151.2, -33.87], [151.21, -33.86]]]}"#;
+    let feature = |kind: &str| {
+        format!(
+            r#"{{"type": "FeatureCollection", "features": [{{"type": "Feature", "id": "z",
+                "geometry": {{"type": "Point", "coordinates": [151.21, -33.86]}},
+                "properties": {{"kind": "{kind}", "radius_m": 100, "margin_m": 30, "upper_m": "high",
+                    "windows": [{{"from": "2026-11-25T12:00:00Z", "until": "2026-11-25T13:00:00Z"}}]}}}}]}}"#
+        )
+    };
+    let read_kinds = |text: &str| -> Vec<(String, ZoneKind)> {
+        let feed = read(text, &airspace);
+        let [zone] = &feed.zones[..] else {
+            panic!("one zone in {text}");
+        };
+        assert!(zone.outcome.is_err(), "{text}");
+        for outline in &zone.outlines {
+            assert_eq!(outline.band(), &AltitudeBand::UNLIMITED, "{text}");
+            assert!(outline.windows().is_empty() && !outline.recurs(), "{text}");
+            let source = outline.terms().source.as_ref().expect("a source");
+            assert_eq!((&*source.feed, &*source.id), ("test", "z"), "{text}");
+        }
+        let outlines = zone.outlines.iter();
+        outlines
+            .map(|zone| (zone.id().to_owned(), zone.terms().kind))
+            .collect()
+    };
+    let closed = |id: &str, kind| (id.to_owned(), kind);
+    let odd = volume("\"high\"", circle);
+    let sound = volume("100", circle);
+    for (text, outlines) in [
+        (
+            ed269("REQ_AUTHORISATION", std::slice::from_ref(&odd)),
+            vec![closed("z", ZoneKind::ReqAuthorization)],
+        ),
+        // A type that nobody knows closes.
+        (
+            ed269("SECRET", &[odd.clone(), sound]),
+            vec![
+                closed("z~1", ZoneKind::Prohibited),
+                closed("z~2", ZoneKind::Prohibited),
+            ],
+        ),
+        // What closes nothing would close nothing if it could be read.
+        (ed269("NO_RESTRICTION", &[odd.clone()]), vec![]),
+        // A shape that is none.
+        (ed269("PROHIBITED", &[volume("100", bent)]), vec![]),
+        (ed269("PROHIBITED", &[odd, volume("100", bent)]), vec![]),
+        (
+            feature("conditional"),
+            vec![closed("z", ZoneKind::Conditional)],
+        ),
+        (feature("uspace"), vec![]),
+    ] {
+        assert_eq!(read_kinds(&text), outlines, "{text}");
+    }
+    let drawn = read(&feature("prohibited"), &airspace);
+    assert_eq!(drawn.zones[0].outlines[0].margin_m(), 30.0);
+    let negative = feature("prohibited").replace("\"margin_m\": 30", "\"margin_m\": -1");
+    let drawn = read(&negative, &airspace);
+    assert_eq!(drawn.zones[0].outlines[0].margin_m(), 10.0);
+}
+
+#[test]
+fn no_fence_that_keeps_drones_in_is_closed() {
+    let airspace = sydney();
+    let plan = PLAN.replace("\"inclusion\": false", "\"inclusion\": true");
+    assert_ne!(plan, PLAN);
+    let feed = read(&plan, &airspace);
+    let refused = feed.zones.iter().filter(|zone| zone.outcome.is_err());
+    let outlines: Vec<usize> = refused.map(|zone| zone.outlines.len()).collect();
+    assert!(
+        !outlines.is_empty() && outlines.iter().all(|&count| count == 0),
+        "{outlines:?}"
+    );
 }

@@ -1,6 +1,7 @@
 //! Closures, and what waits for an operator: proposals and holds.
 
 use super::id::Id;
+use super::problem::Fault;
 use super::status::Stamp;
 use super::zone::ZoneEffect;
 use serde::{Deserialize, Serialize};
@@ -124,29 +125,32 @@ pub struct ClosureChange {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ProposalSubject {
-    /// A zone that a report brought.
+    /// A zone that a report brought, or a feed whose zone is refused.
     Zone,
     /// What a report would have closed.
     Closure,
 }
 
-/// Something that a report brought and that was not published: an operator decides.
+/// Something that a report or a feed of zones brought and that was not put into force: an operator decides.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Proposal<'a> {
     /// Its id.
     pub id: Cow<'a, str>,
     /// What it is about.
     pub subject: ProposalSubject,
-    /// Why it was not published.
+    /// Why it was not put into force; `refused_in_feed` for a zone of a feed, of which `faults` says more.
     pub reason: Cow<'a, str>,
     /// When it was made, RFC 3339.
     pub proposed_at: Cow<'a, str>,
     /// When it is dropped by itself, RFC 3339.
     pub expires_at: Cow<'a, str>,
-    /// The answer to the report that brought it.
-    pub recomposition_id: Cow<'a, str>,
+    /// The answer to the report that brought it; null where an import did.
+    pub recomposition_id: Option<Cow<'a, str>>,
     /// The drone, where the report names one.
     pub drone_id: Option<Cow<'a, str>>,
+    /// Why a feed's zone was refused, of which this is the shape.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
     /// The zone: a GeoJSON feature.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]

@@ -48,6 +48,9 @@ pub struct RefusedZone<'a> {
     pub pointer: Cow<'a, str>,
     /// What is wrong, where, and what would set it right.
     pub faults: Vec<Fault>,
+    /// Whether what can be read of it waits for an operator as a proposal: its shape, closed at all heights and always.
+    #[serde(default)]
+    pub is_proposed: bool,
 }
 
 /// Something that was read otherwise than it is written, or is kept and not acted on.
@@ -78,6 +81,9 @@ pub struct ImportCounts {
     pub kept: usize,
     /// Entries of the feed that are refused.
     pub refused: usize,
+    /// Of those, how many wait for an operator as proposals.
+    #[serde(default)]
+    pub proposed: usize,
 }
 
 /// The answer to an import of zones, or to its preview.

@@ -119,6 +119,12 @@ fn tell(told: &ZoneImport<'_>, output: &Output) -> Result<(), Stop> {
         for fault in &zone.faults {
             output.warn(&refusal_text(zone.identifier.as_deref(), fault));
         }
+        if zone.is_proposed {
+            let zone = zone.identifier.as_deref().unwrap_or_default();
+            output.note(&format!(
+                "{zone}: its shape waits as a proposal, closed at all heights and always"
+            ));
+        }
     }
     for zone in &told.zones {
         let action = match zone.action {
@@ -133,8 +139,12 @@ fn tell(told: &ZoneImport<'_>, output: &Output) -> Result<(), Stop> {
         output.line(&format!("{}: {action}, {}{force}", zone.id, zone.kind))?;
     }
     let counts = told.counts;
+    let proposed = match counts.proposed {
+        0 => String::new(),
+        count => format!(" ({count} of them proposed)"),
+    };
     output.line(&format!(
-        "{} from {}: created {}, changed {}, unchanged {}, removed {}, waiting {}, kept {}, refused: {}; {} plans met",
+        "{} from {}: created {}, changed {}, unchanged {}, removed {}, waiting {}, kept {}, refused: {}{proposed}; {} plans met",
         told.format,
         told.feed,
         counts.created,

@@ -3,12 +3,14 @@
 use super::codec::{Instant, Names, read, write};
 use super::file::StoreFault;
 use crate::airspace::{Cause, Closure, Hits, Window, Zone};
-use crate::edge::entries::{ClosureEntry, Contested, PendingReview, ProposalEntry, ZoneEntry};
+use crate::edge::entries::{
+    ClosureEntry, Contested, PendingReview, ProposalEntry, ProposedBy, ZoneEntry,
+};
 use crate::edge::upstream::{OutboxEntry, RegistryCursor, Upstream};
 use crate::flight::FailureType;
 use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
 use crate::network::Topology;
-use crate::wire::{Author, ChangeOperation, ObjectKind};
+use crate::wire::{Author, ChangeOperation, Fault, ObjectKind};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -208,23 +210,41 @@ struct StoredProposal {
     reason: String,
     proposed_at: Instant,
     expires_at: Instant,
-    recomposition_id: String,
+    /// With the type of failure, where a report brought it; neither where a feed did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    recomposition_id: Option<String>,
     drone_id: Option<String>,
     #[serde(default)]
     subject: String,
-    failure: FailureType,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    failure: Option<FailureType>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    faults: Vec<Fault>,
     closure: StoredClosure,
 }
 
 pub(super) fn write_proposal(topology: &Topology, entry: &ProposalEntry) -> String {
+    let (recomposition_id, drone_id, failure, faults) = match &entry.by {
+        ProposedBy::Report {
+            recomposition_id,
+            drone_id,
+            failure,
+        } => {
+            let drone_id = drone_id.as_deref().map(str::to_owned);
+            let recomposition_id = Some(recomposition_id.to_string());
+            (recomposition_id, drone_id, Some(*failure), Vec::new())
+        }
+        ProposedBy::Feed { faults } => (None, None, None, faults.to_vec()),
+    };
     write(&StoredProposal {
         reason: entry.reason.to_string(),
         proposed_at: entry.proposed_at.into(),
         expires_at: entry.expires_at.into(),
-        recomposition_id: entry.recomposition_id.to_string(),
-        drone_id: entry.drone_id.as_deref().map(str::to_owned),
+        recomposition_id,
+        drone_id,
         subject: entry.subject.to_string(),
-        failure: entry.failure,
+        failure,
+        faults,
         closure: StoredClosure::of(Names(topology), &entry.closure),
     })
 }
@@ -240,11 +260,18 @@ pub(super) fn read_proposal(
         reason: Cow::Owned(stored.reason),
         proposed_at: stored.proposed_at.read()?,
         expires_at: stored.expires_at.read()?,
-        recomposition_id: Arc::from(stored.recomposition_id),
-        drone_id: stored.drone_id.map(Arc::from),
+        by: match (stored.recomposition_id, stored.failure) {
+            (Some(id), Some(failure)) => ProposedBy::Report {
+                recomposition_id: Arc::from(id),
+                drone_id: stored.drone_id.map(Arc::from),
+                failure,
+            },
+            _ => ProposedBy::Feed {
+                faults: Arc::from(stored.faults),
+            },
+        },
         subject: Arc::from(stored.subject),
         bytes: body.len(),
-        failure: stored.failure,
         closure: Arc::new(stored.closure.into_closure(Names(topology))?),
     })
 }

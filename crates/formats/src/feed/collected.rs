@@ -44,6 +44,8 @@ pub struct FeedZone {
     pub pointer: String,
     /// The zones that it is here, one for each of its volumes, or why it is refused.
     pub outcome: Result<Vec<Zone>, Vec<ZoneProblem>>,
+    /// Where it is refused and has shapes that can be read: those, closed at all heights and always.
+    pub outlines: Vec<Zone>,
 }
 
 /// What readers collect.
@@ -82,7 +84,10 @@ impl Collected {
                 within.is_some_and(|within| within.starts_with('/'))
             });
             match zone.filter(|_| !is_more) {
-                Some(zone) => zone.outcome = Err(vec![problem]),
+                Some(zone) => {
+                    zone.outcome = Err(vec![problem]);
+                    zone.outlines.clear();
+                }
                 None => return Err(problem),
             }
         }

@@ -130,6 +130,7 @@ fn read_volume(volume: Members<'_>, sheet: &mut Sheet) -> Option<Layer> {
         place: &place,
     };
     let (geometry, pointer) = read_projection(projection, unit_m, sheet)?;
+    sheet.shapes.push(geometry.clone());
     Some(Layer {
         geometry,
         band: AltitudeBand {

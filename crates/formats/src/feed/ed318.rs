@@ -215,6 +215,7 @@ fn read_shape(shape: Members<'_>, around: &[Members<'_>], sheet: &mut Sheet) -> 
             }
         }
     };
+    sheet.shapes.push(geometry.clone());
     Some(Layer {
         geometry,
         band: read_band(shape, around, sheet)?,

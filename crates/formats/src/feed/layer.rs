@@ -158,6 +158,10 @@ impl Reader<'_> {
     ) {
         let found = sheet.problems.or(draft);
         let outcome = found.and_then(|draft| self.zones(draft, &pointer));
+        let outlines = match (&outcome, &identifier) {
+            (Err(_), Some(identifier)) => self.outlines(identifier, sheet.kind, sheet.shapes),
+            _ => Vec::new(),
+        };
         let notes = sheet.notes.into_iter().map(|mut note| {
             note.identifier.clone_from(&identifier);
             note
@@ -167,7 +171,35 @@ impl Reader<'_> {
             identifier,
             pointer,
             outcome,
+            outlines,
         });
+    }
+
+    /// What is known of a zone that is refused, closed at all heights and always: nothing, where its type closes nothing or a
+    /// shape cannot be.
+    fn outlines(
+        &self,
+        identifier: &str,
+        kind: Option<ZoneKind>,
+        shapes: Vec<ZoneGeometry>,
+    ) -> Vec<Zone> {
+        let kind = kind.unwrap_or(ZoneKind::Prohibited);
+        if !kind.closes() {
+            return Vec::new();
+        }
+        let layers = shapes.into_iter().map(|geometry| Layer {
+            geometry,
+            band: AltitudeBand::UNLIMITED,
+            pointer: String::new(),
+        });
+        let draft = FeedDraft {
+            identifier: identifier.to_owned(),
+            kind,
+            applies: Applicability::default(),
+            layers: layers.collect(),
+            record: Record::empty(),
+        };
+        self.zones(draft, "").unwrap_or_default()
     }
 
     /// The zones of a draft: one for each of its volumes.

@@ -167,7 +167,8 @@ pub(super) fn read_kind(
             }
         },
     };
-    sheet.word(value, &zone.place.member(name), &KINDS)
+    sheet.kind = sheet.word(value, &zone.place.member(name), &KINDS);
+    sheet.kind
 }
 
 /// The identifier, without which a zone cannot be told from others.

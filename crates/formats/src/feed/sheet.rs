@@ -1,6 +1,7 @@
 //! Values of a feed's zone, read as tolerantly as they have one meaning, with the repairs listed.
 
 use super::collected::FeedNote;
+use crate::airspace::{ZoneGeometry, ZoneKind};
 use crate::place::Place;
 use crate::zones::{Problems, ZoneCode, ZoneProblem};
 use serde_json::{Map, Value};
@@ -10,6 +11,10 @@ use serde_json::{Map, Value};
 pub(super) struct Sheet {
     pub(super) problems: Problems,
     pub(super) notes: Vec<FeedNote>,
+    /// The type of the zone, where it can be read.
+    pub(super) kind: Option<ZoneKind>,
+    /// Its shapes that can be read, whatever is wrong beside them.
+    pub(super) shapes: Vec<ZoneGeometry>,
 }
 
 /// The members of an object with its place.

@@ -112,12 +112,14 @@ fn read_shape(
 }
 
 fn read_polygon(polygon: Node<'_, '_>, place: &Place<'_>, sheet: &mut Sheet) -> Option<Layer> {
+    let mut is_known = true;
     for element in elements(polygon) {
         let name = element.tag_name().name();
         if !OF_POLYGON.contains(&name) {
             let message = "nothing is known of it, and it may move the polygon";
             let remedy = "leave it out";
             sheet.refuse(ZoneCode::UnknownField, &place.member(name), message, remedy);
+            is_known = false;
         }
     }
     let boundaries = rings_of(polygon, place, sheet);
@@ -128,8 +130,12 @@ fn read_polygon(polygon: Node<'_, '_>, place: &Place<'_>, sheet: &mut Sheet) -> 
         .map(|(number, ring)| read_ring(ring, &place.element(number), &mut heights, sheet))
         .collect();
     let rings = rings.filter(|rings| !rings.is_empty())?;
+    let geometry = ZoneGeometry::Polygon(rings);
+    if is_known {
+        sheet.shapes.push(geometry.clone());
+    }
     Some(Layer {
-        geometry: ZoneGeometry::Polygon(rings),
+        geometry,
         band: read_band(polygon, &heights, place, sheet)?,
         pointer: place.pointer(),
     })
