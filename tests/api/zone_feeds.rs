@@ -165,3 +165,32 @@ async fn a_feed_proposes_a_hundred_zones_at_most() {
         assert_eq!(proposals(&api).await.len(), 100);
     }
 }
+
+#[tokio::test]
+async fn nothing_is_proposed_of_a_zone_whose_last_version_is_in_force() {
+    let api = Api::start().await;
+    let volume = |upper: Value| {
+        json!({
+            "uomDimensions": "M", "lowerLimit": 0, "lowerVerticalReference": "AGL", "upperLimit": upper, "upperVerticalReference": "AGL",
+            "horizontalProjection": {"type": "Circle", "center": [151.211, -33.862], "radius": 40},
+        })
+    };
+    let feed = |volumes: &[Value]| {
+        json!({"features": [{
+            "identifier": "z", "restriction": "PROHIBITED", "geometry": volumes, "applicability": [{"permanent": "YES"}],
+        }]})
+    };
+    let import = async |volumes: &[Value]| {
+        let feed = feed(volumes);
+        let told = api.post("/v1/zones:import?feed=national", &feed).await;
+        told.is(200).json()["counts"].clone()
+    };
+    assert_eq!(import(&[volume(json!(80))]).await["created"], 1);
+    // With two volumes its parts would have ids of their own.
+    let counts = import(&[volume(json!(80)), volume(json!("high"))]).await;
+    assert_eq!(
+        (&counts["kept"], &counts["proposed"]),
+        (&json!(1), &json!(0)),
+        "{counts}"
+    );
+}

@@ -20,6 +20,7 @@ mod flights_kept;
 mod flying;
 mod grounded;
 mod idempotency;
+mod imports;
 mod journal;
 mod mailboxes;
 mod older_rows;

@@ -6,8 +6,8 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{
-    AlarmFilter, Caller, Code, Decision, Edge, Idempotency, MemoryDisk, OpenError, Opening,
-    PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
+    AlarmFilter, Caller, Code, Decision, Edge, FeedImport, Idempotency, MemoryDisk, OpenError,
+    Opening, PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
 };
 use skyway::formats::load_network;
 use skyway::wire::{EndedAs, PlanFlag, PlanState};
@@ -91,7 +91,22 @@ async fn live(stage: &Stage) {
             .is_empty(),
         "{answer}"
     );
+    import_refused(stage).await;
     stage.settle().await;
+}
+
+/// A feed whose only zone is refused, of which the shape is proposed.
+async fn import_refused(stage: &Stage) {
+    let mut odd = circle("odd", 650.0, 100.0, 5.0);
+    odd["properties"]["upper_m"] = json!("high");
+    let import = FeedImport {
+        feed: "city".to_owned(),
+        ..FeedImport::default()
+    };
+    let told = stage
+        .edge
+        .import_zones(&stage.caller, odd.to_string(), import);
+    assert_eq!(told.await.expect("read").counts.proposed, 1);
 }
 
 /// For a while every node is closed, so that no drone has a way.

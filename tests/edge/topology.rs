@@ -4,7 +4,7 @@ use crate::stage::{Stage, circle, ladder, loaded, names, node, segment, without}
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::{Code, Decision, NewNetwork, PageRequest, Settings};
-use skyway::network::{NodeDraft, Topology};
+use skyway::network::{NetworkDraft, NodeDraft, Topology};
 use skyway::wire::{Ack, EventKind, PlanFlag};
 use std::sync::Arc;
 use tokio_stream::StreamExt;
@@ -282,13 +282,8 @@ async fn answered_beside_a_change(stage: &Stage) -> Option<Value> {
     stage.see("d1", 150.0, 0.0).await;
     let report = json!({"type": "navigational", "service": {"plan_id": "p", "leg": 1}, "location": {"x": 150.0, "y": 0.0}, "drone": {"id": "d1"}});
     let parsed = skyway::formats::parse_report(report.to_string().as_bytes()).expect("a report");
-    let mut draft = ladder();
-    // All indices are others: nodes go, and the order along the curve changes.
-    without(&mut draft, "a0");
-    without(&mut draft, "b7");
-    draft.nodes.push(node("far", 2_000.0, 3_000.0));
     let before = stage.edge.stamp().topology_revision;
-    let change = stage.edge.replace_network(loaded(&draft));
+    let change = stage.edge.replace_network(loaded(&renumbered()));
     let (change, answered) = tokio::join!(change, stage.edge.report_failure(&stage.caller, parsed));
     change.expect("put into service");
     stage.settle().await;
@@ -313,6 +308,15 @@ async fn a_report_under_way_on_the_old_network_spoils_nothing_on_the_new() {
         }
     }
     panic!("no report was answered before the change");
+}
+
+/// A network beside which all indices are others: nodes go, and the order along the curve changes.
+pub(crate) fn renumbered() -> NetworkDraft {
+    let mut draft = ladder();
+    without(&mut draft, "a0");
+    without(&mut draft, "b7");
+    draft.nodes.push(node("far", 2_000.0, 3_000.0));
+    draft
 }
 
 #[tokio::test]

@@ -170,7 +170,7 @@ fn what_can_be_read_of_a_refused_zone_is_closed_at_all_heights_and_always() {
             ],
         ),
         // What closes nothing would close nothing if it could be read.
-        (ed269("NO_RESTRICTION", &[odd.clone()]), vec![]),
+        (ed269("NO_RESTRICTION", std::slice::from_ref(&odd)), vec![]),
         // A shape that is none.
         (ed269("PROHIBITED", &[volume("100", bent)]), vec![]),
         (ed269("PROHIBITED", &[odd, volume("100", bent)]), vec![]),
