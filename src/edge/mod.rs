@@ -22,6 +22,7 @@ mod drones;
 mod effects;
 mod entries;
 mod events;
+mod failure_rates;
 mod failures;
 mod fleet;
 mod guard;
@@ -138,7 +139,7 @@ use crate::config::PackKeys;
 use crate::network::Topology;
 use crate::wire;
 use answered_lately::OffPlan;
-use arc_swap::ArcSwap;
+use arc_swap::{ArcSwap, ArcSwapOption};
 use background::{SearchTurns, Turns, in_place};
 use bytes::Bytes;
 use claims::Claims;
@@ -185,6 +186,8 @@ pub struct Edge {
     positions: Positions,
     planner: Arc<dyn Planner>,
     pack_keys: ArcSwap<PackKeys>,
+    /// What the registry told last of how often what fails.
+    failure_rates: ArcSwapOption<wire::NetworkStatistics>,
     /// What the checker has not let pass.
     guard: Arc<Guard>,
     records: Records,

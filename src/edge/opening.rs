@@ -27,7 +27,7 @@ use crate::clock::Clock;
 use crate::config::PackKeys;
 use crate::network::Topology;
 use crate::wire::ClockKind;
-use arc_swap::ArcSwap;
+use arc_swap::{ArcSwap, ArcSwapOption};
 use bytes::Bytes;
 use jiff::Timestamp;
 use std::io;
@@ -230,7 +230,6 @@ impl Opening {
     ) -> io::Result<Arc<Edge>> {
         let (settings, clock, epoch) = (self.settings, self.clock, identity.epoch);
         let (planner, drones) = (state.planner.clone(), state.drones.clone());
-        let guard = state.guard.clone();
         let events = Arc::new(events_of(epoch, &clock, &settings));
         let now = clock.now();
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
@@ -273,6 +272,7 @@ impl Opening {
             clock,
             epoch,
             world,
+            guard: desk.state.guard.clone(),
             writer: writer_of(desk, self.is_in_place)?,
             store,
             events,
@@ -281,8 +281,8 @@ impl Opening {
             drones,
             positions: Positions::default(),
             planner,
+            failure_rates: ArcSwapOption::empty(),
             pack_keys: ArcSwap::from_pointee(self.pack_keys.map_or_else(|| fresh_keys(now), Ok)?),
-            guard,
             off_plan: OffPlan::default(),
             opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
             tables,

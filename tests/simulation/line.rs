@@ -13,8 +13,8 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, Reply, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ObjectKind, PositionBatch, Problem,
-    PublishedClosure, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ObjectKind,
+    PositionBatch, Problem, PublishedClosure, RegistrySnapshot, Written,
 };
 use std::collections::BTreeMap;
 use std::fmt;
@@ -377,6 +377,12 @@ impl RegistryClient for Line {
             |_| async move { Ok(NewsTaken { through }) },
         )
         .await
+    }
+
+    async fn statistics(&self) -> Result<NetworkStatistics, ClientError> {
+        Err(ClientError::Transport(
+            "nothing is worked out here".to_owned(),
+        ))
     }
 
     async fn positions(&self, _: &Arc<PositionBatch>) -> Result<(), ClientError> {

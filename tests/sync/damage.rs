@@ -5,8 +5,8 @@ use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::Follow;
 use skyway::wire::{
-    ChangeOperation, ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, PositionBatch,
-    RegistrySnapshot, Written,
+    ChangeOperation, ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken,
+    PositionBatch, RegistrySnapshot, Written,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -229,6 +229,10 @@ impl RegistryClient for Script {
     }
 
     async fn news(&self, _: &EdgeNews) -> Result<NewsTaken, ClientError> {
+        Err(ClientError::Transport("it only tells".to_owned()))
+    }
+
+    async fn statistics(&self) -> Result<NetworkStatistics, ClientError> {
         Err(ClientError::Transport("it only tells".to_owned()))
     }
 

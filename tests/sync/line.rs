@@ -7,8 +7,8 @@ use skyway::edge::Refusal;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::registry::{Follow, Registry, SnapshotRequest, WriteOptions};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsEntry, NewsTaken, ObjectKind, PositionBatch,
-    Problem, PublishedClosure, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsEntry, NewsTaken,
+    ObjectKind, PositionBatch, Problem, PublishedClosure, RegistrySnapshot, Written,
 };
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -363,6 +363,12 @@ impl RegistryClient for Line {
             true => Err(cut()),
             false => Ok(NewsTaken { through }),
         }
+    }
+
+    async fn statistics(&self) -> Result<NetworkStatistics, ClientError> {
+        Err(ClientError::Transport(
+            "nothing is worked out here".to_owned(),
+        ))
     }
 
     async fn positions(&self, batch: &Arc<PositionBatch>) -> Result<(), ClientError> {

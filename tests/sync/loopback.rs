@@ -176,6 +176,53 @@ async fn what_is_posted_at_one_edge_closes_at_the_other() {
     south.stop().await.expect("it ends");
 }
 
+/// What drones report at one edge is counted at the registry, and another edge tells it, though the registry has ended.
+#[tokio::test(flavor = "multi_thread")]
+async fn failure_rates_are_pulled_and_told_while_the_registry_is_away() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let central = registry(&folder).await;
+    let client = reqwest::Client::builder().no_proxy().build();
+    let client = client.expect("a client");
+    let at_registry = format!("http://{}/v1/networks/ladder", central.addresses().listen);
+    send(&client, "PUT", &at_registry, write_network(&ladder())).await;
+    let get = async |url: &str| -> Value {
+        let told = client.get(url).send().await.expect("an answer");
+        serde_json::from_str(&told.text().await.expect("a body")).expect("JSON")
+    };
+    let north = edge(&central, "north").await;
+    let failures = format!("http://{}/v1/failures", north.addresses().listen);
+    let failure = json!({
+        "type": "environmental", "service": {"from": "a1", "to": "a2"}, "destination": "a4",
+        "location": {"node": "a1"},
+    });
+    send_json(&client, "POST", &failures, failure.to_string()).await;
+    let statistics = format!("{at_registry}/statistics");
+    until("it is counted", async || {
+        get(&statistics).await["failures"] != json!([])
+    })
+    .await;
+    let counted = get(&statistics).await["failures"].clone();
+
+    let south = edge(&central, "south").await;
+    let rates = format!("http://{}/v1/failure-rates", south.addresses().listen);
+    until("it is pulled", async || {
+        get(&rates).await["until"].is_string()
+    })
+    .await;
+    central.stop().await.expect("it ends");
+    let told = get(&rates).await;
+    for member in ["segment", "hour", "failure_type", "failures"] {
+        assert_eq!(told["failures"][0][member], counted[0][member], "{told}");
+    }
+    let segment = counted[0]["segment"].as_str().expect("a segment");
+    let of = |segment: &str| format!("{rates}?segment={segment}");
+    assert_eq!(get(&of(segment)).await["failures"], told["failures"]);
+    assert_eq!(get(&of("b1-b2")).await["failures"], json!([]));
+    assert_eq!(get(&of("nowhere")).await["code"], "not_found");
+    north.stop().await.expect("it ends");
+    south.stop().await.expect("it ends");
+}
+
 /// The key that signs is revoked at the registry: its edge makes another one, and neither forgets it.
 #[tokio::test(flavor = "multi_thread")]
 async fn a_key_that_is_revoked_at_the_registry_signs_no_more() {

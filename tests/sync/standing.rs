@@ -5,8 +5,8 @@ use jiff::SignedDuration;
 use skyway::edge::Settings;
 use skyway::edge::sync::{ClientError, RegistryClient, RegistryWrite};
 use skyway::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, EventKind, Freshness, NewsTaken, PositionBatch,
-    RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, EventKind, Freshness, NetworkStatistics,
+    NewsTaken, PositionBatch, RegistrySnapshot, Written,
 };
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -136,6 +136,10 @@ impl RegistryClient for Faulty {
 
     async fn news(&self, news: &EdgeNews) -> Result<NewsTaken, ClientError> {
         self.line.news(news).await
+    }
+
+    async fn statistics(&self) -> Result<NetworkStatistics, ClientError> {
+        self.line.statistics().await
     }
 
     async fn positions(&self, batch: &Arc<PositionBatch>) -> Result<(), ClientError> {

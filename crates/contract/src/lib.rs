@@ -48,13 +48,13 @@ pub use mail::{
 };
 pub use market::{
     AllocatedDrone, Customer, CustomerData, Deliveries, Delivery, DeliveryChange, DeliveryOrder,
-    DeliveryStatus, DeliveryTrack, EdgeNews, FailureNews, FailureRate, FleetDrone, FleetDroneState,
-    FleetDrones, FleetPosition, FlightNews, Lateness, Money, NetworkStatistics, NewsEntry,
-    NewsTaken, OfferRank, OpeningHours, PassedOver, PositionBatch, PositionEntry, PositionHistory,
-    PositionsTaken, ProofOfDelivery, Provider, ProviderState, Providers, PublishedService,
-    PublishedServices, Quote, QuoteRequest, Recipient, RecomposedFlight, ServiceOffer,
-    ServiceOffers, ServiceQuality, ServiceSearch, ServiceTariff, Share, Webhook, WebhookDraft,
-    WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState, Webhooks,
+    DeliveryStatus, DeliveryTrack, EdgeNews, FailureNews, FailureRate, FailureRates, FleetDrone,
+    FleetDroneState, FleetDrones, FleetPosition, FlightNews, Lateness, Money, NetworkStatistics,
+    NewsEntry, NewsTaken, OfferRank, OpeningHours, PassedOver, PositionBatch, PositionEntry,
+    PositionHistory, PositionsTaken, ProofOfDelivery, Provider, ProviderState, Providers,
+    PublishedService, PublishedServices, Quote, QuoteRequest, Recipient, RecomposedFlight,
+    ServiceOffer, ServiceOffers, ServiceQuality, ServiceSearch, ServiceTariff, Share, Webhook,
+    WebhookDraft, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState, Webhooks,
 };
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use pack::{PackKey, PackKeyState, PackKeys};

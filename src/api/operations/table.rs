@@ -148,6 +148,8 @@ operations! {
         ConfirmClock "confirm_clock" [(Method::POST, "/v1/clock:confirm")] None, ZoneWrite, OPERATORS, MAIN;
         /// The weather over the network.
         GetWeather "get_weather" [(Method::GET, "/v1/weather")] None, Read, NEIGHBOURS, MAIN;
+        /// How often what fails where, as the registry told it.
+        ListFailureRates "list_failure_rates" [(Method::GET, "/v1/failure-rates")] None, Read, NEIGHBOURS, MAIN;
         /// The weather over the network, as a whole.
         PutWeather "put_weather" [(Method::PUT, "/v1/weather")] None, ZoneWrite, OPERATORS, MAIN;
         /// The network.

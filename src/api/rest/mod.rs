@@ -13,6 +13,7 @@ mod drones;
 mod events;
 mod exposition;
 pub(in crate::api) mod extract;
+mod failure_rates;
 mod failures;
 mod holds;
 mod mail;
@@ -136,6 +137,7 @@ fn airspace() -> OpenApiRouter<Shared> {
             closures::change_closure,
             closures::delete_closure
         ))
+        .routes(routes!(failure_rates::list_failure_rates))
         .routes(routes!(proposals::list_proposals))
         .routes(routes!(proposals::accept_proposal))
         .routes(routes!(proposals::reject_proposal))

@@ -1,8 +1,8 @@
 //! What an edge asks of its registry, whatever carries it there.
 
 use crate::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ObjectKind, PositionBatch,
-    RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ObjectKind,
+    PositionBatch, RegistrySnapshot, Written,
 };
 use std::future::Future;
 use std::sync::Arc;
@@ -99,6 +99,9 @@ pub trait RegistryClient: Send + Sync + 'static {
         &self,
         report: &EdgeReport,
     ) -> impl Future<Output = Result<EdgeNoted, ClientError>> + Send;
+
+    /// What it has worked out of all that edges have told.
+    fn statistics(&self) -> impl Future<Output = Result<NetworkStatistics, ClientError>> + Send;
 
     /// Tells what has become of flights, and of failures.
     fn news(&self, news: &EdgeNews) -> impl Future<Output = Result<NewsTaken, ClientError>> + Send;

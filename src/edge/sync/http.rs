@@ -2,8 +2,8 @@
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use crate::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NewsTaken, ON_BEHALF_OF, ObjectKind,
-    PositionBatch, PositionsTaken, Problem, RegistrySnapshot, Written,
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ON_BEHALF_OF,
+    ObjectKind, PositionBatch, PositionsTaken, Problem, RegistrySnapshot, Written,
 };
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -270,6 +270,11 @@ impl RegistryClient for HttpClient {
     async fn report(&self, report: &EdgeReport) -> Result<EdgeNoted, ClientError> {
         let url = self.below(&["edges", &self.edge_id]);
         let request = self.http.request(Method::PUT, url).json(report);
+        self.ask(request, Duration::ZERO).await
+    }
+
+    async fn statistics(&self) -> Result<NetworkStatistics, ClientError> {
+        let request = self.http.request(Method::GET, self.below(&["statistics"]));
         self.ask(request, Duration::ZERO).await
     }
 

@@ -28,7 +28,7 @@ pub use news::{
 pub use offer::{
     OfferRank, PassedOver, Quote, QuoteRequest, ServiceOffer, ServiceOffers, ServiceSearch,
 };
-pub use statistics::{FailureRate, Lateness, NetworkStatistics, Share};
+pub use statistics::{FailureRate, FailureRates, Lateness, NetworkStatistics, Share};
 pub use webhook::{
     Webhook, WebhookDraft, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState,
     Webhooks,

@@ -1,6 +1,7 @@
 //! What the registry works out of all that it has been told.
 
 use crate::recomposition::FailureType;
+use crate::status::Stamp;
 use serde::{Deserialize, Serialize};
 
 /// A share with its 95 % interval (Wilson's score).
@@ -66,4 +67,22 @@ pub struct NetworkStatistics {
     pub failures: Vec<FailureRate>,
     /// Lateness by service; a provider sees its own.
     pub lateness: Vec<Lateness>,
+}
+
+/// How often what fails where, as an edge has it from its registry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct FailureRates<'a> {
+    /// From when failures were counted, RFC 3339; absent while the registry has told nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    pub from: Option<String>,
+    /// Until when, RFC 3339: as old are the rates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    pub until: Option<String>,
+    /// Failures by segment, hour and type, the most frequent first; at most 10,000.
+    pub failures: Vec<FailureRate>,
+    /// The world of this answer.
+    #[serde(flatten)]
+    pub stamp: Stamp<'a>,
 }
