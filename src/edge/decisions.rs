@@ -1,4 +1,4 @@
-//! What waits for an operator: proposals from reports, and removals that are many at once.
+//! What waits for an operator: proposals from reports and feeds, and removals that are many at once.
 
 use super::Edge;
 use super::commands::unexpected;

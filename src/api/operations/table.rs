@@ -120,7 +120,7 @@ operations! {
         ChangeClosure "change_closure" [(Method::PATCH, "/v1/closures/{id}")] None, ZoneWrite, OPERATORS, MAIN;
         /// A closure is lifted.
         DeleteClosure "delete_closure" [(Method::DELETE, "/v1/closures/{id}")] None, ZoneWrite, OPERATORS, MAIN;
-        /// What reports proposed and was not published.
+        /// What reports and feeds of zones proposed.
         ListProposals "list_proposals" [(Method::GET, "/v1/proposals")] None, Read, OPERATORS, MAIN;
         /// A proposal is accepted or rejected.
         DecideProposal "decide_proposal" [

@@ -1,4 +1,4 @@
-//! `/v1/proposals`: what reports brought and what an operator is to decide.
+//! `/v1/proposals`: what reports and feeds of zones brought and what an operator is to decide.
 
 use super::answer::{Answer, json, stamped};
 use super::extract::{Authenticated, NoParameters, PageParameters, PathId, Query};
@@ -9,7 +9,7 @@ use crate::wire::{Proposal, Proposals};
 use axum::extract::State;
 use std::sync::Arc;
 
-/// Lists what reports brought and what was not published, oldest first.
+/// Lists what reports and feeds of zones brought and was not put into force, oldest first.
 #[utoipa::path(
     get,
     path = "/v1/proposals",
