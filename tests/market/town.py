@@ -101,8 +101,8 @@ class Daemon:
 class Receiver:
     """The customer's endpoint: it fails half of the time, and checks every signature by itself."""
 
-    def __init__(self, seed: int) -> None:
-        self._random, self._lock = random.Random(seed), threading.Lock()
+    def __init__(self, seed: int, now=time.time) -> None:
+        self._random, self._lock, self._now = random.Random(seed), threading.Lock(), now
         self.secret, self.faults = None, []
         self.failed = self.repeated = 0
         # The events of each delivery, in the order in which they were first taken.
@@ -132,6 +132,11 @@ class Receiver:
         """Where it is called."""
         return f"http://127.0.0.1:{self._server.server_address[1]}/hooks"
 
+    def close(self) -> None:
+        """Is called no more."""
+        self._server.shutdown()
+        self._server.server_close()
+
     def take(self, headers, body: bytes) -> int:
         """The status that a call is answered with."""
         with self._lock:
@@ -155,7 +160,7 @@ class Receiver:
     def _is_signed(self, headers, body: bytes) -> bool:
         """As the Standard Webhooks specification has it."""
         sent_at = headers["webhook-timestamp"]
-        if abs(time.time() - int(sent_at)) > 300:
+        if abs(self._now() - int(sent_at)) > 300:
             return False
         key = base64.b64decode(self.secret.removeprefix("whsec_"))
         signed = f"{headers['webhook-id']}.{sent_at}.".encode() + body
