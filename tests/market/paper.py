@@ -9,6 +9,8 @@ ordered and who is killed where; the same seed again plans the same kills, and t
 import argparse
 import concurrent.futures
 import contextlib
+import dataclasses
+import json
 import multiprocessing
 import pathlib
 import random
@@ -33,6 +35,8 @@ CUSTOMER = "local"
 WEBHOOK = f"/v1/webhooks/{CUSTOMER}:main"
 ZONES_MAX = 6
 ZONE_RADIUS_M = 25
+# How long the endpoint leaves its answer open where who asks is to be killed.
+ANSWERS_AFTER_S = 0.03
 # From this many seeds on a step at which nobody was killed is a failure.
 COVERED_FROM = len(CELLS)
 
@@ -46,8 +50,12 @@ class TellingReceiver(Receiver):
 
     def take(self, headers, body: bytes) -> int:
         """The status that a call is answered with."""
-        self._kills.reached("told")
-        return super().take(headers, body)
+        is_killed = self._kills.reached("told")
+        status = super().take(headers, body)
+        if is_killed:
+            # It has taken the message, and who told it may not hear so any more.
+            time.sleep(ANSWERS_AFTER_S)
+        return status
 
 
 class Paper:
@@ -193,6 +201,10 @@ def run_seed(binary: pathlib.Path, seed: int, cluster: Cluster | None, kept: pat
             paper = Paper(binary, folder, store, seed)
             evidence = paper.tell()
             came["faults"] = judge(evidence)
+            if came["faults"]:
+                messages = paper.ask("GET", f"{WEBHOOK}/messages")["messages"]
+                seen = {**dataclasses.asdict(evidence), "messages": messages}
+                (folder / "evidence.json").write_text(json.dumps(seen, indent=1))
             came["counts"] = counts(paper, evidence)
         except Exception:
             came["faults"].append(traceback.format_exc())
@@ -271,7 +283,7 @@ def main() -> int:
     arguments.add_argument("binary", nargs="?", type=lambda path: pathlib.Path(path).resolve())
     arguments.add_argument("--seeds", type=int, default=3)
     arguments.add_argument("--first-seed", type=int, default=1)
-    arguments.add_argument("--jobs", type=int, default=2, help="seeds at a time")
+    arguments.add_argument("--jobs", type=int, default=4, help="seeds at a time")
     arguments.add_argument("--sqlite", action="store_true", help="in place of PostgreSQL, also where there is one")
     arguments.add_argument("--kept", default="target/paper", help="where the logs of seeds with faults are kept")
     arguments.add_argument("--self-test", action="store_true", help="plant faults, each of which the judge has to find")

@@ -11,8 +11,9 @@ CELLS = [(step, victims) for step in STEPS for victims in VICTIMS]
 TIMES = {"published": 20, "searched": 4, "quoted": 4, "ordered": 4, "assigned": 4, "departed": 4, "in_flight": 4, "replanned": 1,
          "delivered": 4, "told": 8}
 MORE_KILLS_MAX = 2
-# From the step to the kill, so that it comes before, during or after what the step asks for; and how long who is killed is away.
-BEFORE_KILL_S = (0.0, 0.03)
+# From the step to the kill at most, so that it comes before, during or after what the step asks for, which takes some
+# milliseconds; and how long who is killed is away.
+BEFORE_KILL_S = (0.004, 0.04)
 AWAY_S = (0.0, 0.4)
 
 
@@ -22,7 +23,7 @@ class Kill:
     def __init__(self, cell: tuple[str, str], chance: random.Random) -> None:
         self.step, self.victims = cell
         self.occurrence = chance.randint(1, TIMES[self.step])
-        self.after_s, self.away_s = chance.uniform(*BEFORE_KILL_S), chance.uniform(*AWAY_S)
+        self.after_s, self.away_s = chance.uniform(0.0, chance.choice(BEFORE_KILL_S)), chance.uniform(*AWAY_S)
 
     def __str__(self) -> str:
         return f"{self.victims} at {self.step} {self.occurrence}"
@@ -44,8 +45,8 @@ class Kills:
         """Whom to kill: the registry and the edge."""
         self._daemons = daemons
 
-    def reached(self, step: str) -> None:
-        """The flow has come to a step: who is to be killed there is, beside the caller."""
+    def reached(self, step: str) -> bool:
+        """The flow has come to a step: who is to be killed there is, beside the caller. Tells whether anyone is."""
         with self._lock:
             self._occurred[step] += 1
             due = [kill for kill in self.planned if (kill.step, kill.occurrence) == (step, self._occurred[step])]
@@ -53,6 +54,7 @@ class Kills:
                 thread = threading.Thread(target=self._kill, args=(kill,), daemon=True)
                 self._threads.append(thread)
                 thread.start()
+        return bool(due)
 
     def _kill(self, kill: Kill) -> None:
         names = list(self._daemons) if kill.victims == "both" else [kill.victims]
