@@ -46,6 +46,9 @@ class Courier(Drone):
         kind = session.MessageKind.Name(message.kind).removeprefix("MESSAGE_KIND_").lower()
         if kind == "assigned":
             self._is_assigned(message)
+        if kind in ("version", "no_way", "alarm", "ended"):
+            where = [round(value, 6) for value in self.place(now)[:2]] if self.pieces else None
+            print(f"{time.time():.3f} {self.id} at {where}: {kind} {message.version.outcome} for {list(message.causes)} {message.text}", flush=True)
         if kind == "version" and message.plan_id == self.plan_id and self.is_newer(message.version):
             self._kills.reached("replanned")
             if self._chance.random() < DECLINES:

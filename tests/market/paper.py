@@ -33,6 +33,8 @@ ORDERS = (5, 8)
 # Who calls without a token is this customer, and so are its quotes.
 CUSTOMER = "local"
 WEBHOOK = f"/v1/webhooks/{CUSTOMER}:main"
+# How many of them are called off right after they were ordered, while their drones are on the ground.
+CALLED_OFF = 0.12
 ZONES_MAX = 6
 ZONE_RADIUS_M = 25
 # How long the endpoint leaves its answer open where who asks is to be killed.
@@ -81,10 +83,21 @@ class Paper:
         drones = [f"acme:{number}" for number in range(1, DRONES + 1)]
         self.fleet = Fleet(f"127.0.0.1:{self.edge.port}", drones, seed, self.kills)
         self.acknowledged: dict[str, list[str]] = {}
+        self.bodies: list[tuple[str, dict]] = []
+        self.called_off: list[str] = []
 
     def ask(self, *asked, **more):
         """Asks the registry until it answers: an answer that was lost is asked for again."""
         return until(lambda: self.registry.ask(*asked, **more), f"{asked[:2]}")
+
+    def put(self, path: str, body: dict) -> dict:
+        """Puts what is new; where the answer to that was lost, it is there already."""
+        try:
+            return self.ask("PUT", path, body)
+        except AssertionError as refused:
+            if "precondition_required" not in str(refused):
+                raise
+            return self.ask("GET", path)
 
     def publish(self) -> None:
         """The provider with its drones and its service, the customer with its webhook."""
@@ -96,7 +109,7 @@ class Paper:
                f"/v1/customers/{CUSTOMER}": {"name": "Shop"}, WEBHOOK: {"url": self.receiver.url}}
         for path, body in put.items():
             self.kills.reached("published")
-            answer = self.ask("PUT", path, body)
+            answer = self.put(path, body)
         # Where the answer that had it was lost, there is another.
         self.receiver.secret = answer.get("secret") or self.ask("POST", f"{WEBHOOK}/rotate", {})["secret"]
 
@@ -118,6 +131,20 @@ class Paper:
             ordered = self.ask("POST", "/v1/deliveries", body, idempotency_key=key)
             self.acknowledged.setdefault(key, []).append(ordered["id"])
         self.bodies.append((key, body))
+        if self.chance.random() < CALLED_OFF:
+            self.call_off(ordered["id"])
+
+    def call_off(self, delivery: str) -> None:
+        """Calls one off, unless its drone has departed."""
+        def answered() -> str:
+            try:
+                return self.registry.ask("POST", f"/v1/deliveries/{delivery}/cancel", {})["status"]
+            except OSError as refused:
+                if "delivery_state_conflict" in str(refused):
+                    return "departed"
+                raise
+        if until(answered, f"the end of {delivery}") == "cancelled":
+            self.called_off.append(delivery)
 
     def put_zones(self) -> None:
         """Zones over ways of drones in flight, until one of them was told another version."""
@@ -156,7 +183,8 @@ class Paper:
         """What it has come to."""
         faults = [*self.receiver.faults, *self.kills.faults, *self.fleet.faults()]
         flown = [plan for drone in self.fleet.drones for plan in drone.flown]
-        return Evidence(self.acknowledged, self.listing("deliveries"), self.listing("drones"), self.receiver.taken, flown, faults)
+        return Evidence(self.acknowledged, self.listing("deliveries"), self.listing("drones"), self.receiver.taken, flown, faults,
+                        self.called_off)
 
     def is_home(self) -> bool:
         """Whether no drone is under way any more."""
@@ -164,7 +192,6 @@ class Paper:
 
     def tell(self) -> Evidence:
         """The whole story."""
-        self.bodies: list[tuple[str, dict]] = []
         self.publish()
         operator = threading.Thread(target=self.put_zones, daemon=True)
         for number in range(self.chance.randint(*ORDERS)):
@@ -202,9 +229,7 @@ def run_seed(binary: pathlib.Path, seed: int, cluster: Cluster | None, kept: pat
             evidence = paper.tell()
             came["faults"] = judge(evidence)
             if came["faults"]:
-                messages = paper.ask("GET", f"{WEBHOOK}/messages")["messages"]
-                seen = {**dataclasses.asdict(evidence), "messages": messages}
-                (folder / "evidence.json").write_text(json.dumps(seen, indent=1))
+                (folder / "evidence.json").write_text(json.dumps(seen(paper, evidence), indent=1))
             came["counts"] = counts(paper, evidence)
         except Exception:
             came["faults"].append(traceback.format_exc())
@@ -222,6 +247,13 @@ def run_seed(binary: pathlib.Path, seed: int, cluster: Cluster | None, kept: pat
     shutil.rmtree(folder, ignore_errors=True)
     came["took_s"] = time.monotonic() - began
     return came
+
+
+def seen(paper: Paper, evidence: Evidence) -> dict:
+    """What there is to see of a seed with faults."""
+    messages = paper.ask("GET", f"{WEBHOOK}/messages?page_size=1000")["messages"]
+    plans = until(lambda: paper.edge.ask("GET", "/v1/plans?page_size=1000"), "the plans of the edge")
+    return {**dataclasses.asdict(evidence), "messages": messages, "plans": plans}
 
 
 def counts(paper: Paper, evidence: Evidence) -> dict[str, int]:

@@ -20,6 +20,8 @@ class Evidence:
     # The plans that drones say that they have flown to the end, and what they were told wrong.
     flown: list[str]
     faults: list[str]
+    # Those that were answered as called off.
+    called_off: list[str]
 
 
 def judge(evidence: Evidence) -> list[str]:
@@ -63,6 +65,10 @@ def delivery_faults(delivery: dict, evidence: Evidence) -> list[str]:
     times = evidence.flown.count(plan)
     if is_delivered and times != 1:
         faults.append(f"{name} was delivered, and its plan {plan} flown {times} times")
+    if delivery["status"] == "cancelled" and times:
+        faults.append(f"{name} was called off, and its plan {plan} flown {times} times")
+    if name in evidence.called_off and delivery["status"] != "cancelled":
+        faults.append(f"{name} was answered as called off, and is {delivery['status']}")
     return faults
 
 
@@ -108,7 +114,7 @@ def right() -> Evidence:
     listing = [one(1), one(2)]
     told = {one["id"]: [f"delivery.{change['status']}" for change in one["history"]] for one in listing}
     return Evidence({"first": ["d-1", "d-1"], "second": ["d-2"]}, listing, [{"id": "acme:1", "state": "available"}], told,
-                    ["p-1", "p-2"], [])
+                    ["p-1", "p-2"], [], [])
 
 
 def final_twice(evidence: Evidence) -> None:
@@ -145,6 +151,7 @@ PLANTED = {
     "a delivery stands otherwise than its history": lambda evidence: evidence.listing[0].update(status="failed"),
     "a proof is missing": lambda evidence: evidence.listing[0].pop("proof"),
     "a plan is flown twice": lambda evidence: evidence.flown.append("p-1"),
+    "a delivery that was called off goes on": lambda evidence: evidence.called_off.append("d-1"),
     "a delivery is not flown": lambda evidence: evidence.flown.remove("p-2"),
     "a drone flies two at once": at_once,
     "a drone stays assigned": lambda evidence: evidence.drones[0].update(state="assigned", delivery_id="d-1"),
