@@ -1,4 +1,4 @@
-"""Drones of a provider as clients of a few sessions, each with several of them; what they fly is that of clients/python/drone.py."""
+"""Drones of a provider as clients of a few sessions, each with several of them; they fly as clients/python/drone.py does."""
 
 import queue
 import random
@@ -48,12 +48,14 @@ class Courier(Drone):
             self._is_assigned(message)
         if kind in ("version", "no_way", "alarm", "ended"):
             where = [round(value, 6) for value in self.place(now)[:2]] if self.pieces else None
-            print(f"{time.time():.3f} {self.id} at {where}: {kind} {message.version.outcome} for {list(message.causes)} {message.text}", flush=True)
+            why = f"{message.version.outcome} for {list(message.causes)} {message.text}"
+            print(f"{time.time():.3f} {self.id} at {where}: {kind} {why}", flush=True)
         if kind == "version" and message.plan_id == self.plan_id and self.is_newer(message.version):
             self._kills.reached("replanned")
             if self._chance.random() < DECLINES:
                 self.received, self.declined = message.id, self.declined + 1
-                declined = plans.DeclinePlanRequest(id=self.plan_id, version=message.version.version, reason="passed", location=self._at(now))
+                number = message.version.version
+                declined = plans.DeclinePlanRequest(id=self.plan_id, version=number, reason="passed", location=self._at(now))
                 return session.SessionRequest(request_id=2, decline=declined)
         said = super().answer(message, now)
         self.taken += said.HasField("acknowledge")

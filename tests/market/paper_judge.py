@@ -109,8 +109,8 @@ def right() -> Evidence:
     def one(number: int) -> dict:
         statuses = ["created", "assigned", "picking_up", "in_flight", "delivered"]
         history = [{"status": status, "at": f"2026-11-27T0{number}:00:0{second}Z"} for second, status in enumerate(statuses)]
-        return {"id": f"d-{number}", "status": "delivered", "history": history, "created_at": history[0]["at"], "proof": {"at": "then"},
-                "allocation": {"drone_id": "acme:1", "plan_id": f"p-{number}"}}
+        return {"id": f"d-{number}", "status": "delivered", "history": history, "created_at": history[0]["at"],
+                "proof": {"at": "then"}, "allocation": {"drone_id": "acme:1", "plan_id": f"p-{number}"}}
     listing = [one(1), one(2)]
     told = {one["id"]: [f"delivery.{change['status']}" for change in one["history"]] for one in listing}
     return Evidence({"first": ["d-1", "d-1"], "second": ["d-2"]}, listing, [{"id": "acme:1", "state": "available"}], told,
