@@ -85,17 +85,20 @@ impl HttpEdges {
     }
 
     async fn called_off(&self, edge: &EdgeAddress, id: &str) -> Result<CalledOff, EdgeError> {
-        let plan = match self.plan(edge, id).await {
-            Err(EdgeError::Refused { code, .. }) if code == "not_found" => {
-                return Ok(CalledOff::Cancelled);
+        match self.plan(edge, id).await {
+            // The request for it may be on its way: it has to be cancelled, so that the edge refuses it then.
+            Err(EdgeError::Refused { code, .. }) if code == "not_found" => {}
+            answer => {
+                let plan = answer?;
+                match (plan.state, plan.ended_as) {
+                    (PlanState::Ended, Some(EndedAs::Cancelled)) => {
+                        return Ok(CalledOff::Cancelled);
+                    }
+                    (PlanState::Ended, _) => return Ok(CalledOff::Over),
+                    (PlanState::Accepted, _) => {}
+                    _ => return Ok(CalledOff::Departed),
+                }
             }
-            answer => answer?,
-        };
-        match (plan.state, plan.ended_as) {
-            (PlanState::Ended, Some(EndedAs::Cancelled)) => return Ok(CalledOff::Cancelled),
-            (PlanState::Ended, _) => return Ok(CalledOff::Over),
-            (PlanState::Accepted, _) => {}
-            _ => return Ok(CalledOff::Departed),
         }
         let asked = self.request(edge, Method::DELETE, &["plans", id])?;
         match ask(edge, asked).await {

@@ -89,8 +89,7 @@ impl Edge {
         now: Timestamp,
     ) -> Option<Version> {
         let topology = snapshot.topology();
-        let progress = progress::progress(topology, plan, &self.drones, now);
-        let progress = progress.or_else(|| progress::of_waiting(&plan.reported))?;
+        let progress = progress::progress_or_wait(topology, plan, &self.drones, now)?;
         let scene = snapshot.scene(now);
         let means = DetourMeans {
             scene,

@@ -1,6 +1,7 @@
 //! A plan: whose it is, what its drone says that it flies, and what it is to fly instead.
 
 use super::planner::{FlightOrder, Version};
+use super::stretches::Stretch;
 use crate::network::NodeIx;
 use crate::wire;
 use jiff::Timestamp;
@@ -159,6 +160,18 @@ impl PlanEntry {
         let current = &self.reported;
         let is_known = current.acknowledge_by.is_none();
         is_known && !self.ends_early()
+    }
+
+    /// The node at which its drone stays that has no way on: it holds there, or is served there and knows no way after that.
+    pub(super) fn waits_at(&self) -> Option<NodeIx> {
+        let version = &self.reported;
+        let leads_on = |stretch: &Stretch| stretch.leg().is_some();
+        let stays =
+            version.composition.legs.is_empty() && !version.stretch.as_ref().is_some_and(leads_on);
+        let has_more = self.ends_early() || version.ends_at_stop();
+        version
+            .holds_at()
+            .or_else(|| version.last_node().filter(|_| stays && has_more))
     }
 
     /// Whether the reported version ends at a stop of the delivery, and its drone has yet to come there.

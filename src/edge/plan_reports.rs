@@ -15,7 +15,7 @@ use super::replies::Idempotency;
 use super::snapshot::Snapshot;
 use super::state_ends::{LANDED_WITHIN_M, landed_as};
 use super::telemetry::place_of;
-use crate::access::Caller;
+use crate::access::{Caller, Role};
 use crate::refusal::Refusal;
 use crate::wire::{self, EndedAs, Place};
 use std::sync::Arc;
@@ -85,7 +85,8 @@ impl Edge {
     }
 
     /// Cancels a plan. In flight its segments are free for others only where its place is told, or
-    /// it has been seen just now: else it may be anywhere on its ways.
+    /// it has been seen just now: else it may be anywhere on its ways. What an operator cancels before its request has
+    /// come, which may be on its way, is refused when it does.
     ///
     /// # Errors
     /// When there is none that the caller may change, or it is over.
@@ -96,7 +97,16 @@ impl Edge {
         cancellation: wire::Cancellation,
     ) -> Result<wire::Plan<'static>, Refusal> {
         let snapshot = self.snapshot();
-        let plan = own_plan(&snapshot, caller, id)?;
+        let plan = match own_plan(&snapshot, caller, id) {
+            Err(_) if matches!(caller.role, Role::Operator | Role::Anyone) => {
+                let command = Command::CancelPlan {
+                    id: id.to_owned(),
+                    is_placed: false,
+                };
+                return self.said_of_plan(caller, command).await;
+            }
+            plan => plan?,
+        };
         let whereabouts = Whereabouts {
             location: cancellation.location.as_ref(),
             leg: cancellation.leg,

@@ -156,13 +156,20 @@ pub(super) fn progress(
     })
 }
 
-/// Of a drone that holds without a way on: it is where it is to be.
-pub(super) fn of_waiting(version: &Version) -> Option<Progress> {
-    version.waits_at().map(|_| Progress {
-        leg: 0,
-        on_stretch: false,
-        location: Location::LegStart,
-        remaining_m: 0.0,
+/// The same, also of a drone that waits without a way on: it is where it is to be.
+pub(super) fn progress_or_wait(
+    topology: &Topology,
+    plan: &PlanEntry,
+    drones: &Drones,
+    now: Timestamp,
+) -> Option<Progress> {
+    progress(topology, plan, drones, now).or_else(|| {
+        plan.waits_at().map(|_| Progress {
+            leg: 0,
+            on_stretch: false,
+            location: Location::LegStart,
+            remaining_m: 0.0,
+        })
     })
 }
 
@@ -224,7 +231,7 @@ pub(super) fn leg_ahead(
         let path = std::iter::once(leg.0).chain(nodes.iter().copied());
         return (leg, stretch.reentry.leads_on().then(|| path.collect()));
     }
-    if let Some(node) = version.waits_at() {
+    if let Some(node) = plan.waits_at() {
         return ((node, node), Some(nodes.clone()));
     }
     let leg = &version.composition.legs[progress.leg];

@@ -69,6 +69,8 @@ pub(super) struct State {
     pub(super) touched_plans: BTreeSet<Arc<str>>,
     /// Plans that are looked at again at an instant that is set.
     pub(super) timed_looks: BTreeSet<Arc<str>>,
+    /// Ids of plans that were cancelled and not known, the latest last.
+    pub(super) cancelled_before: VecDeque<Arc<str>>,
     /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
     /// plan.
     pub(super) guarded: BTreeMap<Arc<str>, Vec<SegmentIx>>,
@@ -126,6 +128,7 @@ impl State {
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
             timed_looks: BTreeSet::new(),
+            cancelled_before: VecDeque::new(),
             guarded: BTreeMap::new(),
             relaid: Vec::new(),
             queue: Queue::default(),

@@ -62,7 +62,7 @@ impl State {
         now: Timestamp,
     ) -> Affected {
         let topology = airspace.topology();
-        let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
+        let Some(progress) = progress::progress_or_wait(topology, plan, &self.drones, now) else {
             return Affected::Not;
         };
         let ahead = progress::ahead(plan, &progress);
@@ -324,8 +324,9 @@ fn has_reported(plan: &PlanEntry) -> bool {
     wanted.is_some_and(|wanted| wanted.recomposition_id.is_some())
 }
 
-/// Whether the drone of a plan stands at the stop where its version ends, and another one leads no further.
+/// Whether the drone of a plan stands where its version ends without a way on, and another one leads no further.
 fn leads_no_further(plan: &PlanEntry, version: &Version) -> bool {
     let ends_there = plan.reported.ends_at_stop() && version.ends_at_stop();
-    ends_there && version.last_node() == plan.reported.last_node()
+    let waits_on = plan.waits_at().is_some() && version.composition.legs.is_empty();
+    (ends_there || waits_on) && version.last_node() == plan.reported.last_node()
 }

@@ -22,6 +22,8 @@ const OVERDUE_AFTER: SignedDuration = SignedDuration::from_secs(60);
 const SEEN_JUST_NOW: SignedDuration = SignedDuration::from_secs(15);
 /// At most this many plans that are over are still told of; the oldest go first.
 const OVER_MAX: usize = 1_000;
+/// So many ids are known of plans that were cancelled before they were asked for.
+const CANCELLED_BEFORE_MAX: usize = 1_000;
 
 /// So near to a node, in metres, a drone that has landed is on it.
 pub(super) const LANDED_WITHIN_M: f64 = 50.0;
@@ -51,10 +53,10 @@ impl State {
         self.timers.set(at, Due::Arrival { plan, version });
     }
 
-    /// Looks for a way on once a drone is at the stop where its version ends.
-    pub(super) fn time_way_on(&mut self, plan: &Arc<str>, version: &Version) {
-        if version.ends_at_stop() {
-            self.time_look(plan, just_after(version.arrives_at()));
+    /// Looks for a way on once a drone is where its version ends without one.
+    pub(super) fn time_way_on(&mut self, plan: &PlanEntry) {
+        if plan.reported.ends_at_stop() || plan.waits_at().is_some() {
+            self.time_look(&plan.id, just_after(plan.reported.arrives_at()));
         }
     }
 
@@ -179,7 +181,7 @@ impl State {
             return;
         };
         // Who holds without a way on is not to arrive; whether it is silent is looked at all the same.
-        let holds = plan.reported.waits_at().is_some();
+        let holds = plan.waits_at().is_some();
         if holds || plan.reported.number != version || overdue_at(&plan.reported) > now {
             return;
         }
@@ -233,7 +235,11 @@ impl State {
 
     /// Cancels a plan. Where it is in flight and nobody knows where, its drone may be anywhere on its ways: they stay taken.
     pub(super) fn cancel_plan(&mut self, id: &str, is_placed: bool) -> Result<Done, Refusal> {
-        let plan = self.plan(id)?;
+        let plan = self.plan(id);
+        if plan.is_err() {
+            self.refuse_from_now_on(id);
+        }
+        let plan = plan?;
         if plan.ended_as == Some(EndedAs::Cancelled) {
             return Ok(Done::Plan(plan));
         }
@@ -251,6 +257,14 @@ impl State {
             (EndedAs::Cancelled, None),
             holds,
         )))
+    }
+
+    /// A plan of this id is refused if it is asked for yet. No row is kept: with this process every request ends that is on its way.
+    fn refuse_from_now_on(&mut self, id: &str) {
+        if self.cancelled_before.len() >= CANCELLED_BEFORE_MAX {
+            self.cancelled_before.pop_front();
+        }
+        self.cancelled_before.push_back(Arc::from(id));
     }
 
     fn is_seen_in_flight(&self, plan: &PlanEntry) -> bool {

@@ -24,14 +24,23 @@ const PAD_CONTESTED: &str = "pad_contested";
 const VERSIONS_MAX: usize = 8;
 
 impl State {
-    pub(super) fn add_plan(&mut self, plan: PlanEntry) -> Result<Done, Refusal> {
-        if self.next.plans.contains_key(&plan.id) {
-            let detail = format!(
-                "there is a plan '{}' already; give this one another id",
-                plan.id
-            );
+    /// Whether a plan may have an id.
+    fn check_plan_id(&self, id: &Arc<str>) -> Result<(), Refusal> {
+        if self.next.plans.contains_key(id) {
+            let detail = format!("there is a plan '{id}' already; give this one another id");
             return Err(Refusal::new(Code::AlreadyExists, detail));
         }
+        if self.cancelled_before.contains(id) {
+            let detail = format!(
+                "plan '{id}' was cancelled before it was asked for; give another one its own id"
+            );
+            return Err(Refusal::new(Code::PlanStateConflict, detail));
+        }
+        Ok(())
+    }
+
+    pub(super) fn add_plan(&mut self, plan: PlanEntry) -> Result<Done, Refusal> {
+        self.check_plan_id(&plan.id)?;
         // Those that have ended and still take something count too.
         let is_full = |state: &Self| {
             let held = state.next.plans.len().saturating_sub(state.over.len());

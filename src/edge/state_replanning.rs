@@ -113,8 +113,9 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
-        else {
+        let topology = airspace.topology();
+        let progress = progress::progress_or_wait(topology, &plan, &self.drones, now);
+        let Some(progress) = progress else {
             return;
         };
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();

@@ -83,11 +83,10 @@ impl State {
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         self.occupy(&plan.id, &reported);
         self.time_arrival(&plan.id, &reported);
-        self.time_way_on(&plan.id, &reported);
         let topology = self.next.topology();
         let progress = progress::progress(topology, plan, &self.drones, self.now);
         let flown_for = plan.taken_up(&reported, topology, progress.as_ref(), self.now);
-        self.keep_plan(PlanEntry {
+        let plan = self.keep_plan(PlanEntry {
             flown_for,
             state: match plan.state {
                 PlanState::Accepted => PlanState::Accepted,
@@ -100,7 +99,9 @@ impl State {
             declined: 0,
             affected_by: Vec::new(),
             ..(**plan).clone()
-        })
+        });
+        self.time_way_on(&plan);
+        plan
     }
 
     /// A drone that has said again what it flies is heard of.

@@ -177,9 +177,11 @@ impl Version {
         stops.filter(|stop| stop.service_s.is_some()).count()
     }
 
-    /// Whether it ends where its delivery is to be served, and to go on.
+    /// Whether it ends where its delivery is to be served, or was served last, and to go on.
     pub(super) fn ends_at_stop(&self) -> bool {
-        let next = self.stops.get(self.stops_flown());
-        next.is_some_and(|stop| self.last_node() == Some(stop.node)) && !self.is_diversion()
+        let flown = self.stops_flown();
+        let is_there = |stop: &ServiceStop| self.last_node() == Some(stop.node);
+        let at = self.stops.iter().skip(flown.saturating_sub(1)).take(2);
+        flown < self.stops.len() && at.into_iter().any(is_there) && !self.is_diversion()
     }
 }

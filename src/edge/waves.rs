@@ -118,7 +118,8 @@ impl Wave {
     fn detour(&self, task: &Task, means: &Means) -> Option<Box<Detour>> {
         let plan = self.plan(&task.place.plan).filter(|_| task.may_be_cut())?;
         let airspace = &self.snapshot.airspace;
-        let progress = progress::progress(airspace.topology(), plan, &means.drones, self.now)?;
+        let topology = airspace.topology();
+        let progress = progress::progress_or_wait(topology, plan, &means.drones, self.now)?;
         let means = DetourMeans {
             scene: self.snapshot.scene(self.now),
             planner: &*means.planner,

@@ -3,7 +3,7 @@
 use crate::stage::Stage;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Code, MemoryDisk, PageRequest, PlanFilter};
+use skyway::edge::{Code, Idempotency, MemoryDisk, PageRequest, PlanFilter};
 use skyway::wire::{self, EndedAs, EventKind, PlanFlag, PlanState};
 use tokio_stream::StreamExt;
 
@@ -276,4 +276,24 @@ async fn what_a_plan_has_come_to_survives_a_restart() {
     stage.pass(SignedDuration::from_mins(60)).await;
     assert_eq!(stage.plan("overdue").ended_as, Some(EndedAs::Lost));
     assert_eq!(stage.plan("delivered").ended_as, Some(EndedAs::Delivered));
+}
+
+#[tokio::test]
+async fn a_plan_that_was_cancelled_before_its_request_came_is_refused() {
+    let stage = Stage::set();
+    let cancel = stage
+        .edge
+        .cancel_plan(&stage.caller, "late", wire::Cancellation::default());
+    assert_eq!(cancel.await.expect_err("unknown").code, Code::NotFound);
+    let ask = async |id: &str| {
+        let request = json!({"id": id, "drone_id": "d1", "source": "a0", "destination": "a3", "airspeed_mps": 10.0});
+        let request = serde_json::from_value(request).expect("a request");
+        let composed = stage
+            .edge
+            .compose_plan(&stage.caller, request, Idempotency::default());
+        composed.await
+    };
+    let refused = ask("late").await.expect_err("it was cancelled");
+    assert_eq!(refused.code, Code::PlanStateConflict, "{refused:?}");
+    ask("another").await.expect("a plan");
 }

@@ -235,6 +235,60 @@ async fn where_no_way_leads_on_it_comes_to_its_stop_and_is_told_more_there() {
 }
 
 #[tokio::test]
+async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
+    let stage = on(&bypassed());
+    let plan = stage.deliver(round("p")).await.expect("a plan");
+    let flight = plan.reported.flight.as_ref().expect("a flight");
+    let landed = instant(&flight.stops[0].lands_at);
+    let landed = landed.duration_since(instant(&plan.reported.departs_at));
+    after(&stage, &plan.reported, landed.as_secs() + 21).await;
+    stands(&stage, 2_000.0, 0.0).await;
+    stage.zone(circle("next", 2_500.0, 0.0, 50.0)).await;
+    let around = wanted(&stage, "p");
+    let decline = wire::Decline {
+        version: around.version,
+        reason: Some("passed".to_owned()),
+        ..wire::Decline::default()
+    };
+    let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
+    declined.expect("answered");
+    stage.settle().await;
+    // Nothing else leads on: it stays, and takes that over.
+    let stays = wanted(&stage, "p");
+    assert_eq!(path(&stays), ["s2"]);
+    let taken = wire::Ack {
+        version: stays.version,
+        ..wire::Ack::default()
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", taken).await;
+    taken.expect("taken over");
+    let mut waited_s = 0;
+    while stage.plan("p").wanted.is_none() {
+        assert!(
+            waited_s < 240,
+            "no way is looked for: {:#?}",
+            stage.plan("p")
+        );
+        let completed = wire::Completion::default();
+        let completed = stage
+            .edge
+            .complete_plan(&stage.caller, "p", completed)
+            .await;
+        assert_ne!(completed.expect("heard").state, PlanState::Ended);
+        stage.pass(SignedDuration::from_secs(1)).await;
+        stands(&stage, 2_000.0, 0.0).await;
+        waited_s += 1;
+    }
+    let on = wanted(&stage, "p");
+    assert_eq!(path(&on), ["s2", "u2", "s3", "u2", "s2", "s1", "s0"]);
+    // Nothing was seen of its service while it held: that is what it is for, as before.
+    assert_eq!(served(&on), served(&around), "after {waited_s} s");
+    stage
+        .check_version(&stage.plan("p"), &on, &[])
+        .expect("it can be flown");
+}
+
+#[tokio::test]
 async fn its_stops_survive_a_restart_and_a_new_network() {
     let disk = MemoryDisk::default();
     let stage = Stage::over_with(disk.open(), settings()).await;

@@ -151,8 +151,8 @@ impl Version {
         self.outcome == Some(crate::recompose::Outcome::Diverted)
     }
 
-    /// The node at which its drone holds that has no way on.
-    pub(in crate::edge) fn waits_at(&self) -> Option<NodeIx> {
+    /// The node at which its drone holds on the ground until there is a way.
+    pub(in crate::edge) fn holds_at(&self) -> Option<NodeIx> {
         let waits = self.outcome == Some(crate::recompose::Outcome::Hold);
         self.last_node()
             .filter(|_| waits && self.composition.legs.is_empty())

@@ -181,18 +181,23 @@ impl Flights {
                 battery: start.battery,
             });
         }
-        if let Some(node) = version.waits_at() {
-            let battery = seen.and_then(|sighting| sighting.battery_fraction);
-            return Some(Stand {
-                node,
-                from: now,
-                battery: battery.unwrap_or(start.battery),
-            });
+        let waits_at = |node| Stand {
+            node,
+            from: now,
+            battery: seen
+                .and_then(|sighting| sighting.battery_fraction)
+                .unwrap_or(start.battery),
+        };
+        if let Some(node) = version.holds_at() {
+            return Some(waits_at(node));
         }
         let stops = &flown.composition.plan.stops;
         let stop = stops
             .iter()
-            .find(|stop| stop.lands_s <= now_s && now_s < stop.takes_off_s)?;
+            .find(|stop| stop.lands_s <= now_s && now_s < stop.takes_off_s);
+        let Some(stop) = stop else {
+            return plan.waits_at().map(waits_at);
+        };
         let landed_at = later(version.departs_at, stop.lands_s);
         let seen = seen.filter(|sighting| sighting.seen_at >= landed_at);
         let is_elsewhere = seen.is_some_and(|sighting| {

@@ -439,7 +439,7 @@ impl Planner for Flown {
             return false;
         };
         let leads_there = matches!(answer.told.outcome, Outcome::Rerouted | Outcome::Hold);
-        if plan.reported.waits_at().is_some() {
+        if plan.waits_at().is_some() {
             return leads_there && !flown.composition.plan.legs.is_empty();
         }
         let lands_at = later(flight.departs_at, way.flight_time_s);
