@@ -146,15 +146,28 @@ impl SqlStore {
     }
 
     async fn begin_write(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
-        let begun = self.pool.begin_with("BEGIN ISOLATION LEVEL SERIALIZABLE");
-        begun.await.map_err(trouble)
+        self.begin("BEGIN ISOLATION LEVEL SERIALIZABLE").await
     }
 
     async fn begin_read(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
-        let begun = self
-            .pool
-            .begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY");
-        begun.await.map_err(trouble)
+        self.begin("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY")
+            .await
+    }
+
+    /// Begins a transaction, to the end though nobody waits any more: sqlx 0.9.0 takes no note of one whose beginning is given
+    /// up, and hands its connection to the next within it (sqlx issue 4393).
+    pub(super) async fn begin(
+        &self,
+        how: &'static str,
+    ) -> Result<Transaction<'static, Postgres>, Trouble> {
+        let pool = self.pool.clone();
+        let begun = tokio::spawn(async move { pool.begin_with(how).await });
+        match begun.await {
+            Ok(begun) => begun.map_err(trouble),
+            Err(stopped) => Err(Trouble::Lasting(StoreError::Unavailable {
+                message: stopped.to_string(),
+            })),
+        }
     }
 
     /// What a connection that has failed is good for, the pool finds out before it is used again.

@@ -194,8 +194,8 @@ class Paper:
                         self.called_off)
 
     def is_home(self) -> bool:
-        """Whether no drone is under way any more."""
-        return all(drone["state"] == "available" for drone in self.listing("drones"))
+        """Whether no drone is under way any more; one that has landed elsewhere is out of service."""
+        return all(drone["state"] in ("available", "out_of_service") for drone in self.listing("drones"))
 
     def tell(self) -> Evidence:
         """The whole story."""

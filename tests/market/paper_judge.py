@@ -86,8 +86,11 @@ def drone_faults(evidence: Evidence) -> list[str]:
             if plan == other:
                 faults.append(f"{drone} flew {first} and {second} by one plan, {plan}")
     faults += [f"{plan} was flown twice" for plan in sorted(set(evidence.flown)) if evidence.flown.count(plan) > 1]
+    # One that has landed elsewhere waits for people.
+    landed = {(delivery.get("allocation") or {}).get("drone_id") for delivery in evidence.listing if delivery["status"] == "diverted"}
     for drone in evidence.drones:
-        if drone["state"] != "available" or drone.get("delivery_id"):
+        states = ["available", "out_of_service"] if drone["id"] in landed else ["available"]
+        if drone["state"] not in states or drone.get("delivery_id"):
             faults.append(f"{drone['id']} is {drone['state']} for {drone.get('delivery_id')} when all is over")
     return faults
 
@@ -154,6 +157,7 @@ PLANTED = {
     "a delivery that was called off goes on": lambda evidence: evidence.called_off.append("d-1"),
     "a delivery is not flown": lambda evidence: evidence.flown.remove("p-2"),
     "a drone flies two at once": at_once,
+    "a drone is out of service without a reason": lambda evidence: evidence.drones[0].update(state="out_of_service"),
     "a drone stays assigned": lambda evidence: evidence.drones[0].update(state="assigned", delivery_id="d-1"),
     "an endpoint is called without a signature": lambda evidence: evidence.faults.append("m-1 has no valid signature"),
 }

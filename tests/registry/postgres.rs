@@ -7,7 +7,7 @@ use crate::drafts::{NETWORK, commit, creation, write, zone};
 use skyway::registry::PostgresStore;
 use skyway::registry::store::Store;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Longer than anything takes, so that a test that hangs fails.
 const WAIT_AT_MOST: Duration = Duration::from_secs(60);
@@ -80,4 +80,34 @@ async fn two_registries_share_a_database() {
     told.await.expect("the second hears of the first");
     first.close().await;
     second.close().await;
+}
+
+/// Who asks may go away at any moment, as clients do that hang up: nothing of that is left to those who ask afterwards.
+#[tokio::test]
+async fn questions_that_are_given_up_spoil_no_connection() {
+    let Some(cluster) = cluster() else {
+        return;
+    };
+    let store = open(&cluster.database("given_up")).await;
+    commit(&*store, creation(NETWORK)).await;
+    let later = async |micros: u64| {
+        let began = Instant::now();
+        while began.elapsed() < Duration::from_micros(micros) {
+            tokio::task::yield_now().await;
+        }
+    };
+    // Each is given up a little later than the one before, until they are answered; then again.
+    for number in 0..150 {
+        tokio::select! {
+            biased;
+            told = store.network(NETWORK) => drop(told.expect("answers")),
+            () = later(20 * (number % 50)) => {}
+        }
+        let id = format!("z{number}");
+        commit(&*store, write(NETWORK, vec![zone(&id, "{}")])).await;
+        let state = store.network(NETWORK).await.expect("answers");
+        let zones = state.expect("a network").zones;
+        assert_eq!(zones, number + 1, "what was written is seen");
+    }
+    store.close().await;
 }

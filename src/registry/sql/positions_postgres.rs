@@ -82,7 +82,7 @@ async fn try_to_keep(
         make_day(store, *day).await?;
     }
     store.days.add(days);
-    let mut transaction = store.pool.begin().await.map_err(trouble)?;
+    let mut transaction = store.begin("BEGIN").await?;
     let quick = sqlx::query("SET LOCAL synchronous_commit = off").execute(&mut *transaction);
     quick.await.map_err(trouble)?;
     let stored = insert(&mut transaction, positions).await?;
