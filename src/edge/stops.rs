@@ -181,7 +181,8 @@ impl Version {
     pub(super) fn ends_at_stop(&self) -> bool {
         let flown = self.stops_flown();
         let is_there = |stop: &ServiceStop| self.last_node() == Some(stop.node);
-        let at = self.stops.iter().skip(flown.saturating_sub(1)).take(2);
-        flown < self.stops.len() && at.into_iter().any(is_there) && !self.is_diversion()
+        // The one before it, where there is one, and the one that is next.
+        let at = self.stops.get(flown.saturating_sub(1)..=flown);
+        at.is_some_and(|at| at.iter().any(is_there)) && !self.is_diversion()
     }
 }
