@@ -18,12 +18,12 @@ fn may(role: &str) -> Vec<&'static str> {
     let drone = "report_failure report_failures list_recompositions get_recomposition create_plan list_plans get_plan get_pack \
                  cancel_plan acknowledge_plan decline_plan complete_plan post_telemetry \
                  drone_session watch_mail receive_mail";
-    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_keys list_revoked_keys";
+    let airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_failure_rates list_keys list_revoked_keys";
     let operator = "release_plan create_zone put_zone delete_zone preview_zone import_zones create_closure change_closure delete_closure \
                     list_proposals decide_proposal list_alarms acknowledge_alarm list_holds decide_hold advance_clock confirm_clock put_weather list_drones \
                     watch_events";
     let own_flights = "list_recompositions get_recomposition list_plans get_plan";
-    let seen_airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock";
+    let seen_airspace = "get_zone list_zones list_closures get_closure get_weather get_network get_node nearest get_clock list_failure_rates";
     let map = "registry_list_networks registry_get_network registry_get_clock";
     let follower = "registry_follow registry_snapshot registry_list_zones \
                     registry_create_zone registry_get_zone registry_put_zone registry_delete_zone \
