@@ -3,7 +3,8 @@
 
 use super::Edge;
 use crate::access::Caller;
-use crate::refusal::Refusal;
+use crate::intake::Faults;
+use crate::refusal::{Code, Refusal};
 use crate::wire::{FailureRate, FailureRates, NetworkStatistics};
 use std::sync::Arc;
 
@@ -27,11 +28,9 @@ impl Edge {
         segment: Option<&str>,
     ) -> Result<FailureRates<'static>, Refusal> {
         let snapshot = self.on_network()?;
-        if let Some(id) = segment
-            && snapshot.topology().find_segment(id).is_none()
-        {
-            return Err(Refusal::not_found("segment", id));
-        }
+        let mut faults = Faults::default();
+        segment.and_then(|id| faults.segment("?segment", snapshot.topology(), id));
+        faults.check(Code::ParameterInvalid, "query")?;
         let told = self.failure_rates.load_full();
         let rates = told.iter().flat_map(|told| &told.failures);
         let is_asked =

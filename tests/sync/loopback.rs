@@ -218,7 +218,7 @@ async fn failure_rates_are_pulled_and_told_while_the_registry_is_away() {
     let of = |segment: &str| format!("{rates}?segment={segment}");
     assert_eq!(get(&of(segment)).await["failures"], told["failures"]);
     assert_eq!(get(&of("b1-b2")).await["failures"], json!([]));
-    assert_eq!(get(&of("nowhere")).await["code"], "not_found");
+    assert_eq!(get(&of("nowhere")).await["code"], "parameter_invalid");
     north.stop().await.expect("it ends");
     south.stop().await.expect("it ends");
 }
