@@ -24,6 +24,8 @@ pub struct FlightLeg {
     pub twin: u32,
     /// Length, in metres, rounded to 2^-20 m.
     pub length_m: f64,
+    /// Whether the other direction can be flown in some period: a search backwards reads legs in their order.
+    pub is_flyable_back: bool,
     /// The least that it takes in any period; exact where there is one period.
     pub least: LegCost,
 }
@@ -39,6 +41,7 @@ pub struct FlightLegs {
     vertical_s: Vec<f64>,
     climb_energy: Vec<f64>,
     fastest_mps: f64,
+    slowest_mps: f64,
     least_draw_per_s: f64,
     least_vertical_s: f64,
 }
@@ -81,11 +84,17 @@ impl FlightLegs {
                 leg.least.energy = leg.least.energy.min(costs[place].energy);
             }
         }
-        let (mut fastest_mps, mut least_draw_per_s) = (0.0_f64, f64::INFINITY);
+        for place in 0..legs.len() {
+            let back = legs[place].twin as usize;
+            legs[place].is_flyable_back = legs[back].least.is_flyable();
+        }
+        let (mut fastest_mps, mut slowest_mps) = (0.0_f64, f64::INFINITY);
+        let mut least_draw_per_s = f64::INFINITY;
         for (leg, cost) in periods.iter().flat_map(|costs| legs.iter().zip(costs)) {
             if cost.is_flyable() {
                 let ends = topology.segment_ends(leg.segment);
                 fastest_mps = fastest_mps.max(ends.0.distance_m(ends.1) / cost.time_s);
+                slowest_mps = slowest_mps.min(leg.length_m / cost.time_s);
                 least_draw_per_s = least_draw_per_s.min(cost.energy / cost.time_s);
             }
         }
@@ -108,6 +117,7 @@ impl FlightLegs {
                 .map(|node| airframe.climb_energy(payload_kg, crossing(node)))
                 .collect(),
             fastest_mps,
+            slowest_mps,
             least_draw_per_s,
             least_vertical_s: lowest_crossing_m / airframe.vertical_speed_mps,
         }
@@ -172,6 +182,12 @@ impl FlightLegs {
         self.fastest_mps
     }
 
+    /// No leg takes longer for its metres than at this ground speed, in any wind, changes of altitude included; infinite where
+    /// nothing can be flown.
+    pub fn slowest_mps(&self) -> f64 {
+        self.slowest_mps
+    }
+
     /// No leg draws less than this fraction of the battery per second; infinite where nothing can be flown.
     pub fn least_draw_per_s(&self) -> f64 {
         self.least_draw_per_s
@@ -196,6 +212,7 @@ fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>) {
                 segment: arc.segment,
                 twin,
                 length_m: FlightLegs::rounded_m(arc.length_m),
+                is_flyable_back: false,
                 least: LegCost::UNFLYABLE,
             });
         }

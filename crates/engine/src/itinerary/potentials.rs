@@ -5,7 +5,7 @@
 
 use super::request::Objective;
 use crate::airspace::Bits;
-use crate::flight::FlightLegs;
+use crate::flight::{FlightLeg, FlightLegs, LegCost};
 use crate::network::NodeIx;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -18,7 +18,9 @@ const ENERGY_STEPS: f64 = 1_099_511_627_776.0;
 /// Energy as a weight: rounded so that sums do not depend on their order.
 #[inline]
 pub(super) fn energy_weight(energy: f64) -> f64 {
-    (energy * ENERGY_STEPS).round() / ENERGY_STEPS
+    // Beside it a double has no digits after the point: without SSE 4.1 `round` is a call.
+    const WHOLE: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64 / 2.0;
+    (energy * ENERGY_STEPS + WHOLE - WHOLE) / ENERGY_STEPS
 }
 
 /// What is left from a node.
@@ -46,34 +48,31 @@ pub struct Potentials {
 }
 
 impl Potentials {
-    /// Works the tables out: three full searches, once per destination and table of legs.
+    /// Works the tables out, once per destination and table of legs: a full search for the objective, and in its order the
+    /// least times and energies.
     pub fn of(legs: &FlightLegs, nodes: usize, destination: NodeIx, objective: Objective) -> Self {
-        let by_time = distances(legs, nodes, destination, |leg| legs.leg(leg).least.time_s);
-        let by_energy = distances(legs, nodes, destination, |leg| {
-            energy_weight(legs.leg(leg).least.energy)
-        });
-        let by_length = match objective {
-            Objective::Distance => Some(distances(legs, nodes, destination, |leg| {
-                let leg = legs.leg(leg);
-                match leg.least.is_flyable() {
+        let tree = match objective {
+            Objective::Distance => {
+                distances(legs, nodes, destination, |leg| match leg.is_flyable_back {
                     true => leg.length_m,
                     false => f64::INFINITY,
-                }
-            })),
-            Objective::Time | Objective::Energy => None,
+                })
+            }
+            Objective::Time => distances(legs, nodes, destination, |leg| {
+                legs.leg(leg.twin).least.time_s
+            }),
+            Objective::Energy => distances(legs, nodes, destination, |leg| {
+                energy_weight(legs.leg(leg.twin).least.energy)
+            }),
         };
-        let tree = match objective {
-            Objective::Distance => by_length.as_ref().unwrap_or(&by_time),
-            Objective::Time => &by_time,
-            Objective::Energy => &by_energy,
-        };
+        let least = least_sums(legs, nodes, &tree.settled);
         let remaining = (0..nodes).map(|node| Remaining {
             weight: match objective {
                 Objective::Time => 0.0,
                 Objective::Distance | Objective::Energy => tree.left[node],
             },
-            time_s: by_time.left[node],
-            energy: by_energy.left[node],
+            time_s: least[node].time_s,
+            energy: least[node].energy,
             next: tree.next[node],
         });
         let remaining: Vec<Remaining> = remaining.collect();
@@ -83,7 +82,7 @@ impl Potentials {
             objective,
             remaining,
             tied,
-            slowest_mps: slowest_mps(legs),
+            slowest_mps: legs.slowest_mps(),
         }
     }
 
@@ -172,19 +171,6 @@ impl Potentials {
     }
 }
 
-/// The least metres per second of any leg in any period.
-fn slowest_mps(legs: &FlightLegs) -> f64 {
-    let periods = 0..=legs.changes_s().len();
-    let costs = periods.flat_map(|period| {
-        let of_leg = move |leg| (legs.leg(leg).length_m, legs.cost(leg, period));
-        (0..legs.len() as u32).map(of_leg)
-    });
-    costs
-        .filter(|(_, cost)| cost.is_flyable())
-        .map(|(length_m, cost)| length_m / cost.time_s)
-        .fold(f64::INFINITY, f64::min)
-}
-
 /// The weight of a leg, as far as it does not depend on when it is flown.
 fn least_weight(legs: &FlightLegs, leg: u32, objective: Objective) -> f64 {
     let leg = legs.leg(leg);
@@ -226,12 +212,13 @@ struct Table {
     settled: Vec<NodeIx>,
 }
 
-/// The least sum of `weight` over the legs to a destination, infinite without a way.
+/// The least sum of `weight` over the legs to a destination, infinite without a way. It is given the leg the other way, as
+/// the search goes backwards.
 fn distances(
     legs: &FlightLegs,
     nodes: usize,
     destination: NodeIx,
-    weight: impl Fn(u32) -> f64,
+    weight: impl Fn(&FlightLeg) -> f64,
 ) -> Table {
     let mut table = Table {
         left: vec![f64::INFINITY; nodes],
@@ -251,7 +238,7 @@ fn distances(
         table.settled.push(node);
         for away in legs.from(node) {
             let leg = legs.leg(away);
-            let through = left + weight(leg.twin);
+            let through = left + weight(leg);
             if through < table.left[leg.to.at()] {
                 table.left[leg.to.at()] = through;
                 table.next[leg.to.at()] = leg.twin;
@@ -263,6 +250,43 @@ fn distances(
         }
     }
     table
+}
+
+/// The least sums of time and energy over the legs to the first of some nodes, which are all that lead there; infinite for
+/// others.
+///
+/// Nodes are looked at in the order of another weight until nothing changes any more. What is left then is what a search by
+/// these sums finds, to the last bit: each value is that of a way, added up from its end, and no leg makes one smaller.
+/// Time and energy grow much as the other weight does, so that a few rounds do.
+fn least_sums(legs: &FlightLegs, nodes: usize, outwards: &[NodeIx]) -> Vec<LegCost> {
+    let mut left = vec![LegCost::UNFLYABLE; nodes];
+    let Some((destination, others)) = outwards.split_first() else {
+        return left;
+    };
+    left[destination.at()] = LegCost {
+        time_s: 0.0,
+        energy: 0.0,
+    };
+    let mut has_changed = true;
+    while has_changed {
+        has_changed = false;
+        for &node in others {
+            let own = left[node.at()];
+            let mut best = own;
+            for leg in legs.from(node) {
+                let leg = legs.leg(leg);
+                let after = left[leg.to.at()];
+                best.time_s = best.time_s.min(after.time_s + leg.least.time_s);
+                let energy = after.energy + energy_weight(leg.least.energy);
+                best.energy = best.energy.min(energy);
+            }
+            if best != own {
+                left[node.at()] = best;
+                has_changed = true;
+            }
+        }
+    }
+    left
 }
 
 /// A node in the queue, nearest first.
@@ -290,3 +314,53 @@ impl PartialEq for Queued {
 }
 
 impl Eq for Queued {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::{Airframe, FlightRules, Wind, WindField};
+    use crate::network::{Generated, Joining, Topology};
+
+    fn legs(seed: u64, wind: WindField) -> (FlightLegs, usize) {
+        let joinings = [Joining::Nearest, Joining::Random, Joining::Delaunay];
+        let generated = Generated {
+            nodes: 120,
+            max_neighbours: 5,
+            map_size_m: 6_000.0,
+            reach_fraction: 0.2,
+            joining: joinings[seed as usize % joinings.len()],
+            seed,
+        };
+        let draft = generated.network().expect("in range");
+        let topology = Topology::build(draft, [0; 32]).expect("a network");
+        let rules = FlightRules::default();
+        let legs = FlightLegs::of(&topology, &Airframe::phantom3(), 0.5, &wind, &rules);
+        (legs, topology.node_count())
+    }
+
+    /// A strong wind forbids legs and makes ways against it longer than others that are longer in metres.
+    #[test]
+    fn times_and_energies_are_those_of_searches_of_their_own() {
+        for seed in 0..60 {
+            let speed_mps = [0.0, 6.0, 11.0][seed as usize % 3];
+            let wind = WindField::uniform(Wind::coming_from(37.0 * seed as f64, speed_mps));
+            let (legs, nodes) = legs(seed, wind);
+            for destination in (0..nodes as u32).step_by(17).map(NodeIx) {
+                let by_time = distances(&legs, nodes, destination, |leg| {
+                    legs.leg(leg.twin).least.time_s
+                });
+                let by_energy = distances(&legs, nodes, destination, |leg| {
+                    energy_weight(legs.leg(leg.twin).least.energy)
+                });
+                for objective in Objective::ALL {
+                    let tables = Potentials::of(&legs, nodes, destination, objective);
+                    for (node, found) in tables.remaining.iter().enumerate() {
+                        let least = (by_time.left[node], by_energy.left[node]);
+                        let place = format!("seed {seed}, {destination:?}, {objective:?}, {node}");
+                        assert_eq!((found.time_s, found.energy), least, "{place}");
+                    }
+                }
+            }
+        }
+    }
+}
