@@ -1,6 +1,7 @@
 //! A burst of orders, and a steady rate of them afterwards: how soon each has a drone and an accepted plan.
 
-use super::town::{Plan, Town, generated};
+use super::drones::{Flown, fly};
+use super::town::{Plan, Town, drone_id, generated};
 use super::{DeliveriesArguments, Part};
 use crate::Result;
 use crate::arrivals::Chance;
@@ -60,47 +61,67 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> Result<Vec<Row>>
         seed: SEED,
     })
     .await?;
+    let drones: Vec<String> = (0..size.drones)
+        .map(|number| drone_id(NETWORK, number))
+        .collect();
+    fly(town.edges[0].address(), &drones, &Flown::default());
     let sent = send(&town, &size).await?;
     let begun = Instant::now();
-    let mut times_ms = assigned_after(&town, &sent);
-    while times_ms.len() < sent.len() && begun.elapsed() < PATIENCE {
+    let mut parts = assigned_after(&town, &sent);
+    while parts.iter().any(|part| part.contains(&f64::INFINITY)) && begun.elapsed() < PATIENCE {
         sleep(LOOK_AGAIN).await;
-        times_ms = assigned_after(&town, &sent);
+        parts = assigned_after(&town, &sent);
     }
-    let late = sent.len() - times_ms.len();
-    times_ms.resize(sent.len(), f64::INFINITY);
     tell_late(&town, &sent).await?;
-    times_ms.sort_by(f64::total_cmp);
-    let what = format!(
-        "{} orders in {} s and {} at 1/s, {} drones, flown: from the order to its webhook `assigned`",
-        size.burst,
-        size.burst_for.as_secs(),
-        size.steady,
-        size.drones
-    );
-    Ok(vec![
-        Row::at_most(format!("{what}, p50"), (at(&times_ms, 0.5), 1_000.0), "ms"),
-        Row::at_most(format!("{what}, p99"), (at(&times_ms, 0.99), 1_000.0), "ms"),
-        Row::at_most(
-            "without a drone a minute after the last",
-            (late as f64, 0.0),
-            "orders",
-        ),
-    ])
+    let names = [
+        format!("{} orders in {} s", size.burst, size.burst_for.as_secs()),
+        format!("{} orders at 1/s", size.steady),
+    ];
+    let mut rows = Vec::new();
+    for (name, times_ms) in names.iter().zip(&mut parts) {
+        times_ms.sort_by(f64::total_cmp);
+        let what = format!(
+            "{name}, {} drones, flown: from the order to its webhook `assigned`",
+            size.drones
+        );
+        for (label, share) in [("p50", 0.5), ("p99", 0.99)] {
+            let found = at(times_ms, share);
+            rows.push(Row::at_most(
+                format!("{what}, {label}"),
+                (found, 1_000.0),
+                "ms",
+            ));
+        }
+    }
+    let late = parts
+        .iter()
+        .flatten()
+        .filter(|time_ms| time_ms.is_infinite());
+    rows.push(Row::at_most(
+        "without a drone a minute after the last",
+        (late.count() as f64, 0.0),
+        "orders",
+    ));
+    Ok(rows)
 }
 
-/// When each order was due, by the id of its delivery.
-type Sent = BTreeMap<String, Timestamp>;
+/// When each order was due, by the id of its delivery, and whether it is one of the burst.
+type Sent = BTreeMap<String, (Timestamp, bool)>;
 
-/// How long it took until the endpoint was told of a drone, of all orders that have one, in milliseconds.
-fn assigned_after(town: &Town, sent: &Sent) -> Vec<f64> {
+/// How long it took until the endpoint was told of a drone, in milliseconds: of the orders of the burst, and of those after it.
+/// Infinite for those without one.
+fn assigned_after(town: &Town, sent: &Sent) -> [Vec<f64>; 2] {
     let received = town.receiver.received();
-    let times = sent.iter().filter_map(|(id, sent_at)| {
-        let mut events = received.events.get(id)?.iter();
-        let assigned = events.find(|event| event.status == "assigned")?;
-        Some(assigned.taken_at.duration_since(*sent_at).as_secs_f64() * 1e3)
-    });
-    times.collect()
+    let mut parts = [Vec::new(), Vec::new()];
+    for (id, (sent_at, is_burst)) in sent {
+        let mut events = received.events.get(id).into_iter().flatten();
+        let assigned = events.find(|event| event.status == "assigned");
+        let after_ms = assigned.map_or(f64::INFINITY, |assigned| {
+            assigned.taken_at.duration_since(*sent_at).as_secs_f64() * 1e3
+        });
+        parts[usize::from(!is_burst)].push(after_ms);
+    }
+    parts
 }
 
 /// What the first orders wait for that have no drone.
@@ -141,10 +162,11 @@ async fn send(town: &Town, size: &Size) -> Result<Sent> {
         let order = town.order(NETWORK, STEPS, &mut chance);
         let (client, sent) = (town.client.clone(), sent.clone());
         let due_at = Timestamp::now();
+        let is_burst = number < size.burst;
         sending.spawn_local(async move {
             let id = client.order(&order, &format!("burst-{number}")).await;
             let id = id.map_err(|error| error.to_string())?;
-            sent.borrow_mut().insert(id, due_at);
+            sent.borrow_mut().insert(id, (due_at, is_burst));
             Ok::<(), String>(())
         });
     }
