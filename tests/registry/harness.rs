@@ -1,6 +1,7 @@
 //! A registry in this process, over a store in a file, with a client.
 
 use crate::drafts::{NETWORK, square};
+use bytes::Bytes;
 use jiff::Timestamp;
 use prometheus_client::registry::Registry as Metrics;
 use reqwest::Method;
@@ -83,6 +84,7 @@ pub(crate) struct Told {
     pub(crate) status: u16,
     headers: reqwest::header::HeaderMap,
     pub(crate) body: String,
+    pub(crate) bytes: Bytes,
 }
 
 impl Told {
@@ -291,10 +293,13 @@ async fn ask(
 }
 
 async fn told(response: reqwest::Response) -> Told {
+    let (status, headers) = (response.status().as_u16(), response.headers().clone());
+    let bytes = response.bytes().await.expect("a body");
     Told {
-        status: response.status().as_u16(),
-        headers: response.headers().clone(),
-        body: response.text().await.expect("a body"),
+        status,
+        headers,
+        body: String::from_utf8_lossy(&bytes).into_owned(),
+        bytes,
     }
 }
 

@@ -3,8 +3,11 @@
 use crate::drafts::NETWORK;
 use crate::harness::Place;
 use crate::market::{NOW_MS, delivery, drone, put, served};
+use bytes::Bytes;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 use serde_json::{Value, json};
 use skyway::registry::documents::{Commit, Committed, FailureRow};
 use std::io::Write;
@@ -79,6 +82,30 @@ async fn positions_are_taken_compressed_and_read_in_parts() {
     served.end().await;
 }
 
+const PARQUET: &str = "application/vnd.apache.parquet";
+
+/// The rows of a Parquet file.
+fn rows_of(file: Bytes) -> Vec<Vec<Value>> {
+    let reader = SerializedFileReader::new(file).expect("a file");
+    let value = |field: &Field| match field {
+        Field::Null => Value::Null,
+        Field::Str(text) => json!(text),
+        Field::Long(count) => json!(count),
+        Field::Double(number) => json!(number),
+        other => panic!("{other}"),
+    };
+    let rows = reader
+        .get_row_iter(None)
+        .expect("rows")
+        .map(|row| row.expect("a row"));
+    rows.map(|row| {
+        row.get_column_iter()
+            .map(|(_, field)| value(field))
+            .collect()
+    })
+    .collect()
+}
+
 #[tokio::test]
 async fn statistics_have_intervals() {
     let place = Place::new();
@@ -133,6 +160,24 @@ async fn statistics_have_intervals() {
         (&late["median_s"], &late["p95_s"]),
         (&json!(300.0), &json!(1200.0))
     );
+    let rate = [json!("a-b"), json!(17), json!("environmental"), json!(10)];
+    let bounds =
+        ["per_day", "low_per_day", "high_per_day"].map(|name| told["failures"][0][name].clone());
+    let failures = [&rate[..], &bounds].concat();
+    let shares = ["count", "of", "fraction", "low_fraction", "high_fraction"];
+    let shares = shares.map(|name| late["on_time"][name].clone());
+    let times = [json!(300.0), json!(1200.0)];
+    let lateness = [&[json!("acme:express")][..], &shares, &times].concat();
+    for (query, row) in [
+        ("", &failures),
+        ("?table=failures", &failures),
+        ("?table=lateness", &lateness),
+    ] {
+        let line = format!("GET /v1/networks/{NETWORK}/statistics{query}");
+        let file = served.ask(&line, &[("accept", PARQUET)], "").await.is(200);
+        assert_eq!(file.header("content-type"), PARQUET);
+        assert_eq!(rows_of(file.bytes), std::slice::from_ref(row), "{query}");
+    }
     let line = format!("GET /v1/networks/{NETWORK}/statistics?from=2027-01-01T00:00:00Z");
     served
         .ask(&line, &[], "")

@@ -11,6 +11,7 @@ mod providers;
 mod quotes;
 mod services;
 mod statistics;
+mod statistics_table;
 mod tracks;
 mod webhooks;
 
