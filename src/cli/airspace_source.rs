@@ -56,7 +56,7 @@ impl AirspaceArguments {
         for zone in zones_in(&self.zones, topology.frame())? {
             let closure = Closure::of_zone(topology, zone.clone());
             let meets_nothing = closure.hits.segments.is_empty() && closure.hits.nodes.is_empty();
-            if meets_nothing && zone.terms().kind.closes() {
+            if meets_nothing && zone.terms().closes() {
                 let hint = miss_hint(&zone, topology);
                 output.warn(&format!("zone '{}': {hint}", zone.id()));
             }

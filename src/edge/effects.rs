@@ -63,9 +63,11 @@ pub(super) fn effect(
         nodes: node_ids(topology, &nodes[..nodes.len().min(IDS_MAX)]),
         plan_count: detours.len(),
         plans: told.map(|detour| affected_plan(topology, detour)).collect(),
-        hint: zone.map(|zone| match zone.terms().kind.closes() {
+        hint: zone.map(|zone| match zone.terms().closes() {
             true => Cow::Owned(miss_hint(zone, topology)),
-            false => Cow::Borrowed("its kind is shown and closes nothing"),
+            false => Cow::Borrowed(
+                "it is shown and closes nothing, as its kind or its authorization says",
+            ),
         }),
         pending: 0,
         next: None,

@@ -38,6 +38,8 @@ pub struct FeedImport {
     pub feed: String,
     /// What is put before each identifier to make the id of a zone.
     pub prefix: String,
+    /// Which of its zones the drones of the network are authorized for: kinds and identifiers.
+    pub authorized: Vec<String>,
     /// The same checks and the same answer, without effect.
     pub validate_only: bool,
 }
@@ -74,8 +76,11 @@ impl Edge {
         text: String,
         import: FeedImport,
     ) -> Result<wire::ZoneImport<'static>, Refusal> {
-        check_name("?feed", &import.feed, true)?;
-        check_name("?prefix", &import.prefix, false)?;
+        check_name("?feed", &import.feed, "?feed=national")?;
+        check_name("?prefix", &import.prefix, "")?;
+        for rule in &import.authorized {
+            check_name("?authorized", rule, "?authorized=req_authorization,LPR12")?;
+        }
         let validate_only = import.validate_only;
         let read = self.read_feed(text, import).await?;
         if validate_only {
@@ -124,6 +129,7 @@ impl Edge {
             };
             let mut feed = read_feed(&text, &terms, topology.frame())
                 .map_err(|problem| Refusal::of_zone(vec![problem]))?;
+            feed.authorize(&import.authorized);
             let mut update = FeedUpdate {
                 feed: Arc::from(import.feed.as_str()),
                 puts: Vec::new(),
@@ -304,8 +310,9 @@ fn imported_zone(
         id: Cow::Owned(zone.id().to_owned()),
         identifier: Cow::Owned(identifier.to_owned()),
         kind: Cow::Borrowed(terms.kind.name()),
+        authorized: terms.is_authorized,
         action,
-        in_force: is_active && terms.kind.closes(),
+        in_force: is_active && terms.closes(),
     }
 }
 
@@ -360,7 +367,9 @@ fn note(note: FeedNote) -> wire::ImportNote<'static> {
     }
 }
 
-fn check_name(place: &str, name: &str, is_required: bool) -> Result<(), Refusal> {
+/// Checks a parameter, which has to be there where it has an example.
+fn check_name(place: &str, name: &str, example: &str) -> Result<(), Refusal> {
+    let is_required = !example.is_empty();
     let is_missing = is_required && name.is_empty();
     let is_short = name.chars().count() <= NAME_MAX;
     if !is_missing && is_short && !name.chars().any(char::is_control) {
@@ -373,7 +382,7 @@ fn check_name(place: &str, name: &str, is_required: bool) -> Result<(), Refusal>
             "has to have {} to {NAME_MAX} characters, none of them a control character",
             usize::from(is_required)
         ),
-        hint: is_missing.then(|| "name the feed, as in ?feed=national".to_owned()),
+        hint: is_missing.then(|| format!("as in {example}")),
     };
     Err(Refusal::at(Code::ParameterInvalid, fault))
 }

@@ -80,6 +80,77 @@ async fn proposals(api: &Api) -> Vec<Value> {
     told["proposals"].as_array().expect("a list").clone()
 }
 
+/// Who is authorized for what changes with each import.
+#[tokio::test]
+async fn drones_fly_through_zones_that_they_are_authorized_for() {
+    let api = Api::start().await;
+    let of_kind = |id: &str, kind: &str| {
+        let mut zone = round(id, json!(80));
+        zone["properties"]["kind"] = json!(kind);
+        zone
+    };
+    let feed = [
+        of_kind("ctr", "req_authorization"),
+        of_kind("park", "conditional"),
+        of_kind("base", "prohibited"),
+    ];
+    let in_force = |told: &Value| {
+        let zones = told["zones"].as_array().expect("a list").iter();
+        let mut closing: Vec<String> = zones
+            .filter(|zone| zone["in_force"] == true)
+            .map(|zone| zone["id"].as_str().expect("an id").to_owned())
+            .collect();
+        closing.sort();
+        closing
+    };
+    let cases = [
+        ("", &["base", "ctr", "park"][..]),
+        ("&authorized=conditional", &["base", "ctr"]),
+        ("&authorized=ctr,conditional", &["base"]),
+        ("&authorized=park", &["base", "ctr"]),
+        ("", &["base", "ctr", "park"]),
+    ];
+    for (query, closing) in cases {
+        let seen = import(&api, &format!("{query}&validate_only=true"), &feed).await;
+        let told = import(&api, query, &feed).await;
+        assert_eq!(in_force(&seen), closing, "{query}: {seen}");
+        assert_eq!(in_force(&told), closing, "{query}: {told}");
+        for id in ["base", "ctr", "park"] {
+            let zone = api.get(&format!("/v1/zones/{id}")).await.is(200).json();
+            let path = format!("/v1/closures/{id}");
+            let closure = api.get(&path).await.is(200).json();
+            let closes = closure["segment_count"] != 0;
+            assert_eq!(closes, closing.contains(&id), "{query}: {closure}");
+            let is_authorized = zone["properties"]["authorized"] == true;
+            assert_eq!(is_authorized, !closes, "{query} {id}: {zone}");
+        }
+    }
+
+    // What cannot be authorized stays closed, and a name without a zone is told.
+    let told = import(&api, "&authorized=prohibited,base,nowhere", &feed).await;
+    assert_eq!(in_force(&told), ["base", "ctr", "park"], "{told}");
+    let notes = told["notes"].to_string();
+    for word in ["'prohibited'", "'base'", "'nowhere'"] {
+        assert!(notes.contains(word), "{word}: {notes}");
+    }
+    let path = "/v1/zones:import?feed=city&authorized=ctr,,park";
+    let features = json!({"type": "FeatureCollection", "features": feed});
+    let refused = api.post(path, &features).await;
+    assert_eq!(refused.status, 400, "{}", refused.body);
+    assert!(
+        refused.body.contains("?authorized=req_authorization"),
+        "{}",
+        refused.body
+    );
+
+    let mut base = of_kind("other-base", "prohibited");
+    base["properties"]["authorized"] = json!(true);
+    let refused = api.post("/v1/zones", &base).await.is(422).json();
+    let fault = &refused["errors"][0];
+    assert_eq!(fault["code"], "zone_not_authorizable", "{refused}");
+    assert_eq!(fault["pointer"], "/properties/authorized", "{refused}");
+}
+
 #[tokio::test]
 async fn a_refused_zone_waits_for_an_operator_by_its_shape() {
     let api = Api::start().await;

@@ -33,9 +33,12 @@ pub struct ImportedZone<'a> {
     pub identifier: Cow<'a, str>,
     /// `prohibited`, `req_authorization`, `conditional`, `uspace` or `no_restriction`; the last two close nothing.
     pub kind: Cow<'a, str>,
+    /// Whether the drones of the network are authorized for it, or meet its conditions, so that it closes nothing.
+    #[serde(default)]
+    pub authorized: bool,
     /// What is done.
     pub action: ImportAction,
-    /// Whether it is in force now, by its windows and schedules, and its kind closes anything.
+    /// Whether it is in force now, by its windows and schedules, and closes anything.
     pub in_force: bool,
 }
 

@@ -151,6 +151,9 @@ struct ZoneProperties {
     authority: Option<String>,
     /// `prohibited` where none is given.
     kind: Option<ZoneKind>,
+    /// Whether the drones of the network are authorized for it, or meet its conditions, so that it closes nothing; only
+    /// `req_authorization` and `conditional` can be.
+    authorized: Option<bool>,
     source: Option<ZoneSource>,
     /// What its feed says of it and nothing acts on, in the words of ED-318; at most 64 KiB.
     record: Option<Value>,
@@ -229,9 +232,9 @@ enum ZoneDay {
 enum ZoneKind {
     /// Closed.
     Prohibited,
-    /// Closed but for those who are authorised; who is, is not said here.
+    /// Closed, unless `authorized`.
     ReqAuthorization,
-    /// Closed but under conditions; who meets them is not said here.
+    /// Closed, unless `authorized`.
     Conditional,
     /// U-space airspace.
     Uspace,

@@ -300,9 +300,25 @@ pub(super) struct ImportParameters {
         pattern = r"^[^\x00-\x1f\x7f-\x9f]*$"
     )]
     prefix: String,
+    /// Which zones of the feed the drones of the network are authorized for, or meet the conditions of, so that they close
+    /// nothing: `req_authorization` and `conditional` for all of the kind, and identifiers, with commas between them.
+    #[serde(default)]
+    #[param(
+        required = false,
+        max_length = 4000,
+        pattern = r"^[^\x00-\x1f\x7f-\x9f]*$",
+        example = "req_authorization,LPR12"
+    )]
+    authorized: String,
     /// Whether only to check: the same checks and the same answer, without effect.
     #[serde(default)]
     validate_only: bool,
+}
+
+/// What a list with commas between its members names.
+fn listed(list: &str) -> Vec<String> {
+    let members = list.split(',').filter(|_| !list.is_empty());
+    members.map(|member| member.trim().to_owned()).collect()
 }
 
 /// Imports a feed of zones, as one batch: ED-269, ED-318, KML, the fence of a plan of QGroundControl, or GeoJSON.
@@ -338,6 +354,7 @@ pub(super) async fn import_zones(
     let import = FeedImport {
         feed: asked.feed,
         prefix: asked.prefix,
+        authorized: listed(&asked.authorized),
         validate_only: asked.validate_only,
     };
     json(&edge.import_zones(&caller, text, import).await?)

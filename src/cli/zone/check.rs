@@ -24,8 +24,9 @@ pub(super) fn check(import: &Import, text: &str, output: &Output) -> Result<Verd
         prefix: &import.prefix,
         margin_m: DEFAULT_MARGIN_M,
     };
-    let feed = read_feed(text, &terms, topology.frame())
+    let mut feed = read_feed(text, &terms, topology.frame())
         .map_err(|problem| Stop::failed(format!("{}: {problem}", import.file.display())))?;
+    feed.authorize(&import.authorized);
     let at = import.at.unwrap_or_else(clock::now);
     let changes = feed
         .zones
@@ -103,9 +104,10 @@ fn tell(feed: &ZoneFeed, airspace: &Airspace, output: &Output) -> Result<(), Sto
                 imported += 1;
                 for zone in zones {
                     let terms = zone.terms();
-                    let force = match (terms.kind.closes(), airspace.is_in_force(zone.id())) {
+                    let force = match (terms.closes(), airspace.is_in_force(zone.id())) {
                         (true, true) => "in force",
                         (true, false) => "not in force",
+                        (false, _) if terms.is_authorized => "authorized",
                         (false, _) => "shown",
                     };
                     output.line(&format!("{}: {}, {force}", zone.id(), terms.kind.name()))?;

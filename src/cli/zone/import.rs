@@ -18,6 +18,7 @@ const EXAMPLES: &str = "\
 Examples:
   skyway zone import national.json --check --at 2026-11-27T18:00:00Z --json
   skyway zone import national.json --feed national --dry-run
+  skyway zone import national.json --feed national --authorized conditional,LPR12
   skyway zone import mission.plan --feed mission --prefix mission-
 
 Importing a feed again lifts the zones that it has no more; many at once wait for an operator. \
@@ -39,6 +40,10 @@ pub(in crate::cli) struct Import {
     /// What is put before each identifier to make the id of a zone
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub(super) prefix: String,
+    /// Zones that the drones of the network are authorized for, or meet the conditions of, so that they close nothing:
+    /// req_authorization or conditional for all of the kind, or an identifier
+    #[arg(long, value_name = "KIND|IDENTIFIER", value_delimiter = ',')]
+    pub(super) authorized: Vec<String>,
     #[command(flatten)]
     edge: EdgeArguments,
     /// Ask the edge what the import would do; nothing changes
@@ -76,6 +81,7 @@ impl Import {
         let query = [
             ("feed", feed.as_str()),
             ("prefix", self.prefix.as_str()),
+            ("authorized", &self.authorized.join(",")),
             ("validate_only", if self.dry_run { "true" } else { "false" }),
         ];
         let answer =
@@ -135,7 +141,11 @@ fn tell(told: &ZoneImport<'_>, output: &Output) -> Result<(), Stop> {
             ImportAction::Held => "removal waits",
             ImportAction::Kept => "kept as it was",
         };
-        let force = if zone.in_force { ", in force" } else { "" };
+        let force = match (zone.in_force, zone.authorized) {
+            (true, _) => ", in force",
+            (false, true) => ", authorized",
+            (false, false) => "",
+        };
         output.line(&format!("{}: {action}, {}{force}", zone.id, zone.kind))?;
     }
     let counts = told.counts;

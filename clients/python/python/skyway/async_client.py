@@ -97,9 +97,11 @@ class AsyncClient:
         """As `Client.post_zone`."""
         return await self._send(calls.post_zone(zone, validate_only, key))
 
-    async def import_zones(self, zones: Any, *, feed: str, validate_only: bool = False) -> dict[str, Any]:
+    async def import_zones(
+        self, zones: Any, *, feed: str, authorized: Sequence[str] = (), validate_only: bool = False
+    ) -> dict[str, Any]:
         """As `Client.import_zones`."""
-        return await self._send(calls.import_zones(zones, feed, validate_only))
+        return await self._send(calls.import_zones(zones, feed, authorized, validate_only))
 
     async def zones(self) -> AsyncIterator[dict[str, Any]]:
         """As `Client.zones`."""

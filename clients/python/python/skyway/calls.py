@@ -114,8 +114,9 @@ def preview_zone(zone: Any) -> Call:
     return _send("POST", "/v1/zones:preview", feature_of(zone), kind=GEOJSON)
 
 
-def import_zones(zones: Any, feed: str, validate_only: bool) -> Call:
-    return _send("POST", "/v1/zones:import", collection_of(zones), kind=GEOJSON, feed=feed, validate_only=validate_only or None)
+def import_zones(zones: Any, feed: str, authorized: Sequence[str], validate_only: bool) -> Call:
+    asked = {"feed": feed, "authorized": ",".join(authorized) or None, "validate_only": validate_only or None}
+    return _send("POST", "/v1/zones:import", collection_of(zones), kind=GEOJSON, **asked)
 
 
 def zone(zone_id: str) -> Call:

@@ -133,12 +133,15 @@ class Client:
         """Posts a zone, which is in force when the answer comes; that says what each plan it meets is to fly instead."""
         return self._send(calls.post_zone(zone, validate_only, key))
 
-    def import_zones(self, zones: Any, *, feed: str, validate_only: bool = False) -> dict[str, Any]:
+    def import_zones(
+        self, zones: Any, *, feed: str, authorized: Sequence[str] = (), validate_only: bool = False
+    ) -> dict[str, Any]:
         """Imports the zones of a feed as one batch: a GeoDataFrame, a feature collection, or text of ED-269, ED-318 and others.
 
-        What the feed had before and has no more is removed (docs/formats.md).
+        What the feed had before and has no more is removed. `authorized` names the kinds (`req_authorization`, `conditional`) and the
+        identifiers that the drones of the network are authorized for (docs/formats.md).
         """
-        return self._send(calls.import_zones(zones, feed, validate_only))
+        return self._send(calls.import_zones(zones, feed, authorized, validate_only))
 
     def zones(self) -> Iterator[dict[str, Any]]:
         """All zones as GeoJSON features, page by page."""

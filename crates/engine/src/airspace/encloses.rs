@@ -68,11 +68,11 @@ fn windows_enclose(windows: &[Window], others: &[Window], now: Timestamp) -> boo
 }
 
 fn zone_encloses(zone: &Zone, other: &Zone) -> bool {
-    if !other.terms().kind.closes() {
+    if !other.terms().closes() {
         return true;
     }
     let spare_m = zone.margin_m() - other.margin_m();
-    zone.terms().kind.closes()
+    zone.terms().closes()
         && spare_m >= 0.0
         && band_encloses(zone.band(), other.band())
         && (zone.geometry() == other.geometry()

@@ -32,7 +32,7 @@ impl Hits {
     /// What a zone closes: nothing where its kind closes nothing. Pure and without locks, so that
     /// it can be computed beside the writer.
     pub fn of(topology: &Topology, zone: &Zone) -> Self {
-        if !zone.terms().kind.closes() {
+        if !zone.terms().closes() {
             return Self::default();
         }
         Self::new(segment_hits(topology, zone), node_hits(topology, zone))

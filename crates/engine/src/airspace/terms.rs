@@ -12,11 +12,9 @@ pub enum ZoneKind {
     /// Closed.
     #[default]
     Prohibited,
-    /// Closed but for those who are authorised. Who is, is not said here, so that it closes for
-    /// everyone.
+    /// Closed, unless the drones of the network are authorized ([`ZoneTerms::is_authorized`]).
     ReqAuthorization,
-    /// Closed but under conditions. Who meets them is not said here, so that it closes for
-    /// everyone.
+    /// Closed, unless the drones of the network meet its conditions (likewise).
     Conditional,
     /// U-space airspace; shown, closes nothing.
     Uspace,
@@ -45,12 +43,14 @@ impl ZoneKind {
         }
     }
 
-    /// Whether drones are led around it.
+    /// Whether drones are led around it, unless they are authorized.
     pub const fn closes(self) -> bool {
-        matches!(
-            self,
-            Self::Prohibited | Self::ReqAuthorization | Self::Conditional
-        )
+        matches!(self, Self::Prohibited) || self.can_be_authorized()
+    }
+
+    /// Whether drones can be authorized for it.
+    pub const fn can_be_authorized(self) -> bool {
+        matches!(self, Self::ReqAuthorization | Self::Conditional)
     }
 }
 
@@ -68,6 +68,8 @@ pub struct ZoneSource {
 pub struct ZoneTerms {
     /// What it means for a drone.
     pub kind: ZoneKind,
+    /// Whether the drones of the network are authorized for it, or meet its conditions: an operator's rule.
+    pub is_authorized: bool,
     /// Its schedules: it counts when any of them does, beside its windows.
     pub schedules: Vec<Recurrence>,
     /// Where it was imported from.
@@ -75,4 +77,11 @@ pub struct ZoneTerms {
     /// What its feed says of it and nothing here acts on (country, authorities, conditions,
     /// exemptions, messages): a JSON object in the words of ED-318.
     pub record: Option<Arc<str>>,
+}
+
+impl ZoneTerms {
+    /// Whether drones are led around the zone.
+    pub const fn closes(&self) -> bool {
+        self.kind.closes() && !self.is_authorized
+    }
 }

@@ -5,7 +5,7 @@
 
 use super::schedule::{DailyPeriod, Days, MAX_PERIODS, Recurrence, merged};
 use super::sun::Extent;
-use super::terms::{MAX_RECORD_BYTES, ZoneTerms};
+use super::terms::{MAX_RECORD_BYTES, ZoneKind, ZoneTerms};
 use super::zone_geometry::{GeometryError, ZoneGeometry};
 use crate::geo::{Altitude, AltitudeBand, Frame, Point, PreparedShape};
 use jiff::{SignedDuration, Timestamp};
@@ -214,6 +214,12 @@ pub enum ZoneFault {
         /// The widest allowed, in metres.
         limit_m: f64,
     },
+    /// Drones are authorized for a zone of a kind that has no authorization.
+    #[error("drones cannot be authorized for a zone of the kind '{}'", kind.name())]
+    NotAuthorizable {
+        /// The kind.
+        kind: ZoneKind,
+    },
 }
 
 /// A no-fly zone that has passed every check, ready to be asked what it closes.
@@ -255,6 +261,10 @@ impl Zone {
         if !(0.0..=limit_m).contains(&margin_m) {
             faults.push(ZoneFault::Margin { margin_m, limit_m });
         }
+        let kind = draft.terms.kind;
+        if draft.terms.is_authorized && !kind.can_be_authorized() {
+            faults.push(ZoneFault::NotAuthorizable { kind });
+        }
         match shape {
             Some(shape) if faults.is_empty() => Ok(Self {
                 draft,
@@ -271,6 +281,13 @@ impl Zone {
     /// As [`Zone::new`]: a shape that only just held on one plane may not on another.
     pub fn on(&self, frame: &Frame) -> Result<Self, Vec<ZoneFault>> {
         Self::new(self.draft.clone(), frame)
+    }
+
+    /// Authorizes the drones of the network for it; false where its kind has no authorization.
+    pub fn authorize(&mut self) -> bool {
+        let terms = &mut self.draft.terms;
+        terms.is_authorized |= terms.kind.can_be_authorized();
+        terms.is_authorized
     }
 
     /// The zone's id.
@@ -362,21 +379,21 @@ impl Zone {
 
     /// True when it closes a node at this place; a node of unknown altitude counts as within its band.
     pub fn closes_point(&self, position: Point, altitude: Option<Altitude>) -> bool {
-        self.draft.terms.kind.closes()
+        self.draft.terms.closes()
             && self.draft.band.may_meet(&AltitudeBand::at(altitude))
             && self.shape.covers_point(position, self.draft.margin_m)
     }
 
     /// True when it closes a segment between these places, flown in this band.
     pub fn closes_line(&self, from: Point, to: Point, band: &AltitudeBand) -> bool {
-        self.draft.terms.kind.closes()
+        self.draft.terms.closes()
             && self.draft.band.may_meet(band)
             && self.shape.meets_segment(from, to, self.draft.margin_m)
     }
 
     /// The parts of a line that it closes, whatever the altitude; see [`PreparedShape::coverage`].
     pub fn coverage(&self, from: Point, to: Point) -> Vec<(f64, f64)> {
-        if !self.draft.terms.kind.closes() {
+        if !self.draft.terms.closes() {
             return Vec::new();
         }
         self.shape.coverage(from, to, self.draft.margin_m)

@@ -214,6 +214,7 @@ impl Reader<'_> {
         let applies = applies.simplified();
         let terms = ZoneTerms {
             kind,
+            is_authorized: false,
             schedules: applies.schedules,
             source: Some(ZoneSource {
                 feed: self.terms.feed.to_owned(),
@@ -287,6 +288,7 @@ fn told_fault(fault: &ZoneFault, shape: &ZoneGeometry, zone: &str, layer: &str) 
             (ZoneCode::ScheduleInvalid, None, zone.to_owned())
         }
         ZoneFault::Margin { .. } => (ZoneCode::MarginInvalid, None, zone.to_owned()),
+        ZoneFault::NotAuthorizable { .. } => (ZoneCode::NotAuthorizable, None, zone.to_owned()),
     };
     let problem = ZoneProblem::new(code, pointer, fault.to_string());
     match hint {

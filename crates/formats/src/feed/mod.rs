@@ -5,6 +5,7 @@
 //! repair is listed. A zone is imported as written or refused, with its identifier, the place and
 //! the remedy; one that is refused keeps no other from being imported.
 
+mod authorized;
 mod collected;
 mod ed269;
 mod ed318;

@@ -344,7 +344,7 @@ fn fences(
                 .max(0.0);
             east_m.hypot(north_m) <= FENCE_REACH_M
         };
-        zone.terms().kind.closes() && zone.band().may_meet(&band) && places.iter().any(is_near)
+        zone.terms().closes() && zone.band().may_meet(&band) && places.iter().any(is_near)
     });
     near.cloned().collect()
 }

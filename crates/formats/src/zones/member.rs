@@ -53,6 +53,14 @@ impl<'a> Members<'a> {
         number(self.optional(name)?, &self.place.member(name), problems)
     }
 
+    pub(super) fn flag(&self, name: &str, problems: &mut Problems) -> Option<bool> {
+        let value = self.optional(name)?;
+        if !value.is_boolean() {
+            problems.push(wrong_type(value, "true or false", &self.place.member(name)));
+        }
+        value.as_bool()
+    }
+
     /// `Some(None)` where it is absent, `None` where it is no instant.
     pub(super) fn instant(&self, name: &str, problems: &mut Problems) -> Option<Option<Timestamp>> {
         let Some(value) = self.optional(name) else {

@@ -15,7 +15,9 @@
 //! ```
 //!
 //! `kind` is `prohibited` where it is not given, or `req_authorization`, `conditional`, `uspace`,
-//! `no_restriction`; the last two close nothing. A window may have a `schedule`, see [`windows`].
+//! `no_restriction`; the last two close nothing. With `authorized` the drones of the network are
+//! authorized for a zone of the second or third kind, or meet its conditions: it closes nothing
+//! either. A window may have a `schedule`, see [`windows`].
 //! `source` and `record` say what a zone was imported from and what its feed says of it.
 //!
 //! Geometry is a `Polygon`, a `MultiPolygon`, or a `Point` with the property `radius_m`, in the

@@ -87,6 +87,8 @@ pub enum ZoneCode {
     TooManyPeriods,
     /// A schedule that never counts, or one by the sun where there is none.
     ScheduleInvalid,
+    /// An authorization for a zone whose kind has none.
+    NotAuthorizable,
     /// A fence that keeps drones in, which a zone cannot.
     FenceKeepsIn,
     /// The id is that of something that does not come from this feed.
@@ -95,7 +97,7 @@ pub enum ZoneCode {
 
 impl ZoneCode {
     /// All codes.
-    pub const ALL: [Self; 41] = [
+    pub const ALL: [Self; 42] = [
         Self::NotJson,
         Self::NotXml,
         Self::FormatForeign,
@@ -135,6 +137,7 @@ impl ZoneCode {
         Self::TooManyWindows,
         Self::TooManyPeriods,
         Self::ScheduleInvalid,
+        Self::NotAuthorizable,
         Self::FenceKeepsIn,
         Self::IdTaken,
     ];
@@ -181,6 +184,7 @@ impl ZoneCode {
             Self::TooManyWindows => "zone_too_many_windows",
             Self::TooManyPeriods => "zone_too_many_periods",
             Self::ScheduleInvalid => "zone_schedule_invalid",
+            Self::NotAuthorizable => "zone_not_authorizable",
             Self::FenceKeepsIn => "zone_fence_keeps_in",
             Self::IdTaken => "zone_id_taken",
         }

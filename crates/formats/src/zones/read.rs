@@ -16,11 +16,12 @@ use serde_json::{Map, Value};
 
 const COLLECTION_MEMBERS: [&str; 4] = ["type", "features", "name", "bbox"];
 const FEATURE_MEMBERS: [&str; 5] = ["type", "id", "geometry", "properties", "bbox"];
-const PROPERTIES: [&str; 13] = [
+const PROPERTIES: [&str; 14] = [
     "name",
     "reason",
     "authority",
     "kind",
+    "authorized",
     "source",
     "record",
     "lower_m",
@@ -302,6 +303,11 @@ fn zone_problem(fault: &ZoneFault, geometry: &ZoneGeometry, feature: &Place<'_>)
             (ZoneCode::ScheduleInvalid, property("windows"))
         }
         ZoneFault::Margin { .. } => (ZoneCode::MarginInvalid, property("margin_m")),
+        ZoneFault::NotAuthorizable { .. } => {
+            let pointer = property("authorized");
+            return ZoneProblem::new(ZoneCode::NotAuthorizable, pointer, fault.to_string())
+                .hint("leave it out, or give the kind 'req_authorization' or 'conditional'");
+        }
     };
     ZoneProblem::new(code, pointer, fault.to_string())
 }

@@ -16,6 +16,7 @@ pub(super) fn read_terms(
 ) -> ZoneTerms {
     ZoneTerms {
         kind: read_kind(properties, problems).unwrap_or_default(),
+        is_authorized: properties.flag("authorized", problems).unwrap_or(false),
         schedules,
         source: read_source(properties, problems),
         record: read_record(properties, problems),
@@ -71,6 +72,9 @@ fn read_record(properties: &Members<'_>, problems: &mut Problems) -> Option<Arc<
 pub(super) fn put_terms(terms: &ZoneTerms, properties: &mut Map<String, Value>) {
     if terms.kind != ZoneKind::default() {
         properties.insert("kind".to_owned(), json!(terms.kind.name()));
+    }
+    if terms.is_authorized {
+        properties.insert("authorized".to_owned(), json!(true));
     }
     if let Some(ZoneSource { feed, id }) = &terms.source {
         properties.insert("source".to_owned(), json!({"feed": feed, "id": id}));
