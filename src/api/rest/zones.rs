@@ -306,7 +306,7 @@ pub(super) struct ImportParameters {
     #[param(
         required = false,
         max_length = 4000,
-        pattern = r"^[^\x00-\x1f\x7f-\x9f]*$",
+        pattern = r"^([^,\x00-\x1f\x7f-\x9f]{1,100}(,[^,\x00-\x1f\x7f-\x9f]{1,100})*)?$",
         example = "req_authorization,LPR12"
     )]
     authorized: String,
@@ -318,7 +318,7 @@ pub(super) struct ImportParameters {
 /// What a list with commas between its members names.
 fn listed(list: &str) -> Vec<String> {
     let members = list.split(',').filter(|_| !list.is_empty());
-    members.map(|member| member.trim().to_owned()).collect()
+    members.map(str::to_owned).collect()
 }
 
 /// Imports a feed of zones, as one batch: ED-269, ED-318, KML, the fence of a plan of QGroundControl, or GeoJSON.

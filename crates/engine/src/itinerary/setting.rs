@@ -115,7 +115,7 @@ impl FlightSetting {
         }
     }
 
-    /// The tables of a destination: three full searches. They depend on network, airframe, payload and wind alone, so they
+    /// The tables of a destination: a search of the whole network. They depend on network, airframe, payload and wind alone, so they
     /// outlive what is in the way.
     pub fn potentials(&self, destination: NodeIx, objective: Objective) -> Potentials {
         let nodes = self.topology.node_count();
