@@ -29,7 +29,7 @@ impl Hits {
         Self { segments, nodes }
     }
 
-    /// What a zone closes: nothing where its kind closes nothing. Pure and without locks, so that
+    /// What a zone closes: nothing where it is only shown. Pure and without locks, so that
     /// it can be computed beside the writer.
     pub fn of(topology: &Topology, zone: &Zone) -> Self {
         if !zone.terms().closes() {

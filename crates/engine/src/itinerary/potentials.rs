@@ -257,7 +257,7 @@ fn distances(
 ///
 /// Nodes are looked at in the order of another weight until nothing changes any more. What is left then is what a search by
 /// these sums finds, to the last bit: each value is that of a way, added up from its end, and no leg makes one smaller.
-/// Time and energy grow much as the other weight does, so that a few rounds do.
+/// Time and energy grow much as the other weight does, so that a few rounds do; there are never more than nodes.
 fn least_sums(legs: &FlightLegs, nodes: usize, outwards: &[NodeIx]) -> Vec<LegCost> {
     let mut left = vec![LegCost::UNFLYABLE; nodes];
     let Some((destination, others)) = outwards.split_first() else {

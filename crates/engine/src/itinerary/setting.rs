@@ -115,8 +115,8 @@ impl FlightSetting {
         }
     }
 
-    /// The tables of a destination: a search of the whole network. They depend on network, airframe, payload and wind alone, so they
-    /// outlive what is in the way.
+    /// The tables of a destination: a search of the whole network. They depend on network, airframe, payload and wind alone, so
+    /// they outlive what is in the way.
     pub fn potentials(&self, destination: NodeIx, objective: Objective) -> Potentials {
         let nodes = self.topology.node_count();
         Potentials::of(&self.legs, nodes, destination, objective)

@@ -8,7 +8,7 @@ impl ZoneFeed {
     /// identifier. Rules without effect are noted.
     pub fn authorize(&mut self, rules: &[String]) {
         for rule in rules {
-            let Some(why) = self.unmet(rule) else {
+            let Some(why) = self.follow(rule) else {
                 continue;
             };
             self.further_notes += usize::from(self.notes.len() >= MAX_NOTES);
@@ -23,7 +23,7 @@ impl ZoneFeed {
     }
 
     /// Follows a rule; why it has no effect on a zone, where it has none.
-    fn unmet(&mut self, rule: &str) -> Option<String> {
+    fn follow(&mut self, rule: &str) -> Option<String> {
         let kind = ZoneKind::ALL.into_iter().find(|kind| kind.name() == rule);
         let (mut is_met, mut refused) = (false, None);
         for zone in &mut self.zones {
