@@ -319,7 +319,7 @@ impl Eq for Queued {}
 mod tests {
     use super::*;
     use crate::flight::{Airframe, FlightRules, Wind, WindField};
-    use crate::network::{Generated, Joining, Topology};
+    use crate::network::{Generated, Joining, Seeded, Topology};
 
     fn legs(seed: u64, wind: WindField) -> (FlightLegs, usize) {
         let joinings = [Joining::Nearest, Joining::Random, Joining::Delaunay];
@@ -331,14 +331,18 @@ mod tests {
             joining: joinings[seed as usize % joinings.len()],
             seed,
         };
-        let draft = generated.network().expect("in range");
+        let mut draft = generated.network().expect("in range");
+        let mut seeded = Seeded::new(seed);
+        for segment in &mut draft.segments {
+            segment.speed_limit_mps = Some(seeded.between(2.0, 20.0));
+        }
         let topology = Topology::build(draft, [0; 32]).expect("a network");
         let rules = FlightRules::default();
         let legs = FlightLegs::of(&topology, &Airframe::phantom3(), 0.5, &wind, &rules);
         (legs, topology.node_count())
     }
 
-    /// A strong wind forbids legs and makes ways against it longer than others that are longer in metres.
+    /// A strong wind forbids legs, and limits of speed make short ways slow: an order by metres is not one by time.
     #[test]
     fn times_and_energies_are_those_of_searches_of_their_own() {
         for seed in 0..60 {
@@ -358,6 +362,9 @@ mod tests {
                         let least = (by_time.left[node], by_energy.left[node]);
                         let place = format!("seed {seed}, {destination:?}, {objective:?}, {node}");
                         assert_eq!((found.time_s, found.energy), least, "{place}");
+                        let has_weight = found.weight.is_finite();
+                        let is_weighed = objective != Objective::Time;
+                        assert!(!is_weighed || has_weight == least.0.is_finite(), "{place}");
                     }
                 }
             }
