@@ -50,7 +50,7 @@ pub(super) fn compute(
         let measured =
             measured.map_err(|error| Stop::failed(format!("cell {}: {error}", plan.name)))?;
         let topology = subject.topology();
-        facts.nodes = topology.node_count();
+        facts.nodes = plan.generated_nodes().unwrap_or(topology.node_count());
         facts.segments += topology.segment_count();
         facts.component_nodes += subject.component.len();
         facts.failures += failed.len();

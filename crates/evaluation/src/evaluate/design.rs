@@ -159,6 +159,11 @@ impl CellPlan {
         }
     }
 
+    /// How many nodes its networks are generated with.
+    pub fn generated_nodes(&self) -> Option<usize> {
+        self.variables().map(|network| network.nodes)
+    }
+
     /// True for a cell of a pool.
     pub(super) fn is_in(&self, pool: Pool) -> bool {
         let generated = self.variables();

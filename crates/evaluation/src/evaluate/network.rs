@@ -4,8 +4,9 @@ use super::design::Network;
 use super::oracle::{Oracle, OracleError};
 use crate::airspace::Airspace;
 use crate::formats::{LoadError, load_network, write_network};
-use crate::network::{Components, GenerateError, NodeIx, Topology};
+use crate::network::{Components, GenerateError, NetworkDraft, NodeIx, Topology};
 use jiff::{SignedDuration, Timestamp};
+use rustc_hash::FxHashSet;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -55,8 +56,22 @@ pub enum SubjectError {
     },
 }
 
+/// The largest component of a generated network: places that no drone can fly to from there are no part of what a strategy
+/// searches, and would make every share of the network smaller.
+fn reachable(mut whole: NetworkDraft) -> Result<NetworkDraft, LoadError> {
+    let topology = load_network(&write_network(&whole))?.topology;
+    let components = Components::of(&topology);
+    let component = components.largest();
+    let kept: FxHashSet<&str> = component.map(|node| topology.node_id(node)).collect();
+    whole.nodes.retain(|node| kept.contains(&*node.id));
+    whole
+        .segments
+        .retain(|segment| kept.contains(&*segment.from));
+    Ok(whole)
+}
+
 impl Subject {
-    /// Makes or reads a network of a cell.
+    /// Makes or reads a network of a cell. Of a generated one the largest component is taken.
     ///
     /// # Errors
     /// [`SubjectError`] where that is not possible.
@@ -70,7 +85,12 @@ impl Subject {
                     cell: cell(),
                     error,
                 };
-                generated = write_network(&network.network().map_err(refused)?);
+                let whole = network.network().map_err(refused)?;
+                let refused = |error| SubjectError::Load {
+                    cell: cell(),
+                    error,
+                };
+                generated = write_network(&reachable(whole).map_err(refused)?);
                 &generated
             }
         };

@@ -58,7 +58,7 @@ pub struct NetworkFacts {
     pub name: String,
     /// How many networks.
     pub networks: usize,
-    /// Nodes of a network.
+    /// Nodes of a network as it is generated, or comes from a file.
     pub nodes: usize,
     /// Segments of all of them.
     pub segments: usize,

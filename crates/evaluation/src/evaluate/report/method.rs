@@ -10,12 +10,13 @@ const PARTS: [(&str, &str); 8] = [
         "Networks",
         "All cells of the paper’s Table 1 (nodes, neighbours, reach of a segment) under three generators: nearest neighbours \
          joined, neighbours within reach drawn at random, and a Delaunay triangulation thinned to the number of neighbours; \
-         several networks to a cell. The size of the map changes no figure, as every length scales with it. Sydney CBD, or a \
-         network that was handed in, is a cell of its own.",
+         several networks to a cell. Of what is generated the largest component is the network: places that cannot be flown \
+         to are never searched, and are no part of what is compared with. The size of the map changes no figure, as every \
+         length scales with it. Sydney CBD, or a network that was handed in, is a cell of its own.",
     ),
     (
         "Failures",
-        "Source and destination are uniform in the largest component of the network. The failed segment is drawn in three \
+        "Source and destination are uniform in the network, in its largest component where it comes from a file. The failed segment is drawn in three \
          ways: uniform on the shortest path between them, by length on it, and uniform in the network. Every draw counts: a \
          failure after which no way leads to the destination is reported as such, and no other is drawn in its place.",
     ),
@@ -73,7 +74,7 @@ pub(super) fn section(run: &Run) -> Markup {
                             th scope="col" { "Cell" }
                             @for title in [
                                 "Networks",
-                                "Nodes of each",
+                                "Nodes generated",
                                 "Segments",
                                 "In largest components",
                                 "Failures drawn",
