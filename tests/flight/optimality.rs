@@ -2,7 +2,7 @@
 
 use crate::events::{Events, Outcome, beats};
 use crate::grid::Grid;
-use crate::world::{Kind, World, crowded, large_world, world};
+use crate::world::{Kind, World, closed_for_good, crowded, large_world, world};
 use skyway::itinerary::{FlightAnswer, Limits, Objective, Step, Value};
 use std::ops::Range;
 
@@ -98,6 +98,13 @@ fn nothing_in_continuous_time_is_better_and_nothing_worse_is_found() {
 }
 
 #[test]
+fn nothing_is_better_where_part_of_the_network_is_closed_for_good() {
+    compare_in_continuous_time(seeds(), BUDGET, |seed| {
+        closed_for_good(seed, world(seed, Kind::Continuous))
+    });
+}
+
+#[test]
 fn nothing_is_better_where_others_crowd_one_segment() {
     compare_in_continuous_time(more_seeds(), BUDGET / 8, |seed| {
         crowded(seed, world(seed, Kind::Continuous))
@@ -154,6 +161,7 @@ fn plain_label_setting_gives_the_same_values() {
             world(seed, Kind::Continuous),
             world(seed, Kind::Grid),
             crowded(seed, world(seed, Kind::Continuous)),
+            closed_for_good(seed, world(seed, Kind::Continuous)),
         ];
         for (number, world) in worlds.into_iter().enumerate() {
             for objective in Objective::ALL {
@@ -177,8 +185,10 @@ fn on_larger_networks_the_steps_lose_nothing_to_plain_label_setting() {
     for seed in more_seeds() {
         let kind = [Kind::Continuous, Kind::Grid, Kind::Continuous][seed as usize % 3];
         let world = large_world(seed, kind, 12 + seed as usize % 20);
-        let world = match seed % 3 {
+        let world = match seed % 6 {
             2 => crowded(seed, world),
+            3 | 4 => closed_for_good(seed, world),
+            5 => closed_for_good(seed, crowded(seed, world)),
             _ => world,
         };
         for objective in Objective::ALL {

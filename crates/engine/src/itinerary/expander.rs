@@ -258,6 +258,19 @@ impl<'a> Expander<'a> {
         }
     }
 
+    /// What would come of a leg that nothing forbids, where the wind does not change: all that does come of it is part of it.
+    pub(super) fn fly_unhindered(&self, family: &ChargingLabel, leg: u32) -> Option<ChargingLabel> {
+        let flight = self.world.legs.leg(leg);
+        if !flight.least.is_flyable() {
+            return None;
+        }
+        let cost = flight.least;
+        let (reserve, latest_s) = (self.request.reserve, self.latest_s(flight.to));
+        let mut flown = family.flown(cost.time_s, cost.energy, reserve, latest_s, self.tau_s)?;
+        flown.weight += self.leg_weight(flight.length_m, cost.energy);
+        Some(flown)
+    }
+
     /// The pieces of a family that the forbidden intervals leave; touching their ends is allowed.
     fn fly_between(
         &self,

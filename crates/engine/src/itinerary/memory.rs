@@ -2,6 +2,7 @@
 
 use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
+use super::joined::ReachedFromBothEnds;
 use super::release_times::ReleaseTimes;
 use super::request::Value;
 use crate::airspace::Bits;
@@ -58,7 +59,7 @@ impl Label {
     }
 }
 
-/// A label (or a node) in the queue, the smallest key first; the earlier label on ties.
+/// A label, or a node, in a queue, the smallest key first; the earlier label on ties.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Queued {
     pub(super) key: Value,
@@ -110,6 +111,7 @@ pub struct ItineraryScratch {
     pub(super) openings: ReleaseTimes,
     pub(super) closed: Bits,
     pub(super) active: ActiveTraffic,
+    pub(super) both_ends: ReachedFromBothEnds,
     segments: usize,
     pub(super) route: Vec<u32>,
     /// How the best real plan goes, from its start to the destination.
@@ -141,6 +143,7 @@ impl ItineraryScratch {
             openings: ReleaseTimes::default(),
             closed: Bits::empty(topology.segment_count()),
             active: ActiveTraffic::nowhere(topology),
+            both_ends: ReachedFromBothEnds::for_nodes(topology.node_count()),
             segments: topology.segment_count(),
             route: Vec::new(),
             best: Vec::new(),
@@ -199,15 +202,6 @@ impl ItineraryScratch {
         self.heads[label.node.at()] = place;
         self.labels.push(label);
         self.queue.push(Queued { key, label: place });
-    }
-
-    /// Marks a node without a label; true the first time.
-    pub(super) fn visit(&mut self, node: NodeIx) -> bool {
-        let mark = &mut self.marks[node.at()];
-        let is_first = *mark != self.generation;
-        *mark = self.generation;
-        self.heads[node.at()] = NO_LABEL;
-        is_first
     }
 
     /// Adds a label that is only the parent of others.

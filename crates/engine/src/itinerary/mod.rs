@@ -16,6 +16,7 @@ mod entry;
 mod expander;
 mod figures;
 mod in_the_way;
+mod joined;
 mod lower_bounds;
 mod memory;
 mod near;

@@ -8,6 +8,7 @@ use super::active_traffic::ActiveTraffic;
 use super::closed_windows::{ClosedWindow, ClosedWindows};
 use super::entry::{Entry, Leaving};
 use super::occupancy::OthersOccupancy;
+use super::release_times::join;
 use super::request::FlightWorld;
 use super::separation::Nearness;
 use crate::flight::{FlightRules, Situation, TrafficLeg};
@@ -154,6 +155,26 @@ impl Obstacles {
         within_s: (f64, f64),
         mut take: impl FnMut(Forbids, f64, f64),
     ) {
+        self.each_closed(world, began_s, entry, |closure, from_s, until_s| {
+            take(Forbids::Closure(closure), from_s, until_s);
+        });
+        if world.keeps_apart() {
+            let mut near = |near: Nearness<'_>| {
+                take(Forbids::Traffic(near.leg), near.from_s, near.until_s);
+            };
+            let separation = world.separation();
+            separation.each(&self.others, active, entry, within_s, &mut near);
+        }
+    }
+
+    /// Tells `take` the number of every closure that forbids entries of a leg, and between which instants.
+    pub(super) fn each_closed(
+        &self,
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        entry: Entry,
+        mut take: impl FnMut(usize, f64, f64),
+    ) {
         let span = Span {
             began_s,
             takes_off_s: world.legs.vertical_s(entry.from),
@@ -163,20 +184,36 @@ impl Obstacles {
             for window in windows.iter().filter(|window| binds(window, leaving)) {
                 let (from_s, until_s) = span.forbidden(window, world.rules);
                 if from_s < until_s {
-                    take(Forbids::Closure(window.closure as usize), from_s, until_s);
+                    take(window.closure as usize, from_s, until_s);
                 }
             }
         };
         close(self.closed.of_segment(entry.segment), Leaving::OnItsWay);
         close(self.closed.of_node(entry.to), Leaving::OnItsWay);
         close(self.closed.of_node(entry.from), entry.leaving);
-        if world.keeps_apart() {
-            let mut near = |near: Nearness<'_>| {
-                take(Forbids::Traffic(near.leg), near.from_s, near.until_s);
-            };
-            let separation = world.separation();
-            separation.each(&self.others, active, entry, within_s, &mut near);
+    }
+
+    /// Whether closures leave open at least one instant of these at which a leg could be entered. What they forbid is left in
+    /// the intervals, joined.
+    pub(super) fn opens_within(
+        &self,
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        entry: Entry,
+        (first_s, last_s): (f64, f64),
+        intervals: &mut Vec<(f64, f64)>,
+    ) -> bool {
+        intervals.clear();
+        if self.closed.is_open(entry.segment, entry.from, entry.to) {
+            return true;
         }
+        self.each_closed(world, began_s, entry, |_, from_s, until_s| {
+            intervals.push((from_s, until_s));
+        });
+        join(intervals);
+        let is_last = |until_s: f64| until_s > last_s || until_s == f64::INFINITY;
+        let is_all = |&(from_s, until_s): &(f64, f64)| from_s < first_s && is_last(until_s);
+        !intervals.iter().any(is_all)
     }
 
     /// True where a drone above a node would land in a closed one.

@@ -1,7 +1,7 @@
-//! What is left at least: per destination the tables of least weight, time and energy on the intact network, and the
-//! tree of the objective.
+//! What is left at least: per destination the tables of least weight, time and energy on a network, and the tree of the
+//! objective.
 //!
-//! They depend on airframe, payload and wind, not on closures or pads, which only make plans worse.
+//! On the intact network they depend on airframe, payload and wind, not on closures or pads, which only make plans worse.
 
 use super::request::Objective;
 use crate::airspace::Bits;
@@ -51,21 +51,25 @@ impl Potentials {
     /// Works the tables out, once per destination and table of legs: a full search for the objective, and in its order the
     /// least times and energies.
     pub fn of(legs: &FlightLegs, nodes: usize, destination: NodeIx, objective: Objective) -> Self {
-        let tree = match objective {
-            Objective::Distance => {
-                distances(legs, nodes, destination, |leg| match leg.is_flyable_back {
-                    true => leg.length_m,
-                    false => f64::INFINITY,
-                })
-            }
-            Objective::Time => distances(legs, nodes, destination, |leg| {
-                legs.leg(leg.twin).least.time_s
-            }),
-            Objective::Energy => distances(legs, nodes, destination, |leg| {
-                energy_weight(legs.leg(leg.twin).least.energy)
-            }),
+        Self::by_legs(legs, nodes, (destination, objective), |_| true)
+    }
+
+    /// The same on what is left of the network without some of its legs.
+    pub(super) fn by_legs(
+        legs: &FlightLegs,
+        nodes: usize,
+        (destination, objective): (NodeIx, Objective),
+        is_left: impl Fn(u32) -> bool,
+    ) -> Self {
+        let weight = |leg: &FlightLeg| match objective {
+            _ if !is_left(leg.twin) => f64::INFINITY,
+            Objective::Distance if leg.is_flyable_back => leg.length_m,
+            Objective::Distance => f64::INFINITY,
+            Objective::Time => legs.leg(leg.twin).least.time_s,
+            Objective::Energy => energy_weight(legs.leg(leg.twin).least.energy),
         };
-        let least = least_sums(legs, nodes, &tree.settled);
+        let tree = distances(legs, nodes, destination, weight);
+        let least = least_sums(legs, nodes, &tree.settled, &is_left);
         let remaining = (0..nodes).map(|node| Remaining {
             weight: match objective {
                 Objective::Time => 0.0,
@@ -76,7 +80,7 @@ impl Potentials {
             next: tree.next[node],
         });
         let remaining: Vec<Remaining> = remaining.collect();
-        let tied = ties(legs, &remaining, objective, &tree.settled);
+        let tied = ties(legs, &remaining, (objective, &tree.settled), &is_left);
         Self {
             destination,
             objective,
@@ -185,8 +189,8 @@ fn least_weight(legs: &FlightLegs, leg: u32, objective: Objective) -> f64 {
 fn ties(
     legs: &FlightLegs,
     remaining: &[Remaining],
-    objective: Objective,
-    outwards: &[NodeIx],
+    (objective, outwards): (Objective, &[NodeIx]),
+    is_left: &impl Fn(u32) -> bool,
 ) -> Bits {
     let mut tied = Bits::empty(remaining.len());
     for &node in outwards {
@@ -194,7 +198,7 @@ fn ties(
         let is_tight = |&leg: &u32| {
             let to = legs.leg(leg).to;
             let through = least_weight(legs, leg, objective) + remaining[to.at()].weight;
-            legs.leg(leg).least.is_flyable() && through == own.weight
+            legs.leg(leg).least.is_flyable() && is_left(leg) && through == own.weight
         };
         let tight = legs.from(node).filter(is_tight).count();
         let goes_on_tied = own.next != NO_LEG && tied.contains(legs.leg(own.next).to.0);
@@ -258,7 +262,12 @@ fn distances(
 /// Nodes are looked at in the order of another weight until nothing changes any more. What is left then is what a search by
 /// these sums finds, to the last bit: each value is that of a way, added up from its end, and no leg makes one smaller.
 /// Time and energy grow much as the other weight does, so that a few rounds do; there are never more than nodes.
-fn least_sums(legs: &FlightLegs, nodes: usize, outwards: &[NodeIx]) -> Vec<LegCost> {
+fn least_sums(
+    legs: &FlightLegs,
+    nodes: usize,
+    outwards: &[NodeIx],
+    is_left: &impl Fn(u32) -> bool,
+) -> Vec<LegCost> {
     let mut left = vec![LegCost::UNFLYABLE; nodes];
     let Some((destination, others)) = outwards.split_first() else {
         return left;
@@ -273,7 +282,7 @@ fn least_sums(legs: &FlightLegs, nodes: usize, outwards: &[NodeIx]) -> Vec<LegCo
         for &node in others {
             let own = left[node.at()];
             let mut best = own;
-            for leg in legs.from(node) {
+            for leg in legs.from(node).filter(|&leg| is_left(leg)) {
                 let leg = legs.leg(leg);
                 let after = left[leg.to.at()];
                 best.time_s = best.time_s.min(after.time_s + leg.least.time_s);

@@ -390,7 +390,7 @@ fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
 }
 
 /// Joins open intervals that overlap; where two touch, that instant is open.
-fn join(intervals: &mut Vec<(f64, f64)>) {
+pub(super) fn join(intervals: &mut Vec<(f64, f64)>) {
     intervals.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
     intervals.dedup_by(|next, joined| {
         let overlap = next.0 < joined.1;

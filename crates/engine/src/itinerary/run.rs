@@ -304,6 +304,10 @@ impl Run<'_, '_> {
             takes_off: self.terms.takes_off(taken.how),
         };
         for leg in self.terms.world.legs.from(node) {
+            let way = next_way(taken.way, leg);
+            if self.is_in_vain(departure, leg, (label, way)) {
+                continue;
+            }
             offers.clear();
             let mut room = SearchBuffers {
                 closed: &self.scratch.closed,
@@ -317,7 +321,6 @@ impl Run<'_, '_> {
             }
             self.effort.checks += room.checks_of_flight();
             let to = self.terms.world.legs.leg(leg).to;
-            let way = next_way(taken.way, leg);
             self.offer_all(&offers, to, label, way);
         }
         // Where hovering is free, who stands there may also land there: so nothing that comes back later can do more.
@@ -345,6 +348,49 @@ impl Run<'_, '_> {
         for &(family, how) in offers {
             self.offer(Label::new(family, node, how, parent, way));
         }
+    }
+
+    /// True where even what would come of a leg that nothing forbids is needless: so that nobody has to look up what does.
+    fn is_in_vain(
+        &mut self,
+        departure: Departure<'_>,
+        leg: u32,
+        (parent, way): (u32, u64),
+    ) -> bool {
+        let Expander { world, .. } = self.terms;
+        let flight = world.legs.leg(leg);
+        let is_clear = world.obstacles.is_clear(
+            &self.scratch.active,
+            flight.segment,
+            departure.from,
+            flight.to,
+        );
+        if is_clear || !world.legs.changes_s().is_empty() {
+            return false;
+        }
+        let unhindered = self.terms.fly_unhindered(departure.family, leg);
+        let how = How::Leg { leg, period: 0 };
+        unhindered
+            .is_none_or(|family| self.is_needless(&Label::new(family, flight.to, how, parent, way)))
+    }
+
+    /// True where a label cannot be an improvement, or one at its node can do all that it can.
+    fn is_needless(&mut self, label: &Label) -> bool {
+        if !self.is_worth(self.terms.key(&label.family, label.node)) {
+            return true;
+        }
+        let mut other = self.scratch.head(label.node);
+        while other != NO_LABEL {
+            self.effort.checks += 1;
+            let there = self.scratch.labels[other as usize];
+            let may_be_needless = there.family.is_no_worse_at_first(&label.family);
+            if may_be_needless && self.dominates(&there, label) {
+                self.note_tie(&there, label);
+                return true;
+            }
+            other = there.next;
+        }
+        false
     }
 
     /// Keeps a label unless it cannot be an improvement or another one at its node makes it needless.

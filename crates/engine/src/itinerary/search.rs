@@ -1,7 +1,8 @@
 //! The search over position, time and battery, in three steps from cheap to certain.
 
 use super::expander::Expander;
-use super::memory::{How, ItineraryScratch, Queued};
+use super::joined::tables_of_open_legs;
+use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Limits, Step, Unproved, Value, close, reopen,
@@ -9,7 +10,6 @@ use super::request::{
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
-use crate::network::NodeIx;
 
 /// Of labels and checks, each of the first two steps may take one part in so many.
 const STEP_SHARE: usize = 4;
@@ -23,6 +23,8 @@ pub(super) const LAST_ROUND_SHARE: usize = 4;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
+/// Nodes next to either end that are looked at before it: what encloses one of them is there.
+const NEAR_NODES: usize = 4;
 /// It takes at most one check in so many.
 const PROBE_SHARE: usize = 8;
 
@@ -42,18 +44,18 @@ pub fn find(
     );
     scratch.fit(world.topology);
     close(&mut scratch.closed, request.closed_segments);
-    let mut search = Search {
-        terms: Expander::new(world, request, potentials),
-        scratch,
-        effort: Effort::default(),
-        best: Value::NONE,
-        bound: Value::LEAST,
-        least: Value::LEAST,
-        step: Step::Walk,
-        reason: None,
-        most: Most::of(request.limits),
-    };
-    let answer = search.rounds();
+    let on_open_legs;
+    let mut search = Search::new(Expander::new(world, request, potentials), scratch);
+    let mut tried = search.first_tries();
+    if tried == Tried::Unsettled {
+        let tables = tables_of_open_legs(&search.terms, &search.scratch.closed);
+        if let Some(tables) = tables {
+            on_open_legs = tables;
+            search.terms = Expander::new(world, request, &on_open_legs);
+            tried = Tried::Nothing;
+        }
+    }
+    let answer = search.rounds(tried);
     reopen(&mut scratch.closed, request.closed_segments);
     answer
 }
@@ -69,17 +71,8 @@ pub fn find_plainly(
     scratch.fit(world.topology);
     close(&mut scratch.closed, request.closed_segments);
     let blind = potentials.blind();
-    let mut search = Search {
-        terms: Expander::new(world, request, &blind),
-        scratch,
-        effort: Effort::default(),
-        best: Value::NONE,
-        bound: Value::LEAST,
-        least: Value::LEAST,
-        step: Step::Exact,
-        reason: None,
-        most: Most::of(request.limits),
-    };
+    let mut search = Search::new(Expander::new(world, request, &blind), scratch);
+    search.step = Step::Exact;
     search.scratch.active.widen();
     search.scratch.best.clear();
     if !search.is_there() {
@@ -143,18 +136,53 @@ struct Search<'a, 's> {
     most: Most,
 }
 
-impl Search<'_, '_> {
+/// What of a round's cheap steps has been done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tried {
+    Nothing,
+    /// They have not found what is certainly the best.
+    Unsettled,
+    Settled,
+}
+
+impl<'a, 's> Search<'a, 's> {
+    fn new(terms: Expander<'a>, scratch: &'s mut ItineraryScratch) -> Self {
+        Self {
+            scratch,
+            effort: Effort::default(),
+            best: Value::NONE,
+            bound: Value::LEAST,
+            least: Value::LEAST,
+            step: Step::Walk,
+            reason: None,
+            most: Most::of(terms.request.limits),
+            terms,
+        }
+    }
+
+    /// The cheap steps of the first round: where they settle nothing, it is certain that some way is open at some time.
+    fn first_tries(&mut self) -> Tried {
+        match self.tries() {
+            Tried::Unsettled if !self.is_joined(usize::MAX) => self.settled(Step::Hovering),
+            tried => tried,
+        }
+    }
+
     /// Searches among those others only that a plan has met, until one meets no more.
     ///
     /// The best plan of all is one of each round: so it is no better than what a round finds, and what meets
     /// no others is the best.
-    fn rounds(&mut self) -> FlightAnswer {
+    fn rounds(&mut self, mut tried: Tried) -> FlightAnswer {
         let world = self.terms.world;
         let limits = self.terms.request.limits;
         let mut round = 1;
         loop {
-            self.begin_round();
-            self.stages();
+            if tried == Tried::Nothing {
+                tried = self.tries();
+            }
+            if tried == Tried::Unsettled {
+                self.searches();
+            }
             let answer = self.answer();
             let active = &mut self.scratch.active;
             if !answer
@@ -170,6 +198,7 @@ impl Search<'_, '_> {
                 active.widen();
             }
             round += 1;
+            tried = Tried::Nothing;
         }
     }
 
@@ -183,18 +212,34 @@ impl Search<'_, '_> {
         self.scratch.best.clear();
     }
 
-    fn stages(&mut self) {
+    /// Begins a round with what is cheap and most often settles it.
+    fn tries(&mut self) -> Tried {
+        self.begin_round();
         if self.is_there() || self.walk_from_starts() {
-            self.bound = self.best;
-            return;
+            return self.settled(Step::Walk);
         }
-        self.step = Step::Earlier;
+        // Which others count makes no difference.
+        let is_first = self.least == Value::LEAST;
+        if is_first && !self.is_joined(NEAR_NODES) {
+            return self.settled(Step::Hovering);
+        }
         if self.earlier(PROBE_LABELS, PROBE_SHARE) {
-            self.bound = self.best;
-            return;
+            return self.settled(Step::Earlier);
         }
+        Tried::Unsettled
+    }
+
+    /// What has been found is the best, or there certainly is no plan.
+    fn settled(&mut self, step: Step) -> Tried {
+        self.step = step;
+        self.bound = self.best;
+        Tried::Settled
+    }
+
+    /// What the cheap steps have not settled.
+    fn searches(&mut self) {
         self.step = Step::Hovering;
-        if !self.is_joined() || self.hovering() {
+        if self.hovering() {
             self.bound = self.best;
             return;
         }
@@ -280,48 +325,15 @@ impl Search<'_, '_> {
         is_certain && self.best != Value::NONE && (left == Value::LEAST || !left.beats(self.best))
     }
 
-    /// False where the request's own closed segments part its starts from the destination: no search need find that out. What is
-    /// nearest to the destination is looked at first.
-    fn is_joined(&mut self) -> bool {
-        let Expander {
-            world,
-            request,
-            potentials,
-            ..
-        } = self.terms;
-        if self.best != Value::NONE || request.closed_segments.is_empty() {
+    /// False where it is certain that no way leads to the destination, by at most so many nodes from either end.
+    fn is_joined(&mut self, at_most: usize) -> bool {
+        if self.best != Value::NONE {
             return true;
         }
-        self.scratch.clear();
-        let look_at = |scratch: &mut ItineraryScratch, node: NodeIx| {
-            let left = Value {
-                weight: potentials.from(node).time_s,
-                arrives_s: 0.0,
-            };
-            if left.weight.is_finite() && scratch.visit(node) {
-                scratch.queue.push(Queued {
-                    key: left,
-                    label: node.0,
-                });
-            }
-        };
-        for start in request.starts.iter().take(super::MAX_STARTS) {
-            look_at(self.scratch, start.node);
-        }
-        while let Some(Queued { label, .. }) = self.scratch.queue.pop() {
-            let node = NodeIx(label);
-            if node == request.destination {
-                return true;
-            }
-            for leg in world.legs.from(node) {
-                let flight = world.legs.leg(leg);
-                let is_closed = self.scratch.closed.contains(flight.segment.0);
-                if flight.least.is_flyable() && !is_closed {
-                    look_at(self.scratch, flight.to);
-                }
-            }
-        }
-        false
+        let ItineraryScratch {
+            both_ends, closed, ..
+        } = &mut *self.scratch;
+        both_ends.meet(&self.terms, closed, at_most, &mut self.effort.checks)
     }
 
     /// The relaxation, and its plan held against the windows; true where that settles it.

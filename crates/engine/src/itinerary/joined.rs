@@ -1,0 +1,229 @@
+//! Whether any way leads from the starts of a request to its destination, whatever batteries, pads and other plans allow.
+//!
+//! Where closures part the two for as long as the request lasts there is no plan, and no search has to find that out.
+
+use super::entry::{Entry, Leaving};
+use super::expander::Expander;
+use super::memory::Queued;
+use super::potentials::Potentials;
+use super::request::Value;
+use crate::airspace::Bits;
+use crate::flight::FlightStart;
+use crate::network::{NodeIx, SegmentIx};
+use std::collections::BinaryHeap;
+
+/// The nodes that can be reached from the starts, and those from which the destination can be: both grow in turn until they
+/// meet or one of them is complete, so that a small enclosed part is found out soon, whichever end lies in it.
+#[derive(Debug)]
+pub(super) struct ReachedFromBothEnds {
+    onwards: Reached,
+    backwards: Reached,
+    intervals: Vec<(f64, f64)>,
+}
+
+#[derive(Debug)]
+struct Reached {
+    nodes: Bits,
+    listed: Vec<NodeIx>,
+    /// Those whose legs are still to be looked at, the most promising first.
+    queue: BinaryHeap<Queued>,
+}
+
+impl Reached {
+    /// Room for so many nodes.
+    fn none(node_count: usize) -> Self {
+        Self {
+            nodes: Bits::empty(node_count),
+            listed: Vec::new(),
+            queue: BinaryHeap::new(),
+        }
+    }
+
+    fn clear(&mut self) {
+        self.queue.clear();
+        for node in self.listed.drain(..) {
+            self.nodes.remove(node.0);
+        }
+    }
+
+    fn add(&mut self, node: NodeIx, left: f64) {
+        if left.is_finite() && self.nodes.insert(node.0) {
+            self.listed.push(node);
+            let key = Value {
+                weight: left,
+                arrives_s: 0.0,
+            };
+            self.queue.push(Queued { key, label: node.0 });
+        }
+    }
+}
+
+impl ReachedFromBothEnds {
+    /// Room for a network of so many nodes.
+    pub(super) fn for_nodes(node_count: usize) -> Self {
+        Self {
+            onwards: Reached::none(node_count),
+            backwards: Reached::none(node_count),
+            intervals: Vec::new(),
+        }
+    }
+
+    /// False where no leg that is open at some time leads on from what can be reached from the starts, or to what the
+    /// destination can be reached from. Looks at the legs of at most so many nodes from either end, and counts them.
+    pub(super) fn meet(
+        &mut self,
+        terms: &Expander<'_>,
+        closed: &Bits,
+        at_most: usize,
+        looked_at: &mut usize,
+    ) -> bool {
+        self.onwards.clear();
+        self.backwards.clear();
+        let destination = terms.request.destination;
+        self.backwards.add(destination, 0.0);
+        for start in starts(terms) {
+            if start.node == destination {
+                return true;
+            }
+            self.onwards
+                .add(start.node, terms.potentials.from(start.node).time_s);
+        }
+        for _ in 0..at_most {
+            for is_onwards in [true, false] {
+                match self.look_on(terms, closed, is_onwards, looked_at) {
+                    Look::HaveMet => return true,
+                    Look::IsComplete => return false,
+                    Look::GoesOn => {}
+                }
+            }
+        }
+        true
+    }
+
+    fn look_on(
+        &mut self,
+        terms: &Expander<'_>,
+        closed: &Bits,
+        is_onwards: bool,
+        looked_at: &mut usize,
+    ) -> Look {
+        let (own, other) = match is_onwards {
+            true => (&mut self.onwards, &self.backwards),
+            false => (&mut self.backwards, &self.onwards),
+        };
+        let Some(Queued { label, .. }) = own.queue.pop() else {
+            return Look::IsComplete;
+        };
+        let legs = terms.world.legs;
+        for leg in legs.from(NodeIx(label)) {
+            *looked_at += 1;
+            let next = legs.leg(leg).to;
+            if own.nodes.contains(next.0) {
+                continue;
+            }
+            let flown = match is_onwards {
+                true => leg,
+                false => legs.leg(leg).twin,
+            };
+            let is_open = may_be_flown(terms, closed, flown)
+                && is_ever_open(terms, flown, &mut self.intervals);
+            if !is_open {
+                continue;
+            }
+            if other.nodes.contains(next.0) {
+                return Look::HaveMet;
+            }
+            let left = match is_onwards {
+                true => terms.potentials.from(next).time_s,
+                false => straight_m(terms, next),
+            };
+            own.add(next, left);
+        }
+        Look::GoesOn
+    }
+}
+
+enum Look {
+    HaveMet,
+    IsComplete,
+    GoesOn,
+}
+
+fn starts<'a>(terms: &Expander<'a>) -> impl Iterator<Item = &'a FlightStart> {
+    terms.request.starts.iter().take(super::MAX_STARTS)
+}
+
+/// From the nearest start, in metres.
+fn straight_m(terms: &Expander<'_>, node: NodeIx) -> f64 {
+    let topology = terms.world.topology;
+    let place = topology.position(node);
+    let from_each = starts(terms).map(|start| topology.position(start.node).distance_m(place));
+    from_each.fold(f64::INFINITY, f64::min)
+}
+
+/// The tables on the legs that closures leave open at some time; `None` where that is all of them but for segments that
+/// the request itself closes.
+pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option<Potentials> {
+    let Expander { world, request, .. } = *terms;
+    let legs = world.legs;
+    let mut shut = Bits::default();
+    let mut has_shut = false;
+    let mut intervals = Vec::new();
+    for segment in world.obstacles.closed().segments().iter() {
+        let ends = world.topology.segment(SegmentIx(segment));
+        for from in [ends.from, ends.to] {
+            let there = legs.from(from);
+            let leg = there
+                .into_iter()
+                .find(|&leg| legs.leg(leg).segment.0 == segment);
+            let is_shut = |leg: &u32| {
+                may_be_flown(terms, closed, *leg) && !is_ever_open(terms, *leg, &mut intervals)
+            };
+            if let Some(leg) = leg.filter(is_shut) {
+                shut.insert_growing(leg);
+                has_shut = true;
+            }
+        }
+    }
+    has_shut.then(|| {
+        let nodes = world.topology.node_count();
+        let is_open = |leg: u32| !shut.holds(leg) && may_be_flown(terms, closed, leg);
+        let to = (request.destination, request.objective);
+        Potentials::by_legs(legs, nodes, to, is_open)
+    })
+}
+
+fn may_be_flown(terms: &Expander<'_>, closed: &Bits, leg: u32) -> bool {
+    let flight = terms.world.legs.leg(leg);
+    flight.least.is_flyable() && !closed.contains(flight.segment.0)
+}
+
+/// Whether a leg can be entered at some time while the request lasts, as far as closures go.
+fn is_ever_open(terms: &Expander<'_>, leg: u32, intervals: &mut Vec<(f64, f64)>) -> bool {
+    let Expander { world, request, .. } = *terms;
+    let flight = world.legs.leg(leg);
+    let from = world.legs.leg(flight.twin).to;
+    let begins_here = |on_ground: bool| {
+        let mut here = starts(terms).filter(|start| start.node == from);
+        here.any(|start| start.on_ground == on_ground)
+    };
+    let leaving = match (begins_here(false), begins_here(true)) {
+        (true, _) => Leaving::FromTheAir,
+        (false, true) => Leaving::FromTheGround,
+        (false, false) => Leaving::OnItsWay,
+    };
+    let entry = Entry {
+        segment: flight.segment.0,
+        from,
+        to: flight.to,
+        // What takes less is forbidden at fewer instants.
+        time_s: flight.least.time_s,
+        leaving,
+        takes_off: false,
+    };
+    let first_s = starts(terms).map(|start| start.at_s);
+    let within_s = (first_s.fold(f64::INFINITY, f64::min), request.deadline_s);
+    world
+        .obstacles
+        .opens_within(world, request.began_s, entry, within_s, intervals)
+}
