@@ -252,6 +252,49 @@ fn every_kind_of_cause_is_named() {
 }
 
 #[test]
+fn where_closures_part_a_drone_from_its_destination_for_good_no_search_has_to_find_out() {
+    let lengths_m = [500.0; 12];
+    let pads = [1; 13];
+    // Next to the destination, next to the drone, and far from both.
+    for segment in ["11-12", "0-1", "6-7"] {
+        let mut world = along(&lengths_m, &pads);
+        let shut = closed(&world, segment, 0.0, f64::INFINITY);
+        world.situation.closures.push(shut);
+        let cut = decision(&world, Objective::Time, false);
+        assert!(cut.answer.proved && cut.answer.plan.is_none(), "{cut:?}");
+        assert_eq!(cut.causes, [FlightCause::Closure(0)], "{segment}");
+        assert_eq!(cut.opens, None, "{segment}");
+        let most = if segment == "6-7" { 64 } else { 0 };
+        assert!(cut.answer.effort.labels <= most, "{segment}: {cut:?}");
+        // It is another matter where that opens in time.
+        world.situation.closures[0].until_s = 2_000.0;
+        let held = decision(&world, Objective::Time, false);
+        assert!(held.answer.plan.is_some(), "{segment}: {held:?}");
+    }
+}
+
+#[test]
+fn of_others_those_that_were_met_are_causes_and_not_those_that_come_later() {
+    let mut world = along(&[500.0], &[0, 0]);
+    let other = TrafficLeg {
+        segment: segment(&world, "0-1"),
+        from: node(&world, "1"),
+        enters_s: 10.0,
+        leaves_s: 40.0,
+    };
+    let later = TrafficLeg {
+        enters_s: 5_000.0,
+        leaves_s: 5_030.0,
+        ..other
+    };
+    world.situation.traffic.extend([other, later]);
+    let met = decision(&world, Objective::Distance, false);
+    assert_eq!(met.outcome, FlightOutcome::NoRoute, "{met:?}");
+    // Who comes later is not why.
+    assert_eq!(met.causes, [FlightCause::Traffic(other)]);
+}
+
+#[test]
 fn a_drone_in_the_middle_of_a_leg_begins_at_either_end() {
     let mut world = along(&[1_000.0], &[1, 0]);
     world.wind = WindField::uniform(Wind::coming_from(270.0, 5.0));

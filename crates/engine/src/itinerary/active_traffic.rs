@@ -5,7 +5,7 @@
 //! found so that meets none is the best of all.
 
 use crate::airspace::Bits;
-use crate::flight::FlightPlan;
+use crate::flight::{FlightPlan, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// The segments and nodes at which others count.
@@ -17,7 +17,8 @@ pub(super) struct ActiveTraffic {
     /// The same as lists.
     listed_segments: Vec<SegmentIx>,
     listed_nodes: Vec<NodeIx>,
-    /// How many plans have met others so far.
+    /// The legs of others that the plans of this search have met so far, and how many plans of all searches did.
+    met_legs: Vec<TrafficLeg>,
     met: u64,
 }
 
@@ -39,7 +40,7 @@ impl ActiveTraffic {
         }
     }
 
-    /// Others count nowhere any more.
+    /// Others count nowhere any more; those that were met are remembered until the next search.
     pub(super) fn clear(&mut self) {
         self.is_everywhere = false;
         for segment in self.listed_segments.drain(..) {
@@ -76,9 +77,20 @@ impl ActiveTraffic {
         self.is_everywhere
     }
 
-    /// Others count on all segments and at all nodes of a plan from now on.
-    pub(super) fn add_way(&mut self, plan: &FlightPlan) {
+    /// Forgets whom the plans of earlier searches have met.
+    pub(super) fn forget_met(&mut self) {
+        self.met_legs.clear();
+    }
+
+    /// The legs of others that the plans of the last search have met, some of them twice.
+    pub(super) fn met_legs(&self) -> &[TrafficLeg] {
+        &self.met_legs
+    }
+
+    /// A plan has met others: they count on all of its segments and at all of its nodes from now on.
+    pub(super) fn add_way(&mut self, plan: &FlightPlan, met: &[TrafficLeg]) {
         self.met += 1;
+        self.met_legs.extend_from_slice(met);
         for leg in &plan.legs {
             if self.segments.insert(leg.segment.0) {
                 self.listed_segments.push(leg.segment);

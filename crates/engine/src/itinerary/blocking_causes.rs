@@ -3,8 +3,7 @@
 use super::closed_windows::ClosedWindows;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::memory::ItineraryScratch;
-use super::obstacles::Forbids;
+use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};
@@ -64,17 +63,20 @@ struct Reached {
     leaving: Leaving,
 }
 
-/// What cuts a drone off from a destination that it cannot reach: closures, other plans and taken pads first, then wind, energy
-/// and the deadline. Past a bound of the request, those that are known by then. Other plans
-/// are looked at only where they may be a cause.
+/// What cuts a drone off from a destination that it cannot reach: closures and taken pads first, then wind, energy and the
+/// deadline. Past a bound of the request, those that are known by then. Where the search has found ways on which the drone
+/// would meet others, these are what is in its way, and the closures on the best way of all.
 pub(super) fn causes(
     setting: &FlightSetting,
     request: &FlightRequest<'_>,
-    is_among_others: bool,
+    (potentials, met): (&Potentials, Vec<TrafficLeg>),
     scratch: &mut ItineraryScratch,
 ) -> Vec<FlightCause> {
     if request.starts.is_empty() {
         return vec![FlightCause::BelowReserve];
+    }
+    if !met.is_empty() {
+        return causes_among_others(setting, request, potentials, met);
     }
     let world = setting.world();
     let request = FlightRequest {
@@ -82,9 +84,6 @@ pub(super) fn causes(
         ..request.clone()
     };
     scratch.fit(world.topology);
-    if is_among_others {
-        scratch.active.widen();
-    }
     close(&mut scratch.closed, request.closed_segments);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Time);
     let terms = Expander::new(&world, &request, &potentials);
@@ -126,9 +125,46 @@ pub(super) fn causes(
         }
     }
     let found = boundary.found;
-    scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     found.into_causes(world.obstacles.closed(), is_whole)
+}
+
+/// The others that were met, and the closures that have led the drone there: those on the way that the tables have.
+fn causes_among_others(
+    setting: &FlightSetting,
+    request: &FlightRequest<'_>,
+    potentials: &Potentials,
+    met: Vec<TrafficLeg>,
+) -> Vec<FlightCause> {
+    let world = setting.world();
+    let terms = Expander::new(&world, request, potentials);
+    let mut found = Found {
+        traffic: met,
+        ..Found::default()
+    };
+    for (number, start) in request.starts.iter().enumerate() {
+        let (mut node, mut earliest_s) = (start.node, start.at_s);
+        let mut leaving = terms.leaving(How::Start(number as u8));
+        while let Some(leg) = potentials.next(node) {
+            let flight = world.legs.leg(leg);
+            if request.closed_segments.contains(&flight.segment) {
+                found.segments.insert(flight.segment);
+            }
+            let entry = Entry {
+                segment: flight.segment.0,
+                from: node,
+                to: flight.to,
+                time_s: flight.least.time_s,
+                leaving,
+                takes_off: false,
+            };
+            found.add_closures(&terms, entry, earliest_s);
+            earliest_s += flight.least.time_s;
+            node = flight.to;
+            leaving = Leaving::OnItsWay;
+        }
+    }
+    found.into_causes(world.obstacles.closed(), false)
 }
 
 /// By node, what the labels of a search amount to.
@@ -277,20 +313,7 @@ impl ReachableBoundary<'_> {
             leaving: there.leaving,
             takes_off: there.leaving == Leaving::FromTheGround,
         };
-        let found = &mut self.found;
-        let began_s = request.began_s;
-        world
-            .obstacles
-            .each_forbidden(world, began_s, entry, |what, from_s, until_s| {
-                let is_met = from_s < deadline_s && until_s > there.earliest_s;
-                match what {
-                    Forbids::Closure(closure) if is_met => {
-                        found.closures.insert(closure);
-                    }
-                    Forbids::Traffic(leg) if is_met => found.traffic.push(leg),
-                    Forbids::Closure(_) | Forbids::Traffic(_) => {}
-                }
-            });
+        self.found.add_closures(self.terms, entry, there.earliest_s);
     }
 
     fn lacks(&mut self, from: NodeIx, segment: SegmentIx, lacking: f64) {
@@ -312,6 +335,18 @@ impl ReachableBoundary<'_> {
 }
 
 impl Found {
+    /// Adds the closures that forbid entries of a leg between an instant and the deadline.
+    fn add_closures(&mut self, terms: &Expander<'_>, entry: Entry, earliest_s: f64) {
+        let Expander { world, request, .. } = *terms;
+        let take = |closure, from_s, until_s| {
+            if from_s < request.deadline_s && until_s > earliest_s {
+                self.closures.insert(closure);
+            }
+        };
+        let obstacles = world.obstacles;
+        obstacles.each_closed(world, request.began_s, entry, take);
+    }
+
     /// The causes; none at all where none is known because a bound was reached.
     fn into_causes(self, closed: &ClosedWindows, is_whole: bool) -> Vec<FlightCause> {
         let mut causes: Vec<FlightCause> = Vec::new();

@@ -117,7 +117,6 @@ pub fn decide(
         limits: order.limits,
     };
     let world = setting.world();
-    let met_before = scratch.met_others();
     let answer = find(&world, &request, potentials, scratch);
     if let Some(plan) = &answer.plan {
         return FlightDecision {
@@ -131,11 +130,11 @@ pub fn decide(
         limits: order.limits.share(SEARCHES_WITHOUT_PLAN),
         ..request
     };
-    let is_among_others = scratch.met_others() > met_before;
+    let met = scratch.active.met_legs().to_vec();
     let (opens, causes) = match order.explain {
         true => (
             opening(setting, &request, potentials, scratch),
-            causes(setting, &request, is_among_others, scratch),
+            causes(setting, &request, (potentials, met), scratch),
         ),
         false => (None, Vec::new()),
     };

@@ -43,6 +43,7 @@ pub fn find(
             && potentials.objective() == request.objective
     );
     scratch.fit(world.topology);
+    scratch.active.forget_met();
     close(&mut scratch.closed, request.closed_segments);
     let on_open_legs;
     let mut search = Search::new(Expander::new(world, request, potentials), scratch);

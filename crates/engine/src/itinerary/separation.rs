@@ -223,25 +223,30 @@ impl Separation<'_> {
         if active.is_everywhere() {
             return false;
         }
-        let meets = |(enters_s, entry)| self.meets_inactive(others, active, enters_s, entry);
-        let is_met = Entry::all_of(plan).any(meets);
-        if is_met {
-            active.add_way(plan);
+        let mut met = Vec::new();
+        for (enters_s, entry) in Entry::all_of(plan) {
+            self.add_met_inactive(others, active, (enters_s, entry), &mut met);
         }
-        is_met
+        if !met.is_empty() {
+            active.add_way(plan, &met);
+        }
+        !met.is_empty()
     }
 
-    /// Whether an entry is forbidden where others do not count.
-    fn meets_inactive(
+    /// Adds the legs that forbid an entry where others do not count.
+    fn add_met_inactive(
         &self,
         others: &OthersOccupancy,
         active: &ActiveTraffic,
-        enters_s: f64,
-        entry: Entry,
-    ) -> bool {
+        (enters_s, entry): (f64, Entry),
+        met: &mut Vec<TrafficLeg>,
+    ) {
         let within_s = (enters_s, enters_s);
-        let mut is_met = false;
-        let mut take = |near: Nearness<'_>| is_met |= near.forbids(enters_s);
+        let mut take = |near: Nearness<'_>| {
+            if near.forbids(enters_s) {
+                met.push(near.leg);
+            }
+        };
         if !active.has_segment(SegmentIx(entry.segment)) {
             self.on_segment(others, entry, within_s, &mut take);
         }
@@ -251,6 +256,5 @@ impl Separation<'_> {
         if entry.takes_off && !active.has_node(entry.from) {
             self.at_node(others, (entry.from, 0.0), within_s, &mut take);
         }
-        is_met
     }
 }
