@@ -29,7 +29,7 @@ impl Listener {
                 let Some(edge) = edge.upgrade() else {
                     return;
                 };
-                edge.offer_better_plans();
+                edge.offer_better_plans(|| edge.breaks_off(&self));
             }
         })?;
         Ok(())
@@ -48,11 +48,22 @@ impl Edge {
             return Ok(());
         }
         let edge = self.clone();
-        self.aside(move || edge.offer_better_plans()).await
+        self.aside(move || edge.offer_better_plans(|| false)).await
     }
 
-    /// Offers what is better now to plans that are flown as planned.
-    fn offer_better_plans(&self) {
+    /// Whether a look for better plans ends here: plans that closures meet have the cores first.
+    fn breaks_off(&self, listener: &Listener) -> bool {
+        let are_waiting = || !self.snapshot().pending.is_empty();
+        if !are_waiting() {
+            return false;
+        }
+        listener.break_off();
+        // Where none waits any more, the writer may have been idle before it could notice.
+        are_waiting()
+    }
+
+    /// Offers what is better now to plans that are flown as planned, until it is broken off.
+    fn offer_better_plans(&self, breaks_off: impl Fn() -> bool) {
         let snapshot = self.snapshot();
         let now = self.clock.now();
         let may_gain = |plan: &&Arc<PlanEntry>| {
@@ -66,6 +77,9 @@ impl Edge {
         };
         let plans = snapshot.plans.values().filter(may_gain);
         for plan in plans.take(PLANS_MAX) {
+            if breaks_off() {
+                return;
+            }
             let Some(version) = self.better(&snapshot, plan, now) else {
                 continue;
             };

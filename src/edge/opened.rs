@@ -1,36 +1,79 @@
 //! The word that something has opened: from the writer to who looks for better plans.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 /// Where it is told that something has opened.
 #[derive(Clone, Debug)]
-pub(super) struct Opened(SyncSender<()>);
+pub(super) struct Opened {
+    word: SyncSender<()>,
+    is_broken_off: Arc<AtomicBool>,
+}
 
 /// The other end.
 #[derive(Debug)]
-pub(super) struct Listener(Receiver<()>);
+pub(super) struct Listener {
+    word: Receiver<()>,
+    is_broken_off: Arc<AtomicBool>,
+}
 
 /// One word is enough, however much has opened.
 pub(super) fn channel() -> (Opened, Listener) {
-    let (opened, listener) = sync_channel(1);
-    (Opened(opened), Listener(listener))
+    let (teller, word) = sync_channel(1);
+    let is_broken_off = Arc::new(AtomicBool::new(false));
+    let opened = Opened {
+        word: teller,
+        is_broken_off: is_broken_off.clone(),
+    };
+    let listener = Listener {
+        word,
+        is_broken_off,
+    };
+    (opened, listener)
 }
 
 impl Opened {
     pub(super) fn tell(&self) {
         // Where one waits already, it will find this too.
-        let _ = self.0.try_send(());
+        let _ = self.word.try_send(());
+    }
+
+    /// Whether a look for better plans was broken off since this was last asked.
+    pub(super) fn takes_up(&self) -> bool {
+        self.is_broken_off.swap(false, Ordering::SeqCst)
     }
 }
 
 impl Listener {
     /// Whether the word has come.
     pub(super) fn has_heard(&self) -> bool {
-        self.0.try_recv().is_ok()
+        self.word.try_recv().is_ok()
     }
 
     /// Waits for the word; false where none will come.
     pub(super) fn hear(&self) -> bool {
-        self.0.recv().is_ok()
+        self.word.recv().is_ok()
+    }
+
+    /// Leaves the cores to others until the word comes again.
+    pub(super) fn break_off(&self) {
+        self.is_broken_off.store(true, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_look_that_was_broken_off_is_taken_up_once() {
+        let (opened, listener) = channel();
+        assert!(!opened.takes_up());
+        opened.tell();
+        opened.tell();
+        assert!(listener.has_heard() && !listener.has_heard());
+        listener.break_off();
+        assert!(opened.takes_up() && !opened.takes_up());
     }
 }

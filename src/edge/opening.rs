@@ -256,6 +256,7 @@ impl Opening {
             workers: None,
             wave: WaveState::default(),
             has_new_airspace: false,
+            has_opened: false,
             waiting: Unanswered::default(),
         };
         let edge = Arc::new(Edge {

@@ -14,7 +14,7 @@ use super::replanning::{Place, Tally, Task, Turn};
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::state_affected::{Affected, Found};
-use super::waves::{Finding, Job, Means, WAVE_SIZE, Wave};
+use super::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
 use crate::airspace::{Airspace, Closure};
 use crate::network::{NodeIx, SegmentIx};
 use crate::wire::{EventKind, PlanState};
@@ -246,7 +246,8 @@ impl State {
         if jobs.is_empty() {
             let lacking = &mut self.lacking_contingencies;
             let plans = std::iter::from_fn(|| lacking.pop_first());
-            jobs = plans.take(WAVE_SIZE).map(Job::Contingencies).collect();
+            let plans = plans.take(CONTINGENCIES_AT_ONCE);
+            jobs = plans.map(Job::Contingencies).collect();
         }
         self.occupied_since.clear();
         (!jobs.is_empty()).then(|| Wave::new(snapshot, now, jobs))

@@ -19,6 +19,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// At most this many plans are in a wave, so that what closes next does not wait long for its plans.
 pub(super) const WAVE_SIZE: usize = 32;
+/// And of those whose contingencies are worked out, which takes longer, so that a plan that is met never waits for many.
+pub(super) const CONTINGENCIES_AT_ONCE: usize = 2;
 /// More threads than this find nothing to do in a wave.
 const THREADS_MAX: usize = 8;
 

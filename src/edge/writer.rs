@@ -105,6 +105,8 @@ pub(super) struct WriterLoop {
     pub(super) wave: WaveState,
     /// Whether the airspace has changed since tables were last made.
     pub(super) has_new_airspace: bool,
+    /// Whether anything has opened since better plans were last looked for.
+    pub(super) has_opened: bool,
     pub(super) waiting: Unanswered,
 }
 
@@ -307,9 +309,7 @@ impl WriterLoop {
             _ => self.publish(now),
         };
         self.has_new_airspace |= enforced.airspace_changed;
-        if let Some(opened) = self.opened.as_ref().filter(|_| enforced.has_opened) {
-            opened.tell();
-        }
+        self.has_opened |= enforced.has_opened;
         let batch = Batch {
             done: enforced.done,
             askers,
@@ -335,9 +335,7 @@ impl WriterLoop {
         let snapshot = self.publish(now);
         let replies = self.state.replies(batch.done, detours);
         self.answer(replies, batch.askers, snapshot);
-        if std::mem::take(&mut self.has_new_airspace) {
-            self.tables.renew();
-        }
+        self.use_idle_cores();
         while self.state.has_waiting() {
             let watch = &self.watch;
             self.state
@@ -360,19 +358,34 @@ impl WriterLoop {
             WaveState::Committing(wave, from) => self.commit(&wave, from, inbox),
             begun @ WaveState::Begun(_) => self.wave = begun,
         }
-        let (WaveState::Idle, Some(workers)) = (&self.wave, &self.workers) else {
+        if !matches!(self.wave, WaveState::Idle) {
+            return;
+        }
+        if !self.state.has_waiting() {
+            self.use_idle_cores();
+        }
+        let Some(workers) = &self.workers else {
             return;
         };
-        // Tables are made of the airspace as it is once no plan waits for the cores.
-        if !self.state.has_waiting() && std::mem::take(&mut self.has_new_airspace) {
-            self.tables.renew();
-        }
         let now = self.clock.reading().now;
         if let Some(wave) = self.state.next_wave(self.world.load_full(), now) {
             let wave = Arc::new(wave);
             workers.begin(&wave);
             self.wave = WaveState::Begun(wave);
             self.waiting.for_this_wave = std::mem::take(&mut self.waiting.for_next_wave);
+        }
+    }
+
+    /// No plan waits for the cores: tables are made of the airspace as it is, and better plans are looked for.
+    fn use_idle_cores(&mut self) {
+        if std::mem::take(&mut self.has_new_airspace) {
+            self.tables.renew();
+        }
+        if let Some(opened) = &self.opened {
+            let has_more = opened.takes_up();
+            if std::mem::take(&mut self.has_opened) || has_more {
+                opened.tell();
+            }
         }
     }
 
