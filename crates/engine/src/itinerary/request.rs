@@ -111,7 +111,7 @@ impl Limits<'_> {
 
     /// Bounds for one of many plans that are made anew together.
     pub fn of_replanning(checks_per_s: f64) -> Self {
-        Self::within(0.005, checks_per_s)
+        Self::within(0.002, checks_per_s)
     }
 
     /// One part in so many, for each of several searches; enough to find a plan where little is in the way.
