@@ -209,6 +209,9 @@ impl<'a> Leg<'a> {
             expected.either_way = true;
             expected.ways.push(self.on(at));
         }
+        if on && back && !expected.either_way {
+            expected.spare = Some(self.on(at));
+        }
         if back {
             expected.ways.push(self.back(latest, overrun_m));
         } else if !on {
