@@ -4,7 +4,8 @@ use super::expander::Expander;
 use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{
-    Effort, FlightAnswer, FlightRequest, Objective, Step, Unproved, Value, close, reopen,
+    Effort, FlightAnswer, FlightRequest, FlightWorld, Objective, Step, Unproved, Value, close,
+    reopen,
 };
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::search::{Most, has_spent};
@@ -168,8 +169,12 @@ fn fly_on(
         stopped_by: None,
     };
     for (mode, share) in [(Mode::Earlier, 2), (Mode::Exact, 1)] {
+        let request = FlightRequest {
+            deadline_s: ends_by_s(terms, best),
+            ..request.clone()
+        };
         let mut run = Run {
-            terms: *terms,
+            terms: Expander::new(terms.world, &request, terms.potentials),
             mode,
             goal,
             scratch: &mut *scratch,
@@ -192,6 +197,31 @@ fn fly_on(
     }
     reopen(&mut scratch.closed, request.closed_segments);
     (best, end.bound, end.stopped_by)
+}
+
+/// No flight that is better ends later, nor would a stop where it lands: there is none on the way, so that each second draws on
+/// the battery. Who stands may wait before.
+fn ends_by_s(terms: &Expander<'_>, best: Value) -> f64 {
+    let starts = terms.request.starts;
+    let (mut last_s, mut most) = (f64::NEG_INFINITY, 0.0_f64);
+    for start in starts {
+        if start.on_ground {
+            return f64::INFINITY;
+        }
+        let above_reserve = start.battery - terms.request.reserve;
+        last_s = last_s.max(start.at_s);
+        most = most.max(above_reserve.min(best.weight - terms.start_weight(start)));
+    }
+    let FlightWorld {
+        legs,
+        rules,
+        topology,
+        ..
+    } = *terms.world;
+    let verticals_s = topology.nodes().map(|node| legs.vertical_s(node));
+    // Sums of times in another order differ by less than the second beside them.
+    let stop_s = rules.stop_s.max(rules.swap_s) + 2.0 * verticals_s.fold(0.0, f64::max) + 1.0;
+    last_s + most / legs.least_draw_per_s() + stop_s
 }
 
 /// What there may be at the end of a run that takes one part in so many of what is left.

@@ -97,7 +97,8 @@ impl ReleaseTimes {
         self.collect_entries(terms, active, best);
         self.collect_take_offs(terms, active, best);
         let (pads, legs) = (terms.world.pads, terms.world.legs);
-        for node in pads.nodes_with_stays() {
+        let nodes = pads.nodes_with_stays();
+        for node in nodes.filter(|&node| may_lead_on(terms, best, node)) {
             let handling_s = terms.handling_s(node);
             let vertical_s = legs.vertical_s(node);
             for (rises_s, until_s) in pads.rises(node) {
