@@ -22,7 +22,7 @@ use super::store::{
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
-use super::writer::{Unanswered, Watch, WaveState, Writer, WriterLoop, WriterStep};
+use super::writer::{Unanswered, Watch, WaveState, WhenIdle, Writer, WriterLoop, WriterStep};
 use crate::clock::Clock;
 use crate::config::PackKeys;
 use crate::network::Topology;
@@ -255,8 +255,7 @@ impl Opening {
             watch: self.watch,
             workers: None,
             wave: WaveState::default(),
-            has_new_airspace: false,
-            has_opened: false,
+            when_idle: WhenIdle::default(),
             waiting: Unanswered::default(),
         };
         let edge = Arc::new(Edge {

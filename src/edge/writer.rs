@@ -103,11 +103,17 @@ pub(super) struct WriterLoop {
     /// The threads that look at plans; none where the writer works in place.
     pub(super) workers: Option<Workers>,
     pub(super) wave: WaveState,
-    /// Whether the airspace has changed since tables were last made.
-    pub(super) has_new_airspace: bool,
-    /// Whether anything has opened since better plans were last looked for.
-    pub(super) has_opened: bool,
+    pub(super) when_idle: WhenIdle,
     pub(super) waiting: Unanswered,
+}
+
+/// What is done once no plan waits for the cores.
+#[derive(Debug, Default)]
+pub(super) struct WhenIdle {
+    /// Whether the airspace has changed since tables were last made.
+    has_new_airspace: bool,
+    /// Whether anything has opened since better plans were last looked for.
+    has_opened: bool,
 }
 
 /// The wave that plans are in, if any.
@@ -308,8 +314,8 @@ impl WriterLoop {
             Some(snapshot) if !has_met => snapshot,
             _ => self.publish(now),
         };
-        self.has_new_airspace |= enforced.airspace_changed;
-        self.has_opened |= enforced.has_opened;
+        self.when_idle.has_new_airspace |= enforced.airspace_changed;
+        self.when_idle.has_opened |= enforced.has_opened;
         let batch = Batch {
             done: enforced.done,
             askers,
@@ -378,12 +384,16 @@ impl WriterLoop {
 
     /// No plan waits for the cores: tables are made of the airspace as it is, and better plans are looked for.
     fn use_idle_cores(&mut self) {
-        if std::mem::take(&mut self.has_new_airspace) {
+        let WhenIdle {
+            has_new_airspace,
+            has_opened,
+        } = std::mem::take(&mut self.when_idle);
+        if has_new_airspace {
             self.tables.renew();
         }
         if let Some(opened) = &self.opened {
-            let has_more = opened.takes_up();
-            if std::mem::take(&mut self.has_opened) || has_more {
+            let is_taken_up = opened.takes_up();
+            if has_opened || is_taken_up {
                 opened.tell();
             }
         }

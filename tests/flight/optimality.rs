@@ -2,7 +2,8 @@
 
 use crate::events::{Events, Outcome, beats};
 use crate::grid::Grid;
-use crate::world::{Kind, World, closed_for_good, crowded, large_world, world};
+use crate::world::{Draw, Kind, World, crowded, large_world, world};
+use skyway::flight::TimedClosure;
 use skyway::itinerary::{FlightAnswer, Limits, Objective, Step, Value};
 use std::ops::Range;
 
@@ -22,6 +23,27 @@ fn seeds() -> Range<u64> {
 fn more_seeds() -> Range<u64> {
     let Range { start, end } = seeds();
     start..MORE * end
+}
+
+/// A world where about a third of the segments, and in half of the worlds a node, are closed for as long as a request lasts.
+fn closed_for_good(seed: u64, mut world: World) -> World {
+    let mut draw = Draw::new(seed.wrapping_mul(31));
+    let topology = world.topology.clone();
+    let nodes = topology.nodes().filter(|_| draw.chance(0.1)).take(1);
+    let nodes = nodes.collect();
+    let segments = topology.segments().filter(|_| draw.chance(0.3));
+    world.situation.closures.push(TimedClosure {
+        from_s: f64::NEG_INFINITY,
+        until_s: match seed % 2 {
+            0 => f64::INFINITY,
+            _ => world.deadline_s + 1.0,
+        },
+        segments: segments.collect(),
+        nodes,
+        pads: Vec::new(),
+        widened: seed.is_multiple_of(3),
+    });
+    world
 }
 
 fn outcome(value: Value) -> Option<Outcome> {

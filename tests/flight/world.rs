@@ -194,27 +194,6 @@ pub(crate) fn world(seed: u64, kind: Kind) -> World {
     world_of(seed, kind, nodes, draw)
 }
 
-/// A world where about a third of the segments, and in half of the worlds a node, are closed for as long as a request lasts.
-pub(crate) fn closed_for_good(seed: u64, mut world: World) -> World {
-    let mut draw = Draw::new(seed.wrapping_mul(31));
-    let topology = world.topology.clone();
-    let nodes = topology.nodes().filter(|_| draw.chance(0.1)).take(1);
-    let nodes = nodes.collect();
-    let segments = topology.segments().filter(|_| draw.chance(0.3));
-    world.situation.closures.push(TimedClosure {
-        from_s: f64::NEG_INFINITY,
-        until_s: match seed % 2 {
-            0 => f64::INFINITY,
-            _ => world.deadline_s + 1.0,
-        },
-        segments: segments.collect(),
-        nodes,
-        pads: Vec::new(),
-        widened: seed.is_multiple_of(3),
-    });
-    world
-}
-
 /// A world where a drone comes flying and the segments at the destination are full of others. In half of these worlds no pad is
 /// free, so that it has to come later by flying more.
 pub(crate) fn crowded(seed: u64, mut world: World) -> World {

@@ -4,77 +4,38 @@
 
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::memory::Queued;
+use super::memory::{Queued, ReachedFromBothEnds};
 use super::potentials::Potentials;
-use super::request::Value;
 use crate::airspace::Bits;
 use crate::flight::FlightStart;
 use crate::network::{NodeIx, SegmentIx};
-use std::collections::BinaryHeap;
-
-/// The nodes that can be reached from the starts, and those from which the destination can be: both grow in turn until they
-/// meet or one of them is complete, so that a small enclosed part is found out soon, whichever end lies in it.
-#[derive(Debug)]
-pub(super) struct ReachedFromBothEnds {
-    onwards: Reached,
-    backwards: Reached,
-    intervals: Vec<(f64, f64)>,
-}
-
-#[derive(Debug)]
-struct Reached {
-    nodes: Bits,
-    listed: Vec<NodeIx>,
-    /// Those whose legs are still to be looked at, the most promising first.
-    queue: BinaryHeap<Queued>,
-}
-
-impl Reached {
-    /// Room for so many nodes.
-    fn none(node_count: usize) -> Self {
-        Self {
-            nodes: Bits::empty(node_count),
-            listed: Vec::new(),
-            queue: BinaryHeap::new(),
-        }
-    }
-
-    fn clear(&mut self) {
-        self.queue.clear();
-        for node in self.listed.drain(..) {
-            self.nodes.remove(node.0);
-        }
-    }
-
-    fn add(&mut self, node: NodeIx, left: f64) {
-        if left.is_finite() && self.nodes.insert(node.0) {
-            self.listed.push(node);
-            let key = Value {
-                weight: left,
-                arrives_s: 0.0,
-            };
-            self.queue.push(Queued { key, label: node.0 });
-        }
-    }
-}
 
 impl ReachedFromBothEnds {
-    /// Room for a network of so many nodes.
-    pub(super) fn for_nodes(node_count: usize) -> Self {
-        Self {
-            onwards: Reached::none(node_count),
-            backwards: Reached::none(node_count),
-            intervals: Vec::new(),
+    /// False where no leg that is open at some time leads on from any start, or to the destination: most often that is what
+    /// parts them.
+    pub(super) fn have_open_legs(&mut self, terms: &Expander<'_>, closed: &Bits) -> bool {
+        let legs = terms.world.legs;
+        let destination = terms.request.destination;
+        if starts(terms).any(|start| start.node == destination) {
+            return true;
         }
+        let intervals = &mut self.intervals;
+        let mut is_open = |leg: u32| {
+            may_be_flown(terms, closed, leg) && is_ever_open(terms, leg, &mut *intervals)
+        };
+        let leads_on = starts(terms).any(|start| legs.from(start.node).any(&mut is_open));
+        leads_on
+            && legs
+                .from(destination)
+                .any(|leg| is_open(legs.leg(leg).twin))
     }
 
     /// False where no leg that is open at some time leads on from what can be reached from the starts, or to what the
-    /// destination can be reached from. Looks at the legs of at most so many nodes from either end, and counts them.
+    /// destination can be reached from. Counts the legs looked at.
     pub(super) fn meet(
         &mut self,
         terms: &Expander<'_>,
         closed: &Bits,
-        at_most: usize,
         looked_at: &mut usize,
     ) -> bool {
         self.onwards.clear();
@@ -88,7 +49,7 @@ impl ReachedFromBothEnds {
             self.onwards
                 .add(start.node, terms.potentials.from(start.node).time_s);
         }
-        for _ in 0..at_most {
+        loop {
             for is_onwards in [true, false] {
                 match self.look_on(terms, closed, is_onwards, looked_at) {
                     Look::HaveMet => return true,
@@ -97,7 +58,6 @@ impl ReachedFromBothEnds {
                 }
             }
         }
-        true
     }
 
     fn look_on(

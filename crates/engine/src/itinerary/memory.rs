@@ -2,7 +2,6 @@
 
 use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
-use super::joined::ReachedFromBothEnds;
 use super::release_times::ReleaseTimes;
 use super::request::Value;
 use crate::airspace::Bits;
@@ -95,6 +94,65 @@ pub(super) struct Descent {
     pub(super) family: ChargingLabel,
     pub(super) how: How,
     pub(super) parent: u32,
+}
+
+/// The nodes that can be reached from the starts, and those from which the destination can be: both grow in turn until they
+/// meet or one of them is complete, so that a small enclosed part is found out soon, whichever end lies in it.
+#[derive(Debug)]
+pub(super) struct ReachedFromBothEnds {
+    pub(super) onwards: Reached,
+    pub(super) backwards: Reached,
+    pub(super) intervals: Vec<(f64, f64)>,
+}
+
+/// Nodes that were reached from one end.
+#[derive(Debug)]
+pub(super) struct Reached {
+    pub(super) nodes: Bits,
+    listed: Vec<NodeIx>,
+    /// Those whose legs are still to be looked at, the most promising first.
+    pub(super) queue: BinaryHeap<Queued>,
+}
+
+impl Reached {
+    /// Room for so many nodes.
+    fn none(node_count: usize) -> Self {
+        Self {
+            nodes: Bits::empty(node_count),
+            listed: Vec::new(),
+            queue: BinaryHeap::new(),
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.queue.clear();
+        for node in self.listed.drain(..) {
+            self.nodes.remove(node.0);
+        }
+    }
+
+    /// Adds a node from which so much is left at least, unless it is there or nothing leads on.
+    pub(super) fn add(&mut self, node: NodeIx, left: f64) {
+        if left.is_finite() && self.nodes.insert(node.0) {
+            self.listed.push(node);
+            let key = Value {
+                weight: left,
+                arrives_s: 0.0,
+            };
+            self.queue.push(Queued { key, label: node.0 });
+        }
+    }
+}
+
+impl ReachedFromBothEnds {
+    /// Room for a network of so many nodes.
+    pub(super) fn for_nodes(node_count: usize) -> Self {
+        Self {
+            onwards: Reached::none(node_count),
+            backwards: Reached::none(node_count),
+            intervals: Vec::new(),
+        }
+    }
 }
 
 /// The memory of searches on one topology. One thread uses it at a time.

@@ -8,7 +8,6 @@ use super::active_traffic::ActiveTraffic;
 use super::closed_windows::{ClosedWindow, ClosedWindows};
 use super::entry::{Entry, Leaving};
 use super::occupancy::OthersOccupancy;
-use super::release_times::join;
 use super::request::FlightWorld;
 use super::separation::Nearness;
 use crate::flight::{FlightRules, Situation, TrafficLeg};
@@ -276,4 +275,16 @@ impl Obstacles {
             segments.dedup();
         }
     }
+}
+
+/// Joins open intervals that overlap; where two touch, that instant is open.
+pub(super) fn join(intervals: &mut Vec<(f64, f64)>) {
+    intervals.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+    intervals.dedup_by(|next, joined| {
+        let overlap = next.0 < joined.1;
+        if overlap {
+            joined.1 = joined.1.max(next.1);
+        }
+        overlap
+    });
 }

@@ -8,6 +8,7 @@ use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
+use super::obstacles::join;
 use super::request::{Objective, Value};
 use crate::flight::FlightLegs;
 use crate::geo::Point;
@@ -388,18 +389,6 @@ fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
         starts.fold(f64::INFINITY, f64::min),
         terms.request.deadline_s,
     )
-}
-
-/// Joins open intervals that overlap; where two touch, that instant is open.
-pub(super) fn join(intervals: &mut Vec<(f64, f64)>) {
-    intervals.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
-    intervals.dedup_by(|next, joined| {
-        let overlap = next.0 < joined.1;
-        if overlap {
-            joined.1 = joined.1.max(next.1);
-        }
-        overlap
-    });
 }
 
 /// True where something better could come by a node: by the straight line from a start and the

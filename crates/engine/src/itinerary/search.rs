@@ -23,8 +23,6 @@ pub(super) const LAST_ROUND_SHARE: usize = 4;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
-/// Nodes next to either end that are looked at before it: what encloses one of them is there.
-const NEAR_NODES: usize = 4;
 /// It takes at most one check in so many.
 const PROBE_SHARE: usize = 8;
 
@@ -164,7 +162,7 @@ impl<'a, 's> Search<'a, 's> {
     /// The cheap steps of the first round: where they settle nothing, it is certain that some way is open at some time.
     fn first_tries(&mut self) -> Tried {
         match self.tries() {
-            Tried::Unsettled if !self.is_joined(usize::MAX) => self.settled(Step::Hovering),
+            Tried::Unsettled if !self.is_joined() => self.settled(Step::Hovering),
             tried => tried,
         }
     }
@@ -221,7 +219,7 @@ impl<'a, 's> Search<'a, 's> {
         }
         // Which others count makes no difference.
         let is_first = self.least == Value::LEAST;
-        if is_first && !self.is_joined(NEAR_NODES) {
+        if is_first && !self.has_open_legs() {
             return self.settled(Step::Hovering);
         }
         if self.earlier(PROBE_LABELS, PROBE_SHARE) {
@@ -326,15 +324,23 @@ impl<'a, 's> Search<'a, 's> {
         is_certain && self.best != Value::NONE && (left == Value::LEAST || !left.beats(self.best))
     }
 
-    /// False where it is certain that no way leads to the destination, by at most so many nodes from either end.
-    fn is_joined(&mut self, at_most: usize) -> bool {
+    /// False where a start or the destination is enclosed by closures, so that there certainly is no plan.
+    fn has_open_legs(&mut self) -> bool {
+        let ItineraryScratch {
+            both_ends, closed, ..
+        } = &mut *self.scratch;
+        self.best != Value::NONE || both_ends.have_open_legs(&self.terms, closed)
+    }
+
+    /// False where it is certain that no way leads to the destination.
+    fn is_joined(&mut self) -> bool {
         if self.best != Value::NONE {
             return true;
         }
         let ItineraryScratch {
             both_ends, closed, ..
         } = &mut *self.scratch;
-        both_ends.meet(&self.terms, closed, at_most, &mut self.effort.checks)
+        both_ends.meet(&self.terms, closed, &mut self.effort.checks)
     }
 
     /// The relaxation, and its plan held against the windows; true where that settles it.
