@@ -137,6 +137,11 @@ def late(plan: str = "late", **told) -> dict:
     return version(plan, [leg("c", "d", 430)], sent_s=300, **told)
 
 
+def unseparated(*more: dict) -> list[dict]:
+    """A drone that follows another one too near, and says so."""
+    return bent(version("four", [leg("c", "d", 420)], flags=["unseparated"]), *more)
+
+
 SEPARATION = [
     ("headway", bent(version("four", [leg("c", "d", 420)]))),
     ("head_on", bent(version("four", [leg("d", "c", 450)]))),
@@ -144,6 +149,8 @@ SEPARATION = [
     ("node", bent(version("four", [leg("b", "a", 502)]))),
     ("crossing", bent(
         version("four", [{**leg("a", "c", 430), "geometry": [[0, 1000, 55], [1000, 1000, 55]], "segment": "over"}]))),
+    ("headway", unseparated()),
+    ("flagged", unseparated(event("alarm_raised", 20, {"alarm": {"kind": "unseparated", "plan_id": "four"}}))),
 ]
 ZONES = [
     ("zone", bent(zone("late", 299, [500, 1000], 30), late())),

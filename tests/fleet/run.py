@@ -30,6 +30,7 @@ WORDS = {
     "pad": "pads taken twice at once",
     "node": "pairs at a node within 5 s",
     "crossing": "pairs nearer than 20 m and 10 m elsewhere",
+    "flagged": "pairs too near of a version that is flagged `unseparated`, with its alarm",
     "zone": "versions that lead through a zone in force",
     "untold": "plans that a zone meets and no outcome names it",
     "told_twice": "outcomes told twice",
@@ -39,6 +40,8 @@ WORDS = {
 }
 # Of the single closures, that packs have to cover.
 COVERED_PERCENT = 90.0
+# What is told and has no goal: there was no other way.
+TOLD = ("flagged",)
 # The traffic of drones that fly by distance is named and not avoided.
 TOLD_BY_DISTANCE = ("headway", "head_on", "pad", "node", "crossing")
 
@@ -77,7 +80,7 @@ def judge(record: Record, minutes: list[float] | None) -> int:
     missed = 0
     for rule, words in WORDS.items():
         count = len(faults[rule])
-        is_told_only = not record.run.get("airframe") and rule in TOLD_BY_DISTANCE
+        is_told_only = rule in TOLD or (not record.run.get("airframe") and rule in TOLD_BY_DISTANCE)
         goal, verdict = ("", "") if is_told_only else ("0", "**missed**" if count else "met")
         missed |= verdict == "**missed**"
         print(f"| {words} | {goal} | {count} | {verdict} |")

@@ -32,7 +32,18 @@ def judge(record: Record, from_s: float = -math.inf, until_s: float = math.inf) 
     flown = record.flown()
     moves = [move for version in flown for move in version.flown() if move.enters_s < until_s and move.until_s > from_s]
     faults = on_segments(moves) + on_pads(flown) + at_nodes(moves) + at_crossings(moves, from_s, until_s)
-    return sorted(fault for fault in faults if from_s <= fault.at_s <= until_s)
+    faults = [said(record, fault) for fault in faults if from_s <= fault.at_s <= until_s]
+    return sorted(faults)
+
+
+def said(record: Record, fault: Fault) -> Fault:
+    """Of a rule of its own where one of the two flies a version that says that it comes too near others, with an alarm."""
+    alarmed = {alarm.get("plan_id") for alarm in record.alarms if alarm["kind"] == "unseparated"}
+    for version in record.flown():
+        if version.plan in alarmed.intersection(fault.plans) and "unseparated" in version.flags:
+            if version.from_s <= fault.at_s <= version.until_s:
+                return dataclasses.replace(fault, rule="flagged")
+    return fault
 
 
 def on_segments(moves: list[Move]) -> list[Fault]:
