@@ -73,6 +73,14 @@ def the_example_lands_though_its_edge_is_killed_in_flight(binary, folder):
     return f"{sum('the line broke' in line for line in lines)} broken lines"
 
 
+def bare(version):
+    """A version without its contingencies, which may be worked out between two times that it is told."""
+    for leg in version.legs:
+        leg.ClearField("if_closed")
+        leg.ClearField("alternate")
+    return version
+
+
 @in_folder
 def a_version_is_told_again_over_a_broken_line_and_a_crash_and_taken_once(binary, folder):
     edge = Edge(binary, folder).start()
@@ -85,7 +93,7 @@ def a_version_is_told_again_over_a_broken_line_and_a_crash_and_taken_once(binary
     line = Line(edge).listen()
     line.hello("d1", ends=welcome.session_id, received=first.id)
     again = line.version()
-    assert (again.id, again.version) == (first.id, first.version)
+    assert (again.id, bare(again.version)) == (first.id, bare(first.version))
     edge.kill()
     assert line.ended.wait(WAIT_S)
     edge.start()
