@@ -13,10 +13,16 @@ use skyway::itinerary::{
 };
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use skyway::verify::{FlightFault, FlightPremises, verify_flight};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Times of the grid worlds are multiples of this, in seconds.
 pub(crate) const GRID_S: f64 = 30.0;
+
+thread_local! {
+    /// One for all worlds of a test, as many of them have as many nodes and segments: what was asked before must not count.
+    static SCRATCH: RefCell<Option<ItineraryScratch>> = const { RefCell::new(None) };
+}
 
 /// Random choices from a seed.
 pub(crate) struct Draw(ChaCha8Rng);
@@ -175,15 +181,17 @@ impl World {
         };
         let nodes = self.topology.node_count();
         let potentials = Potentials::of(&legs, nodes, self.destination, objective);
-        let mut scratch = ItineraryScratch::new(&self.topology);
         let request = FlightRequest {
             limits,
             ..self.request(objective)
         };
-        match plainly {
-            true => find_plainly(&world, &request, &potentials, &mut scratch),
-            false => find(&world, &request, &potentials, &mut scratch),
-        }
+        SCRATCH.with_borrow_mut(|scratch| {
+            let scratch = scratch.get_or_insert_with(|| ItineraryScratch::new(&self.topology));
+            match plainly {
+                true => find_plainly(&world, &request, &potentials, scratch),
+                false => find(&world, &request, &potentials, scratch),
+            }
+        })
     }
 }
 

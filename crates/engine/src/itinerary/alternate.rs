@@ -84,7 +84,7 @@ fn find_landing(
         destination: first.node,
         ..request.clone()
     };
-    scratch.fit(world.topology);
+    scratch.begin(world.topology);
     let potentials = Potentials::nowhere(nodes, Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
     let mut effort = Effort::default();

@@ -83,7 +83,7 @@ pub(super) fn causes(
         objective: Objective::Time,
         ..request.clone()
     };
-    scratch.fit(world.topology);
+    scratch.begin(world.topology);
     close(&mut scratch.closed, request.closed_segments);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Time);
     let terms = Expander::new(&world, &request, &potentials);

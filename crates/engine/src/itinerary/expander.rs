@@ -7,6 +7,7 @@
 use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
+use super::forbidden_times::ForbiddenTimes;
 use super::memory::How;
 use super::potentials::{Potentials, energy_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
@@ -50,6 +51,7 @@ pub(super) struct SearchBuffers<'r> {
     pub(super) closed: &'r Bits,
     pub(super) active: &'r ActiveTraffic,
     pub(super) intervals: &'r mut Vec<(f64, f64)>,
+    pub(super) forbidden: &'r mut ForbiddenTimes,
     pub(super) offers: &'r mut Vec<(ChargingLabel, How)>,
 }
 
@@ -61,6 +63,18 @@ impl SearchBuffers<'_> {
     #[inline]
     pub(super) fn checks_of_flight(&self) -> usize {
         CHECKS_PER_FLIGHT + self.intervals.len()
+    }
+
+    /// The times at which a leg may not be entered, in place of the intervals.
+    fn forbid(
+        &mut self,
+        terms: &Expander<'_>,
+        (entry, leg, period): (Entry, u32, usize),
+        within_s: (f64, f64),
+    ) {
+        let flight = (entry, leg, period);
+        self.forbidden
+            .put(terms, self.active, flight, within_s, self.intervals);
     }
 }
 
@@ -249,11 +263,8 @@ impl<'a> Expander<'a> {
                 leaving: departure.leaving,
                 takes_off: departure.takes_off,
             };
-            room.intervals.clear();
             let within_s = (piece.lo_s, piece.hi_s);
-            let began_s = self.request.began_s;
-            let there = (entry, room.active);
-            obstacles.forbidden(self.world, began_s, there, within_s, room.intervals);
+            room.forbid(self, (entry, leg, period), within_s);
             self.fly_between(piece, leg, period, room);
         }
     }
@@ -279,8 +290,6 @@ impl<'a> Expander<'a> {
         period: usize,
         room: &mut SearchBuffers<'_>,
     ) {
-        room.intervals
-            .sort_by(|one, other| one.0.total_cmp(&other.0));
         let mut open_from_s = family.lo_s;
         for place in 0..room.intervals.len() {
             let (from_s, until_s) = room.intervals[place];
@@ -350,11 +359,7 @@ impl<'a> Expander<'a> {
                 takes_off: false,
             };
             let within_s = (entered_s, f64::INFINITY);
-            let began_s = self.request.began_s;
-            let there = (entry, room.active);
-            obstacles.forbidden(self.world, began_s, there, within_s, room.intervals);
-            room.intervals
-                .sort_by(|one, other| one.0.total_cmp(&other.0));
+            room.forbid(self, (entry, leg, 0), within_s);
             for &(from_s, until_s) in room.intervals.iter() {
                 if from_s < entered_s && entered_s < until_s {
                     entered_s = until_s;

@@ -2,6 +2,7 @@
 
 use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
+use super::forbidden_times::ForbiddenTimes;
 use super::release_times::ReleaseTimes;
 use super::request::Value;
 use crate::airspace::Bits;
@@ -166,6 +167,7 @@ pub struct ItineraryScratch {
     pub(super) walked: Vec<Descent>,
     pub(super) offers: Vec<(ChargingLabel, How)>,
     pub(super) intervals: Vec<(f64, f64)>,
+    pub(super) forbidden: ForbiddenTimes,
     pub(super) openings: ReleaseTimes,
     pub(super) closed: Bits,
     pub(super) active: ActiveTraffic,
@@ -198,7 +200,8 @@ impl ItineraryScratch {
             walked: Vec::new(),
             offers: Vec::new(),
             intervals: Vec::new(),
-            openings: ReleaseTimes::default(),
+            forbidden: ForbiddenTimes::default(),
+            openings: ReleaseTimes::for_nodes(topology.node_count()),
             closed: Bits::empty(topology.segment_count()),
             active: ActiveTraffic::nowhere(topology),
             both_ends: ReachedFromBothEnds::for_nodes(topology.node_count()),
@@ -210,12 +213,13 @@ impl ItineraryScratch {
         }
     }
 
-    /// Makes room again where the topology is another one than before.
-    pub fn fit(&mut self, topology: &Topology) {
+    /// Begins a request: makes room again where the topology is another one than before.
+    pub(super) fn begin(&mut self, topology: &Topology) {
         let counts = (topology.node_count(), topology.segment_count());
         if (self.heads.len(), self.segments) != counts {
             *self = Self::new(topology);
         }
+        self.forbidden.clear();
     }
 
     /// Forgets the labels of the search before.

@@ -15,6 +15,7 @@ mod decision;
 mod entry;
 mod expander;
 mod figures;
+mod forbidden_times;
 mod in_the_way;
 mod joined;
 mod lower_bounds;

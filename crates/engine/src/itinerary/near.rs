@@ -46,7 +46,7 @@ pub fn find_near(
         reserve: FlightRequest::NO_RESERVE,
         ..request.clone()
     };
-    scratch.fit(world.topology);
+    scratch.begin(world.topology);
     let potentials = Potentials::nowhere(world.topology.node_count(), Objective::Energy);
     let terms = Expander::new(&world, &request, &potentials);
     if is_among_others {

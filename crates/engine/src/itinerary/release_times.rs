@@ -8,11 +8,12 @@ use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::obstacles::join;
+use super::forbidden_times::ForbiddenTimes;
+use super::potentials::Remaining;
 use super::request::{Objective, Value};
-use crate::flight::FlightLegs;
 use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
+use std::ops::Range;
 
 /// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to
 /// stay below them.
@@ -52,12 +53,17 @@ struct There {
     stop_s: f64,
 }
 
-/// The openings that a request may use, by time. They are collected when the first of them is asked
-/// for.
+/// The openings that a request may use. Those at a node are collected when it is first asked for them, and all others once
+/// those near at hand part no two families.
 #[derive(Debug)]
 pub(super) struct ReleaseTimes {
-    by_time: Vec<Opening>,
-    is_collected: bool,
+    openings: Vec<Opening>,
+    /// By node: where its openings are, by time, in a generation.
+    of_nodes: Vec<(u32, Range<u32>)>,
+    generation: u32,
+    /// All of them by time, once they are collected.
+    by_time: Vec<(f64, u32)>,
+    is_complete: bool,
     intervals: Vec<(f64, f64)>,
     segments: Vec<u32>,
     /// By node, modulo the length: the opening that last parted two families there, which often
@@ -67,161 +73,171 @@ pub(super) struct ReleaseTimes {
     stops_s: Vec<f64>,
 }
 
-impl Default for ReleaseTimes {
-    fn default() -> Self {
+/// What openings are collected for.
+struct Wanted<'a> {
+    terms: &'a Expander<'a>,
+    active: &'a ActiveTraffic,
+    forbidden: &'a mut ForbiddenTimes,
+    /// A plan through one of them could still beat this.
+    best: Value,
+}
+
+impl ReleaseTimes {
+    /// Room for a network of so many nodes.
+    pub(super) fn for_nodes(node_count: usize) -> Self {
         Self {
+            openings: Vec::new(),
+            of_nodes: vec![(0, 0..0); node_count],
+            generation: 1,
             by_time: Vec::new(),
-            is_collected: false,
+            is_complete: false,
             intervals: Vec::new(),
             segments: Vec::new(),
             parted_by: [0; PARTED_BY],
             stops_s: Vec::new(),
         }
     }
-}
 
-impl ReleaseTimes {
     /// Forgets the request before, so that what a search costs does not depend on what was asked earlier.
     pub(super) fn clear(&mut self) {
-        self.by_time.clear();
+        self.openings.clear();
+        self.stops_s.clear();
         self.parted_by = [0; PARTED_BY];
-        self.is_collected = false;
+        self.is_complete = false;
+        self.generation = self.generation.wrapping_add(1);
+        if self.generation == 0 {
+            self.of_nodes.fill((0, 0..0));
+            self.generation = 1;
+        }
     }
 
-    /// Collects what opens, as far as a plan through it could still beat `best`.
-    fn collect(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
-        self.is_collected = true;
-        let steps = (0..STOPS_ENTRIES).map(|step| step as f64 / STOPS_STEPS);
-        self.stops_s.clear();
-        self.stops_s
-            .extend(steps.map(|missing| terms.stops_s(missing)));
-        self.collect_entries(terms, active, best);
-        self.collect_take_offs(terms, active, best);
-        let (pads, legs) = (terms.world.pads, terms.world.legs);
-        let nodes = pads.nodes_with_stays();
-        for node in nodes.filter(|&node| may_lead_on(terms, best, node)) {
-            let handling_s = terms.handling_s(node);
-            let vertical_s = legs.vertical_s(node);
-            for (rises_s, until_s) in pads.rises(node) {
-                // No stop takes less.
-                if until_s >= rises_s + handling_s - ROUNDING_S {
-                    let at_s = rises_s - vertical_s;
-                    let stop_s = handling_s + 2.0 * vertical_s;
-                    self.add(terms, best, node, (f64::NEG_INFINITY, at_s), stop_s);
-                }
-            }
+    /// Collects all that opens, as far as a plan through it could still beat the best.
+    fn complete(&mut self, wanted: &mut Wanted<'_>) {
+        self.is_complete = true;
+        let world = wanted.terms.world;
+        let mut segments = std::mem::take(&mut self.segments);
+        let obstacles = world.obstacles;
+        obstacles.list_segments(world.topology, wanted.active, &mut segments);
+        for &segment in &segments {
+            let ends = world.topology.segment(SegmentIx(segment));
+            self.collect_at(wanted, ends.from);
+            self.collect_at(wanted, ends.to);
         }
-        for &at_s in legs.changes_s() {
-            self.by_time.push(Opening {
+        self.segments = segments;
+        for node in wanted.active.nodes(world.topology) {
+            self.collect_at(wanted, node);
+        }
+        for node in world.pads.nodes_with_stays() {
+            self.collect_at(wanted, node);
+        }
+        for &at_s in world.legs.changes_s() {
+            self.openings.push(Opening {
                 shuts_s: f64::NEG_INFINITY,
                 at_s,
                 there: None,
             });
         }
+        self.by_time.clear();
+        let numbered = (0_u32..).zip(&self.openings);
         self.by_time
-            .sort_unstable_by(|one, other| one.at_s.total_cmp(&other.at_s));
+            .extend(numbered.map(|(number, opening)| (opening.at_s, number)));
+        self.by_time
+            .sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
     }
 
-    fn collect_entries(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
+    /// Collects what opens at a node, once; gives where it is.
+    fn collect_at(&mut self, wanted: &mut Wanted<'_>, node: NodeIx) -> Range<usize> {
+        let (generation, range) = &self.of_nodes[node.at()];
+        if *generation == self.generation {
+            return range.start as usize..range.end as usize;
+        }
+        let first = self.openings.len();
+        if let Some(at) = At::of(wanted, node) {
+            self.collect_entries(wanted, &at);
+            self.collect_take_offs(wanted, &at);
+            self.collect_pads(wanted, &at);
+            self.openings[first..].sort_unstable_by(|one, other| one.at_s.total_cmp(&other.at_s));
+        }
+        let range = first..self.openings.len();
+        self.of_nodes[node.at()] = (self.generation, range.start as u32..range.end as u32);
+        range
+    }
+
+    /// Legs that lead from a node.
+    fn collect_entries(&mut self, wanted: &mut Wanted<'_>, at: &At) {
+        let (terms, active) = (wanted.terms, wanted.active);
         let world = terms.world;
         let mut intervals = std::mem::take(&mut self.intervals);
-        let mut segments = std::mem::take(&mut self.segments);
         let within_s = usable_s(terms);
-        let obstacles = world.obstacles;
-        obstacles.list_segments(world.topology, active, &mut segments);
-        for &segment in &segments {
-            let ends = world.topology.segment(SegmentIx(segment));
-            for (from, to) in [(ends.from, ends.to), (ends.to, ends.from)] {
-                if !may_lead_on(terms, best, from) {
+        for leg in world.legs.from(at.node) {
+            let flight = world.legs.leg(leg);
+            let obstacles = world.obstacles;
+            if obstacles.is_clear(active, flight.segment, at.node, flight.to) {
+                continue;
+            }
+            for period in 0..=world.legs.changes_s().len() {
+                let cost = world.legs.cost(leg, period);
+                if !cost.is_flyable() {
+                    continue;
+                }
+                let entry = Entry {
+                    segment: flight.segment.0,
+                    from: at.node,
+                    to: flight.to,
+                    time_s: cost.time_s,
+                    leaving: Leaving::OnItsWay,
+                    takes_off: false,
+                };
+                let flight = (entry, leg, period);
+                if !at.is_start {
+                    let forbidden = wanted.forbidden.always(terms, active, flight).iter();
+                    self.openings
+                        .extend(forbidden.filter_map(|&forbidden| at.opening(forbidden, 0.0)));
                     continue;
                 }
                 // Who begins at a node is not bound by all that closes it: something may open while
                 // the node is closed.
-                let mut starts = terms.request.starts.iter();
-                let is_start = starts.any(|start| start.node == from);
-                for period in 0..=world.legs.changes_s().len() {
-                    let Some(time_s) = time_of(world.legs, from, segment, period) else {
-                        continue;
-                    };
-                    let entry = Entry {
-                        segment,
-                        from,
-                        to,
-                        time_s,
-                        leaving: Leaving::OnItsWay,
-                        takes_off: false,
-                    };
-                    intervals.clear();
-                    let began_s = terms.request.began_s;
-                    let there = (entry, active);
-                    obstacles.forbidden(world, began_s, there, within_s, &mut intervals);
-                    if !is_start {
-                        join(&mut intervals);
-                    }
-                    for &(shuts_s, opens_s) in &intervals {
-                        let shuts_s = if is_start { f64::NEG_INFINITY } else { shuts_s };
-                        self.add(terms, best, from, (shuts_s, opens_s), 0.0);
-                    }
-                }
+                intervals.clear();
+                let began_s = terms.request.began_s;
+                obstacles.forbidden(world, began_s, (entry, active), within_s, &mut intervals);
+                let opens = intervals
+                    .iter()
+                    .map(|&(_, opens_s)| (f64::NEG_INFINITY, opens_s));
+                self.openings
+                    .extend(opens.filter_map(|opening| at.opening(opening, 0.0)));
             }
         }
         self.intervals = intervals;
-        self.segments = segments;
     }
 
     /// Who takes off waits for those who pass the node, which those who pass it themselves do not.
-    fn collect_take_offs(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, best: Value) {
-        let world = terms.world;
-        if !world.keeps_apart() {
+    fn collect_take_offs(&mut self, wanted: &Wanted<'_>, at: &At) {
+        let world = wanted.terms.world;
+        if !world.keeps_apart() || !wanted.active.has_node(at.node) {
             return;
         }
-        let (separation, within_s) = (world.separation(), usable_s(terms));
         let others = world.obstacles.others();
-        for node in active.nodes(world.topology) {
-            let here = (node, 0.0);
-            separation.at_node(others, here, within_s, &mut |near| {
-                self.add(terms, best, node, (f64::NEG_INFINITY, near.until_s), 0.0);
+        let within_s = usable_s(wanted.terms);
+        let openings = &mut self.openings;
+        world
+            .separation()
+            .at_node(others, (at.node, 0.0), within_s, &mut |near| {
+                openings.extend(at.opening((f64::NEG_INFINITY, near.until_s), 0.0));
             });
-        }
     }
 
-    /// Keeps an opening at a node that can be reached before the deadline and could lead to
-    /// something better.
-    fn add(
-        &mut self,
-        terms: &Expander<'_>,
-        best: Value,
-        node: NodeIx,
-        (shuts_s, at_s): (f64, f64),
-        stop_s: f64,
-    ) {
-        let remaining = terms.potentials.from(node);
-        let place = terms.world.topology.position(node);
-        let request = terms.request;
-        let latest_s = request.deadline_s.min(match request.objective {
-            Objective::Time => best.arrives_s,
-            Objective::Distance | Objective::Energy => f64::INFINITY,
-        });
-        if !at_s.is_finite() || at_s + stop_s + remaining.time_s > latest_s {
-            return;
-        }
-        // Nobody is there earlier than by the straight line.
-        let is_reached = request.starts.iter().any(|start| {
-            let straight_m = terms.world.topology.position(start.node).distance_m(place);
-            start.at_s + (straight_m - ROUNDING_M).max(0.0) / terms.world.legs.fastest_mps() <= at_s
-        });
-        if is_reached && may_lead_on(terms, best, node) {
-            self.by_time.push(Opening {
-                shuts_s,
-                at_s,
-                there: Some(There {
-                    place,
-                    weight: remaining.weight,
-                    time_s: remaining.time_s,
-                    energy: remaining.energy,
-                    stop_s,
-                }),
-            });
+    fn collect_pads(&mut self, wanted: &Wanted<'_>, at: &At) {
+        let (pads, legs) = (wanted.terms.world.pads, wanted.terms.world.legs);
+        let handling_s = wanted.terms.handling_s(at.node);
+        let vertical_s = legs.vertical_s(at.node);
+        for (rises_s, until_s) in pads.rises(at.node) {
+            // No stop takes less.
+            if until_s >= rises_s + handling_s - ROUNDING_S {
+                let at_s = rises_s - vertical_s;
+                let stop_s = handling_s + 2.0 * vertical_s;
+                self.openings
+                    .extend(at.opening((f64::NEG_INFINITY, at_s), stop_s));
+            }
         }
     }
 
@@ -238,41 +254,140 @@ impl ReleaseTimes {
     /// `delta`; both are also at least what the tables differ by.
     pub(super) fn part(
         &mut self,
-        (terms, active): (&Expander<'_>, &ActiveTraffic),
+        (terms, active, forbidden): (&Expander<'_>, &ActiveTraffic, &mut ForbiddenTimes),
         node: NodeIx,
         earlier: &ChargingLabel,
         later: &ChargingLabel,
         best: Value,
         looked_at: &mut usize,
     ) -> bool {
-        if !self.is_collected {
-            self.collect(terms, active, best);
+        let mut wanted = Wanted {
+            terms,
+            active,
+            forbidden,
+            best,
+        };
+        if self.stops_s.is_empty() {
+            let steps = (0..STOPS_ENTRIES).map(|step| step as f64 / STOPS_STEPS);
+            self.stops_s
+                .extend(steps.map(|missing| terms.stops_s(missing)));
         }
-        let way_on = WayOn::new(terms, &self.stops_s, node, (earlier, later), best);
-        let last_s = later.hi_s + way_on.longest_s + ROUNDING_S;
-        let parted_by = &mut self.parted_by[node.at() % PARTED_BY];
+        let remembered = node.at() % PARTED_BY;
+        let stops_s = std::mem::take(&mut self.stops_s);
+        let way_on = WayOn::new(terms, &stops_s, node, (earlier, later), best);
         *looked_at += 1;
-        if let Some(opening) = self.by_time.get(*parted_by as usize)
-            && earlier.hi_s < opening.at_s
-            && opening.at_s <= last_s
-            && way_on.may_use(opening)
-        {
-            return true;
+        let parted_by = self.parted_by[remembered];
+        let is_parted = self
+            .openings
+            .get(parted_by as usize)
+            .is_some_and(|it| way_on.may_use(it));
+        let found = match is_parted {
+            true => Some(parted_by),
+            false => self.first_usable(&mut wanted, node, &way_on, looked_at),
+        };
+        self.stops_s = stops_s;
+        if let Some(opening) = found {
+            self.parted_by[remembered] = opening;
         }
-        let first = self
-            .by_time
-            .partition_point(|opening| opening.at_s <= earlier.hi_s);
-        for (place, opening) in self.by_time.iter().enumerate().skip(first) {
-            if opening.at_s > last_s {
-                return false;
+        found.is_some()
+    }
+
+    /// An opening that parts two families at a node: where traffic is dense one at the node itself or on the way down the tree
+    /// does, and most need never be collected.
+    fn first_usable(
+        &mut self,
+        wanted: &mut Wanted<'_>,
+        node: NodeIx,
+        way_on: &WayOn<'_>,
+        looked_at: &mut usize,
+    ) -> Option<u32> {
+        let (first_s, last_s) = way_on.usable_s();
+        if !self.is_complete {
+            let mut at = Some(node);
+            while let Some(node) = at {
+                let range = self.collect_at(wanted, node);
+                let there = &self.openings[range.clone()];
+                let first = there.partition_point(|opening| opening.at_s <= first_s);
+                let within = there[first..]
+                    .iter()
+                    .take_while(|opening| opening.at_s <= last_s);
+                for (opening, number) in within.zip(range.start + first..) {
+                    *looked_at += 1;
+                    if way_on.may_use(opening) {
+                        return Some(number as u32);
+                    }
+                }
+                let next = wanted.terms.potentials.next(node);
+                at = next.map(|leg| wanted.terms.world.legs.leg(leg).to);
             }
+            self.complete(wanted);
+        }
+        let first = self.by_time.partition_point(|&(at_s, _)| at_s <= first_s);
+        let mut within = self.by_time[first..]
+            .iter()
+            .take_while(|&&(at_s, _)| at_s <= last_s);
+        let found = within.find(|&&(_, number)| {
             *looked_at += 1;
-            if way_on.may_use(opening) {
-                *parted_by = place as u32;
-                return true;
-            }
+            way_on.may_use(&self.openings[number as usize])
+        });
+        found.map(|&(_, number)| number)
+    }
+}
+
+/// A node at which something may open.
+struct At {
+    node: NodeIx,
+    is_start: bool,
+    /// Nobody is there earlier.
+    earliest_s: f64,
+    /// Of no use later, for a stop of no time.
+    latest_s: f64,
+    place: Point,
+    remaining: Remaining,
+}
+
+impl At {
+    /// `None` where nothing better could come by the node.
+    fn of(wanted: &Wanted<'_>, node: NodeIx) -> Option<Self> {
+        let Wanted { terms, best, .. } = *wanted;
+        let request = terms.request;
+        if !may_lead_on(terms, best, node) {
+            return None;
         }
-        false
+        let place = terms.world.topology.position(node);
+        let by_s = request.starts.iter().map(|start| {
+            let straight_m = terms.world.topology.position(start.node).distance_m(place);
+            start.at_s + (straight_m - ROUNDING_M).max(0.0) / terms.world.legs.fastest_mps()
+        });
+        let remaining = *terms.potentials.from(node);
+        let latest_s = request.deadline_s.min(match request.objective {
+            Objective::Time => best.arrives_s,
+            Objective::Distance | Objective::Energy => f64::INFINITY,
+        });
+        Some(Self {
+            node,
+            is_start: request.starts.iter().any(|start| start.node == node),
+            earliest_s: by_s.fold(f64::INFINITY, f64::min),
+            latest_s: latest_s - remaining.time_s,
+            place,
+            remaining,
+        })
+    }
+
+    /// An opening that can be reached before the deadline.
+    fn opening(&self, (shuts_s, at_s): (f64, f64), stop_s: f64) -> Option<Opening> {
+        let is_in_time = at_s.is_finite() && at_s + stop_s <= self.latest_s;
+        (is_in_time && self.earliest_s <= at_s).then_some(Opening {
+            shuts_s,
+            at_s,
+            there: Some(There {
+                place: self.place,
+                weight: self.remaining.weight,
+                time_s: self.remaining.time_s,
+                energy: self.remaining.energy,
+                stop_s,
+            }),
+        })
     }
 }
 
@@ -342,8 +457,17 @@ impl<'a> WayOn<'a> {
         }
     }
 
+    /// Openings of use are later than the first of these instants, and not later than the last.
+    fn usable_s(&self) -> (f64, f64) {
+        let last_s = self.later_s + self.longest_s + ROUNDING_S;
+        (self.earlier_s, last_s)
+    }
+
     fn may_use(&self, opening: &Opening) -> bool {
         let missed_s = opening.at_s - self.earlier_s;
+        if missed_s <= 0.0 {
+            return false;
+        }
         let delta_s = (opening.shuts_s - self.earlier_s).max(opening.at_s - self.later_s);
         let Some(there) = &opening.there else {
             return delta_s - ROUNDING_S < self.longest_s;
@@ -400,13 +524,4 @@ fn may_lead_on(terms: &Expander<'_>, best: Value, node: NodeIx) -> bool {
         let straight_m = terms.world.topology.position(start.node).distance_m(place) - ROUNDING_M;
         straight_m * terms.weight_per_m() + remaining.weight <= best.weight
     })
-}
-
-/// Seconds on a segment from one of its ends in a period; `None` where it cannot be flown.
-fn time_of(legs: &FlightLegs, from: NodeIx, segment: u32, period: usize) -> Option<f64> {
-    let leg = legs
-        .from(from)
-        .find(|&leg| legs.leg(leg).segment.0 == segment)?;
-    let cost = legs.cost(leg, period);
-    cost.is_flyable().then_some(cost.time_s)
 }

@@ -313,6 +313,7 @@ impl Run<'_, '_> {
                 closed: &self.scratch.closed,
                 active: &self.scratch.active,
                 intervals: &mut self.scratch.intervals,
+                forbidden: &mut self.scratch.forbidden,
                 offers: &mut offers,
             };
             match self.mode {
@@ -333,6 +334,7 @@ impl Run<'_, '_> {
                 closed: &self.scratch.closed,
                 active: &self.scratch.active,
                 intervals: &mut self.scratch.intervals,
+                forbidden: &mut self.scratch.forbidden,
                 offers: &mut offers,
             };
             match self.mode {
@@ -478,10 +480,13 @@ impl Run<'_, '_> {
     /// True where an opening lies between the two.
     fn parted(&mut self, one: &Label, other: &Label) -> bool {
         let ItineraryScratch {
-            openings, active, ..
+            openings,
+            forbidden,
+            active,
+            ..
         } = &mut *self.scratch;
         openings.part(
-            (&self.terms, active),
+            (&self.terms, active, forbidden),
             one.node,
             &one.family,
             &other.family,

@@ -40,7 +40,7 @@ pub fn find(
         potentials.destination() == request.destination
             && potentials.objective() == request.objective
     );
-    scratch.fit(world.topology);
+    scratch.begin(world.topology);
     scratch.active.forget_met();
     close(&mut scratch.closed, request.closed_segments);
     let on_open_legs;
@@ -67,7 +67,7 @@ pub fn find_plainly(
     potentials: &Potentials,
     scratch: &mut ItineraryScratch,
 ) -> FlightAnswer {
-    scratch.fit(world.topology);
+    scratch.begin(world.topology);
     close(&mut scratch.closed, request.closed_segments);
     let blind = potentials.blind();
     let mut search = Search::new(Expander::new(world, request, &blind), scratch);

@@ -64,6 +64,7 @@ pub(super) fn walk(
         walked,
         offers,
         intervals,
+        forbidden,
         closed,
         active,
         ..
@@ -72,6 +73,7 @@ pub(super) fn walk(
         closed,
         active,
         intervals,
+        forbidden,
         offers,
     };
     if let Some(end) = without_stops(terms, from, along, walked, &mut room, checks) {
