@@ -25,6 +25,9 @@ pub(super) const LAST_ROUND_SHARE: usize = 4;
 const PROBE_LABELS: usize = 64;
 /// It takes at most one check in so many.
 const PROBE_SHARE: usize = 8;
+/// Tables on the legs that closures leave open take as long as some labels for each node: first a part of them is tried, one
+/// for so many nodes.
+const NODES_PER_LABEL: usize = 8;
 
 /// Finds the best plan of a request.
 ///
@@ -46,6 +49,9 @@ pub fn find(
     let on_open_legs;
     let mut search = Search::new(Expander::new(world, request, potentials), scratch);
     let mut tried = search.first_tries();
+    if tried == Tried::Unsettled {
+        tried = search.hovers_briefly();
+    }
     if tried == Tried::Unsettled {
         let tables = tables_of_open_legs(&search.terms, &search.scratch.closed);
         if let Some(tables) = tables {
@@ -141,7 +147,19 @@ enum Tried {
     Nothing,
     /// They have not found what is certainly the best.
     Unsettled,
+    /// Nor has the relaxation, to its end.
+    Hovered,
     Settled,
+}
+
+/// How the relaxation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Hovering {
+    Settles,
+    /// With a bound.
+    Ends,
+    /// At its limit.
+    IsStopped,
 }
 
 impl<'a, 's> Search<'a, 's> {
@@ -167,6 +185,16 @@ impl<'a, 's> Search<'a, 's> {
         }
     }
 
+    /// The relaxation as far as new tables are not cheaper.
+    fn hovers_briefly(&mut self) -> Tried {
+        let nodes = self.terms.world.topology.node_count();
+        match self.hovering(PROBE_LABELS.max(nodes / NODES_PER_LABEL)) {
+            Hovering::Settles => self.settled(Step::Hovering),
+            Hovering::Ends => Tried::Hovered,
+            Hovering::IsStopped => Tried::Unsettled,
+        }
+    }
+
     /// Searches among those others only that a plan has met, until one meets no more.
     ///
     /// The best plan of all is one of each round: so it is no better than what a round finds, and what meets
@@ -179,8 +207,10 @@ impl<'a, 's> Search<'a, 's> {
             if tried == Tried::Nothing {
                 tried = self.tries();
             }
-            if tried == Tried::Unsettled {
-                self.searches();
+            match tried {
+                Tried::Unsettled => self.searches(),
+                Tried::Hovered => self.searches_after_hovering(),
+                Tried::Nothing | Tried::Settled => {}
             }
             let answer = self.answer();
             let active = &mut self.scratch.active;
@@ -238,10 +268,13 @@ impl<'a, 's> Search<'a, 's> {
     /// What the cheap steps have not settled.
     fn searches(&mut self) {
         self.step = Step::Hovering;
-        if self.hovering() {
-            self.bound = self.best;
-            return;
+        match self.hovering(self.terms.request.limits.labels / STEP_SHARE) {
+            Hovering::Settles => self.bound = self.best,
+            Hovering::Ends | Hovering::IsStopped => self.searches_after_hovering(),
         }
+    }
+
+    fn searches_after_hovering(&mut self) {
         self.step = Step::Earlier;
         if self.earlier(self.terms.request.limits.labels / STEP_SHARE, STEP_SHARE) {
             self.bound = self.best;
@@ -343,10 +376,9 @@ impl<'a, 's> Search<'a, 's> {
         both_ends.meet(&self.terms, closed, &mut self.effort.checks)
     }
 
-    /// The relaxation, and its plan held against the windows; true where that settles it.
-    fn hovering(&mut self) -> bool {
-        let labels = self.most.labels_before + self.terms.request.limits.labels / STEP_SHARE;
-        let labels = labels.min(self.most.labels);
+    /// The relaxation with so many labels, and its plan held against the windows.
+    fn hovering(&mut self, labels: usize) -> Hovering {
+        let labels = (self.effort.labels + labels).min(self.most.labels);
         let mut run = self.run(Mode::Hovering, labels, STEP_SHARE, true);
         let end = run.search();
         let (relaxed, improved, may_tie) = (run.best, run.improved, run.may_tie);
@@ -355,15 +387,19 @@ impl<'a, 's> Search<'a, 's> {
             Some(_) if end.bound.beats(relaxed) => end.bound,
             _ => relaxed,
         };
+        let is_stopped = end.stopped_by.is_some();
+        let unless_stopped = |is_settled: bool| match is_settled {
+            _ if is_stopped => Hovering::IsStopped,
+            true => Hovering::Settles,
+            false => Hovering::Ends,
+        };
         if !improved {
-            return end.stopped_by.is_none();
+            return unless_stopped(true);
         }
         let end_of_walk = self.walk_relaxed();
-        let is_only_way = end.stopped_by.is_none() && !may_tie && self.terms.is_weighed();
-        if is_only_way && end_of_walk == Some((relaxed.weight, true)) {
-            return true;
-        }
-        end.stopped_by.is_none() && self.is_met()
+        let is_only_way = !may_tie && self.terms.is_weighed();
+        let is_settled = is_only_way && end_of_walk == Some((relaxed.weight, true));
+        unless_stopped(is_settled || self.is_met())
     }
 
     /// Walks the relaxation's way with all windows; the weight of the best plan on it, and whether none was left out.
