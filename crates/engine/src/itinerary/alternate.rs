@@ -7,8 +7,8 @@ use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Objective, Step, Unproved, Value, close,
     reopen,
 };
+use super::rounds::{Most, has_spent};
 use super::run::{Goal, Mode, Run, RunEnd};
-use super::search::{Most, has_spent};
 use super::setting::FlightSetting;
 use super::trace::plan;
 use crate::network::NodeIx;

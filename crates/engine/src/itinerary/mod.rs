@@ -28,6 +28,7 @@ mod pads;
 mod potentials;
 mod release_times;
 mod request;
+mod rounds;
 mod run;
 mod search;
 mod separation;

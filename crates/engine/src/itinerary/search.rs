@@ -5,8 +5,9 @@ use super::joined::tables_of_open_legs;
 use super::memory::{How, ItineraryScratch};
 use super::potentials::Potentials;
 use super::request::{
-    Effort, FlightAnswer, FlightRequest, FlightWorld, Limits, Step, Unproved, Value, close, reopen,
+    Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
 };
+use super::rounds::{Most, has_spent};
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
@@ -17,9 +18,6 @@ const STEP_SHARE: usize = 4;
 const ROUNDS: usize = 12;
 /// And for at most one part in so many of the labels and checks.
 const ROUNDS_SHARE: usize = 2;
-/// What is left of labels and checks for the search among all others, where one among fewer reaches a bound: one part in
-/// so many.
-pub(super) const LAST_ROUND_SHARE: usize = 4;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
@@ -87,43 +85,6 @@ pub fn find_plainly(
     scratch.active.clear();
     reopen(&mut scratch.closed, request.closed_segments);
     answer
-}
-
-/// How many labels and checks there may have been at the end of a round.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Most {
-    pub(super) labels: usize,
-    pub(super) checks: usize,
-    /// How many labels there were before it.
-    pub(super) labels_before: usize,
-}
-
-impl Most {
-    fn of(limits: Limits<'_>) -> Self {
-        Self {
-            labels: limits.labels,
-            checks: limits.checks,
-            labels_before: 0,
-        }
-    }
-
-    /// The last round may take all; any other leaves something for it.
-    pub(super) fn in_round(limits: Limits<'_>, is_last: bool, before: Effort) -> Self {
-        let most = |all: usize| match is_last {
-            true => all,
-            false => all - all / LAST_ROUND_SHARE,
-        };
-        Self {
-            labels: most(limits.labels),
-            checks: most(limits.checks),
-            labels_before: before.labels,
-        }
-    }
-}
-
-/// Whether one part in so many of the labels or checks is spent.
-pub(super) fn has_spent(effort: Effort, limits: Limits<'_>, share: usize) -> bool {
-    effort.checks >= limits.checks / share || effort.labels >= limits.labels / share
 }
 
 struct Search<'a, 's> {
