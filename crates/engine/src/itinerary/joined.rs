@@ -130,27 +130,34 @@ pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option
     let mut has_shut = false;
     let mut intervals = Vec::new();
     for segment in world.obstacles.closed().segments().iter() {
-        let ends = world.topology.segment(SegmentIx(segment));
-        for from in [ends.from, ends.to] {
-            let there = legs.from(from);
-            let leg = there
-                .into_iter()
-                .find(|&leg| legs.leg(leg).segment.0 == segment);
-            let is_shut = |leg: &u32| {
-                may_be_flown(terms, closed, *leg) && !is_ever_open(terms, *leg, &mut intervals)
-            };
-            if let Some(leg) = leg.filter(is_shut) {
+        for leg in legs_of(terms, segment) {
+            let is_shut =
+                may_be_flown(terms, closed, leg) && !is_ever_open(terms, leg, &mut intervals);
+            if is_shut {
                 shut.insert_growing(leg);
                 has_shut = true;
             }
         }
     }
     has_shut.then(|| {
+        let own = request.closed_segments.iter();
+        for leg in own.flat_map(|segment| legs_of(terms, segment.0)) {
+            shut.insert_growing(leg);
+        }
         let nodes = world.topology.node_count();
-        let is_open = |leg: u32| !shut.holds(leg) && may_be_flown(terms, closed, leg);
         let to = (request.destination, request.objective);
-        Potentials::by_legs(legs, nodes, to, is_open)
+        Potentials::by_legs(legs, nodes, to, |leg| !shut.holds(leg))
     })
+}
+
+/// Both legs of a segment.
+fn legs_of<'a>(terms: &Expander<'a>, segment: u32) -> impl Iterator<Item = u32> + 'a {
+    let Expander { world, .. } = *terms;
+    let from = world.topology.segment(SegmentIx(segment)).from;
+    let is_it = move |&leg: &u32| world.legs.leg(leg).segment.0 == segment;
+    let leg = world.legs.from(from).find(is_it);
+    leg.into_iter()
+        .flat_map(|leg| [leg, world.legs.leg(leg).twin])
 }
 
 fn may_be_flown(terms: &Expander<'_>, closed: &Bits, leg: u32) -> bool {
