@@ -1,7 +1,8 @@
 //! The best alternate for a drone that cannot reach its destination: most battery on arrival, and a pad that is free.
 
 use super::expander::Expander;
-use super::memory::{How, ItineraryScratch};
+use super::label::How;
+use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Objective, Step, Unproved, Value, close,

@@ -3,7 +3,8 @@
 use super::closed_windows::ClosedWindows;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::memory::{How, ItineraryScratch};
+use super::label::How;
+use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};

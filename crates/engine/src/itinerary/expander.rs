@@ -8,7 +8,7 @@ use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::forbidden_times::ForbiddenTimes;
-use super::memory::How;
+use super::label::How;
 use super::potentials::{Potentials, energy_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;

@@ -18,6 +18,7 @@ mod figures;
 mod forbidden_times;
 mod in_the_way;
 mod joined;
+mod label;
 mod lower_bounds;
 mod memory;
 mod near;

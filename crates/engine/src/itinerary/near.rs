@@ -1,7 +1,8 @@
 //! What is near a drone that can reach nothing safely: nodes by the energy that it takes to get there, whatever its battery.
 
 use super::expander::Expander;
-use super::memory::{How, ItineraryScratch};
+use super::label::How;
+use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
 use super::request::{Effort, FlightRequest, Objective, Value, close, reopen};
 use super::run::{Goal, Mode, Run};

@@ -5,7 +5,8 @@
 
 use super::charging_label::ChargingLabel;
 use super::expander::{Departure, Expander, SearchBuffers};
-use super::memory::{How, ItineraryScratch, Label, NO_LABEL, Queued};
+use super::label::{How, Label, NO_LABEL};
+use super::memory::{ItineraryScratch, Queued};
 use super::request::{Effort, Unproved, Value};
 use super::walk::{Along, From, append_steps, walk};
 use crate::network::NodeIx;

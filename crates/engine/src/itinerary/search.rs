@@ -2,7 +2,8 @@
 
 use super::expander::Expander;
 use super::joined::tables_of_open_legs;
-use super::memory::{How, ItineraryScratch};
+use super::label::How;
+use super::memory::ItineraryScratch;
 use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,

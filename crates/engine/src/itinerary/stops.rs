@@ -2,7 +2,7 @@
 
 use super::charging_label::ChargingLabel;
 use super::expander::{Expander, SearchBuffers};
-use super::memory::How;
+use super::label::How;
 use crate::network::NodeIx;
 
 impl Expander<'_> {

@@ -1,7 +1,7 @@
 //! From the steps of a search to a plan with times: every departure as early as the next thing needs it.
 
 use super::expander::Expander;
-use super::memory::How;
+use super::label::How;
 use super::request::{TIME_TOLERANCE_S, Value};
 use crate::flight::{FlightPlan, FlownLeg, LegCost, Stop, StopKind};
 use crate::network::NodeIx;

@@ -5,7 +5,8 @@
 
 use super::charging_label::ChargingLabel;
 use super::expander::{Departure, Expander, SearchBuffers};
-use super::memory::{Descent, How, ItineraryScratch, NO_LABEL};
+use super::label::{How, NO_LABEL};
+use super::memory::{Descent, ItineraryScratch};
 use super::request::Value;
 use crate::network::NodeIx;
 
