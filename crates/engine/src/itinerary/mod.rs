@@ -39,6 +39,7 @@ mod timed;
 mod trace;
 mod under_way;
 mod walk;
+mod way_on;
 mod yardstick;
 
 pub use alternate::{Alternate, NoAlternate, find_alternate, find_nearest};
