@@ -73,8 +73,13 @@ impl SearchBuffers<'_> {
         within_s: (f64, f64),
     ) {
         let flight = (entry, leg, period);
-        self.forbidden
-            .put(terms, self.active, flight, within_s, self.intervals);
+        self.forbidden.put(
+            (terms.world, terms.request),
+            self.active,
+            flight,
+            within_s,
+            self.intervals,
+        );
     }
 }
 

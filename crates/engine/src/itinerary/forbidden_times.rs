@@ -5,10 +5,13 @@
 
 use super::active_traffic::ActiveTraffic;
 use super::entry::{Entry, Leaving};
-use super::expander::Expander;
 use super::obstacles::join;
+use super::request::{FlightRequest, FlightWorld};
 use crate::network::SegmentIx;
 use std::ops::Range;
+
+/// A request in its world.
+type InWorld<'a> = (&'a FlightWorld<'a>, &'a FlightRequest<'a>);
 
 /// What is known of a leg in one wind.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +50,7 @@ impl ForbiddenTimes {
     /// be, in place of the intervals: by the first of them.
     pub(super) fn put(
         &mut self,
-        terms: &Expander<'_>,
+        (world, request): InWorld<'_>,
         active: &ActiveTraffic,
         (entry, leg, period): (Entry, u32, usize),
         within_s: (f64, f64),
@@ -55,15 +58,15 @@ impl ForbiddenTimes {
     ) {
         intervals.clear();
         let flies_past = entry.leaving == Leaving::OnItsWay && !entry.takes_off;
-        if !flies_past || self.is_first_look(terms, leg, period) {
-            let began_s = terms.request.began_s;
+        if !flies_past || self.is_first_look(world, leg, period) {
+            let began_s = request.began_s;
             let there = (entry, active);
-            let obstacles = terms.world.obstacles;
-            obstacles.forbidden(terms.world, began_s, there, within_s, intervals);
+            let obstacles = world.obstacles;
+            obstacles.forbidden(world, began_s, there, within_s, intervals);
             intervals.sort_by(|one, other| one.0.total_cmp(&other.0));
             return;
         }
-        let known = self.always(terms, active, (entry, leg, period));
+        let known = self.always((world, request), active, (entry, leg, period));
         let first = known.partition_point(|&(_, until_s)| until_s < within_s.0);
         let met = known[first..].iter();
         intervals.extend(met.take_while(|&&(from_s, _)| from_s <= within_s.1));
@@ -73,7 +76,7 @@ impl ForbiddenTimes {
     /// node: joined, in order.
     pub(super) fn always(
         &mut self,
-        terms: &Expander<'_>,
+        (world, request): InWorld<'_>,
         active: &ActiveTraffic,
         (entry, leg, period): (Entry, u32, usize),
     ) -> &[(f64, f64)] {
@@ -82,12 +85,12 @@ impl ForbiddenTimes {
             active.has_segment(SegmentIx(entry.segment)),
             active.has_node(entry.to),
         );
-        let known = self.known(terms, leg, period);
+        let known = self.known(world, leg, period);
         let kept = known.intervals.clone();
         let kept = kept.filter(|_| (known.generation, known.others) == (generation, others));
         let range = kept.unwrap_or_else(|| {
-            let range = self.look(terms, active, entry);
-            *self.known(terms, leg, period) = Known {
+            let range = self.look((world, request), active, entry);
+            *self.known(world, leg, period) = Known {
                 generation,
                 others,
                 intervals: Some(range.clone()),
@@ -97,8 +100,8 @@ impl ForbiddenTimes {
         &self.intervals[range.start as usize..range.end as usize]
     }
 
-    fn known(&mut self, terms: &Expander<'_>, leg: u32, period: usize) -> &mut Known {
-        let leg_count = terms.world.legs.len();
+    fn known(&mut self, world: &FlightWorld<'_>, leg: u32, period: usize) -> &mut Known {
+        let leg_count = world.legs.len();
         let place = period * leg_count + leg as usize;
         if place >= self.legs.len() {
             self.legs.resize((period + 1) * leg_count, Known::default());
@@ -106,9 +109,9 @@ impl ForbiddenTimes {
         &mut self.legs[place]
     }
 
-    fn is_first_look(&mut self, terms: &Expander<'_>, leg: u32, period: usize) -> bool {
+    fn is_first_look(&mut self, world: &FlightWorld<'_>, leg: u32, period: usize) -> bool {
         let generation = self.generation;
-        let known = self.known(terms, leg, period);
+        let known = self.known(world, leg, period);
         let is_first = known.generation != generation;
         if is_first {
             *known = Known {
@@ -120,19 +123,18 @@ impl ForbiddenTimes {
     }
 
     /// Adds what forbids a leg at any time.
-    fn look(&mut self, terms: &Expander<'_>, active: &ActiveTraffic, entry: Entry) -> Range<u32> {
-        let starts = terms.request.starts.iter().map(|start| start.at_s);
+    fn look(
+        &mut self,
+        (world, request): InWorld<'_>,
+        active: &ActiveTraffic,
+        entry: Entry,
+    ) -> Range<u32> {
+        let starts = request.starts.iter().map(|start| start.at_s);
         let within_s = (starts.fold(f64::INFINITY, f64::min), f64::INFINITY);
-        let began_s = terms.request.began_s;
+        let began_s = request.began_s;
         self.found.clear();
-        let obstacles = terms.world.obstacles;
-        obstacles.forbidden(
-            terms.world,
-            began_s,
-            (entry, active),
-            within_s,
-            &mut self.found,
-        );
+        let obstacles = world.obstacles;
+        obstacles.forbidden(world, began_s, (entry, active), within_s, &mut self.found);
         join(&mut self.found);
         let first = self.intervals.len();
         self.intervals.extend_from_slice(&self.found);

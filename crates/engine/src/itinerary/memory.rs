@@ -2,6 +2,7 @@
 
 use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
+use super::expander::SearchBuffers;
 use super::forbidden_times::ForbiddenTimes;
 use super::label::{How, Label, NO_LABEL};
 use super::release_times::ReleaseTimes;
@@ -183,6 +184,20 @@ impl ItineraryScratch {
         if self.generation == 0 {
             self.marks.fill(0);
             self.generation = 1;
+        }
+    }
+
+    /// What a label is expanded with.
+    pub(super) fn buffers<'a>(
+        &'a mut self,
+        offers: &'a mut Vec<(ChargingLabel, How)>,
+    ) -> SearchBuffers<'a> {
+        SearchBuffers {
+            closed: &self.closed,
+            active: &self.active,
+            intervals: &mut self.intervals,
+            forbidden: &mut self.forbidden,
+            offers,
         }
     }
 

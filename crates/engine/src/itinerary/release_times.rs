@@ -156,7 +156,10 @@ impl ReleaseTimes {
                 };
                 let flight = (entry, leg, period);
                 if !at.is_start {
-                    let forbidden = wanted.forbidden.always(terms, active, flight).iter();
+                    let forbidden = wanted
+                        .forbidden
+                        .always((world, terms.request), active, flight)
+                        .iter();
                     self.openings
                         .extend(forbidden.filter_map(|&forbidden| at.opening(forbidden, 0.0)));
                     continue;

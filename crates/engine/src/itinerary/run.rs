@@ -4,7 +4,7 @@
 //! `docs/flight-search.md` argues why.
 
 use super::charging_label::ChargingLabel;
-use super::expander::{Departure, Expander, SearchBuffers};
+use super::expander::{Departure, Expander};
 use super::label::{How, Label, NO_LABEL};
 use super::memory::{ItineraryScratch, Queued};
 use super::request::{Effort, Unproved, Value};
@@ -310,13 +310,7 @@ impl Run<'_, '_> {
                 continue;
             }
             offers.clear();
-            let mut room = SearchBuffers {
-                closed: &self.scratch.closed,
-                active: &self.scratch.active,
-                intervals: &mut self.scratch.intervals,
-                forbidden: &mut self.scratch.forbidden,
-                offers: &mut offers,
-            };
+            let mut room = self.scratch.buffers(&mut offers);
             match self.mode {
                 Mode::Hovering => self.terms.fly_relaxed(departure, leg, &mut room),
                 Mode::Earlier | Mode::Exact => self.terms.fly(departure, leg, &mut room),
@@ -331,13 +325,7 @@ impl Run<'_, '_> {
         let stops_here = may_stop && self.goal.allows_stops();
         if self.terms.world.pads.is_station(node) && stops_here {
             offers.clear();
-            let mut room = SearchBuffers {
-                closed: &self.scratch.closed,
-                active: &self.scratch.active,
-                intervals: &mut self.scratch.intervals,
-                forbidden: &mut self.scratch.forbidden,
-                offers: &mut offers,
-            };
+            let mut room = self.scratch.buffers(&mut offers);
             match self.mode {
                 Mode::Hovering => self.terms.stop_relaxed(&taken.family, node, &mut room),
                 Mode::Earlier | Mode::Exact => self.terms.stop(&taken.family, node, &mut room),
