@@ -166,7 +166,7 @@ impl ItineraryScratch {
         }
     }
 
-    /// Begins a request: makes room again where the topology is another one than before.
+    /// Begins a request: forgets what forbade legs in the one before, and makes room again where the topology is another one.
     pub(super) fn begin(&mut self, topology: &Topology) {
         let counts = (topology.node_count(), topology.segment_count());
         if (self.heads.len(), self.segments) != counts {
