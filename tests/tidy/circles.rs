@@ -9,11 +9,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Files of one crate that may use each other.
 const MAX_CIRCLE: usize = 3;
-/// Circles that are larger, by their first file, with how large they may be. They shrink, and go.
-const KNOWN_CIRCLES: &[(&str, usize)] = &[
-    ("crates/contract/src/failure.rs", 5),
-    ("crates/evaluation/src/evaluate/report/plot/dots.rs", 5),
-];
 /// Longer chains of `pub use` are not followed.
 const MAX_PASSES: usize = 6;
 
@@ -218,7 +213,7 @@ pub(crate) fn circles(files: &[File]) -> Vec<Vec<String>> {
     circles
 }
 
-/// Circles that are larger than they may be, and known ones that have shrunk.
+/// Circles that are larger than they may be.
 #[expect(clippy::print_stdout, reason = "scripts/house reads the figure")]
 pub(crate) fn large_circles(files: &[File]) -> Vec<String> {
     let mut findings = Vec::new();
@@ -226,21 +221,11 @@ pub(crate) fn large_circles(files: &[File]) -> Vec<String> {
     let largest = circles.first().map_or(1, Vec::len);
     println!("the largest import circle has {largest} files");
     for circle in &circles {
-        let known = KNOWN_CIRCLES.iter().find(|(first, _)| *first == circle[0]);
-        let at_most = known.map_or(MAX_CIRCLE, |(_, size)| *size);
-        if circle.len() > at_most {
+        if circle.len() > MAX_CIRCLE {
             findings.push(format!(
-                "{} files use each other, at most {at_most} may: {}",
+                "{} files use each other, at most {MAX_CIRCLE} may: {}",
                 circle.len(),
                 circle.join(" ")
-            ));
-        }
-    }
-    for (first, size) in KNOWN_CIRCLES {
-        let is_there = |circle: &Vec<String>| circle[0] == *first && circle.len() == *size;
-        if !circles.iter().any(is_there) {
-            findings.push(format!(
-                "the circle of {first} has no {size} files any more; tell KNOWN_CIRCLES"
             ));
         }
     }

@@ -1,8 +1,8 @@
 //! Telemetry, and what is last known of each drone.
 
 use super::id::{Id, Place};
+use super::outcome::Warning;
 use super::plan::PlanVersion;
-use super::recomposition::Warning;
 use super::status::Stamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

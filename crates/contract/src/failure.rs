@@ -1,7 +1,6 @@
 //! The failure report `<FT, DDS, LOC, TS>` of the paper's Definition 3, as a drone sends it.
 
 use super::id::{Id, Place, with_ids_as_text};
-use super::recomposition::{FailureType, Scope, Strategy};
 use super::weight::value_bytes;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{self, Deserializer, MapAccess, Visitor};
@@ -9,6 +8,54 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt;
 use std::marker::PhantomData;
+
+/// The failure types of the paper's Definition 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FailureType {
+    /// Adverse weather on the leg.
+    Environmental,
+    /// An obstacle in the way.
+    Navigational,
+    /// A no-fly zone or airspace restriction.
+    Regulatory,
+    /// No recharging pad at the node ahead.
+    Infrastructure,
+    /// Battery or payload limits of this drone.
+    Operational,
+    /// Early, late or off the plan.
+    ServiceLevel,
+}
+
+/// How a new path is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// The true optimum from the drone to its destination.
+    Exact,
+    /// Paper, Algorithm 3.
+    TwoPhased,
+    /// Paper, Algorithm 2.
+    CellDensity,
+    /// Paper, Algorithm 1.
+    Radius,
+    /// Dijkstra's algorithm; the paper's baseline.
+    Dijkstra,
+    /// A* with the straight line.
+    Astar,
+    /// Bellman-Ford.
+    BellmanFord,
+}
+
+/// Which problem a baseline solves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// From the start of the failed leg to its end, then on as planned.
+    Local,
+    /// From the drone to its destination.
+    Global,
+}
 
 /// A failure report: the body of `POST /v1/failures`.
 ///

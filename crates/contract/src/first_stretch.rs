@@ -1,7 +1,7 @@
 //! How a drone comes to the first node of its path, and what is said of the safety of its way.
 
 use super::id::Id;
-use super::recomposition::{Outcome, Path};
+use super::outcome::{Outcome, Path};
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 use serde::ser::{SerializeSeq, Serializer};
 use serde::{Deserialize, Serialize};

@@ -16,6 +16,7 @@ mod id;
 mod mail;
 mod market;
 mod network;
+mod outcome;
 mod pack;
 mod plan;
 mod problem;
@@ -36,7 +37,10 @@ pub use closure::{
 };
 pub use drone::{DroneState, Drones, Position, Telemetry, TelemetryAnswer, TelemetryEntry};
 pub use event::{Event, EventKind};
-pub use failure::{DroneFacts, FailureReport, Failures, OperationalDetail, Parameters, Service};
+pub use failure::{
+    DroneFacts, FailureReport, FailureType, Failures, OperationalDetail, Parameters, Scope,
+    Service, Strategy,
+};
 pub use first_stretch::{FirstStretch, Flag, IfAirborne, Near, StretchKind, UnsafeWay, Waypoint};
 pub use flight::{
     DetourFlight, Flight, FlightCause, LegFlight, Opening, PadHold, PadReservation, ServiceStop,
@@ -57,6 +61,7 @@ pub use market::{
     WebhookDraft, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState, Webhooks,
 };
 pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
+pub use outcome::{Outcome, Path, Warning};
 pub use pack::{PackKey, PackKeyState, PackKeys};
 pub use plan::{
     Ack, Alternate, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest,
@@ -64,9 +69,9 @@ pub use plan::{
 };
 pub use problem::{Fault, Problem};
 pub use recomposition::{
-    Answer, AreaStage, BatchAnswer, BatchEntry, CheckerCase, FailureType, Outcome, Path,
-    PlanReference, Publication, PublicationState, Recomposition, Recompositions, Record,
-    RecordSummary, RecordedWorld, Repair, Scope, Severance, Stage, Strategy, Warning,
+    Answer, AreaStage, BatchAnswer, BatchEntry, CheckerCase, PlanReference, Publication,
+    PublicationState, Recomposition, Recompositions, Record, RecordSummary, RecordedWorld, Repair,
+    Severance, Stage,
 };
 pub use registry::{
     ChangeOperation, ChangesPage, EdgeNoted, EdgeReport, EdgeStatus, EdgeStatuses, KeyRevocation,

@@ -2,8 +2,8 @@
 
 use super::alarm::AlarmKind;
 use super::first_stretch::UnsafeWay;
+use super::outcome::Warning;
 use super::plan::{EndedAs, PlanVersion};
-use super::recomposition::Warning;
 use super::status::Stamp;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;

@@ -3,7 +3,7 @@
 use super::first_stretch::{FirstStretch, Flag, Waypoint};
 use super::flight::{DetourFlight, Flight, LegFlight, ServiceStop};
 use super::id::{Id, Place};
-use super::recomposition::{Outcome, Path, Warning};
+use super::outcome::{Outcome, Path, Warning};
 use super::status::Stamp;
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};

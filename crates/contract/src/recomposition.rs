@@ -1,79 +1,16 @@
 //! The answer to a failure report, and what is kept of it.
 
-use super::failure::FailureReport;
+use super::failure::{FailureReport, FailureType, Strategy};
 use super::first_stretch::{FirstStretch, Flag, IfAirborne, Near, UnsafeWay};
 use super::flight::{Flight, FlightCause, Opening};
 use super::id::Id;
+use super::outcome::{Outcome, Path, Warning};
 use super::plan::Leg;
 use super::status::Stamp;
 use super::zone::RecordedClosure;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::borrow::Cow;
-
-/// The failure types of the paper's Definition 3.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FailureType {
-    /// Adverse weather on the leg.
-    Environmental,
-    /// An obstacle in the way.
-    Navigational,
-    /// A no-fly zone or airspace restriction.
-    Regulatory,
-    /// No recharging pad at the node ahead.
-    Infrastructure,
-    /// Battery or payload limits of this drone.
-    Operational,
-    /// Early, late or off the plan.
-    ServiceLevel,
-}
-
-/// How a new path is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Strategy {
-    /// The true optimum from the drone to its destination.
-    Exact,
-    /// Paper, Algorithm 3.
-    TwoPhased,
-    /// Paper, Algorithm 2.
-    CellDensity,
-    /// Paper, Algorithm 1.
-    Radius,
-    /// Dijkstra's algorithm; the paper's baseline.
-    Dijkstra,
-    /// A* with the straight line.
-    Astar,
-    /// Bellman-Ford.
-    BellmanFord,
-}
-
-/// Which problem a baseline solves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Scope {
-    /// From the start of the failed leg to its end, then on as planned.
-    Local,
-    /// From the drone to its destination.
-    Global,
-}
-
-/// What the drone is to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// Fly the new remaining path.
-    Rerouted,
-    /// Fly on: nothing ahead is touched.
-    Unaffected,
-    /// Wait on a pad at the first node until the way opens, then fly the path.
-    Hold,
-    /// The destination cannot be reached: fly to the alternate at the end of the path.
-    Diverted,
-    /// Nothing can be reached.
-    NoRoute,
-}
 
 /// Where a search looked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -95,24 +32,6 @@ pub enum Stage {
     Grown,
     /// The whole network, for a baseline from one end of the leg to the other.
     Local,
-}
-
-/// A path: nodes in order, and the segments between them.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct Path<'a> {
-    /// Ids of the nodes, the first one that the drone comes to first.
-    pub nodes: Vec<Id<'a>>,
-    /// Ids of the segments between them.
-    pub segments: Vec<Cow<'a, str>>,
-}
-
-/// Something the receiver should know beside the path.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-pub struct Warning<'a> {
-    /// Stable code.
-    pub code: Cow<'a, str>,
-    /// For people.
-    pub message: Cow<'a, str>,
 }
 
 /// One attempt to reconnect the old plan over a run of closed legs.

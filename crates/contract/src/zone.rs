@@ -1,7 +1,7 @@
 //! What a zone does, and closures as they were recorded. Zones themselves are GeoJSON features.
 
 use super::id::Id;
-use super::recomposition::{Outcome, Path};
+use super::outcome::{Outcome, Path};
 use super::status::Stamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

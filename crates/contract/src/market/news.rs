@@ -1,7 +1,7 @@
 //! What edges tell their registry of flights and failures: once, in order, also after a time without it.
 
+use crate::failure::FailureType;
 use crate::plan::{EndedAs, PlanState};
-use crate::recomposition::FailureType;
 use serde::{Deserialize, Serialize};
 
 /// A batch of what happened at an edge: the body of `POST /v1/networks/{network}/edges/{id}/news`.

@@ -1,6 +1,6 @@
 //! What the registry works out of all that it has been told.
 
-use crate::recomposition::FailureType;
+use crate::failure::FailureType;
 use crate::status::Stamp;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,12 @@
 //! Rows of dots over categories (Cleveland's dot plot): names are read level, values compared along one axis.
 
 use super::axis::Range;
+use super::drawing::{
+    BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words, look_of, mark, paper_mark, tip, values,
+    width, wrapped,
+};
+use super::length::px;
 use super::look::Look;
-use super::{BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words};
-use super::{look_of, mark, paper_mark, px, tip, values, width, wrapped};
 use crate::evaluate::record::{Figure, Point, Series};
 use crate::evaluate::report::numbers::tick;
 use maud::{Markup, html};

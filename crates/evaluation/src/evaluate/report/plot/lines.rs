@@ -1,9 +1,12 @@
 //! Lines over a measured variable, with bands for the spread of the values.
 
 use super::axis::Range;
+use super::drawing::{
+    BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words, look_of, mark, paper_mark, points, tip,
+    values, width, wrapped,
+};
+use super::length::px;
 use super::look::Look;
-use super::{BORDER, Chart, GRID, INK, LETTER, QUIET, WIDTH, Words};
-use super::{look_of, mark, paper_mark, points, px, tip, values, width, wrapped};
 use crate::evaluate::record::{Figure, Point, Series};
 use crate::evaluate::report::numbers::{plain, tick};
 use maud::{Markup, html};

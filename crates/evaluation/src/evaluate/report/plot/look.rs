@@ -4,7 +4,7 @@
 //! Okabe and Ito, and of Tol, where theirs are too pale for thin lines on white; marks and dashes differ as well, for
 //! readers who see colours otherwise.
 
-use super::px;
+use super::length::px;
 use crate::evaluate::record::Series;
 
 /// The shape of a mark.

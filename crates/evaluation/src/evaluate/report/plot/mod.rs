@@ -6,31 +6,25 @@
 
 mod axis;
 mod dots;
+mod drawing;
+mod length;
 mod lines;
 mod look;
 mod top;
 
-use crate::evaluate::record::{Figure, PaperMark, Point, Scale, Series};
-use look::{Look, looks};
-use maud::{Markup, Render, html};
-use std::fmt::{Display, Formatter};
+use crate::evaluate::record::{Figure, Point, Scale};
+use drawing::{LETTER, WIDTH, Words, points};
+use length::px;
+use look::looks;
+use maud::html;
 use thiserror::Error;
 use top::Top;
 
 #[cfg(test)]
 pub(super) use look::classes;
 
-/// Width of a picture, in its own units.
-const WIDTH: f64 = 580.0;
-/// Free space at the borders.
-const BORDER: f64 = 14.0;
-/// Height of letters.
-const LETTER: f64 = 12.5;
 const FONTS: &str =
     "system-ui, 'Segoe UI', Roboto, Helvetica, Arial, 'Liberation Sans', sans-serif";
-const INK: &str = "#1f2328";
-const QUIET: &str = "#57606a";
-const GRID: &str = "#dfe3e8";
 
 /// Why a figure cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -93,12 +87,6 @@ pub fn plot(figure: &Figure) -> Result<String, PlotError> {
     Ok(document.into_string() + "\n")
 }
 
-/// What is drawn below the legend, and how far down it reaches.
-struct Chart {
-    markup: Markup,
-    bottom: f64,
-}
-
 fn check(figure: &Figure) -> Result<(), PlotError> {
     let slug = || figure.slug.clone();
     if matches!(figure.y.scale, Scale::Categories(_)) {
@@ -142,140 +130,4 @@ fn check(figure: &Figure) -> Result<(), PlotError> {
         true => Err(PlotError::Empty { slug: slug() }),
         false => Ok(()),
     }
-}
-
-fn points(figure: &Figure) -> impl Iterator<Item = (&Series, &Point)> {
-    let series = figure.series.iter();
-    series.flat_map(|series| series.points.iter().map(move |point| (series, point)))
-}
-
-/// All values the vertical axis has to reach: intervals, spreads, what the paper says and the line to compare with.
-fn values(figure: &Figure) -> impl Iterator<Item = f64> {
-    let reference = figure.reference.iter().map(|reference| reference.y);
-    points(figure)
-        .flat_map(|(_, point)| {
-            [
-                point.low,
-                point.y,
-                point.high,
-                point.spread[0],
-                point.spread[1],
-            ]
-        })
-        .chain(figure.marks.iter().map(|mark| mark.y))
-        .chain(reference)
-}
-
-/// What the paper says of a series, as a cross in its colour.
-fn paper_mark(look: Option<&Look>, mark: &PaperMark, (x, y): (f64, f64)) -> Markup {
-    let (class, colour) = look.map_or(("plot-ink", INK), |look| (look.class, look.colour));
-    let tip = format!(
-        "{}, the paper: {}",
-        mark.series,
-        super::numbers::plain(mark.y)
-    );
-    html! {
-        g class=(class) color=(colour) {
-            path d={ "M" (px(x - 4.5)) " " (px(y - 4.5)) "l9 9m0 -9l-9 9" } fill="none" stroke="currentColor"
-                stroke-width="2.4" { desc { (Words(&tip)) } }
-        }
-    }
-}
-
-/// The look of the series that a mark is said of.
-fn look_of<'a>(figure: &Figure, looks: &'a [Look], mark: &PaperMark) -> Option<&'a Look> {
-    let place = figure
-        .series
-        .iter()
-        .position(|series| series.name == mark.series);
-    place.and_then(|place| looks.get(place))
-}
-
-/// A mark, with what it stands for as a tooltip.
-fn mark(look: &Look, (x, y): (f64, f64), tip: &str) -> Markup {
-    let fill = if look.is_hollow {
-        "#ffffff"
-    } else {
-        "currentColor"
-    };
-    html! {
-        path class=[look.is_hollow.then_some("plot-hollow")] d=(look.outline(x, y)) fill=(fill) stroke="currentColor" stroke-width="1.4"
-            stroke-linejoin="round" {
-            @if !tip.is_empty() { title { (Words(tip)) } }
-        }
-    }
-}
-
-/// What a point says in words.
-fn tip(series: &Series, point: &Point, place: &str) -> String {
-    let value = super::numbers::plain(point.y);
-    let interval = super::numbers::interval(point.low, point.high);
-    let cases = super::numbers::count(point.cases);
-    format!(
-        "{}, {place}: {value} {interval}, {cases} cases",
-        series.name
-    )
-}
-
-/// A length or place in a picture: one decimal, none where it is 0.
-fn px(pixels: f64) -> Px {
-    Px(pixels)
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Px(f64);
-
-impl Display for Px {
-    fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
-        let tenths = (self.0 * 10.0).round() / 10.0;
-        // Adding 0 turns a negative zero into a plain one.
-        write!(formatter, "{}", tenths + 0.0)
-    }
-}
-
-/// Words that may come from a file: what XML 1.0 cannot hold becomes U+FFFD.
-struct Words<'a>(&'a str);
-
-impl Render for Words<'_> {
-    fn render_to(&self, out: &mut String) {
-        let clean = |letter: char| match letter {
-            '\t' | '\n' | '\r' => ' ',
-            '\u{0}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => '\u{fffd}',
-            _ => letter,
-        };
-        let words: String = self.0.chars().map(clean).collect();
-        words.render_to(out);
-    }
-}
-
-/// About how wide words are, on the safe side.
-fn width(words: &str, letter: f64) -> f64 {
-    let ems: f64 = words
-        .chars()
-        .map(|letter| match letter {
-            'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.29,
-            ' ' | 'f' | 'r' | 't' | '-' | '(' | ')' | '[' | ']' | '/' => 0.4,
-            'm' | 'w' | 'M' | 'W' | '%' | '\u{2192}' => 0.9,
-            'A'..='Z' => 0.72,
-            _ => 0.64,
-        })
-        .sum();
-    ems * letter
-}
-
-/// Words in lines no wider than `most`, broken at spaces.
-fn wrapped(words: &str, letter: f64, most: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in words.split_whitespace() {
-        match lines.last_mut() {
-            Some(line)
-                if width(line, letter) + width(" ", letter) + width(word, letter) <= most =>
-            {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
 }

@@ -1,7 +1,8 @@
 //! What stands above the data: title, legend and the name of the vertical axis.
 
+use super::drawing::{BORDER, INK, LETTER, QUIET, WIDTH, Words, mark, width, wrapped};
+use super::length::px;
 use super::look::Look;
-use super::{BORDER, INK, LETTER, QUIET, WIDTH, Words, mark, px, width, wrapped};
 use crate::evaluate::record::{Figure, Point, Scale, Series};
 use maud::{Markup, html};
 
