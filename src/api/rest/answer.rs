@@ -42,6 +42,11 @@ pub(in crate::api) fn json(body: &impl Serialize) -> Answer {
     told(StatusCode::OK, JSON, body)
 }
 
+/// What there is, as JSON that is about so long: a long body is not copied again and again as its buffer grows.
+pub(in crate::api) fn json_of_about(capacity_bytes: usize, body: &impl Serialize) -> Answer {
+    with_capacity(capacity_bytes, StatusCode::OK, JSON, body)
+}
+
 /// Something new as JSON, and where it is.
 pub(in crate::api) fn created(body: &impl Serialize, collection: &str, id: &str) -> Answer {
     let mut response = told(StatusCode::CREATED, JSON, body)?;
@@ -56,7 +61,16 @@ pub(in crate::api) fn told(
     media_type: &'static str,
     body: &impl Serialize,
 ) -> Answer {
-    let mut bytes = Vec::with_capacity(CAPACITY_BYTES);
+    with_capacity(CAPACITY_BYTES, status, media_type, body)
+}
+
+fn with_capacity(
+    capacity_bytes: usize,
+    status: StatusCode,
+    media_type: &'static str,
+    body: &impl Serialize,
+) -> Answer {
+    let mut bytes = Vec::with_capacity(capacity_bytes);
     if let Err(error) = serde_json::to_writer(&mut bytes, body) {
         let detail = format!("the answer has no JSON form: {error}");
         return Err(Refusal::new(Code::Internal, detail).into());

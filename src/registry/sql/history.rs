@@ -5,6 +5,7 @@ use crate::registry::documents::{FailureCount, FailureRow, NewsMark, PositionRow
 use crate::registry::sql::{ROWS_AT_ONCE, Trouble, signed, unsigned};
 use crate::registry::store::StoreError;
 use sqlx::{QueryBuilder, Row as _};
+use tokio_stream::StreamExt;
 
 /// How far the news of an edge were taken; 0 where none were.
 pub(super) async fn news_through(
@@ -122,8 +123,13 @@ pub(super) async fn positions(
         .bind(from_ms)
         .bind(until_ms)
         .bind(signed(limit));
-    let rows = asked.fetch_all(connection).await.map_err(trouble)?;
-    rows.iter().map(|row| position_of(row, drone)).collect()
+    // One by one: a day has 86,400, and as rows of the database they take several times the room.
+    let mut rows = asked.fetch(connection);
+    let mut found = Vec::new();
+    while let Some(row) = rows.try_next().await.map_err(trouble)? {
+        found.push(position_of(&row, drone)?);
+    }
+    Ok(found)
 }
 
 /// The last position of each of some drones, not before an instant.

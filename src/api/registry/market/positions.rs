@@ -1,7 +1,7 @@
 //! `/v1/networks/{network}/edges/{id}/positions` and `/v1/drones/{id}/positions`: where drones were.
 
 use crate::api::registry::extract::{Named, PathId, check_edge};
-use crate::api::rest::answer::{Answer, json};
+use crate::api::rest::answer::{Answer, json, json_of_about};
 use crate::api::rest::extract::{Authenticated, NoParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
@@ -19,6 +19,9 @@ use utoipa::IntoParams;
 
 /// The largest batch once it is not compressed any more, in bytes: 10,000 positions take a fifth of it.
 const BATCH_BYTES_MAX: usize = 8 << 20;
+
+/// What a position takes as JSON, in bytes, where its drone has a short name.
+const POSITION_BYTES: usize = 160;
 
 /// Which positions of a drone.
 #[derive(Deserialize, IntoParams)]
@@ -97,7 +100,17 @@ pub(super) async fn list_positions(
         until: asked.until,
         limit: asked.limit,
     };
-    json(&dispatch.positions(&caller, &id, &asked).await?)
+    let history = dispatch.positions(&caller, &id, &asked).await?;
+    // A day is 10 MB: neither is it written in the time of hundreds of other requests.
+    let written = tokio::task::spawn_blocking(move || {
+        json_of_about(history.positions.len() * POSITION_BYTES, &history)
+    });
+    written.await.map_err(|error| {
+        Refusal::new(
+            Code::Internal,
+            format!("the positions were not written: {error}"),
+        )
+    })?
 }
 
 fn read_batch(body: &Bytes, is_compressed: bool) -> Result<PositionBatch, Refusal> {
