@@ -349,7 +349,7 @@ pub(super) fn generated(
 ) -> Result<PathBuf> {
     let file = folder.join("network.geojson");
     let [nodes, map_size_m] = if is_small {
-        ["100", "3000"]
+        ["400", "6000"]
     } else {
         ["5000", "40000"]
     };
