@@ -273,8 +273,8 @@ pub trait Documents: Debug + Send + Sync {
     /// When the next message is due, in milliseconds since 1970; none where none waits.
     fn next_due(&self) -> Answer<'_, Option<i64>>;
 
-    /// Notes what became of a message: everything but its ids, subject and body.
-    fn settle_message<'a>(&'a self, message: &'a Message) -> Answer<'a, ()>;
+    /// Notes what became of messages, of all or none: everything but their ids, subjects and bodies.
+    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()>;
 
     /// Messages of a webhook, the newest first, before this instant and id.
     fn messages<'a>(

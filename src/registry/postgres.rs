@@ -51,7 +51,7 @@ mod upkeep;
 
 use super::sql::Trouble;
 use super::store::StoreError;
-use sqlx::pool::PoolOptions;
+use sqlx::pool::{PoolConnection, PoolOptions};
 use sqlx::postgres::{PgConnectOptions, PgListener, PgRow};
 use sqlx::{Connection as _, PgConnection, Pool, Postgres, Transaction};
 use std::str::FromStr;
@@ -152,6 +152,10 @@ impl SqlStore {
     async fn begin_read(&self) -> Result<Transaction<'static, Postgres>, Trouble> {
         self.begin("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY")
             .await
+    }
+
+    async fn reader(&self) -> Result<PoolConnection<Postgres>, Trouble> {
+        self.pool.acquire().await.map_err(trouble)
     }
 
     /// Begins a transaction, to the end though nobody waits any more: sqlx 0.9.0 takes no note of one whose beginning is given

@@ -54,7 +54,7 @@ use super::sql::Trouble;
 use super::sql::schema::STEPS;
 use super::store::StoreError;
 use crate::intake::{StoreLook, look_at_store};
-use sqlx::pool::PoolOptions;
+use sqlx::pool::{PoolConnection, PoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
 use sqlx::{Connection as _, Pool, Sqlite, SqliteConnection, Transaction};
 use std::path::Path;
@@ -221,6 +221,10 @@ impl SqlStore {
 
     async fn begin_read(&self) -> Result<Transaction<'static, Sqlite>, Trouble> {
         self.readers.begin().await.map_err(trouble)
+    }
+
+    async fn reader(&self) -> Result<PoolConnection<Sqlite>, Trouble> {
+        self.readers.acquire().await.map_err(trouble)
     }
 
     /// After trouble that may be the disk's: no connection that is open now is used again.

@@ -304,12 +304,18 @@ async fn messages_come_in_order(open: Open) {
     tried.attempts = 1;
     tried.due_ms = 70;
     tried.last_outcome = Some("503".to_owned());
-    store.settle_message(&tried).await.expect("settled");
+    store
+        .settle_messages(std::slice::from_ref(&tried))
+        .await
+        .expect("settled");
     assert_eq!(store.message("a1").await, Ok(Some(tried.clone())));
     assert_eq!(ids(50).await, ["b1"]);
     assert_eq!(ids(70).await, ["b1", "a1"]);
     tried.state = "delivered".to_owned();
-    store.settle_message(&tried).await.expect("settled");
+    store
+        .settle_messages(std::slice::from_ref(&tried))
+        .await
+        .expect("settled");
     assert_eq!(ids(70).await, ["a2", "b1"], "nothing is before a2");
     let listed = async |before, limit| -> Vec<String> {
         let found = store.messages("hook", before, limit).await;

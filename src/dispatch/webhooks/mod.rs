@@ -6,6 +6,7 @@
 
 mod endpoint;
 mod guard;
+mod notes;
 mod outgoing;
 mod pace;
 mod queue;
@@ -21,6 +22,7 @@ pub(super) use queue::Telling;
 
 use super::Dispatch;
 use guard::GuardedNames;
+use notes::Notes;
 use outgoing::Outgoing;
 use sender::Sender;
 use std::sync::Arc;
@@ -31,6 +33,7 @@ impl Dispatch {
         let names = GuardedNames::of_system(self.settings.webhooks_anywhere);
         let sender = Sender {
             documents: self.documents.clone(),
+            notes: Notes::new(self.documents.clone()),
             clock: self.clock.clone(),
             outgoing: Outgoing::new(&names),
         };

@@ -8,6 +8,7 @@ use crate::refusal::{Code, Refusal};
 use crate::registry::documents::{DocumentKind, DocumentQuery, Message};
 use crate::wire::{Fault, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState};
 use jiff::Timestamp;
+use std::slice;
 
 /// More than a tenant may have.
 const WEBHOOKS_LIMIT: u64 = 100;
@@ -100,7 +101,9 @@ impl Dispatch {
         message.state = PENDING.to_owned();
         message.attempts = 0;
         message.due_ms = self.clock.now().as_millisecond();
-        self.documents.settle_message(&message).await?;
+        self.documents
+            .settle_messages(slice::from_ref(&message))
+            .await?;
         self.messages.notify_one();
         Ok(view(&message))
     }

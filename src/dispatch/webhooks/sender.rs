@@ -5,6 +5,7 @@
 //! twice, by the same id.
 
 use super::endpoint::Endpoint;
+use super::notes::Notes;
 use super::outgoing::{Outcome, Outgoing, Signed};
 use super::pace::{ATTEMPTS_MAX, wait_after};
 use super::queue::{DELIVERED, GIVEN_UP, PENDING};
@@ -14,19 +15,23 @@ use crate::registry::documents::{Commit, Committed, DocumentKind, Documents, Mes
 use crate::wire::WebhookState;
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
+use std::mem;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::task::JoinSet;
+use tokio::time::Instant;
 
 /// Messages that are sent at once.
-const IN_FLIGHT_MAX: usize = 64;
+const IN_FLIGHT_MAX: usize = 128;
 /// Of these, to one webhook.
-const IN_FLIGHT_PER_WEBHOOK: usize = 8;
+const IN_FLIGHT_PER_WEBHOOK: usize = 32;
 /// How many due messages are looked at.
 const PAGE: u64 = 256;
 /// For so long a message that is being sent is put off; an attempt takes less.
 const LEASE_MS: i64 = 20_000;
+/// Messages that were found due are started for so long before it is looked anew: each look reads a page.
+const LOOK_AGAIN_AFTER: Duration = Duration::from_millis(50);
 /// The longest wait before it is looked for messages of other processes.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// For so long nothing was taken: the webhook is disabled.
@@ -40,13 +45,17 @@ const DECISIONS: u32 = 16;
 #[derive(Debug)]
 pub(super) struct Sender {
     pub(super) documents: Arc<dyn Documents>,
+    pub(super) notes: Notes,
     pub(super) clock: Clock,
     pub(super) outgoing: Outgoing,
 }
 
-/// What is being sent, and how webhooks have taken what was.
+/// What is being sent or about to be, and how webhooks have taken what was.
 #[derive(Debug, Default)]
 struct Underway {
+    /// Messages that were due when it was last looked, and had no room yet.
+    due: Vec<Message>,
+    looked_at: Option<Instant>,
     /// Webhook and subject of each message.
     subjects: BTreeSet<(String, String)>,
     /// How many attempts in a row a webhook has not taken.
@@ -114,11 +123,8 @@ impl Sender {
         underway: &mut Underway,
         attempts: &mut JoinSet<Attempted>,
     ) -> Result<Duration, Refusal> {
-        let now_ms = self.now_ms();
-        let due = self.documents.due_messages(now_ms, PAGE).await?;
-        let is_page_full = due.len() as u64 == PAGE;
-        let mut has_waiting = false;
-        for message in due {
+        let is_page_full = self.look(underway).await?;
+        for message in mem::take(&mut underway.due) {
             let entry = (message.webhook.clone(), message.subject.clone());
             if underway.subjects.contains(&entry) {
                 continue;
@@ -129,15 +135,14 @@ impl Sender {
                 attempts.spawn(self.clone().attempt(message));
                 continue;
             }
-            has_waiting = true;
             // One that takes nothing must not fill the page, before those that would.
-            if let Some(&failures) = underway.failures.get(&message.webhook)
-                && is_page_full
-            {
-                self.put_off(message, failures).await?;
+            let failures = underway.failures.get(&message.webhook);
+            match failures.filter(|_| is_page_full) {
+                Some(&failures) => self.put_off(message, failures).await?,
+                None => underway.due.push(message),
             }
         }
-        if has_waiting {
+        if !underway.due.is_empty() {
             return Ok(LOOK_EVERY);
         }
         let next = self.documents.next_due().await?;
@@ -151,9 +156,20 @@ impl Sender {
         Ok(wait.unwrap_or(LOOK_EVERY).clamp(shortest, LOOK_EVERY))
     }
 
+    /// Looks what is due, unless what was found a moment ago is not all sent; tells whether there may be more.
+    async fn look(&self, underway: &mut Underway) -> Result<bool, Refusal> {
+        let is_old = |at: Instant| at.elapsed() >= LOOK_AGAIN_AFTER;
+        if !underway.due.is_empty() && !underway.looked_at.is_none_or(is_old) {
+            return Ok(false);
+        }
+        underway.looked_at = Some(Instant::now());
+        underway.due = self.documents.due_messages(self.now_ms(), PAGE).await?;
+        Ok(underway.due.len() as u64 == PAGE)
+    }
+
     async fn put_off(&self, mut message: Message, failures: u32) -> Result<(), Refusal> {
         message.due_ms = self.now_ms().saturating_add(spread_ms(failures));
-        Ok(self.documents.settle_message(&message).await?)
+        self.notes.note(message).await
     }
 
     async fn attempt(self: Arc<Self>, message: Message) -> Attempted {
@@ -185,7 +201,7 @@ impl Sender {
         }
         message.attempts = message.attempts.saturating_add(1);
         message.due_ms = self.now_ms().saturating_add(LEASE_MS);
-        self.documents.settle_message(&message).await?;
+        self.notes.note(message.clone()).await?;
         let now = self.clock.now();
         let signed = Signed {
             id: message.id.clone(),
@@ -209,7 +225,7 @@ impl Sender {
         if let Outcome::Taken(_) = outcome {
             message.state = DELIVERED.to_owned();
             message.due_ms = self.now_ms();
-            return Ok(self.documents.settle_message(&message).await?);
+            return self.notes.note(message).await;
         }
         // Another process, or the owner, may have been faster.
         let current = self.documents.message(&message.id).await?;
@@ -228,7 +244,7 @@ impl Sender {
         }
         if message.attempts < ATTEMPTS_MAX {
             message.due_ms = self.now_ms().saturating_add(spread_ms(message.attempts));
-            return Ok(self.documents.settle_message(&message).await?);
+            return self.notes.note(message).await;
         }
         let webhook = message.webhook.clone();
         self.give_up(message, &outcome.text()).await?;
@@ -242,7 +258,7 @@ impl Sender {
         message.state = GIVEN_UP.to_owned();
         message.last_outcome = Some(why.to_owned());
         message.due_ms = self.now_ms();
-        Ok(self.documents.settle_message(&message).await?)
+        self.notes.note(message).await
     }
 
     /// Whether a webhook has taken anything for a day, as its messages say; those before two days were settled longer ago.

@@ -1,24 +1,22 @@
-//! The store of documents over a database: each question in a transaction of its own, as those of the log.
+//! The store of documents over a database: as the store of the log, each question by itself.
 
 use super::{Connection, SqlStore, documents, history, messages, positions, upkeep};
 use crate::registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Message,
     PositionRow,
 };
-use crate::registry::sql::transactions::{reading, writing};
+use crate::registry::sql::transactions::{asking, reading, writing};
 use crate::registry::store::{Answer, KeptReply};
 
 impl Documents for SqlStore {
     fn document<'a>(&'a self, kind: DocumentKind, id: &'a str) -> Answer<'a, Option<Document>> {
         Box::pin(
-            async move { reading!(self, |connection| documents::document(connection, kind, id)) },
+            async move { asking!(self, |connection| documents::document(connection, kind, id)) },
         )
     }
 
     fn documents<'a>(&'a self, query: &'a DocumentQuery) -> Answer<'a, Vec<Document>> {
-        Box::pin(
-            async move { reading!(self, |connection| documents::documents(connection, query)) },
-        )
+        Box::pin(async move { asking!(self, |connection| documents::documents(connection, query)) })
     }
 
     fn count_documents<'a>(
@@ -27,7 +25,7 @@ impl Documents for SqlStore {
         tenant: Option<&'a str>,
     ) -> Answer<'a, u64> {
         Box::pin(async move {
-            reading!(self, |connection| documents::count(
+            asking!(self, |connection| documents::count(
                 connection, kind, tenant
             ))
         })
@@ -42,9 +40,7 @@ impl Documents for SqlStore {
         subject: &'a str,
         key: &'a str,
     ) -> Answer<'a, Option<(String, KeptReply)>> {
-        Box::pin(
-            async move { reading!(self, |connection| upkeep::reply(connection, subject, key)) },
-        )
+        Box::pin(async move { asking!(self, |connection| upkeep::reply(connection, subject, key)) })
     }
 
     fn news_through<'a>(
@@ -54,7 +50,7 @@ impl Documents for SqlStore {
         lineage: u64,
     ) -> Answer<'a, u64> {
         Box::pin(async move {
-            reading!(self, |connection| history::news_through(
+            asking!(self, |connection| history::news_through(
                 connection, network, edge, lineage
             ))
         })
@@ -62,16 +58,16 @@ impl Documents for SqlStore {
 
     fn due_messages(&self, now_ms: i64, limit: u64) -> Answer<'_, Vec<Message>> {
         Box::pin(
-            async move { reading!(self, |connection| messages::due(connection, now_ms, limit)) },
+            async move { asking!(self, |connection| messages::due(connection, now_ms, limit)) },
         )
     }
 
     fn next_due(&self) -> Answer<'_, Option<i64>> {
-        Box::pin(async move { reading!(self, |connection| messages::next_due(connection)) })
+        Box::pin(async move { asking!(self, |connection| messages::next_due(connection)) })
     }
 
-    fn settle_message<'a>(&'a self, message: &'a Message) -> Answer<'a, ()> {
-        Box::pin(async move { writing!(self, |connection| messages::settle(connection, message)) })
+    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()> {
+        Box::pin(async move { writing!(self, |connection| messages::settle(connection, settled)) })
     }
 
     fn messages<'a>(
@@ -81,7 +77,7 @@ impl Documents for SqlStore {
         limit: u64,
     ) -> Answer<'a, Vec<Message>> {
         Box::pin(async move {
-            reading!(self, |connection| messages::of_webhook(
+            asking!(self, |connection| messages::of_webhook(
                 connection,
                 webhook,
                 before.as_ref(),
@@ -91,7 +87,7 @@ impl Documents for SqlStore {
     }
 
     fn message<'a>(&'a self, id: &'a str) -> Answer<'a, Option<Message>> {
-        Box::pin(async move { reading!(self, |connection| messages::message(connection, id)) })
+        Box::pin(async move { asking!(self, |connection| messages::message(connection, id)) })
     }
 
     fn keep_positions<'a>(&'a self, positions: &'a [PositionRow]) -> Answer<'a, u64> {
@@ -106,7 +102,7 @@ impl Documents for SqlStore {
         limit: u64,
     ) -> Answer<'a, Vec<PositionRow>> {
         Box::pin(async move {
-            reading!(self, |connection| history::positions(
+            asking!(self, |connection| history::positions(
                 connection, drone, from_ms, until_ms, limit
             ))
         })
@@ -132,7 +128,7 @@ impl Documents for SqlStore {
         limit: u64,
     ) -> Answer<'a, Vec<FailureCount>> {
         Box::pin(async move {
-            reading!(self, |connection| history::count_failures(
+            asking!(self, |connection| history::count_failures(
                 connection, network, from_ms, until_ms, limit
             ))
         })

@@ -5,7 +5,7 @@ use super::{Connection, SqlStore, positions, statements, upkeep};
 use crate::planted::{self, Bug};
 use crate::registry::sql::Trouble;
 use crate::registry::sql::schema::{FACTS, STEPS};
-use crate::registry::sql::transactions::{reading, writing};
+use crate::registry::sql::transactions::{asking, reading, writing};
 use crate::registry::store::{
     Answer, Append, Appended, ChangesQuery, ChangesRead, Compaction, EdgeHeard, Identity,
     KeptReply, NetworkParts, NetworkState, NewChange, ObjectsQuery, ObjectsRead, Store, StoreError,
@@ -269,11 +269,11 @@ impl Store for SqlStore {
     }
 
     fn networks(&self) -> Answer<'_, Vec<NetworkState>> {
-        Box::pin(async move { reading!(self, |connection| statements::networks(connection)) })
+        Box::pin(async move { asking!(self, |connection| statements::networks(connection)) })
     }
 
     fn network<'a>(&'a self, id: &'a str) -> Answer<'a, Option<NetworkState>> {
-        Box::pin(async move { reading!(self, |connection| statements::network(connection, id)) })
+        Box::pin(async move { asking!(self, |connection| statements::network(connection, id)) })
     }
 
     fn network_parts<'a>(
@@ -316,9 +316,7 @@ impl Store for SqlStore {
         subject: &'a str,
         key: &'a str,
     ) -> Answer<'a, Option<(String, KeptReply)>> {
-        Box::pin(
-            async move { reading!(self, |connection| upkeep::reply(connection, subject, key)) },
-        )
+        Box::pin(async move { asking!(self, |connection| upkeep::reply(connection, subject, key)) })
     }
 
     fn forget_replies(&self, before_ms: i64, bytes_max: u64) -> Answer<'_, ()> {
@@ -338,7 +336,7 @@ impl Store for SqlStore {
     }
 
     fn edges(&self) -> Answer<'_, Vec<EdgeHeard>> {
-        Box::pin(async move { reading!(self, |connection| upkeep::edges(connection)) })
+        Box::pin(async move { asking!(self, |connection| upkeep::edges(connection)) })
     }
 
     fn hint(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {

@@ -14,11 +14,13 @@ macro_rules! message_columns {
 }
 
 /// That a message is to be sent, and none before it to the same webhook about the same subject.
+///
+/// As a subquery, which looks in the index of one subject. As `NOT EXISTS` it is a join, for which PostgreSQL goes through all
+/// that are to be sent, for each of them, while it has no statistics.
 macro_rules! is_first {
     () => {
-        "m.state = 'pending' AND NOT EXISTS (SELECT 1 FROM messages e WHERE e.state = 'pending' \
-         AND e.webhook = m.webhook AND e.subject = m.subject \
-         AND (e.number < m.number OR (e.number = m.number AND e.id < m.id)))"
+        "m.state = 'pending' AND m.id = (SELECT e.id FROM messages e WHERE e.state = 'pending' \
+         AND e.webhook = m.webhook AND e.subject = m.subject ORDER BY e.number, e.id LIMIT 1)"
     };
 }
 
@@ -99,16 +101,21 @@ pub(super) async fn next_due(connection: &mut Connection) -> Result<Option<i64>,
     found.map(|row| row.try_get(0).map_err(trouble)).transpose()
 }
 
-/// Notes what became of a message.
-pub(super) async fn settle(connection: &mut Connection, message: &Message) -> Result<(), Trouble> {
+/// Notes what became of messages.
+pub(super) async fn settle(
+    connection: &mut Connection,
+    settled: &[Message],
+) -> Result<(), Trouble> {
     let statement = "UPDATE messages SET due_ms = $2, attempts = $3, state = $4, last_outcome = $5 WHERE id = $1";
-    let done = sqlx::query(statement)
-        .bind(&message.id)
-        .bind(message.due_ms)
-        .bind(i64::from(message.attempts))
-        .bind(&message.state)
-        .bind(&message.last_outcome);
-    done.execute(connection).await.map_err(trouble)?;
+    for message in settled {
+        let done = sqlx::query(statement)
+            .bind(&message.id)
+            .bind(message.due_ms)
+            .bind(i64::from(message.attempts))
+            .bind(&message.state)
+            .bind(&message.last_outcome);
+        done.execute(&mut *connection).await.map_err(trouble)?;
+    }
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! How both engines ask: each question in a transaction of its own, writes one after the other, and tried again where
+//! How both engines ask: each question by itself, several statements of it in a transaction, writes one after the other, and tried again where
 //! others got in between.
 
 use super::Trouble;
@@ -43,16 +43,35 @@ pub(in crate::registry) fn settled(trouble: Trouble) -> StoreError {
 /// Does something in a transaction that sees one state of the database.
 macro_rules! reading {
     ($store:expr, |$connection:ident| $work:expr) => {{
-        use $crate::registry::sql::{Trouble, transactions};
         let read = async {
             let mut transaction = $store.begin_read().await?;
             let $connection: &mut Connection = &mut transaction;
             let done = $work.await?;
             // Nothing was written; that it ends badly changes nothing.
             let _ = transaction.rollback().await;
-            Ok::<_, Trouble>(done)
+            Ok::<_, $crate::registry::sql::Trouble>(done)
         };
-        let read = match tokio::time::timeout(transactions::READ_PATIENCE, read).await {
+        $crate::registry::sql::transactions::in_time!($store, read)
+    }};
+}
+
+/// Asks something in a single statement, which sees one state of the database by itself.
+macro_rules! asking {
+    ($store:expr, |$connection:ident| $work:expr) => {{
+        let read = async {
+            let mut reader = $store.reader().await?;
+            let $connection: &mut Connection = &mut reader;
+            $work.await
+        };
+        $crate::registry::sql::transactions::in_time!($store, read)
+    }};
+}
+
+/// What was asked, or why there is no answer in time.
+macro_rules! in_time {
+    ($store:expr, $read:expr) => {{
+        use $crate::registry::sql::{Trouble, transactions};
+        let read = match tokio::time::timeout(transactions::READ_PATIENCE, $read).await {
             Ok(read) => read,
             Err(_) => Err(Trouble::Lasting(transactions::too_long("a question"))),
         };
@@ -108,4 +127,4 @@ macro_rules! writing {
     }};
 }
 
-pub(in crate::registry) use {reading, writing};
+pub(in crate::registry) use {asking, in_time, reading, writing};

@@ -45,7 +45,7 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
-    fn settle_message<'a>(&'a self, _: &'a Message) -> Answer<'a, ()> {
+    fn settle_messages<'a>(&'a self, _: &'a [Message]) -> Answer<'a, ()> {
         none_kept()
     }
 

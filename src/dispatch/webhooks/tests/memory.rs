@@ -123,10 +123,10 @@ impl Documents for Memory {
         now(first.map(|message| message.due_ms).min())
     }
 
-    fn settle_message<'a>(&'a self, message: &'a Message) -> Answer<'a, ()> {
-        self.kept()
-            .messages
-            .insert(message.id.clone(), message.clone());
+    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()> {
+        let settled = settled.iter();
+        let by_id = settled.map(|message| (message.id.clone(), message.clone()));
+        self.kept().messages.extend(by_id);
         now(())
     }
 

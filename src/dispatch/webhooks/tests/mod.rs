@@ -5,6 +5,7 @@ mod receiver;
 
 use super::endpoint::Endpoint;
 use super::guard::{Found, GuardedNames, Names, Reach};
+use super::notes::Notes;
 use super::outgoing::{Outcome, Outgoing, Signed};
 use super::sender::Sender;
 use crate::clock::{Clock, ManualClock};
@@ -46,6 +47,7 @@ impl Desk {
         let endpoint = endpoint.expect("random bits");
         let sender = Arc::new(Sender {
             documents: documents.clone(),
+            notes: Notes::new(documents.clone()),
             clock: clock.clone(),
             outgoing: Outgoing::new(&GuardedNames::of_system(true)),
         });
