@@ -24,8 +24,6 @@ pub struct FlightLeg {
     pub twin: u32,
     /// Length, in metres, rounded to 2^-20 m.
     pub length_m: f64,
-    /// Whether the other direction can be flown in some period: a search backwards reads legs in their order.
-    pub is_flyable_back: bool,
     /// The least that it takes in any period; exact where there is one period.
     pub least: LegCost,
 }
@@ -35,6 +33,8 @@ pub struct FlightLeg {
 pub struct FlightLegs {
     first: Vec<u32>,
     legs: Vec<FlightLeg>,
+    /// By leg, the least that the other direction takes: a search backwards reads legs in their order.
+    least_back: Vec<LegCost>,
     /// By period and leg; empty where there is one period.
     by_period: Vec<Vec<LegCost>>,
     changes_s: Vec<f64>,
@@ -84,10 +84,8 @@ impl FlightLegs {
                 leg.least.energy = leg.least.energy.min(costs[place].energy);
             }
         }
-        for place in 0..legs.len() {
-            let back = legs[place].twin as usize;
-            legs[place].is_flyable_back = legs[back].least.is_flyable();
-        }
+        let least_back = legs.iter().map(|leg| legs[leg.twin as usize].least);
+        let least_back = least_back.collect();
         let (mut fastest_mps, mut slowest_mps) = (0.0_f64, f64::INFINITY);
         let mut least_draw_per_s = f64::INFINITY;
         for (leg, cost) in periods.iter().flat_map(|costs| legs.iter().zip(costs)) {
@@ -106,6 +104,7 @@ impl FlightLegs {
         Self {
             first,
             legs,
+            least_back,
             by_period: periods,
             changes_s,
             vertical_s: topology
@@ -133,6 +132,12 @@ impl FlightLegs {
     #[inline]
     pub fn leg(&self, leg: u32) -> &FlightLeg {
         &self.legs[leg as usize]
+    }
+
+    /// The least that the other direction of a leg takes in any period.
+    #[inline]
+    pub fn least_back(&self, leg: u32) -> LegCost {
+        self.least_back[leg as usize]
     }
 
     /// How many legs there are: two to a segment.
@@ -212,7 +217,6 @@ fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>) {
                 segment: arc.segment,
                 twin,
                 length_m: FlightLegs::rounded_m(arc.length_m),
-                is_flyable_back: false,
                 least: LegCost::UNFLYABLE,
             });
         }

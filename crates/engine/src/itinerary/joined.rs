@@ -9,6 +9,7 @@ use super::potentials::Potentials;
 use crate::airspace::Bits;
 use crate::flight::FlightStart;
 use crate::network::{NodeIx, SegmentIx};
+use std::sync::Arc;
 
 impl ReachedFromBothEnds {
     /// False where no leg that is open at some time leads on from any start, or to the destination: most often that is what
@@ -123,30 +124,23 @@ fn straight_m(terms: &Expander<'_>, node: NodeIx) -> f64 {
 
 /// The tables on the legs that closures leave open at some time; `None` where that is all of them but for segments that
 /// the request itself closes.
-pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option<Potentials> {
+pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option<Arc<Potentials>> {
     let Expander { world, request, .. } = *terms;
-    let legs = world.legs;
-    let mut shut = Bits::default();
-    let mut has_shut = false;
+    let mut shut = Vec::new();
     let mut intervals = Vec::new();
     for segment in world.obstacles.closed().segments().iter() {
         for leg in legs_of(terms, segment) {
             let is_shut =
                 may_be_flown(terms, closed, leg) && !is_ever_open(terms, leg, &mut intervals);
             if is_shut {
-                shut.insert_growing(leg);
-                has_shut = true;
+                shut.push(leg);
             }
         }
     }
-    has_shut.then(|| {
+    (!shut.is_empty()).then(|| {
         let own = request.closed_segments.iter();
-        for leg in own.flat_map(|segment| legs_of(terms, segment.0)) {
-            shut.insert_growing(leg);
-        }
-        let nodes = world.topology.node_count();
-        let to = (request.destination, request.objective);
-        Potentials::by_legs(legs, nodes, to, |leg| !shut.holds(leg))
+        shut.extend(own.flat_map(|segment| legs_of(terms, segment.0)));
+        terms.potentials.without(world.legs, shut)
     })
 }
 

@@ -7,8 +7,9 @@ use super::request::Objective;
 use crate::airspace::Bits;
 use crate::flight::{FlightLeg, FlightLegs, LegCost};
 use crate::network::NodeIx;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use crate::routing::Heap;
+use std::mem;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// In place of a leg: at the destination, and where there is no way.
 const NO_LEG: u32 = u32::MAX;
@@ -37,7 +38,7 @@ pub(super) struct Remaining {
 }
 
 /// The tables of one destination.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Potentials {
     destination: NodeIx,
     objective: Objective,
@@ -45,6 +46,15 @@ pub struct Potentials {
     /// Nodes from which two ways have the least weight.
     tied: Bits,
     slowest_mps: f64,
+    /// The same without some legs, as it was asked for last: plans that a closure meets want the same, one after the other.
+    without: Mutex<Option<Without>>,
+}
+
+/// Tables without some legs.
+#[derive(Debug)]
+struct Without {
+    shut: Vec<u32>,
+    tables: Arc<Potentials>,
 }
 
 impl Potentials {
@@ -54,19 +64,43 @@ impl Potentials {
         Self::by_legs(legs, nodes, (destination, objective), |_| true)
     }
 
-    /// The same on what is left of the network without some of its legs.
-    pub(super) fn by_legs(
+    /// The same on what is left of the network without some of its legs, of which there may be none; kept until others are
+    /// left out.
+    pub(super) fn without(&self, legs: &FlightLegs, shut: Vec<u32>) -> Arc<Self> {
+        let kept = || self.without.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = &*kept()
+            && kept.shut == shut
+        {
+            return kept.tables.clone();
+        }
+        // Outside the lock: two threads may do the same work, but none waits for another one's.
+        let mut left_out = Bits::default();
+        for &leg in &shut {
+            left_out.insert_growing(leg);
+        }
+        let to = (self.destination, self.objective);
+        let nodes = self.remaining.len();
+        let tables = Self::by_legs(legs, nodes, to, |leg| !left_out.holds(leg));
+        let tables = Arc::new(tables);
+        *kept() = Some(Without {
+            shut,
+            tables: tables.clone(),
+        });
+        tables
+    }
+
+    fn by_legs(
         legs: &FlightLegs,
         nodes: usize,
         (destination, objective): (NodeIx, Objective),
         is_left: impl Fn(u32) -> bool,
     ) -> Self {
-        let weight = |leg: &FlightLeg| match objective {
+        let weight = |away: u32, leg: &FlightLeg| match objective {
             _ if !is_left(leg.twin) => f64::INFINITY,
-            Objective::Distance if leg.is_flyable_back => leg.length_m,
+            Objective::Distance if legs.least_back(away).is_flyable() => leg.length_m,
             Objective::Distance => f64::INFINITY,
-            Objective::Time => legs.leg(leg.twin).least.time_s,
-            Objective::Energy => energy_weight(legs.leg(leg.twin).least.energy),
+            Objective::Time => legs.least_back(away).time_s,
+            Objective::Energy => energy_weight(legs.least_back(away).energy),
         };
         let tree = distances(legs, nodes, destination, weight);
         let least = least_sums(legs, nodes, &tree.settled, &is_left);
@@ -80,13 +114,17 @@ impl Potentials {
             next: tree.next[node],
         });
         let remaining: Vec<Remaining> = remaining.collect();
-        let tied = ties(legs, &remaining, (objective, &tree.settled), &is_left);
+        let tied = match objective {
+            Objective::Time => Bits::empty(nodes),
+            _ => ties(legs, &remaining, (objective, &tree.settled), &is_left),
+        };
         Self {
             destination,
             objective,
             remaining,
             tied,
             slowest_mps: legs.slowest_mps(),
+            without: Mutex::default(),
         }
     }
 
@@ -124,6 +162,7 @@ impl Potentials {
             remaining: vec![nothing; nodes],
             tied: Bits::empty(nodes),
             slowest_mps: 0.0,
+            without: Mutex::default(),
         }
     }
 
@@ -142,6 +181,7 @@ impl Potentials {
             remaining: remaining.collect(),
             tied: self.tied.clone(),
             slowest_mps: self.slowest_mps,
+            without: Mutex::default(),
         }
     }
 
@@ -150,9 +190,10 @@ impl Potentials {
         self.slowest_mps
     }
 
-    /// Bytes held in memory.
+    /// The most bytes held in memory: with the same once more, without some legs.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.remaining.len() * size_of::<Remaining>() + self.remaining.len() / 8
+        let nodes = self.remaining.len();
+        2 * (size_of::<Self>() + nodes * size_of::<Remaining>() + nodes / 8)
     }
 
     /// What is left from a node.
@@ -216,40 +257,34 @@ struct Table {
     settled: Vec<NodeIx>,
 }
 
-/// The least sum of `weight` over the legs to a destination, infinite without a way. It is given the leg the other way, as
-/// the search goes backwards.
+/// The least sum of `weight` over the legs to a destination, infinite without a way. It is given the leg the other way and its
+/// place, as the search goes backwards.
 fn distances(
     legs: &FlightLegs,
     nodes: usize,
     destination: NodeIx,
-    weight: impl Fn(&FlightLeg) -> f64,
+    weight: impl Fn(u32, &FlightLeg) -> f64,
 ) -> Table {
     let mut table = Table {
         left: vec![f64::INFINITY; nodes],
         next: vec![NO_LEG; nodes],
         settled: Vec::with_capacity(nodes),
     };
-    let mut queue = BinaryHeap::with_capacity(nodes);
+    let mut queue = Heap::with_capacity(nodes);
     table.left[destination.at()] = 0.0;
-    queue.push(Queued {
-        left: 0.0,
-        node: destination,
-    });
-    while let Some(Queued { left, node }) = queue.pop() {
+    queue.push(0.0, destination);
+    while let Some((left, node)) = queue.pop() {
         if left > table.left[node.at()] {
             continue;
         }
         table.settled.push(node);
         for away in legs.from(node) {
             let leg = legs.leg(away);
-            let through = left + weight(leg);
+            let through = left + weight(away, leg);
             if through < table.left[leg.to.at()] {
                 table.left[leg.to.at()] = through;
                 table.next[leg.to.at()] = leg.twin;
-                queue.push(Queued {
-                    left: through,
-                    node: leg.to,
-                });
+                queue.push(through, leg.to);
             }
         }
     }
@@ -259,9 +294,10 @@ fn distances(
 /// The least sums of time and energy over the legs to the first of some nodes, which are all that lead there; infinite for
 /// others.
 ///
-/// Nodes are looked at in the order of another weight until nothing changes any more. What is left then is what a search by
-/// these sums finds, to the last bit: each value is that of a way, added up from its end, and no leg makes one smaller.
-/// Time and energy grow much as the other weight does, so that a few rounds do; there are never more than nodes.
+/// Nodes pass on what is left from them in the order of another weight, and those that it was made less for do so again, until
+/// nothing changes any more. What is left then is what a search by these sums finds, to the last bit: each value is that of a
+/// way, added up from its end, and no leg makes one smaller. Time and energy grow much as the other weight does, so that few
+/// do so twice.
 fn least_sums(
     legs: &FlightLegs,
     nodes: usize,
@@ -269,60 +305,43 @@ fn least_sums(
     is_left: &impl Fn(u32) -> bool,
 ) -> Vec<LegCost> {
     let mut left = vec![LegCost::UNFLYABLE; nodes];
-    let Some((destination, others)) = outwards.split_first() else {
+    let Some(destination) = outwards.first() else {
         return left;
     };
     left[destination.at()] = LegCost {
         time_s: 0.0,
         energy: 0.0,
     };
+    let mut is_to_pass_on = vec![false; nodes];
+    is_to_pass_on[destination.at()] = true;
     let mut has_changed = true;
     while has_changed {
         has_changed = false;
-        for &node in others {
-            let own = left[node.at()];
-            let mut best = own;
-            for leg in legs.from(node).filter(|&leg| is_left(leg)) {
-                let leg = legs.leg(leg);
-                let after = left[leg.to.at()];
-                best.time_s = best.time_s.min(after.time_s + leg.least.time_s);
-                let energy = after.energy + energy_weight(leg.least.energy);
-                best.energy = best.energy.min(energy);
+        for &node in outwards {
+            if !mem::take(&mut is_to_pass_on[node.at()]) {
+                continue;
             }
-            if best != own {
-                left[node.at()] = best;
-                has_changed = true;
+            let own = left[node.at()];
+            for away in legs.from(node) {
+                let LegCost { time_s, energy } = legs.least_back(away);
+                let through = LegCost {
+                    time_s: own.time_s + time_s,
+                    energy: own.energy + energy_weight(energy),
+                };
+                let FlightLeg { to, twin, .. } = *legs.leg(away);
+                let before = &mut left[to.at()];
+                let is_less = through.time_s < before.time_s || through.energy < before.energy;
+                if is_less && is_left(twin) {
+                    before.time_s = before.time_s.min(through.time_s);
+                    before.energy = before.energy.min(through.energy);
+                    is_to_pass_on[to.at()] = true;
+                    has_changed = true;
+                }
             }
         }
     }
     left
 }
-
-/// A node in the queue, nearest first.
-struct Queued {
-    left: f64,
-    node: NodeIx,
-}
-
-impl Ord for Queued {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.left.total_cmp(&self.left)
-    }
-}
-
-impl PartialOrd for Queued {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Queued {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Queued {}
 
 #[cfg(test)]
 mod tests {
@@ -359,10 +378,10 @@ mod tests {
             let wind = WindField::uniform(Wind::coming_from(37.0 * seed as f64, speed_mps));
             let (legs, nodes) = legs(seed, wind);
             for destination in (0..nodes as u32).step_by(17).map(NodeIx) {
-                let by_time = distances(&legs, nodes, destination, |leg| {
+                let by_time = distances(&legs, nodes, destination, |_, leg| {
                     legs.leg(leg.twin).least.time_s
                 });
-                let by_energy = distances(&legs, nodes, destination, |leg| {
+                let by_energy = distances(&legs, nodes, destination, |_, leg| {
                     energy_weight(legs.leg(leg.twin).least.energy)
                 });
                 for objective in Objective::ALL {
@@ -378,5 +397,29 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_kept_without_some_legs_is_that_of_the_legs_asked_for() {
+        let (legs, nodes) = legs(5, WindField::uniform(Wind::coming_from(0.0, 0.0)));
+        let to = (NodeIx(17), Objective::Energy);
+        let tables = Potentials::of(&legs, nodes, to.0, to.1);
+        let first: Vec<u32> = (0..40).collect();
+        let others: Vec<u32> = (30..90).step_by(3).collect();
+        let energies = |tables: &Potentials| -> Vec<f64> {
+            let all = tables.remaining.iter();
+            all.map(|remaining| remaining.energy).collect()
+        };
+        let whole = energies(&tables);
+        let mut found = Vec::new();
+        for shut in [&first, &others, &first] {
+            let expected = Potentials::by_legs(&legs, nodes, to, |leg| !shut.contains(&leg));
+            let kept = tables.without(&legs, shut.clone());
+            assert!(Arc::ptr_eq(&kept, &tables.without(&legs, shut.clone())));
+            assert_eq!(energies(&kept), energies(&expected));
+            assert_ne!(energies(&kept), whole);
+            found.push(kept);
+        }
+        assert_ne!(energies(&found[0]), energies(&found[1]));
     }
 }

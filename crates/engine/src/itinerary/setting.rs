@@ -153,7 +153,7 @@ impl FlightSetting {
     }
 
     /// What legs take.
-    pub fn legs(&self) -> &FlightLegs {
+    pub fn legs(&self) -> &Arc<FlightLegs> {
         &self.legs
     }
 

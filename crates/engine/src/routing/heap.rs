@@ -15,7 +15,7 @@ struct Entry {
 
 /// Nodes waiting to be taken, smallest key first.
 #[derive(Debug, Default)]
-pub(super) struct Heap {
+pub(crate) struct Heap {
     entries: Vec<Entry>,
 }
 
@@ -23,18 +23,18 @@ impl Heap {
     /// A heap that never allocates while it holds at most `capacity` entries.
     ///
     /// The memory is only reserved: pages that no search has written take no room.
-    pub(super) fn with_capacity(capacity: usize) -> Self {
+    pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self {
             entries: Vec::with_capacity(capacity),
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.entries.clear();
     }
 
     #[inline]
-    pub(super) fn push(&mut self, key: f64, node: NodeIx) {
+    pub(crate) fn push(&mut self, key: f64, node: NodeIx) {
         let mut place = self.entries.len();
         let entry = Entry { key, node };
         self.entries.push(entry);
@@ -50,7 +50,7 @@ impl Heap {
     }
 
     #[inline]
-    pub(super) fn pop(&mut self) -> Option<(f64, NodeIx)> {
+    pub(crate) fn pop(&mut self) -> Option<(f64, NodeIx)> {
         let last = self.entries.pop()?;
         let Some(&top) = self.entries.first() else {
             return Some((last.key, last.node));

@@ -18,6 +18,7 @@ pub use area::Area;
 pub use baselines::Baseline;
 pub use criticality::{Cost, Criticality, Demand, Fleet, criticality, uniform_demand};
 pub use frontier::{Entrance, Start};
+pub(crate) use heap::Heap;
 pub use searcher::{Arrival, Searcher};
 pub use tree::DestinationTree;
 pub use tree_cache::{CacheFigures, ClosureEpoch, TreeCache};

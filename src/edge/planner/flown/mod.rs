@@ -43,8 +43,8 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use terms::DroneKind;
 
-/// Bytes that the tables of destinations of one kind of drone may take.
-const TABLE_BYTES: usize = 32 << 20;
+/// Bytes that the tables of destinations of all kinds of drones may take.
+const TABLE_BYTES: usize = 512 << 20;
 /// At most this many kinds of drones, with payload and wind, are kept compiled.
 const KINDS_KEPT: usize = 16;
 /// At most this many states of the airspace are kept compiled: the one in service, those that waves look at and commits check
@@ -61,7 +61,6 @@ struct Compiled {
     weather: Option<Arc<str>>,
     /// With nothing in the way.
     setting: FlightSetting,
-    tables: FlightTables,
 }
 
 /// A state of the airspace without any plans.
@@ -94,6 +93,7 @@ pub(super) struct Flights {
     /// Whether no other edge gives away the same pads.
     is_alone: bool,
     kept: Mutex<FlightCaches>,
+    tables: Arc<FlightTables>,
     scratches: Mutex<Vec<DeliveryScratch>>,
 }
 
@@ -101,6 +101,7 @@ pub(super) struct Flights {
 #[derive(Debug)]
 pub(super) struct Ground {
     compiled: Arc<Compiled>,
+    tables: Arc<FlightTables>,
     pub(super) skies: FlightEnvironment,
     pub(super) setting: FlightSetting,
     settings: FlightSettings,
@@ -135,6 +136,7 @@ impl Flights {
             zero,
             is_alone: !settings.follows_registry,
             kept: Mutex::default(),
+            tables: Arc::new(FlightTables::new(TABLE_BYTES)),
             scratches: Mutex::default(),
         })
     }
@@ -173,6 +175,7 @@ impl Flights {
             setting: compiled.setting.among(sky.skies.closed(), others.clone()),
             skies: sky.skies.among(others),
             compiled,
+            tables: self.tables.clone(),
             settings: self.settings.clone(),
             limits: self.limits(budget),
             is_alone: self.is_alone,
@@ -304,7 +307,6 @@ impl Flights {
                     },
                 ),
             },
-            tables: FlightTables::new(TABLE_BYTES),
             kind: kind.clone(),
             topology: topology.clone(),
             weather: weather.cloned(),
@@ -353,15 +355,8 @@ impl Flights {
 impl Ground {
     /// The same without tables, so that nothing which was worked out before counts.
     pub(super) fn without_tables(self) -> Self {
-        let compiled = &self.compiled;
         Self {
-            compiled: Arc::new(Compiled {
-                kind: compiled.kind.clone(),
-                topology: compiled.topology.clone(),
-                weather: compiled.weather.clone(),
-                setting: compiled.setting.clone(),
-                tables: FlightTables::new(TABLE_BYTES),
-            }),
+            tables: Arc::new(FlightTables::new(TABLE_BYTES)),
             ..self
         }
     }
@@ -371,7 +366,7 @@ impl Ground {
         DeliveryWorld {
             skies: &self.skies,
             setting: &self.setting,
-            tables: &self.compiled.tables,
+            tables: &self.tables,
             tariff: self.settings.tariff,
             refuge_stay_s: self.settings.refuge_stay_s,
             limits: self.limits,
