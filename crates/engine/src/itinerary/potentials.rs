@@ -6,8 +6,7 @@
 use super::request::Objective;
 use crate::airspace::Bits;
 use crate::flight::{FlightLeg, FlightLegs, LegCost};
-use crate::network::NodeIx;
-use crate::routing::Heap;
+use crate::network::{Heap, NodeIx};
 use std::mem;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -103,20 +102,19 @@ impl Potentials {
             Objective::Energy => energy_weight(legs.least_back(away).energy),
         };
         let tree = distances(legs, nodes, destination, weight);
-        let least = least_sums(legs, nodes, &tree.settled, &is_left);
         let remaining = (0..nodes).map(|node| Remaining {
             weight: match objective {
                 Objective::Time => 0.0,
                 Objective::Distance | Objective::Energy => tree.left[node],
             },
-            time_s: least[node].time_s,
-            energy: least[node].energy,
+            time_s: tree.least[node].time_s,
+            energy: tree.least[node].energy,
             next: tree.next[node],
         });
-        let remaining: Vec<Remaining> = remaining.collect();
+        let remaining = remaining.collect();
         let tied = match objective {
             Objective::Time => Bits::empty(nodes),
-            _ => ties(legs, &remaining, (objective, &tree.settled), &is_left),
+            Objective::Distance | Objective::Energy => tree.tied(legs),
         };
         Self {
             destination,
@@ -216,49 +214,40 @@ impl Potentials {
     }
 }
 
-/// The weight of a leg, as far as it does not depend on when it is flown.
-fn least_weight(legs: &FlightLegs, leg: u32, objective: Objective) -> f64 {
-    let leg = legs.leg(leg);
-    match objective {
-        Objective::Distance => leg.length_m,
-        Objective::Energy => energy_weight(leg.least.energy),
-        Objective::Time => 0.0,
-    }
-}
-
-/// Marks nodes from which two ways are equally light, from the destination outwards.
-fn ties(
-    legs: &FlightLegs,
-    remaining: &[Remaining],
-    (objective, outwards): (Objective, &[NodeIx]),
-    is_left: &impl Fn(u32) -> bool,
-) -> Bits {
-    let mut tied = Bits::empty(remaining.len());
-    for &node in outwards {
-        let own = remaining[node.at()];
-        let is_tight = |&leg: &u32| {
-            let to = legs.leg(leg).to;
-            let through = least_weight(legs, leg, objective) + remaining[to.at()].weight;
-            legs.leg(leg).least.is_flyable() && is_left(leg) && through == own.weight
-        };
-        let tight = legs.from(node).filter(is_tight).count();
-        let goes_on_tied = own.next != NO_LEG && tied.contains(legs.leg(own.next).to.0);
-        if goes_on_tied || tight > usize::from(own.next != NO_LEG) {
-            tied.insert(node.0);
-        }
-    }
-    tied
-}
-
 /// A full search backwards.
 struct Table {
+    /// The least sum of a weight.
     left: Vec<f64>,
+    /// The least sums of time and of energy, each over its own way.
+    least: Vec<LegCost>,
     next: Vec<u32>,
+    /// Nodes with two legs that are equally good.
+    is_even: Vec<bool>,
     settled: Vec<NodeIx>,
 }
 
-/// The least sum of `weight` over the legs to a destination, infinite without a way. It is given the leg the other way and its
-/// place, as the search goes backwards.
+impl Table {
+    /// Marks nodes from which two ways are equally light, from the destination outwards.
+    fn tied(&self, legs: &FlightLegs) -> Bits {
+        let mut tied = Bits::empty(self.next.len());
+        for &node in &self.settled {
+            let next = self.next[node.at()];
+            let goes_on_tied = next != NO_LEG && tied.contains(legs.leg(next).to.0);
+            if goes_on_tied || self.is_even[node.at()] {
+                tied.insert(node.0);
+            }
+        }
+        tied
+    }
+}
+
+/// The least sum of `weight` over the legs to a destination, and beside it the least times and energies; infinite without a
+/// way. The weight is given the leg the other way and its place, as the search goes backwards.
+///
+/// Nodes pass on times and energies in the order of the weight, and those whose own become less after that do so again, until
+/// nothing changes any more. What is left then is what a search by these sums finds, to the last bit: each value is that of a
+/// way, added up from its end, and no leg makes one smaller. Time and energy grow much as the weight does, so that few nodes do
+/// so twice.
 fn distances(
     legs: &FlightLegs,
     nodes: usize,
@@ -267,80 +256,71 @@ fn distances(
 ) -> Table {
     let mut table = Table {
         left: vec![f64::INFINITY; nodes],
+        least: vec![LegCost::UNFLYABLE; nodes],
         next: vec![NO_LEG; nodes],
+        is_even: vec![false; nodes],
         settled: Vec::with_capacity(nodes),
     };
+    let mut has_less = vec![false; nodes];
     let mut queue = Heap::with_capacity(nodes);
     table.left[destination.at()] = 0.0;
+    table.least[destination.at()] = LegCost {
+        time_s: 0.0,
+        energy: 0.0,
+    };
     queue.push(0.0, destination);
     while let Some((left, node)) = queue.pop() {
         if left > table.left[node.at()] {
             continue;
         }
         table.settled.push(node);
+        has_less[node.at()] = false;
         for away in legs.from(node) {
             let leg = legs.leg(away);
-            let through = left + weight(away, leg);
-            if through < table.left[leg.to.at()] {
-                table.left[leg.to.at()] = through;
-                table.next[leg.to.at()] = leg.twin;
+            let weight = weight(away, leg);
+            if weight == f64::INFINITY {
+                continue;
+            }
+            let (to, through) = (leg.to.at(), left + weight);
+            if through < table.left[to] {
+                table.left[to] = through;
+                table.next[to] = leg.twin;
+                table.is_even[to] = false;
                 queue.push(through, leg.to);
+            } else if through == table.left[to] {
+                table.is_even[to] = true;
+            }
+            let own = table.least[node.at()];
+            has_less[to] |= pass_on(own, legs.least_back(away), &mut table.least[to]);
+        }
+    }
+    while has_less.contains(&true) {
+        for &node in &table.settled {
+            if !mem::take(&mut has_less[node.at()]) {
+                continue;
+            }
+            let own = table.least[node.at()];
+            for away in legs.from(node) {
+                let leg = legs.leg(away);
+                if weight(away, leg) < f64::INFINITY {
+                    let before = &mut table.least[leg.to.at()];
+                    has_less[leg.to.at()] |= pass_on(own, legs.least_back(away), before);
+                }
             }
         }
     }
     table
 }
 
-/// The least sums of time and energy over the legs to the first of some nodes, which are all that lead there; infinite for
-/// others.
-///
-/// Nodes pass on what is left from them in the order of another weight, and those that it was made less for do so again, until
-/// nothing changes any more. What is left then is what a search by these sums finds, to the last bit: each value is that of a
-/// way, added up from its end, and no leg makes one smaller. Time and energy grow much as the other weight does, so that few
-/// do so twice.
-fn least_sums(
-    legs: &FlightLegs,
-    nodes: usize,
-    outwards: &[NodeIx],
-    is_left: &impl Fn(u32) -> bool,
-) -> Vec<LegCost> {
-    let mut left = vec![LegCost::UNFLYABLE; nodes];
-    let Some(destination) = outwards.first() else {
-        return left;
-    };
-    left[destination.at()] = LegCost {
-        time_s: 0.0,
-        energy: 0.0,
-    };
-    let mut is_to_pass_on = vec![false; nodes];
-    is_to_pass_on[destination.at()] = true;
-    let mut has_changed = true;
-    while has_changed {
-        has_changed = false;
-        for &node in outwards {
-            if !mem::take(&mut is_to_pass_on[node.at()]) {
-                continue;
-            }
-            let own = left[node.at()];
-            for away in legs.from(node) {
-                let LegCost { time_s, energy } = legs.least_back(away);
-                let through = LegCost {
-                    time_s: own.time_s + time_s,
-                    energy: own.energy + energy_weight(energy),
-                };
-                let FlightLeg { to, twin, .. } = *legs.leg(away);
-                let before = &mut left[to.at()];
-                let is_less = through.time_s < before.time_s || through.energy < before.energy;
-                if is_less && is_left(twin) {
-                    before.time_s = before.time_s.min(through.time_s);
-                    before.energy = before.energy.min(through.energy);
-                    is_to_pass_on[to.at()] = true;
-                    has_changed = true;
-                }
-            }
-        }
-    }
-    left
+/// Makes the least sums of a node those over a leg to another one, where these are less; tells whether any is.
+#[inline]
+fn pass_on(own: LegCost, leg: LegCost, before: &mut LegCost) -> bool {
+    let time_s = own.time_s + leg.time_s;
+    let energy = own.energy + energy_weight(leg.energy);
+    let is_less = time_s < before.time_s || energy < before.energy;
+    before.time_s = before.time_s.min(time_s);
+    before.energy = before.energy.min(energy);
+    is_less
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ mod density;
 mod draft;
 mod error;
 mod generate;
+mod heap;
 mod identity;
 mod index;
 mod neighbours;
@@ -31,6 +32,7 @@ pub use error::{Feature, MAX_ERRORS, NetworkError, NetworkFault};
 pub use generate::{
     GenerateError, Generated, Joining, MAX_GENERATED_NEIGHBOURS, MAX_GENERATED_NODES,
 };
+pub(crate) use heap::Heap;
 pub use identity::{NodeIx, SegmentIx};
 pub use index::{NodeBox, SegmentBox, outer_box};
 pub use order::NodeOrder;

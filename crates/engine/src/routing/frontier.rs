@@ -4,9 +4,8 @@
 //! [`Frontier::relax`] its arcs. What differs between searches is what may be passed, the lower bound
 //! on the way still to go, and when to stop; each is an argument.
 
-use super::heap::Heap;
 use crate::flight::Reentry;
-use crate::network::{Arc, NodeIx, SegmentIx, Topology};
+use crate::network::{Arc, Heap, NodeIx, SegmentIx, Topology};
 
 /// Marks the absence of a parent in a label.
 const NO_PARENT: u32 = u32::MAX;

@@ -13,6 +13,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 struct Kept {
     documents: BTreeMap<(DocumentKind, String), Document>,
     messages: BTreeMap<String, Message>,
+    /// How often messages were settled.
+    settlements: usize,
+    is_broken: bool,
 }
 
 /// A store that is gone with the test.
@@ -20,6 +23,16 @@ struct Kept {
 pub(super) struct Memory(Mutex<Kept>);
 
 impl Memory {
+    /// How often messages were settled, whatever their number.
+    pub(super) fn settlements(&self) -> usize {
+        self.kept().settlements
+    }
+
+    /// Settles no message any more.
+    pub(super) fn break_down(&self) {
+        self.kept().is_broken = true;
+    }
+
     fn kept(&self) -> MutexGuard<'_, Kept> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -124,10 +137,20 @@ impl Documents for Memory {
     }
 
     fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()> {
-        let settled = settled.iter();
-        let by_id = settled.map(|message| (message.id.clone(), message.clone()));
-        self.kept().messages.extend(by_id);
-        now(())
+        Box::pin(async move {
+            // Others come to wait meanwhile, as with a database.
+            tokio::task::yield_now().await;
+            let mut kept = self.kept();
+            if kept.is_broken {
+                let message = "it is broken".to_owned();
+                return Err(StoreError::Unavailable { message });
+            }
+            let settled = settled.iter();
+            let by_id = settled.map(|message| (message.id.clone(), message.clone()));
+            kept.messages.extend(by_id);
+            kept.settlements += 1;
+            Ok(())
+        })
     }
 
     fn messages<'a>(

@@ -272,3 +272,29 @@ async fn a_name_is_asked_for_once_and_what_was_checked_is_called() {
     assert_eq!(turncoat.0.load(Ordering::Relaxed), 2);
     assert_eq!(receiver.calls().len(), 1);
 }
+
+#[tokio::test]
+async fn notes_that_come_during_a_write_are_written_with_the_next_one() {
+    let documents = Arc::new(Memory::default());
+    let notes = Arc::new(Notes::new(documents.clone()));
+    let note_all = |subject: &'static str| {
+        let notes = notes.clone();
+        let mut noting = tokio::task::JoinSet::new();
+        for number in 1..=20 {
+            let notes = notes.clone();
+            noting.spawn(async move { notes.note(message(subject, number, START)).await });
+        }
+        noting.join_all()
+    };
+    let noted = note_all("a").await;
+    assert!(noted.iter().all(Result::is_ok), "{noted:?}");
+    assert_eq!(documents.settlements(), 2);
+    for number in 1..=20 {
+        let found = documents.message(&id("a", number)).await;
+        assert!(found.expect("is in memory").is_some(), "{number}");
+    }
+
+    documents.break_down();
+    let noted = note_all("b").await;
+    assert!(noted.iter().all(Result::is_err), "{noted:?}");
+}

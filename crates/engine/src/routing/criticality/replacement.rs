@@ -6,8 +6,8 @@
 //! two sides, with the two distances that are known. What hangs on a removed node itself is searched once more, each
 //! branch for its own node alone.
 
+use crate::network::Heap;
 use crate::network::NodeIx;
-use crate::routing::heap::Heap;
 
 const NONE: u32 = u32::MAX;
 

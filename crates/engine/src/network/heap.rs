@@ -3,7 +3,7 @@
 //! Four children to a parent make it half as deep as a binary heap, and they share a cache line.
 //! Entries are never moved when a better key turns up; the stale one is skipped when it is taken.
 
-use crate::network::NodeIx;
+use super::NodeIx;
 
 const CHILDREN: usize = 4;
 
