@@ -1,7 +1,7 @@
 //! Positions as edges tell them, gzip and all: how many a second are stored, and how soon a day of one drone is read.
 
 use super::DeliveriesArguments;
-use super::town::{Client, Plan, Town};
+use super::town::{Client, Plan, Town, drone_id};
 use crate::Result;
 use crate::rows::Row;
 use flate2::Compression;
@@ -48,7 +48,7 @@ pub(super) async fn measure(
     .await?;
     let now_ms = Timestamp::now().as_millisecond();
     let day: Vec<PositionEntry> = (0..DAY_S)
-        .map(|second| entry("acme:sydney-0", now_ms - (DAY_S - second) * 1_000))
+        .map(|second| entry(&drone_id(NETWORK, 0), now_ms - (DAY_S - second) * 1_000))
         .collect();
     for part in day.chunks(BATCH) {
         send(&town.client, part.to_vec()).await?;
@@ -88,7 +88,8 @@ fn day_path(now_ms: i64) -> Result<String> {
     let from = Timestamp::from_millisecond(now_ms - DAY_S * 1_000)?;
     let until = Timestamp::from_millisecond(now_ms)?;
     Ok(format!(
-        "/v1/drones/acme:sydney-0/positions?from={from}&until={until}&limit=100000"
+        "/v1/drones/{}/positions?from={from}&until={until}&limit=100000",
+        drone_id(NETWORK, 0)
     ))
 }
 

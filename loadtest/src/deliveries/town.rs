@@ -277,11 +277,11 @@ impl Town {
     /// The provider, its drones and its services, and the customer with its webhook.
     async fn enrol(&self, plan: &Plan<'_>) -> Result<()> {
         let client = &self.client;
-        client
-            .put("/v1/providers/acme", &json!({"name": "Acme"}))
-            .await?;
         let mut homes = self.homes.iter();
         for name in plan.names {
+            // One for each network: a provider may have 5,000 drones.
+            let path = format!("/v1/providers/{}", provider_id(name));
+            client.put(&path, &json!({"name": "Acme"})).await?;
             for (number, &home) in homes.by_ref().take(plan.drones).enumerate() {
                 let home = &self.world.ids[home];
                 let drone = json!({"network": name, "home": home, "payload_max_kg": 2.0});
@@ -293,7 +293,7 @@ impl Town {
                 "tariff": {"currency": "AUD", "base": "4.00", "per_km": "1.20"},
             });
             client
-                .put(&format!("/v1/services/acme:{name}"), &service)
+                .put(&format!("/v1/services/{}", service_id(name)), &service)
                 .await?;
         }
         client
@@ -332,13 +332,21 @@ impl Town {
         let (source, destination) = ends;
         json!({
             "network": network, "source": self.world.ids[source], "destination": self.world.ids[destination],
-            "payload_kg": 0.5, "customer": "shop", "service_id": format!("acme:{network}"),
+            "payload_kg": 0.5, "customer": "shop", "service_id": service_id(network),
         })
     }
 }
 
 pub(super) fn drone_id(network: &str, number: usize) -> String {
-    format!("acme:{network}-{number}")
+    format!("{}:{number}", provider_id(network))
+}
+
+fn service_id(network: &str) -> String {
+    format!("{}:parcels", provider_id(network))
+}
+
+fn provider_id(network: &str) -> String {
+    format!("acme-{network}")
 }
 
 /// A network in a folder: 5,000 nodes over a square of 40 km, or few of them over a small one.
