@@ -50,7 +50,7 @@ impl Notes {
                 let _ = one.send(());
             }
         }
-        // Whoever had the turn before has written it, or has not.
+        // A write before this turn has taken it along; where that failed, there is no word of it.
         noted.try_recv().map_err(|_| {
             let detail = "what became of a message was not written with others";
             Refusal::new(Code::StoreUnavailable, detail)
