@@ -23,7 +23,7 @@ use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 /// Messages that are sent at once.
-const IN_FLIGHT_MAX: usize = 128;
+const IN_FLIGHT_MAX: usize = 256;
 /// Of these, to one webhook.
 const IN_FLIGHT_PER_WEBHOOK: usize = 32;
 /// How many due messages are looked at.
@@ -84,6 +84,16 @@ impl Underway {
     }
 }
 
+/// What was seen of the messages that are due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Looked {
+    /// They were looked at a moment ago.
+    NotAnew,
+    AtAll,
+    /// There may be more of them.
+    PageIsFull,
+}
+
 /// That an attempt has ended.
 #[derive(Debug)]
 struct Attempted {
@@ -123,7 +133,7 @@ impl Sender {
         underway: &mut Underway,
         attempts: &mut JoinSet<Attempted>,
     ) -> Result<Duration, Refusal> {
-        let is_page_full = self.look(underway).await?;
+        let looked = self.look(underway).await?;
         for message in mem::take(&mut underway.due) {
             let entry = (message.webhook.clone(), message.subject.clone());
             if underway.subjects.contains(&entry) {
@@ -137,13 +147,17 @@ impl Sender {
             }
             // One that takes nothing must not fill the page, before those that would.
             let failures = underway.failures.get(&message.webhook);
-            match failures.filter(|_| is_page_full) {
+            match failures.filter(|_| looked == Looked::PageIsFull) {
                 Some(&failures) => self.put_off(message, failures).await?,
                 None => underway.due.push(message),
             }
         }
         if !underway.due.is_empty() {
-            return Ok(LOOK_EVERY);
+            // What has come since the last look does not wait for a webhook that is slow.
+            return Ok(match looked {
+                Looked::NotAnew => LOOK_AGAIN_AFTER,
+                Looked::AtAll | Looked::PageIsFull => LOOK_EVERY,
+            });
         }
         let next = self.documents.next_due().await?;
         let next = next.and_then(|due_ms| Timestamp::from_millisecond(due_ms).ok());
@@ -156,15 +170,18 @@ impl Sender {
         Ok(wait.unwrap_or(LOOK_EVERY).clamp(shortest, LOOK_EVERY))
     }
 
-    /// Looks what is due, unless what was found a moment ago is not all sent; tells whether there may be more.
-    async fn look(&self, underway: &mut Underway) -> Result<bool, Refusal> {
+    /// Looks what is due, unless what was found a moment ago is not all sent.
+    async fn look(&self, underway: &mut Underway) -> Result<Looked, Refusal> {
         let is_old = |at: Instant| at.elapsed() >= LOOK_AGAIN_AFTER;
         if !underway.due.is_empty() && !underway.looked_at.is_none_or(is_old) {
-            return Ok(false);
+            return Ok(Looked::NotAnew);
         }
         underway.looked_at = Some(Instant::now());
         underway.due = self.documents.due_messages(self.now_ms(), PAGE).await?;
-        Ok(underway.due.len() as u64 == PAGE)
+        Ok(match underway.due.len() as u64 == PAGE {
+            true => Looked::PageIsFull,
+            false => Looked::AtAll,
+        })
     }
 
     async fn put_off(&self, mut message: Message, failures: u32) -> Result<(), Refusal> {
