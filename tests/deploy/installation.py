@@ -115,7 +115,7 @@ class Installation:
             until(f"{service} is ready", lambda service=service: self.is_ready(service))
 
     def start_proxy(self) -> None:
-        """The proxy with its configuration, where the file puts it."""
+        """The proxy with its configuration, where the file puts it; the edges have to be there, and without a network."""
         # The whole machine sees what only the containers of proxy and Prometheus would.
         at = pathlib.Path("/run/secrets")
         at.mkdir()
@@ -126,9 +126,15 @@ class Installation:
 
         def serves() -> bool:
             expect(self.processes["proxy"].is_running(), f"the proxy ends:\n{self.processes['proxy'].log()}")
-            return self.registries("").ask("GET", "/livez")[0] in (200, 503)
+            # It takes servers for ready until it has asked them: only then does it say that none is, as none has a network.
+            return "No server" in self.edges("").ask("GET", "/readyz")[1].get("text", "")
 
-        until("the proxy", serves)
+        until("the proxy has asked all edges", serves)
+
+    def proxy_log(self) -> str:
+        """The end of what the proxy wrote: its servers that came and went, and the requests before a failure."""
+        proxy = self.processes.get("proxy")
+        return "\n".join(proxy.log().splitlines()[-20:]) if proxy else "(it was not started)"
 
     def start_prometheus(self) -> None:
         """Prometheus with its configuration, on the port of its image."""
@@ -159,17 +165,17 @@ def installed(folder: pathlib.Path, program: pathlib.Path, tools: pathlib.Path, 
     try:
         with postgres(folder / "postgres", installation.token("postgres_password")) as database:
             installation.database = database
-            for service in REGISTRIES:
+            for service in (*REGISTRIES, *EDGES):
                 installation.start(service)
             installation.start_proxy()
             installation.start_prometheus()
-            for service in EDGES:
-                installation.start(service)
             installation.await_ready(*REGISTRIES)
             give_network(installation)
             installation.await_ready(*EDGES)
             until("the proxy has seen an edge", lambda: installation.edges("").ask("GET", "/readyz")[0] == 200)
             yield installation
+    except Failed as error:
+        raise Failed(f"{error}\nthe proxy's last lines:\n{installation.proxy_log()}") from error
     finally:
         for process in installation.processes.values():
             process.kill()
