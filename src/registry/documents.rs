@@ -267,8 +267,13 @@ pub trait Documents: Debug + Send + Sync {
     fn news_through<'a>(&'a self, network: &'a str, edge: &'a str, lineage: u64)
     -> Answer<'a, u64>;
 
-    /// Messages that are due and first of their webhook and subject, the longest due first.
-    fn due_messages(&self, now_ms: i64, limit: u64) -> Answer<'_, Vec<Message>>;
+    /// Messages that are due and first of their webhook and subject, the longest due first; without those of some webhooks.
+    fn due_messages<'a>(
+        &'a self,
+        now_ms: i64,
+        limit: u64,
+        without: &'a [String],
+    ) -> Answer<'a, Vec<Message>>;
 
     /// When the next message is due, in milliseconds since 1970; none where none waits.
     fn next_due(&self) -> Answer<'_, Option<i64>>;

@@ -178,7 +178,7 @@ async fn of_commits_on_one_version_one_is_done(open: Open) {
     let kept = store.document(DocumentKind::Delivery, "d").await;
     let kept = kept.expect("answers").expect("a document");
     assert_eq!((kept.version, kept.body), (2, winners[0].to_string()));
-    let due = store.due_messages(5, 10).await.expect("answers");
+    let due = store.due_messages(5, 10, &[]).await.expect("answers");
     let ids: Vec<String> = due.into_iter().map(|message| message.id).collect();
     assert_eq!(ids, [format!("m-{}", winners[0])]);
     for store in stores {
@@ -292,13 +292,13 @@ async fn messages_come_in_order(open: Open) {
     // A message that is there already stays as it is.
     done(&*store, &telling(&[message("b1", "b", 1, 5)])).await;
     let ids = async |now_ms| -> Vec<String> {
-        let due = store.due_messages(now_ms, 10).await.expect("answers");
+        let due = store.due_messages(now_ms, 10, &[]).await.expect("answers");
         due.into_iter().map(|message| message.id).collect()
     };
     assert_eq!(store.next_due().await, Ok(Some(20)));
     assert_eq!(ids(19).await, Vec::<String>::new(), "a2 waits for a1");
     assert_eq!(ids(50).await, ["b1", "a1"]);
-    let first = store.due_messages(50, 1).await.expect("answers");
+    let first = store.due_messages(50, 1, &[]).await.expect("answers");
     assert_eq!(first[0].id, "b1");
     let mut tried = all[1].clone();
     tried.attempts = 1;
@@ -317,6 +317,29 @@ async fn messages_come_in_order(open: Open) {
         .await
         .expect("settled");
     assert_eq!(ids(70).await, ["a2", "b1"], "nothing is before a2");
+    let mut elsewhere = message("z1", "z", 1, 60);
+    elsewhere.webhook = "slow".to_owned();
+    done(&*store, &telling(&[elsewhere.clone()])).await;
+    let without = async |webhooks: &[&str]| -> Vec<String> {
+        let webhooks: Vec<String> = webhooks.iter().map(|&name| name.to_owned()).collect();
+        let due = store.due_messages(70, 10, &webhooks).await;
+        let due = due.expect("answers").into_iter();
+        due.map(|message| message.id).collect()
+    };
+    assert_eq!(without(&["none"]).await, ["a2", "b1", "z1"]);
+    assert_eq!(without(&["slow", "none"]).await, ["a2", "b1"]);
+    assert_eq!(without(&["hook", "slow"]).await, Vec::<String>::new());
+    let mut two = [all[2].clone(), elsewhere];
+    for message in &mut two {
+        message.attempts = 1;
+        message.due_ms = 200;
+    }
+    store.settle_messages(&two).await.expect("settled");
+    for message in two {
+        let found = store.message(&message.id).await;
+        assert_eq!(found, Ok(Some(message)));
+    }
+    assert_eq!(without(&[]).await, ["a2"]);
     let listed = async |before, limit| -> Vec<String> {
         let found = store.messages("hook", before, limit).await;
         let found = found.expect("answers").into_iter();

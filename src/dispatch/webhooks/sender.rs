@@ -26,6 +26,8 @@ use tokio::time::Instant;
 const IN_FLIGHT_MAX: usize = 256;
 /// Of these, to one webhook.
 const IN_FLIGHT_PER_WEBHOOK: usize = 32;
+/// The same while it does not take what it is sent: endpoints that hang must not take the place of all others.
+const IN_FLIGHT_WHILE_FAILING: usize = 4;
 /// How many due messages are looked at.
 const PAGE: u64 = 256;
 /// For so long a message that is being sent is put off; an attempt takes less.
@@ -58,15 +60,35 @@ struct Underway {
     looked_at: Option<Instant>,
     /// Webhook and subject of each message.
     subjects: BTreeSet<(String, String)>,
-    /// How many attempts in a row a webhook has not taken.
-    failures: BTreeMap<String, u32>,
+    /// Webhooks that have not taken what they were sent last.
+    failing: BTreeSet<String>,
 }
 
 impl Underway {
-    fn of(&self, webhook: &str) -> usize {
+    fn has_room(&self, webhook: &str) -> bool {
         let first = (webhook.to_owned(), String::new());
         let from_here = self.subjects.range(first..);
-        from_here.take_while(|(other, _)| other == webhook).count()
+        let under_way = from_here.take_while(|(other, _)| other == webhook).count();
+        self.subjects.len() < IN_FLIGHT_MAX && under_way < self.most(webhook)
+    }
+
+    fn most(&self, webhook: &str) -> usize {
+        match self.failing.contains(webhook) {
+            true => IN_FLIGHT_WHILE_FAILING,
+            false => IN_FLIGHT_PER_WEBHOOK,
+        }
+    }
+
+    /// Webhooks to which as much is being sent as may be.
+    fn full(&self) -> Vec<String> {
+        let mut under_way = BTreeMap::<&str, usize>::new();
+        for (webhook, _) in &self.subjects {
+            *under_way.entry(webhook).or_default() += 1;
+        }
+        let full = under_way
+            .iter()
+            .filter(|(webhook, count)| **count >= self.most(webhook));
+        full.map(|(webhook, _)| (*webhook).to_owned()).collect()
     }
 
     fn ended(&mut self, attempted: Attempted) {
@@ -77,21 +99,11 @@ impl Underway {
         } = attempted;
         self.subjects.remove(&(webhook.clone(), subject));
         if is_taken == Some(false) {
-            *self.failures.entry(webhook).or_default() += 1;
+            self.failing.insert(webhook);
         } else {
-            self.failures.remove(&webhook);
+            self.failing.remove(&webhook);
         }
     }
-}
-
-/// What was seen of the messages that are due.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Looked {
-    /// They were looked at a moment ago.
-    NotAnew,
-    AtAll,
-    /// There may be more of them.
-    PageIsFull,
 }
 
 /// That an attempt has ended.
@@ -133,31 +145,22 @@ impl Sender {
         underway: &mut Underway,
         attempts: &mut JoinSet<Attempted>,
     ) -> Result<Duration, Refusal> {
-        let looked = self.look(underway).await?;
+        self.look(underway).await?;
         for message in mem::take(&mut underway.due) {
             let entry = (message.webhook.clone(), message.subject.clone());
             if underway.subjects.contains(&entry) {
                 continue;
             }
-            let is_room = underway.subjects.len() < IN_FLIGHT_MAX;
-            if is_room && underway.of(&message.webhook) < IN_FLIGHT_PER_WEBHOOK {
+            if underway.has_room(&message.webhook) {
                 underway.subjects.insert(entry);
                 attempts.spawn(self.clone().attempt(message));
-                continue;
-            }
-            // One that takes nothing must not fill the page, before those that would.
-            let failures = underway.failures.get(&message.webhook);
-            match failures.filter(|_| looked == Looked::PageIsFull) {
-                Some(&failures) => self.put_off(message, failures).await?,
-                None => underway.due.push(message),
+            } else {
+                underway.due.push(message);
             }
         }
         if !underway.due.is_empty() {
             // What has come since the last look does not wait for a webhook that is slow.
-            return Ok(match looked {
-                Looked::NotAnew => LOOK_AGAIN_AFTER,
-                Looked::AtAll | Looked::PageIsFull => LOOK_EVERY,
-            });
+            return Ok(LOOK_AGAIN_AFTER);
         }
         let next = self.documents.next_due().await?;
         let next = next.and_then(|due_ms| Timestamp::from_millisecond(due_ms).ok());
@@ -170,23 +173,18 @@ impl Sender {
         Ok(wait.unwrap_or(LOOK_EVERY).clamp(shortest, LOOK_EVERY))
     }
 
-    /// Looks what is due, unless what was found a moment ago is not all sent.
-    async fn look(&self, underway: &mut Underway) -> Result<Looked, Refusal> {
+    /// Looks what is due and has room, unless what was found a moment ago is not all sent.
+    async fn look(&self, underway: &mut Underway) -> Result<(), Refusal> {
         let is_old = |at: Instant| at.elapsed() >= LOOK_AGAIN_AFTER;
         if !underway.due.is_empty() && !underway.looked_at.is_none_or(is_old) {
-            return Ok(Looked::NotAnew);
+            return Ok(());
         }
         underway.looked_at = Some(Instant::now());
-        underway.due = self.documents.due_messages(self.now_ms(), PAGE).await?;
-        Ok(match underway.due.len() as u64 == PAGE {
-            true => Looked::PageIsFull,
-            false => Looked::AtAll,
-        })
-    }
-
-    async fn put_off(&self, mut message: Message, failures: u32) -> Result<(), Refusal> {
-        message.due_ms = self.now_ms().saturating_add(spread_ms(failures));
-        self.notes.note(message).await
+        // What waits for one that is slow must not fill the page, before what others would take.
+        let full = underway.full();
+        let due = self.documents.due_messages(self.now_ms(), PAGE, &full);
+        underway.due = due.await?;
+        Ok(())
     }
 
     async fn attempt(self: Arc<Self>, message: Message) -> Attempted {

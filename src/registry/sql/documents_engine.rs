@@ -56,10 +56,17 @@ impl Documents for SqlStore {
         })
     }
 
-    fn due_messages(&self, now_ms: i64, limit: u64) -> Answer<'_, Vec<Message>> {
-        Box::pin(
-            async move { asking!(self, |connection| messages::due(connection, now_ms, limit)) },
-        )
+    fn due_messages<'a>(
+        &'a self,
+        now_ms: i64,
+        limit: u64,
+        without: &'a [String],
+    ) -> Answer<'a, Vec<Message>> {
+        Box::pin(async move {
+            asking!(self, |connection| messages::due(
+                connection, now_ms, limit, without
+            ))
+        })
     }
 
     fn next_due(&self) -> Answer<'_, Option<i64>> {

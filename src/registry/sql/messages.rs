@@ -71,21 +71,34 @@ pub(super) async fn insert(
     Ok(())
 }
 
-/// Messages that are due and first of their webhook and subject, the longest due first.
+/// Messages that are due and first of their webhook and subject, the longest due first; without those of some webhooks.
 pub(super) async fn due(
     connection: &mut Connection,
     now_ms: i64,
     limit: u64,
+    without: &[String],
 ) -> Result<Vec<Message>, Trouble> {
-    let statement = concat!(
+    let asked = concat!(
         "SELECT ",
         message_columns!(),
-        " FROM messages m WHERE m.due_ms <= $1 AND ",
+        " FROM messages m WHERE ",
         is_first!(),
-        " ORDER BY m.due_ms, m.id LIMIT $2"
+        " AND m.due_ms <= "
     );
-    let asked = sqlx::query(statement).bind(now_ms).bind(signed(limit));
-    let rows = asked.fetch_all(connection).await.map_err(trouble)?;
+    let mut statement = QueryBuilder::<Database>::new(asked);
+    statement.push_bind(now_ms);
+    if !without.is_empty() {
+        statement.push(" AND m.webhook NOT IN (");
+        let mut listed = statement.separated(", ");
+        for webhook in without {
+            listed.push_bind(webhook);
+        }
+        statement.push(")");
+    }
+    statement.push(" ORDER BY m.due_ms, m.id LIMIT ");
+    statement.push_bind(signed(limit));
+    let rows = statement.build().fetch_all(connection);
+    let rows = rows.await.map_err(trouble)?;
     rows.iter().map(message_of).collect()
 }
 

@@ -37,7 +37,7 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
-    fn due_messages(&self, _: i64, _: u64) -> Answer<'_, Vec<Message>> {
+    fn due_messages<'a>(&'a self, _: i64, _: u64, _: &'a [String]) -> Answer<'a, Vec<Message>> {
         none_kept()
     }
 

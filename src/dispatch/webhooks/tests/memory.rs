@@ -114,11 +114,17 @@ impl Documents for Memory {
         now(Committed::Done)
     }
 
-    fn due_messages(&self, now_ms: i64, limit: u64) -> Answer<'_, Vec<Message>> {
+    fn due_messages<'a>(
+        &'a self,
+        now_ms: i64,
+        limit: u64,
+        without: &'a [String],
+    ) -> Answer<'a, Vec<Message>> {
         let kept = self.kept();
         let due = kept.messages.values().filter(|message| {
             message.state == "pending"
                 && message.due_ms <= now_ms
+                && !without.contains(&message.webhook)
                 && is_first(message, &kept.messages)
         });
         let mut due: Vec<Message> = due.cloned().collect();

@@ -17,10 +17,13 @@ use receiver::{Answering, Receiver};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use tokio::net::TcpListener;
 use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 
 const HOOK: &str = "shop:main";
+/// A webhook whose endpoint never answers.
+const HANGING: &str = "shop:hanging";
 const START: i64 = 1_800_000_000_000;
 
 /// A sender that runs, and its endpoint.
@@ -215,6 +218,39 @@ async fn who_takes_something_else_within_the_day_is_not_disabled() {
     assert_eq!(desk.settled("d-2", 1, u32::MAX).await.state, "delivered");
     assert_eq!(desk.settled("d-1", 1, u32::MAX).await.state, "given_up");
     assert_eq!(desk.webhook().await.state, WebhookState::Active);
+}
+
+#[tokio::test]
+async fn who_never_answers_takes_the_place_of_no_other() {
+    let desk = Desk::start(|_| "200 Taken").await;
+    // It is connected to, and nobody takes the call.
+    let nobody = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let address = nobody.local_addr().expect("has an address");
+    let endpoint = Endpoint::new(&WebhookDraft {
+        url: format!("http://{address}/"),
+        events: Vec::new(),
+    });
+    let endpoint = endpoint.expect("random bits");
+    let document = endpoint.document(HANGING, "shop", 1, START);
+    // More than are looked at, or sent, at once.
+    let waiting = (0..400).map(|number| Message {
+        webhook: HANGING.to_owned(),
+        ..message(&format!("h-{number:03}"), 1, START)
+    });
+    let waiting: Vec<Message> = waiting.collect();
+    desk.commit(vec![document.expect("has a JSON form")], waiting)
+        .await;
+    desk.tell("d-1", 1..=3).await;
+    for number in 1..=3 {
+        let message = desk.settled("d-1", number, u32::MAX).await;
+        assert_eq!(message.state, "delivered");
+    }
+    let hanging = desk.documents.messages(HANGING, None, 1_000).await;
+    let hanging = hanging.expect("is in memory");
+    assert!(hanging.iter().all(|message| message.state == "pending"));
+    assert!(hanging.iter().all(|message| message.last_outcome.is_none()));
+    let called = hanging.iter().filter(|message| message.attempts > 0);
+    assert!((1..=32).contains(&called.count()));
 }
 
 /// Names whose only one is public when it is first asked for, and this machine's from then on.
