@@ -5,7 +5,6 @@ use super::changes::Change;
 use super::deliveries::may_call_off;
 use super::edges::{CalledOff, EdgeError};
 use super::orders::{DECISIONS, contended};
-use super::pace::pause_ms;
 use super::records::{Asking, Kept, Order};
 use crate::access::Caller;
 use crate::refusal::{Code, Refusal};
@@ -17,6 +16,7 @@ const ASKED_FOR: SignedDuration = SignedDuration::from_hours(24);
 const CALLED_OFF: &str = "it was called off";
 const DEPARTED: &str = "its drone departed before it could be called off";
 const BEING_CALLED_OFF: &str = "it is being called off";
+const OVER: &str = "its flight is over; what became of it, its edge tells";
 
 impl Dispatch {
     /// Calls a delivery off. Where an edge has its flight the answer may be that it is being called off, and the status
@@ -132,10 +132,7 @@ fn call_off(order: &mut Order, now: Timestamp) -> bool {
         let reason = Some(CALLED_OFF.to_owned());
         return order.set_status(DeliveryStatus::Cancelled, reason, now, None);
     }
-    order.dispatch.asking = Asking::CallingOff;
-    order.dispatch.failures = 0;
-    order.dispatch.asked_since_ms = now.as_millisecond();
-    order.dispatch.next_look_ms = now.as_millisecond();
+    order.ask_to_call_off(now);
     order.delivery.reason = Some(BEING_CALLED_OFF.to_owned());
     false
 }
@@ -154,19 +151,29 @@ fn settle(
         Ok(CalledOff::Departed) => {
             order.dispatch.asking = Asking::Nothing;
             order.dispatch.is_called_off = false;
+            order.dispatch.is_given_up = false;
             order.delivery.reason = Some(DEPARTED.to_owned());
             (depart(order, now), None)
         }
-        // What became of it, the edge tells.
-        Ok(CalledOff::Over) => {
+        Ok(CalledOff::Over) if order.delivery.status.is_final() => {
             order.dispatch.asking = Asking::Nothing;
+            (false, None)
+        }
+        // It may have been flown to the door: no other drone is to fly it.
+        Ok(CalledOff::Over) if is_given_up => {
+            order.dispatch.is_called_off = false;
+            order.dispatch.is_given_up = true;
+            (end(order, now), Some(FleetDroneState::OutOfService))
+        }
+        // What became of it, the edge tells, and nothing else is done for it before.
+        Ok(CalledOff::Over) => {
+            order.ask_again(now);
+            order.delivery.reason = Some(OVER.to_owned());
             (false, None)
         }
         Err(_) if is_given_up => (end(order, now), Some(FleetDroneState::OutOfService)),
         Err(error) => {
-            order.dispatch.failures += 1;
-            let pause = pause_ms(order.dispatch.failures);
-            order.dispatch.next_look_ms = now.as_millisecond().saturating_add(pause);
+            order.ask_again(now);
             if !order.delivery.status.is_final() {
                 order.delivery.reason = Some(format!("{BEING_CALLED_OFF}: {error}"));
             }
@@ -182,7 +189,15 @@ fn depart(order: &mut Order, now: Timestamp) -> bool {
         && order.set_status(DeliveryStatus::Assigned, reason, now, None)
 }
 
-/// An order whose flight is called off: cancelled where the customer wanted it; else it waits for another drone.
+/// Why an order has failed that was given up.
+pub(super) fn not_answered(order: &Order) -> String {
+    let allocation = order.delivery.allocation.as_ref();
+    let edge = allocation.map_or("", |allocation| allocation.edge.as_str());
+    format!("the edge '{edge}' did not answer in time")
+}
+
+/// An order whose flight is called off: cancelled where the customer wanted it, failed where it was given up; else it waits for
+/// another drone.
 fn end(order: &mut Order, now: Timestamp) -> bool {
     order.dispatch.asking = Asking::Nothing;
     order.dispatch.failures = 0;
@@ -192,6 +207,10 @@ fn end(order: &mut Order, now: Timestamp) -> bool {
     if order.dispatch.is_called_off {
         let reason = Some(CALLED_OFF.to_owned());
         return order.set_status(DeliveryStatus::Cancelled, reason, now, None);
+    }
+    if order.dispatch.is_given_up {
+        let reason = Some(not_answered(order));
+        return order.set_status(DeliveryStatus::Failed, reason, now, None);
     }
     let drone = order.drone_id().map(str::to_owned);
     if let Some(drone) = drone {

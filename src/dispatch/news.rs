@@ -12,8 +12,8 @@ use crate::registry::documents::{
     Commit, Committed, Document, DocumentKind, FailureRow, Message, NewsMark,
 };
 use crate::wire::{
-    DeliveryStatus, EdgeNews, FailureNews, FleetDrone, FlightNews, NewsEntry, NewsTaken, PlanState,
-    ProofOfDelivery, RecomposedFlight,
+    DeliveryStatus, EdgeNews, EndedAs, FailureNews, FleetDrone, FlightNews, NewsEntry, NewsTaken,
+    PlanState, ProofOfDelivery, RecomposedFlight,
 };
 use jiff::Timestamp;
 use std::collections::BTreeMap;
@@ -255,12 +255,16 @@ fn is_its_flight(order: &Order, teller: &Teller<'_>, flight: &FlightNews) -> boo
         })
 }
 
-/// A drone may depart before the edge's answer has come that it takes the flight on: then it was assigned first. Tells
-/// whether that is another status.
+/// A drone may depart before the edge's answer has come that it takes the flight on, or calls it off: then it was assigned
+/// first. Tells whether that is another status.
 fn assign_first(order: &mut Order, flight: &FlightNews, at: Timestamp) -> bool {
-    let waits_for_answer = order.delivery.status == DeliveryStatus::Created
-        && order.dispatch.asking == Asking::Reserving;
-    if !waits_for_answer || flight.state == PlanState::Accepted {
+    let waits_for_answer = match order.dispatch.asking {
+        Asking::Nothing => false,
+        Asking::Reserving => true,
+        Asking::CallingOff => flight.ended_as != Some(EndedAs::Cancelled),
+    };
+    let is_created = order.delivery.status == DeliveryStatus::Created;
+    if !is_created || !waits_for_answer || flight.state == PlanState::Accepted {
         return false;
     }
     order.dispatch.flights += 1;
@@ -285,6 +289,7 @@ fn apply(
             home: &order.dispatch.home,
             is_called_off: order.dispatch.is_called_off,
             may_retry: !order.dispatch.is_called_off
+                && !order.dispatch.is_given_up
                 && order.dispatch.flights < FLIGHTS_MAX
                 && now < order.waits_until(),
         },
@@ -295,6 +300,7 @@ fn apply(
         return (standing, false);
     }
     order.dispatch.asking = Asking::Nothing;
+    order.dispatch.is_given_up = false;
     if before.is_final() {
         return (standing, false);
     }
@@ -325,10 +331,7 @@ fn apply(
 /// A flight that was taken on after its order was over is called off.
 fn note_orphan(order: &mut Order, now: Timestamp) {
     if order.delivery.status.is_final() && order.dispatch.asking == Asking::Nothing {
-        order.dispatch.asking = Asking::CallingOff;
-        order.dispatch.failures = 0;
-        order.dispatch.asked_since_ms = now.as_millisecond();
-        order.dispatch.next_look_ms = now.as_millisecond();
+        order.ask_to_call_off(now);
     }
 }
 

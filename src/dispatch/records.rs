@@ -1,5 +1,6 @@
 //! What documents of the market hold: read from the store, changed, and written back.
 
+use super::pace::pause_ms;
 use crate::refusal::{Code, Refusal};
 use crate::registry::documents::{Document, DocumentKind, Seen};
 use crate::wire::{Delivery, DeliveryChange, DeliveryStatus, FleetDrone, FleetDroneState};
@@ -118,6 +119,8 @@ pub(super) struct Progress {
     pub(super) next_look_ms: i64,
     /// Whether it was called off on the ground.
     pub(super) is_called_off: bool,
+    /// Whether its edge did not answer in time: its flight is called off, and no other drone is looked for.
+    pub(super) is_given_up: bool,
     /// Changes of its status so far.
     pub(super) changes: u64,
     pub(super) passed_over: Vec<PassedOverDrone>,
@@ -193,6 +196,21 @@ impl Order {
     /// From when it may be picked up.
     pub(super) fn start_time(&self) -> Timestamp {
         self.delivery.start_time.parse().unwrap_or_default()
+    }
+
+    /// From now on its edge is asked to call its flight off.
+    pub(super) fn ask_to_call_off(&mut self, now: Timestamp) {
+        self.dispatch.asking = Asking::CallingOff;
+        self.dispatch.failures = 0;
+        self.dispatch.asked_since_ms = now.as_millisecond();
+        self.dispatch.next_look_ms = now.as_millisecond();
+    }
+
+    /// Its edge is asked the same again, after a pause.
+    pub(super) fn ask_again(&mut self, now: Timestamp) {
+        self.dispatch.failures += 1;
+        let pause = pause_ms(self.dispatch.failures);
+        self.dispatch.next_look_ms = now.as_millisecond().saturating_add(pause);
     }
 
     /// The drone and the plan of its flight, where it has one.

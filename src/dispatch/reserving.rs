@@ -4,6 +4,7 @@
 //! process or by another one, until it has answered; so no drone flies for an order that is unknown.
 
 use super::Dispatch;
+use super::calling_off::not_answered;
 use super::changes::Change;
 use super::edges::{ComposedFlight, EdgeError, FlightRequest};
 use super::orders::{DECISIONS, contended};
@@ -168,17 +169,14 @@ fn is_given_up(order: &Order, now: Timestamp) -> bool {
     now.duration_since(asked_since) >= ASKED_FOR || now >= order.waits_until()
 }
 
-/// The edge has not answered: whether it has the flight is not known, so it is called off there.
+/// The edge has not answered: whether it has the flight is not known, so it is called off there. What becomes of the order the
+/// edge then says.
 fn give_up(order: &mut Order, now: Timestamp) -> Settled {
-    order.dispatch.asking = Asking::CallingOff;
-    order.dispatch.failures = 0;
-    order.dispatch.asked_since_ms = now.as_millisecond();
-    order.dispatch.next_look_ms = now.as_millisecond();
-    let allocation = order.delivery.allocation.as_ref();
-    let edge = allocation.map_or("", |allocation| allocation.edge.as_str());
-    let reason = Some(format!("the edge '{edge}' did not answer in time"));
+    order.ask_to_call_off(now);
+    order.dispatch.is_given_up = true;
+    order.delivery.reason = Some(not_answered(order));
     Settled {
-        is_told: order.set_status(DeliveryStatus::Failed, reason, now, None),
+        is_told: false,
         freed: None,
     }
 }
@@ -201,9 +199,7 @@ fn taken_on(order: &mut Order, flight: &ComposedFlight, now: Timestamp) -> Settl
     let latest = order.delivery.arrive_by.as_deref();
     let latest: Option<Timestamp> = latest.and_then(|latest| latest.parse().ok());
     if latest.is_some_and(|latest| flight.drop_at > latest) {
-        order.dispatch.asking = Asking::CallingOff;
-        order.dispatch.asked_since_ms = now.as_millisecond();
-        order.dispatch.next_look_ms = now.as_millisecond();
+        order.ask_to_call_off(now);
         let drone = order.drone_id().unwrap_or_default();
         let reason = format!("drone '{drone}' would arrive at {} only", flight.drop_at);
         order.delivery.reason = Some(reason);
@@ -243,9 +239,7 @@ fn refused(order: &mut Order, code: &str, detail: &str, now: Timestamp) -> Settl
 }
 
 fn wait(order: &mut Order, why: &str, now: Timestamp) -> Settled {
-    order.dispatch.failures += 1;
-    let pause = pause_ms(order.dispatch.failures);
-    order.dispatch.next_look_ms = now.as_millisecond().saturating_add(pause);
+    order.ask_again(now);
     order.delivery.reason = Some(why.to_owned());
     Settled {
         is_told: false,

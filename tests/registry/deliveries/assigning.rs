@@ -145,28 +145,6 @@ async fn another_process_goes_on_where_one_has_died() {
 }
 
 #[tokio::test]
-async fn an_edge_that_stays_silent_is_given_up_and_the_flight_called_off() {
-    let world = World::with_drones(&["depot"]).await;
-    world.edge.lose_answers(1);
-    let id = world.order("shop", "door").await;
-    world.assign().await;
-    world.edge.lose_questions(2);
-    world.pass(601);
-    world.assign().await;
-    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
-    assert!(world.reason(&id).await.contains("did not answer in time"));
-    // The edge may have its flight, so the drone is not free yet.
-    assert_eq!(world.drone("swift:0").await.0, "assigned");
-    for _ in 0..3 {
-        world.pass(20);
-        world.assign().await;
-    }
-    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
-    assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
-    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
-}
-
-#[tokio::test]
 async fn an_order_without_a_drone_is_answered_at_its_deadline() {
     let world = World::with_drones(&[]).await;
     let mut order = errand("shop", "door");

@@ -4,6 +4,7 @@ mod assigning;
 mod cancelling;
 mod edge;
 mod flying;
+mod giving_up;
 mod ordering;
 mod racing;
 mod world;

@@ -1,0 +1,146 @@
+//! Edges that do not answer for long, and flights that were flown all the same.
+
+use super::world::{World, customer};
+use skyway::wire::{DeliveryStatus, EndedAs, FlightNews, PlanState};
+
+const FLOWN: [&str; 5] = [
+    "delivery.created",
+    "delivery.assigned",
+    "delivery.picking_up",
+    "delivery.in_flight",
+    "delivery.delivered",
+];
+
+/// A world with an order whose edge has taken its flight on and was not heard, and the plan of that flight.
+async fn unheard() -> (World, String, String) {
+    let world = World::with_drones(&["depot", "roof"]).await;
+    world.edge.lose_answers(1);
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let plan = world.edge.plans().into_keys().next();
+    (world, id, plan.expect("a flight"))
+}
+
+/// All that is told of the flight, which was flown.
+fn flown(world: &World, id: &str, plan: &str) -> Vec<FlightNews> {
+    let news = |state, stops| world.news_of(id, plan.to_owned(), state, stops);
+    let mut ended = news(PlanState::Ended, 2);
+    ended.ended_as = Some(EndedAs::Delivered);
+    ended.landed_on = Some("depot".to_owned());
+    vec![
+        news(PlanState::Accepted, 0),
+        news(PlanState::Activated, 0),
+        news(PlanState::Activated, 1),
+        news(PlanState::Activated, 2),
+        ended,
+    ]
+}
+
+#[tokio::test]
+async fn an_edge_that_stays_silent_is_given_up_and_the_flight_called_off() {
+    let (world, id, _) = unheard().await;
+    world.edge.lose_questions(2);
+    world.pass(601);
+    world.assign().await;
+    // The edge may have its flight, so neither has it failed, nor is the drone free.
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    assert!(world.reason(&id).await.contains("did not answer in time"));
+    assert_eq!(world.drone("swift:0").await.0, "assigned");
+    for _ in 0..4 {
+        world.pass(20);
+        world.assign().await;
+    }
+    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+    assert!(world.reason(&id).await.contains("did not answer in time"));
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
+    assert_eq!(
+        world.told(&id).await,
+        ["delivery.created", "delivery.failed"]
+    );
+}
+
+#[tokio::test]
+async fn what_was_flown_while_nobody_asked_is_delivered() {
+    let (world, id, plan) = unheard().await;
+    // The registry is away for longer than it asks, and the drone comes home meanwhile.
+    world
+        .edge
+        .set(&plan, PlanState::Ended, Some(EndedAs::Delivered));
+    world.pass(3_600);
+    for _ in 0..5 {
+        world.assign().await;
+        world.pass(20);
+    }
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    assert_eq!(world.edge.plans().len(), 1);
+    let news = flown(&world, &id, &plan);
+    world.tell(1, &news).await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Delivered);
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert_eq!(world.told(&id).await, FLOWN);
+}
+
+#[tokio::test]
+async fn what_departed_while_nobody_asked_flies_on() {
+    let (world, id, plan) = unheard().await;
+    world.edge.set(&plan, PlanState::Activated, None);
+    world.pass(601);
+    world.assign().await;
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+    let news = flown(&world, &id, &plan);
+    world.tell(1, &news).await;
+    assert_eq!(world.told(&id).await, FLOWN);
+}
+
+#[tokio::test]
+async fn an_order_called_off_after_its_flight_gets_no_other() {
+    let (world, id, plan) = unheard().await;
+    world
+        .edge
+        .set(&plan, PlanState::Ended, Some(EndedAs::Delivered));
+    let shop = customer("shop");
+    let told = world.dispatch.cancel_delivery(&shop, &id).await;
+    assert_eq!(
+        told.expect("being called off").status,
+        DeliveryStatus::Created
+    );
+    for _ in 0..5 {
+        world.pass(20);
+        world.assign().await;
+    }
+    assert_eq!(world.edge.plans().len(), 1);
+    assert_eq!(world.drone("swift:1").await, ("available".to_owned(), None));
+    let news = flown(&world, &id, &plan);
+    world.tell(1, &news).await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Delivered);
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert_eq!(world.told(&id).await, FLOWN);
+}
+
+#[tokio::test]
+async fn after_a_day_an_order_ends_though_its_edge_tells_nothing() {
+    for is_over in [false, true] {
+        let (world, id, plan) = unheard().await;
+        if is_over {
+            world
+                .edge
+                .set(&plan, PlanState::Ended, Some(EndedAs::Delivered));
+        } else {
+            world.edge.lose_questions(u32::MAX);
+        }
+        world.pass(601);
+        world.assign().await;
+        world.pass(23 * 3_600);
+        world.assign().await;
+        assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+        world.pass(3_600);
+        world.assign().await;
+        assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+        assert!(world.reason(&id).await.contains("did not answer in time"));
+        // Where its drone is, nobody knows.
+        let drone = world.drone("swift:0").await;
+        assert_eq!(drone, ("out_of_service".to_owned(), None));
+    }
+}
