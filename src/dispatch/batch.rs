@@ -204,6 +204,11 @@ impl Dispatch {
                 };
                 self.commit_change(&change, now).await?;
                 self.orders.notify_one();
+                    // Others read it who are told no prices.
+                    Some(first) if first.code == "price" => format!(
+                        "no service fits it yet; '{}': its price does not fit",
+                        first.service_id
+                    ),
                 Ok(())
             }
             Err(passed_over) => {
