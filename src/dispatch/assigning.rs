@@ -7,7 +7,7 @@ use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
 use crate::wire::DeliveryStatus;
 use jiff::Timestamp;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinSet;
@@ -19,18 +19,80 @@ const GATHERED_FOR: Duration = Duration::from_millis(100);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// The most orders that are looked at in a round; the next round goes on after them.
 const ORDERS_AT_ONCE: u64 = 1_000;
+/// The most orders over one network that are assigned together; the next round goes on after them.
+const TOGETHER_MAX: usize = 256;
 /// The most orders whose edges are being asked at the same time.
 const ASKED_AT_ONCE: usize = 64;
+/// Of these, those of one edge: one that does not answer must not take the place of all others.
+const ASKED_PER_EDGE: usize = 16;
+
+/// An order whose edge is to be asked.
+#[derive(Debug)]
+pub(super) struct ToAsk {
+    order: String,
+    edge: EdgeName,
+}
+
+/// The network of an edge, and its id there.
+type EdgeName = (String, String);
+
+impl ToAsk {
+    pub(super) fn of(order: &Kept<Order>) -> Self {
+        let delivery = &order.value.delivery;
+        let allocation = delivery.allocation.as_ref();
+        let edge = allocation.map_or_else(String::new, |allocation| allocation.edge.clone());
+        Self {
+            order: order.document.id.clone(),
+            edge: (delivery.network.clone(), edge),
+        }
+    }
+}
 
 /// Where the rounds of a process are.
 #[derive(Debug, Default)]
 struct Rounds {
     /// After which order the next round begins.
     after: Option<String>,
-    /// Orders whose edges are being asked.
-    asking: BTreeSet<String>,
+    /// Orders whose edges are being asked, and which edges these are.
+    asking: BTreeMap<String, EdgeName>,
     /// Those that answer to them.
     asked: JoinSet<String>,
+}
+
+impl Rounds {
+    /// Whether an edge can be asked about an order now; that it is being asked is noted.
+    fn begins(&mut self, to_ask: &ToAsk) -> bool {
+        let of_edge = self.asking.values().filter(|edge| **edge == to_ask.edge);
+        let has_room = self.asking.len() < ASKED_AT_ONCE && of_edge.count() < ASKED_PER_EDGE;
+        if !has_room || self.asking.contains_key(&to_ask.order) {
+            return false;
+        }
+        self.asking
+            .insert(to_ask.order.clone(), to_ask.edge.clone());
+        true
+    }
+}
+
+/// Orders that wait, by network: of each as many as are assigned together.
+#[derive(Debug, Default)]
+struct Gathered {
+    waiting: BTreeMap<String, Vec<Kept<Order>>>,
+    /// The last order before which none was left out.
+    through: Option<String>,
+}
+
+impl Gathered {
+    /// Adds an order, by id the next.
+    fn add(&mut self, order: Kept<Order>) {
+        let network = order.value.delivery.network.clone();
+        let of_network = self.waiting.entry(network).or_default();
+        if of_network.len() < TOGETHER_MAX {
+            of_network.push(order);
+            return;
+        }
+        let last = of_network.last().map(|last| last.document.id.clone());
+        self.through = [self.through.take(), last].into_iter().flatten().min();
+    }
 }
 
 impl Dispatch {
@@ -57,29 +119,33 @@ impl Dispatch {
         }
     }
 
-    /// Assigns drones once to the orders that wait, and asks their edges, one after the other. For those who drive it by
+    /// Assigns drones once to all orders that wait, and asks their edges, one after the other. For those who drive it by
     /// hand; [`Dispatch::run`] does it as orders come.
     ///
     /// # Errors
     /// When the store does not answer.
     pub async fn assign_now(self: &Arc<Self>) -> Result<usize, Refusal> {
-        let orders = self.round(&mut None).await?;
-        for id in &orders {
-            self.ask_edge(id).await?;
+        let mut after = None;
+        let mut asked = 0;
+        loop {
+            let orders = self.round(&mut after).await?;
+            for to_ask in &orders {
+                self.ask_edge(&to_ask.order).await?;
+            }
+            asked += orders.len();
+            if after.is_none() {
+                return Ok(asked);
+            }
         }
-        Ok(orders.len())
     }
 
-    fn ask_edges(self: &Arc<Self>, orders: Vec<String>, rounds: &mut Rounds) {
-        for id in orders {
-            if rounds.asking.len() >= ASKED_AT_ONCE {
-                // They are found again in the next round.
-                self.orders.notify_one();
-                return;
-            }
-            if !rounds.asking.insert(id.clone()) {
+    fn ask_edges(self: &Arc<Self>, orders: Vec<ToAsk>, rounds: &mut Rounds) {
+        for to_ask in orders {
+            // For those that have no room now: they are found again once another has been answered.
+            if !rounds.begins(&to_ask) {
                 continue;
             }
+            let id = to_ask.order;
             let dispatch = self.clone();
             rounds.asked.spawn(async move {
                 if let Err(refusal) = dispatch.ask_edge(&id).await {
@@ -92,23 +158,27 @@ impl Dispatch {
     }
 
     /// One round over the orders that are open: reserves drones for those that wait. Tells whose edges are to be asked.
-    async fn round(&self, after: &mut Option<String>) -> Result<Vec<String>, Refusal> {
+    async fn round(&self, after: &mut Option<String>) -> Result<Vec<ToAsk>, Refusal> {
         let now = self.clock.now();
         let mut to_ask = Vec::new();
-        let mut waiting: BTreeMap<String, Vec<Kept<Order>>> = BTreeMap::new();
+        let mut gathered = Gathered::default();
         for order in self.open_orders(after).await? {
             if order.value.dispatch.asking != Asking::Nothing {
                 if order.is_to_be_asked(now) {
-                    to_ask.push(order.document.id);
+                    to_ask.push(ToAsk::of(&order));
                 }
             } else if now >= order.value.waits_until() {
                 self.expire(order, now).await?;
             } else if order.value.dispatch.next_look_ms <= now.as_millisecond() {
-                let network = order.value.delivery.network.clone();
-                waiting.entry(network).or_default().push(order);
+                gathered.add(order);
             }
         }
-        for (network, orders) in waiting {
+        if gathered.through.is_some() {
+            // Those that were left out have their turn, though those before them go on waiting.
+            *after = gathered.through;
+            self.orders.notify_one();
+        }
+        for (network, orders) in gathered.waiting {
             match self.assign_over(&network, orders, now).await {
                 Ok(reserved) => to_ask.extend(reserved),
                 Err(refusal) => tracing::warn!(network, %refusal, "orders are not assigned"),
@@ -180,5 +250,37 @@ impl Dispatch {
         };
         self.commit_change(&change, now).await?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn asked(order: usize, edge: &str) -> ToAsk {
+        ToAsk {
+            order: format!("d{order}"),
+            edge: ("street".to_owned(), edge.to_owned()),
+        }
+    }
+
+    #[test]
+    fn an_edge_that_does_not_answer_leaves_room_for_the_others() {
+        let mut rounds = Rounds::default();
+        let mut begun = |order, edge| rounds.begins(&asked(order, edge));
+        let silent = (0..100).filter(|order| begun(*order, "silent"));
+        assert_eq!(silent.count(), 16);
+        assert!(begun(100, "quick"));
+        assert!(!begun(100, "quick"), "it is being asked");
+        rounds.asking.remove("d0");
+        assert!(rounds.begins(&asked(101, "silent")));
+        assert!(!rounds.begins(&asked(102, "silent")));
+    }
+
+    #[test]
+    fn no_more_are_asked_at_once_than_may_be() {
+        let mut rounds = Rounds::default();
+        let begun = (0..100).filter(|order| rounds.begins(&asked(*order, &order.to_string())));
+        assert_eq!(begun.count(), 64);
     }
 }

@@ -1,6 +1,7 @@
 //! The orders of one network that wait at the same time, and the drones that they are given.
 
 use super::Dispatch;
+use super::assigning::ToAsk;
 use super::changes::Change;
 use super::edges::EdgeAddress;
 use super::fleet::{Candidate, Demand};
@@ -14,8 +15,6 @@ use jiff::{SignedDuration, Timestamp};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// The most orders that are assigned together; the rest take the next round.
-const TOGETHER_MAX: usize = 256;
 /// The most reservations in one commit.
 const RESERVED_AT_ONCE: usize = 64;
 /// The most orders in a round for which a service is looked for.
@@ -44,7 +43,7 @@ impl Dispatch {
         network: &str,
         orders: Vec<Kept<Order>>,
         now: Timestamp,
-    ) -> Result<Vec<String>, Refusal> {
+    ) -> Result<Vec<ToAsk>, Refusal> {
         let edge = match self.edge_of(network).await {
             Ok(edge) => edge,
             Err(refusal) if refusal.code == Code::EdgeUnavailable => {
@@ -100,7 +99,7 @@ impl Dispatch {
         for part in reservations.chunks(RESERVED_AT_ONCE) {
             let done = self.commit_changes(part, now).await?;
             let done = part.iter().zip(done).filter(|(_, is_done)| *is_done);
-            reserved.extend(done.map(|(change, _)| change.order.document.id.clone()));
+            reserved.extend(done.map(|(change, _)| ToAsk::of(&change.order)));
         }
         Ok(reserved)
     }
@@ -113,18 +112,10 @@ impl Dispatch {
         now: Timestamp,
     ) -> Result<Vec<Waiting>, Refusal> {
         let mut services: BTreeMap<String, Option<PublishedService>> = BTreeMap::new();
-        let mut waiting = Vec::new();
-        let mut filled = 0;
+        let (mut waiting, mut without_service) = (Vec::new(), Vec::new());
         for order in orders {
-            if waiting.len() >= TOGETHER_MAX {
-                self.orders.notify_one();
-                break;
-            }
             let Some(id) = order.value.delivery.service_id.clone() else {
-                if filled < FILLED_MAX {
-                    filled += 1;
-                    self.fill(order, now).await?;
-                }
+                without_service.push(order);
                 continue;
             };
             let assigned_from = order
@@ -165,6 +156,11 @@ impl Dispatch {
                 }
             }
         }
+        // Each look puts an order off, so that all have their turn.
+        without_service.sort_by_key(|order| order.value.dispatch.next_look_ms);
+        for order in without_service.into_iter().take(FILLED_MAX) {
+            self.fill(order, now).await?;
+        }
         Ok(waiting)
     }
 
@@ -204,15 +200,15 @@ impl Dispatch {
                 };
                 self.commit_change(&change, now).await?;
                 self.orders.notify_one();
+                Ok(())
+            }
+            Err(passed_over) => {
+                let reason = match passed_over.first() {
                     // Others read it who are told no prices.
                     Some(first) if first.code == "price" => format!(
                         "no service fits it yet; '{}': its price does not fit",
                         first.service_id
                     ),
-                Ok(())
-            }
-            Err(passed_over) => {
-                let reason = match passed_over.first() {
                     Some(first) => format!(
                         "no service fits it yet; '{}': {}",
                         first.service_id, first.text

@@ -14,6 +14,8 @@ use std::sync::Arc;
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// How far ahead a pickup may be: edges compose no flight beyond.
 const START_AHEAD_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
+/// How long after the earliest pickup the latest arrival may be: until then the order waits for a drone.
+const ARRIVAL_AFTER_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
 
 /// What is stated of an errand, as it came.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +136,11 @@ fn read_times(
     if arrive_by.is_some_and(|latest| latest <= ready_at) {
         let message = "it has to arrive before it may be picked up".to_owned();
         faults.add("out_of_range", "/arrive_by", message, None);
+    }
+    if arrive_by.is_some_and(|latest| latest.duration_since(ready_at) > ARRIVAL_AFTER_MAX) {
+        let message = "it is more than 7 days after the earliest pickup".to_owned();
+        let hint = Some("state an earlier one, or leave it out".to_owned());
+        faults.add("out_of_range", "/arrive_by", message, hint);
     }
     (ready_at, arrive_by)
 }

@@ -1,8 +1,9 @@
 //! Which drone flies which order, and what an order waits for.
 
-use super::world::{SERVICE, World, errand};
+use super::world::{SERVICE, World, errand, of};
 use serde_json::json;
-use skyway::wire::{DeliveryStatus, EndedAs, PlanState};
+use skyway::access::Role;
+use skyway::wire::{DeliveryStatus, EndedAs, Money, PlanState};
 
 #[tokio::test]
 async fn of_two_orders_and_one_drone_one_waits_and_says_why() {
@@ -224,4 +225,51 @@ async fn an_order_that_no_service_fits_waits_for_one() {
     assert_eq!(delivery.status, DeliveryStatus::Assigned);
     assert_eq!(delivery.price.expect("a price").amount.to_string(), "8.00");
     assert_eq!(delivery.provider.as_deref(), Some("swift"));
+}
+
+#[tokio::test]
+async fn orders_that_wait_in_vain_hold_up_no_other() {
+    let world = World::with_drones(&["depot"]).await;
+    // Its provider has no drone at all.
+    let other = json!({"id": "slow:parcels", "provider": "slow"});
+    world.put_service(&other).await;
+    let mut order = errand("shop", "door");
+    order.service_id = Some("slow:parcels".to_owned());
+    // More than are assigned together.
+    for _ in 0..300 {
+        world.try_order(&order).await.expect("an order");
+    }
+    world.pass(1);
+    order.service_id = Some(SERVICE.to_owned());
+    let id = world.try_order(&order).await.expect("an order").id;
+    world.assign().await;
+    assert_eq!(world.drone_of(&id).await, "swift:0");
+}
+
+#[tokio::test]
+async fn for_all_orders_a_service_is_looked_for_in_turn() {
+    let world = World::with_drones(&[]).await;
+    let mut order = errand("shop", "door");
+    order.price_max = Some(Money {
+        amount: "1.50".parse().expect("an amount"),
+        currency: "AUD".to_owned(),
+    });
+    let mut orders = Vec::new();
+    // More than one is looked for at once.
+    for _ in 0..20 {
+        orders.push(world.try_order(&order).await.expect("an order").id);
+    }
+    for _ in 0..2 {
+        world.assign().await;
+        world.pass(6);
+    }
+    let operator = of(Role::Operator, "airspace");
+    for id in orders {
+        let seen = world.dispatch.delivery(&operator, &id).await;
+        // Who is told no prices learns none from this either.
+        assert_eq!(
+            seen.expect("a delivery").reason.expect("a reason"),
+            format!("no service fits it yet; '{SERVICE}': its price does not fit")
+        );
+    }
 }

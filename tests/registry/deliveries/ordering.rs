@@ -304,3 +304,21 @@ async fn a_track_has_a_place_only_while_it_is_flown() {
         .unwrap_err();
     assert_eq!(stranger.code, Code::NotFound);
 }
+
+#[tokio::test]
+async fn an_order_waits_for_a_week_at_most() {
+    let world = World::with_drones(&["depot"]).await;
+    let mut order = errand("shop", "door");
+    order.start_time = Some("2026-11-28T18:00:00Z".to_owned());
+    order.arrive_by = Some("2026-12-05T18:00:01Z".to_owned());
+    let refused = world.try_order(&order).await.unwrap_err();
+    assert_eq!(refused.code, Code::PlanInvalid);
+    let fault = &refused.faults[0];
+    assert_eq!(
+        (fault.code.as_str(), fault.pointer.as_str()),
+        ("out_of_range", "/arrive_by")
+    );
+    assert!(fault.hint.is_some());
+    order.arrive_by = Some("2026-12-05T18:00:00Z".to_owned());
+    world.try_order(&order).await.expect("an order");
+}

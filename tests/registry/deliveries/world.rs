@@ -170,7 +170,7 @@ impl World {
         self.put(DocumentKind::Drone, id, "available", &body).await;
     }
 
-    /// Publishes the service, with some fields otherwise.
+    /// Publishes the service, with some fields otherwise; with another id beside it.
     pub(crate) async fn put_service(&self, otherwise: &Value) {
         let mut body = json!({
             "id": SERVICE,
@@ -184,7 +184,8 @@ impl World {
         for (name, value) in otherwise.as_object().expect("fields") {
             body[name] = value.clone();
         }
-        self.put(DocumentKind::Service, SERVICE, "", &body).await;
+        let id = body["id"].as_str().expect("an id");
+        self.put(DocumentKind::Service, id, "", &body).await;
     }
 
     pub(crate) async fn try_order(&self, order: &DeliveryOrder) -> Result<Delivery, Refusal> {
