@@ -119,6 +119,44 @@ pub struct Message {
     pub last_outcome: Option<String>,
 }
 
+/// What became of a message: how it stands from now on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settlement {
+    /// The message, of which all but id, webhook, subject, number, event and body is noted.
+    pub message: Message,
+    /// On what it was decided: the message was still to be sent, and had been sent so often. It is noted of no other; of any
+    /// where none is stated.
+    pub attempts_before: Option<u32>,
+}
+
+/// What a settlement does to the messages that wait behind its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Followers {
+    /// They stay as they are.
+    Stay,
+    /// None is due before it, so that who looks for what is due does not come upon them.
+    NotBefore,
+    /// All are due by then.
+    By,
+}
+
+impl Settlement {
+    /// What it does to those that wait behind: they are put off with the message, and until it is settled or sent anew.
+    pub fn followers(&self) -> Followers {
+        let Some(attempts_before) = self.attempts_before else {
+            return Followers::By;
+        };
+        let attempts = self.message.attempts;
+        match self.message.state.as_str() {
+            "pending" if attempts_before < attempts => Followers::Stay,
+            "pending" => Followers::NotBefore,
+            // Taken at the first attempt, it was never put off.
+            "delivered" if attempts <= 1 => Followers::Stay,
+            _ => Followers::By,
+        }
+    }
+}
+
 /// A failure that an edge has told of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailureRow {
@@ -278,8 +316,9 @@ pub trait Documents: Debug + Send + Sync {
     /// When the next message is due, in milliseconds since 1970; none where none waits.
     fn next_due(&self) -> Answer<'_, Option<i64>>;
 
-    /// Notes what became of messages, of all or none: everything but their ids, subjects and bodies.
-    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()>;
+    /// Notes what became of messages, in one write, and moves those that wait behind them. Tells of each whether it was noted:
+    /// not where the message has moved since.
+    fn settle_messages<'a>(&'a self, settled: &'a [Settlement]) -> Answer<'a, Vec<bool>>;
 
     /// Messages of a webhook, the newest first, before this instant and id.
     fn messages<'a>(

@@ -1,6 +1,7 @@
 //! What every store does with documents, messages and what edges tell: cases of the suite that runs on each engine.
 
 use crate::contract::{Case, Open, cases};
+use crate::messages;
 use skyway::registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, FailureCount, FailureRow, Message,
     NewsMark, PositionRow, Seen,
@@ -13,7 +14,10 @@ cases! {
     of_commits_on_one_version_one_is_done,
     an_answer_is_kept_with_its_commit,
     documents_come_in_pages,
-    messages_come_in_order,
+    messages::come_in_order,
+    messages::are_settled_on_what_was_seen,
+    messages::behind_one_that_waits_are_put_off,
+    messages::behind_one_that_is_sent_again_are_not_late,
     news_are_taken_once,
     positions_are_kept_once,
     what_is_old_is_dropped,
@@ -56,7 +60,7 @@ fn putting(document: Document) -> Commit {
     }
 }
 
-async fn done(store: &dyn Store, commit: &Commit) {
+pub(crate) async fn done(store: &dyn Store, commit: &Commit) {
     let committed = store.commit(commit).await.expect("answers");
     assert_eq!(committed, Committed::Done);
 }
@@ -70,7 +74,7 @@ async fn put_all(store: &dyn Store, documents: &[Document]) {
     done(store, &commit).await;
 }
 
-fn message(id: &str, subject: &str, number: u64, due_ms: i64) -> Message {
+pub(crate) fn message(id: &str, subject: &str, number: u64, due_ms: i64) -> Message {
     Message {
         id: id.to_owned(),
         webhook: "hook".to_owned(),
@@ -86,7 +90,7 @@ fn message(id: &str, subject: &str, number: u64, due_ms: i64) -> Message {
     }
 }
 
-fn telling(messages: &[Message]) -> Commit {
+pub(crate) fn telling(messages: &[Message]) -> Commit {
     Commit {
         messages: messages.to_vec(),
         ..Commit::default()
@@ -276,80 +280,6 @@ async fn documents_come_in_pages(open: Open) {
     assert_eq!(count(None).await, Ok(450));
     assert_eq!(count(Some("mall")).await, Ok(150));
     assert_eq!(count(Some("nobody")).await, Ok(0));
-    store.close().await;
-}
-
-async fn messages_come_in_order(open: Open) {
-    let store = open().await;
-    assert_eq!(store.next_due().await, Ok(None));
-    let all = [
-        message("a2", "a", 2, 10),
-        message("a1", "a", 1, 30),
-        message("b1", "b", 1, 20),
-        message("c1", "c", 1, 90),
-    ];
-    done(&*store, &telling(&all)).await;
-    // A message that is there already stays as it is.
-    done(&*store, &telling(&[message("b1", "b", 1, 5)])).await;
-    let ids = async |now_ms| -> Vec<String> {
-        let due = store.due_messages(now_ms, 10, &[]).await.expect("answers");
-        due.into_iter().map(|message| message.id).collect()
-    };
-    assert_eq!(store.next_due().await, Ok(Some(20)));
-    assert_eq!(ids(19).await, Vec::<String>::new(), "a2 waits for a1");
-    assert_eq!(ids(50).await, ["b1", "a1"]);
-    let first = store.due_messages(50, 1, &[]).await.expect("answers");
-    assert_eq!(first[0].id, "b1");
-    let mut tried = all[1].clone();
-    tried.attempts = 1;
-    tried.due_ms = 70;
-    tried.last_outcome = Some("503".to_owned());
-    store
-        .settle_messages(std::slice::from_ref(&tried))
-        .await
-        .expect("settled");
-    assert_eq!(store.message("a1").await, Ok(Some(tried.clone())));
-    assert_eq!(ids(50).await, ["b1"]);
-    assert_eq!(ids(70).await, ["b1", "a1"]);
-    tried.state = "delivered".to_owned();
-    store
-        .settle_messages(std::slice::from_ref(&tried))
-        .await
-        .expect("settled");
-    assert_eq!(ids(70).await, ["a2", "b1"], "nothing is before a2");
-    let mut elsewhere = message("z1", "z", 1, 60);
-    elsewhere.webhook = "slow".to_owned();
-    done(&*store, &telling(&[elsewhere.clone()])).await;
-    let without = async |webhooks: &[&str]| -> Vec<String> {
-        let webhooks: Vec<String> = webhooks.iter().map(|&name| name.to_owned()).collect();
-        let due = store.due_messages(70, 10, &webhooks).await;
-        let due = due.expect("answers").into_iter();
-        due.map(|message| message.id).collect()
-    };
-    assert_eq!(without(&["none"]).await, ["a2", "b1", "z1"]);
-    assert_eq!(without(&["slow", "none"]).await, ["a2", "b1"]);
-    assert_eq!(without(&["hook", "slow"]).await, Vec::<String>::new());
-    let mut two = [all[2].clone(), elsewhere];
-    for message in &mut two {
-        message.attempts = 1;
-        message.due_ms = 200;
-    }
-    store.settle_messages(&two).await.expect("settled");
-    for message in two {
-        let found = store.message(&message.id).await;
-        assert_eq!(found, Ok(Some(message)));
-    }
-    assert_eq!(without(&[]).await, ["a2"]);
-    let listed = async |before, limit| -> Vec<String> {
-        let found = store.messages("hook", before, limit).await;
-        let found = found.expect("answers").into_iter();
-        found.map(|message| message.id).collect()
-    };
-    assert_eq!(listed(None, 2).await, ["c1", "a1"]);
-    let before = Some((30, "a1".to_owned()));
-    assert_eq!(listed(before, 9).await, ["b1", "a2"]);
-    let others = store.messages("other", None, 9).await;
-    assert_eq!(others, Ok(Vec::new()));
     store.close().await;
 }
 

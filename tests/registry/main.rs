@@ -15,6 +15,7 @@ mod memory;
 #[expect(dead_code, reason = "simulations break it, and the suite does not")]
 #[path = "../simulation/memory_store/mod.rs"]
 mod memory_store;
+mod messages;
 mod pages;
 mod postgres;
 mod readiness;

@@ -1,7 +1,7 @@
 //! What became of messages, written together: what comes while a write is under way waits for the next one.
 
 use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Documents, Message};
+use crate::registry::documents::{Documents, Settlement};
 use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::oneshot;
@@ -17,8 +17,8 @@ pub(super) struct Notes {
 
 #[derive(Debug)]
 struct Waiting {
-    message: Message,
-    is_noted: oneshot::Sender<()>,
+    settlement: Settlement,
+    is_noted: oneshot::Sender<bool>,
 }
 
 impl Notes {
@@ -30,24 +30,28 @@ impl Notes {
         }
     }
 
-    /// Notes what became of a message: it is written once this is done.
+    /// Notes what became of a message: it is written once this is done. Tells whether it was: not where the message has moved
+    /// since.
     ///
     /// # Errors
     /// When the store does not answer.
-    pub(super) async fn note(&self, message: Message) -> Result<(), Refusal> {
+    pub(super) async fn note(&self, settlement: Settlement) -> Result<bool, Refusal> {
         let (is_noted, mut noted) = oneshot::channel();
-        self.waiting().push(Waiting { message, is_noted });
+        self.waiting().push(Waiting {
+            settlement,
+            is_noted,
+        });
         let _turn = self.turn.lock().await;
         let together = mem::take(&mut *self.waiting());
-        let (messages, waiting): (Vec<Message>, Vec<_>) = together
+        let (settled, waiting): (Vec<Settlement>, Vec<_>) = together
             .into_iter()
-            .map(|one| (one.message, one.is_noted))
+            .map(|one| (one.settlement, one.is_noted))
             .unzip();
-        if !messages.is_empty() {
-            self.documents.settle_messages(&messages).await?;
-            for one in waiting {
+        if !settled.is_empty() {
+            let noted = self.documents.settle_messages(&settled).await?;
+            for (one, was_noted) in waiting.into_iter().zip(noted) {
                 // Who has gone does not ask.
-                let _ = one.send(());
+                let _ = one.send(was_noted);
             }
         }
         // A write before this turn has taken it along; where that failed, there is no word of it.

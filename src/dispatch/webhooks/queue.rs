@@ -5,7 +5,7 @@ use crate::access::Caller;
 use crate::dispatch::Dispatch;
 use crate::intake::{PageRequest, token};
 use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{DocumentKind, DocumentQuery, Message};
+use crate::registry::documents::{DocumentKind, DocumentQuery, Message, Settlement};
 use crate::wire::{Fault, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState};
 use jiff::Timestamp;
 use std::slice;
@@ -101,11 +101,19 @@ impl Dispatch {
         message.state = PENDING.to_owned();
         message.attempts = 0;
         message.due_ms = self.clock.now().as_millisecond();
-        self.documents
-            .settle_messages(slice::from_ref(&message))
+        let settlement = Settlement {
+            message,
+            attempts_before: None,
+        };
+        let noted = self
+            .documents
+            .settle_messages(slice::from_ref(&settlement))
             .await?;
         self.messages.notify_one();
-        Ok(view(&message))
+        if noted != [true] {
+            return Err(Refusal::not_found("message", message_id));
+        }
+        Ok(view(&settlement.message))
     }
 }
 

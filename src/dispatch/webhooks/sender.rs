@@ -1,17 +1,20 @@
 //! What sends messages: those that are due, several at once, one after the other for each subject of a webhook.
 //!
 //! Before an attempt a message is put off, so that another process does not send it at the same time, and so that it is
-//! sent again where this one ends in the middle. Nothing else keeps two processes apart: an endpoint may get a message
-//! twice, by the same id.
+//! sent again where this one ends in the middle. Who finds that another process has put it off does not send it, and what
+//! became of it is noted by who put it off last. Nothing else keeps two processes apart: an endpoint may get a message twice,
+//! by the same id.
 
 use super::endpoint::Endpoint;
 use super::notes::Notes;
 use super::outgoing::{Outcome, Outgoing, Signed};
 use super::pace::{ATTEMPTS_MAX, wait_after};
-use super::queue::{DELIVERED, GIVEN_UP, PENDING};
+use super::queue::{DELIVERED, GIVEN_UP};
 use crate::clock::Clock;
 use crate::refusal::Refusal;
-use crate::registry::documents::{Commit, Committed, DocumentKind, Documents, Message, Seen};
+use crate::registry::documents::{
+    Commit, Committed, DocumentKind, Documents, Message, Seen, Settlement,
+};
 use crate::wire::WebhookState;
 use jiff::Timestamp;
 use std::collections::{BTreeMap, BTreeSet};
@@ -95,15 +98,32 @@ impl Underway {
         let Attempted {
             webhook,
             subject,
-            is_taken,
+            end,
         } = attempted;
         self.subjects.remove(&(webhook.clone(), subject));
-        if is_taken == Some(false) {
-            self.failing.insert(webhook);
-        } else {
-            self.failing.remove(&webhook);
+        match end {
+            End::Failed => {
+                self.failing.insert(webhook);
+            }
+            End::Taken | End::Nobody => {
+                self.failing.remove(&webhook);
+            }
+            End::Unsent => {}
         }
     }
+}
+
+/// How an attempt has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// The webhook has taken the message.
+    Taken,
+    /// It was called, and has not.
+    Failed,
+    /// There is no one to call.
+    Nobody,
+    /// It was not called: another process sends the message, or the store does not answer.
+    Unsent,
 }
 
 /// That an attempt has ended.
@@ -111,8 +131,7 @@ impl Underway {
 struct Attempted {
     webhook: String,
     subject: String,
-    /// Whether the webhook has taken it; none where it was not called.
-    is_taken: Option<bool>,
+    end: End,
 }
 
 impl Sender {
@@ -198,25 +217,32 @@ impl Sender {
         Attempted {
             webhook,
             subject,
-            is_taken: sent.unwrap_or_default(),
+            end: sent.unwrap_or(End::Unsent),
         }
     }
 
-    /// Sends a message once and notes what came of it; tells whether it was taken, or nothing where there is no one to call.
-    async fn send(&self, mut message: Message) -> Result<Option<bool>, Refusal> {
+    /// Sends a message once, unless another process does, and notes what came of it.
+    async fn send(&self, mut message: Message) -> Result<End, Refusal> {
         let kind = DocumentKind::Webhook;
         let Some(document) = self.documents.document(kind, &message.webhook).await? else {
             self.give_up(message, "the webhook was deleted").await?;
-            return Ok(None);
+            return Ok(End::Nobody);
         };
         let endpoint = Endpoint::of(&document)?;
         if endpoint.state == WebhookState::Disabled {
             self.give_up(message, "the webhook is disabled").await?;
-            return Ok(None);
+            return Ok(End::Nobody);
         }
+        let attempts_before = Some(message.attempts);
         message.attempts = message.attempts.saturating_add(1);
         message.due_ms = self.now_ms().saturating_add(LEASE_MS);
-        self.notes.note(message.clone()).await?;
+        let lease = Settlement {
+            message: message.clone(),
+            attempts_before,
+        };
+        if !self.notes.note(lease).await? {
+            return Ok(End::Unsent);
+        }
         let now = self.clock.now();
         let signed = Signed {
             id: message.id.clone(),
@@ -232,48 +258,56 @@ impl Sender {
             "a webhook was called"
         );
         self.settle(message, &outcome).await?;
-        Ok(Some(matches!(outcome, Outcome::Taken(_))))
+        Ok(match outcome {
+            Outcome::Taken(_) => End::Taken,
+            _ => End::Failed,
+        })
     }
 
+    /// Notes what came of an attempt.
     async fn settle(&self, mut message: Message, outcome: &Outcome) -> Result<(), Refusal> {
         message.last_outcome = Some(outcome.text());
         if let Outcome::Taken(_) = outcome {
             message.state = DELIVERED.to_owned();
             message.due_ms = self.now_ms();
-            return self.notes.note(message).await;
-        }
-        // Another process, or the owner, may have been faster.
-        let current = self.documents.message(&message.id).await?;
-        let is_ours = current.is_some_and(|current| {
-            current.state == PENDING && current.attempts == message.attempts
-        });
-        if !is_ours {
+            self.note_of(message).await?;
             return Ok(());
         }
-        if *outcome == Outcome::Gone {
-            let webhook = message.webhook.clone();
-            self.give_up(message, &outcome.text()).await?;
-            return self
-                .disable(&webhook, "it answered that it wants nothing more (410)")
-                .await;
-        }
-        if message.attempts < ATTEMPTS_MAX {
+        let is_gone = *outcome == Outcome::Gone;
+        if !is_gone && message.attempts < ATTEMPTS_MAX {
             message.due_ms = self.now_ms().saturating_add(spread_ms(message.attempts));
-            return self.notes.note(message).await;
+            self.note_of(message).await?;
+            return Ok(());
         }
         let webhook = message.webhook.clone();
-        self.give_up(message, &outcome.text()).await?;
-        if !self.has_taken_lately(&webhook).await? {
+        if !self.give_up(message, &outcome.text()).await? {
+            // Another process, or the owner, was faster.
+            return Ok(());
+        }
+        if is_gone {
+            let why = "it answered that it wants nothing more (410)";
+            self.disable(&webhook, why).await?;
+        } else if !self.has_taken_lately(&webhook).await? {
             self.disable(&webhook, "it took nothing for a day").await?;
         }
         Ok(())
     }
 
-    async fn give_up(&self, mut message: Message, why: &str) -> Result<(), Refusal> {
+    async fn give_up(&self, mut message: Message, why: &str) -> Result<bool, Refusal> {
         message.state = GIVEN_UP.to_owned();
         message.last_outcome = Some(why.to_owned());
         message.due_ms = self.now_ms();
-        self.notes.note(message).await
+        self.note_of(message).await
+    }
+
+    /// Notes what became of a message, unless it was sent again meanwhile, or is to be.
+    async fn note_of(&self, message: Message) -> Result<bool, Refusal> {
+        let attempts_before = Some(message.attempts);
+        let settlement = Settlement {
+            message,
+            attempts_before,
+        };
+        self.notes.note(settlement).await
     }
 
     /// Whether a webhook has taken anything for a day, as its messages say; those before two days were settled longer ago.

@@ -3,7 +3,7 @@
 use super::{Connection, SqlStore, documents, history, messages, positions, upkeep};
 use crate::registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Message,
-    PositionRow,
+    PositionRow, Settlement,
 };
 use crate::registry::sql::transactions::{asking, reading, writing};
 use crate::registry::store::{Answer, KeptReply};
@@ -73,7 +73,7 @@ impl Documents for SqlStore {
         Box::pin(async move { asking!(self, |connection| messages::next_due(connection)) })
     }
 
-    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()> {
+    fn settle_messages<'a>(&'a self, settled: &'a [Settlement]) -> Answer<'a, Vec<bool>> {
         Box::pin(async move { writing!(self, |connection| messages::settle(connection, settled)) })
     }
 

@@ -1,7 +1,7 @@
 //! What is asked of the database about messages that wait to be sent, and those that were.
 
 use super::{Connection, Database, Row, trouble};
-use crate::registry::documents::Message;
+use crate::registry::documents::{Followers, Message, Settlement};
 use crate::registry::sql::{ROWS_AT_ONCE, Trouble, signed, unsigned};
 use sqlx::{QueryBuilder, Row as _};
 
@@ -114,21 +114,60 @@ pub(super) async fn next_due(connection: &mut Connection) -> Result<Option<i64>,
     found.map(|row| row.try_get(0).map_err(trouble)).transpose()
 }
 
-/// Notes what became of messages.
+/// Notes what became of messages. Tells of each whether it was noted.
 pub(super) async fn settle(
     connection: &mut Connection,
-    settled: &[Message],
-) -> Result<(), Trouble> {
-    let statement = "UPDATE messages SET due_ms = $2, attempts = $3, state = $4, last_outcome = $5 WHERE id = $1";
-    for message in settled {
-        let done = sqlx::query(statement)
-            .bind(&message.id)
-            .bind(message.due_ms)
-            .bind(i64::from(message.attempts))
-            .bind(&message.state)
-            .bind(&message.last_outcome);
-        done.execute(&mut *connection).await.map_err(trouble)?;
+    settled: &[Settlement],
+) -> Result<Vec<bool>, Trouble> {
+    let mut noted = Vec::with_capacity(settled.len());
+    for settlement in settled {
+        let is_noted = note(connection, settlement).await?;
+        if is_noted {
+            move_followers(connection, settlement).await?;
+        }
+        noted.push(is_noted);
     }
+    Ok(noted)
+}
+
+async fn note(connection: &mut Connection, settlement: &Settlement) -> Result<bool, Trouble> {
+    let statement = "UPDATE messages SET due_ms = $2, attempts = $3, state = $4, last_outcome = $5 WHERE id = $1 \
+                     AND ($6 IS NULL OR (state = 'pending' AND attempts = $6))";
+    let message = &settlement.message;
+    let done = sqlx::query(statement)
+        .bind(&message.id)
+        .bind(message.due_ms)
+        .bind(i64::from(message.attempts))
+        .bind(&message.state)
+        .bind(&message.last_outcome)
+        .bind(settlement.attempts_before.map(i64::from));
+    let done = done.execute(connection).await.map_err(trouble)?;
+    Ok(done.rows_affected() == 1)
+}
+
+/// Moves the messages that wait behind one that was settled.
+async fn move_followers(
+    connection: &mut Connection,
+    settlement: &Settlement,
+) -> Result<(), Trouble> {
+    let statement = match settlement.followers() {
+        Followers::Stay => return Ok(()),
+        Followers::NotBefore => {
+            "UPDATE messages SET due_ms = $1 WHERE state = 'pending' AND webhook = $2 AND subject = $3 \
+             AND number > $4 AND due_ms < $1"
+        }
+        Followers::By => {
+            "UPDATE messages SET due_ms = $1 WHERE state = 'pending' AND webhook = $2 AND subject = $3 \
+             AND number > $4 AND due_ms > $1"
+        }
+    };
+    let message = &settlement.message;
+    let done = sqlx::query(statement)
+        .bind(message.due_ms)
+        .bind(&message.webhook)
+        .bind(&message.subject)
+        .bind(signed(message.number));
+    done.execute(connection).await.map_err(trouble)?;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use super::MemoryStore;
 use skyway::registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Message,
-    PositionRow,
+    PositionRow, Settlement,
 };
 use skyway::registry::store::{Answer, KeptReply, StoreError};
 
@@ -45,7 +45,7 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
-    fn settle_messages<'a>(&'a self, _: &'a [Message]) -> Answer<'a, ()> {
+    fn settle_messages<'a>(&'a self, _: &'a [Settlement]) -> Answer<'a, Vec<bool>> {
         none_kept()
     }
 

@@ -1,11 +1,12 @@
 //! Documents and messages in memory, as far as webhooks need them.
 
 use crate::registry::documents::{
-    Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Message,
-    PositionRow,
+    Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Followers,
+    Message, PositionRow, Settlement,
 };
 use crate::registry::store::{Answer, KeptReply, StoreError};
 use std::collections::BTreeMap;
+use std::mem;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// What is kept.
@@ -16,6 +17,7 @@ struct Kept {
     /// How often messages were settled.
     settlements: usize,
     is_broken: bool,
+    is_overtaken: bool,
 }
 
 /// A store that is gone with the test.
@@ -31,6 +33,11 @@ impl Memory {
     /// Settles no message any more.
     pub(super) fn break_down(&self) {
         self.kept().is_broken = true;
+    }
+
+    /// Before messages are settled the next time, another process sends them.
+    pub(super) fn overtake(&self) {
+        self.kept().is_overtaken = true;
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {
@@ -54,6 +61,35 @@ fn is_first(message: &Message, all: &BTreeMap<String, Message>) -> bool {
             && (&other.webhook, &other.subject) == (&message.webhook, &message.subject)
             && other.number < message.number
     })
+}
+
+fn settle(kept: &mut Kept, settlement: &Settlement) -> bool {
+    let Settlement {
+        message,
+        attempts_before,
+    } = settlement;
+    let current = kept.messages.get(&message.id);
+    let is_as_seen = current.is_none_or(|current| {
+        attempts_before
+            .is_none_or(|before| current.state == "pending" && current.attempts == before)
+    });
+    if !is_as_seen {
+        return false;
+    }
+    kept.messages.insert(message.id.clone(), message.clone());
+    let followers = kept.messages.values_mut().filter(|other| {
+        other.state == "pending"
+            && (&other.webhook, &other.subject) == (&message.webhook, &message.subject)
+            && other.number > message.number
+    });
+    for other in followers {
+        other.due_ms = match settlement.followers() {
+            Followers::Stay => other.due_ms,
+            Followers::NotBefore => other.due_ms.max(message.due_ms),
+            Followers::By => other.due_ms.min(message.due_ms),
+        };
+    }
+    true
 }
 
 impl Documents for Memory {
@@ -142,7 +178,7 @@ impl Documents for Memory {
         now(first.map(|message| message.due_ms).min())
     }
 
-    fn settle_messages<'a>(&'a self, settled: &'a [Message]) -> Answer<'a, ()> {
+    fn settle_messages<'a>(&'a self, settled: &'a [Settlement]) -> Answer<'a, Vec<bool>> {
         Box::pin(async move {
             // Others come to wait meanwhile, as with a database.
             tokio::task::yield_now().await;
@@ -151,11 +187,14 @@ impl Documents for Memory {
                 let message = "it is broken".to_owned();
                 return Err(StoreError::Unavailable { message });
             }
-            let settled = settled.iter();
-            let by_id = settled.map(|message| (message.id.clone(), message.clone()));
-            kept.messages.extend(by_id);
+            if mem::take(&mut kept.is_overtaken) {
+                for settlement in settled {
+                    let lease = settlement.message.clone();
+                    kept.messages.insert(lease.id.clone(), lease);
+                }
+            }
             kept.settlements += 1;
-            Ok(())
+            Ok(settled.iter().map(|one| settle(&mut kept, one)).collect())
         })
     }
 

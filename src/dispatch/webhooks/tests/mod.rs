@@ -9,7 +9,7 @@ use super::notes::Notes;
 use super::outgoing::{Outcome, Outgoing, Signed};
 use super::sender::Sender;
 use crate::clock::{Clock, ManualClock};
-use crate::registry::documents::{Commit, Document, DocumentKind, Documents, Message};
+use crate::registry::documents::{Commit, Document, DocumentKind, Documents, Message, Settlement};
 use crate::wire::{WebhookDraft, WebhookState};
 use jiff::Timestamp;
 use memory::Memory;
@@ -253,6 +253,20 @@ async fn who_never_answers_takes_the_place_of_no_other() {
     assert!((1..=32).contains(&called.count()));
 }
 
+#[tokio::test]
+async fn what_another_process_sends_is_not_sent() {
+    let desk = Desk::start(|_| "200 Taken").await;
+    desk.documents.overtake();
+    desk.tell("d-1", 1..=2).await;
+    // The other one never says what became of it, so it is sent once its time has come again.
+    let first = desk.settled("d-1", 1, u32::MAX).await;
+    assert_eq!((first.state.as_str(), first.attempts), ("delivered", 2));
+    assert_eq!(desk.settled("d-1", 2, u32::MAX).await.state, "delivered");
+    let calls = desk.receiver.calls();
+    let told: Vec<&str> = calls.iter().map(|call| call.header("webhook-id")).collect();
+    assert_eq!(told, [id("d-1", 1), id("d-1", 2)]);
+}
+
 /// Names whose only one is public when it is first asked for, and this machine's from then on.
 #[derive(Debug, Default)]
 struct Turncoat(AtomicUsize);
@@ -318,7 +332,11 @@ async fn notes_that_come_during_a_write_are_written_with_the_next_one() {
         let mut noting = tokio::task::JoinSet::new();
         for number in 1..=20 {
             let notes = notes.clone();
-            noting.spawn(async move { notes.note(message(subject, number, START)).await });
+            let settlement = Settlement {
+                message: message(subject, number, START),
+                attempts_before: Some(0),
+            };
+            noting.spawn(async move { notes.note(settlement).await });
         }
         noting.join_all()
     };
