@@ -196,6 +196,7 @@ impl Dispatch {
             states: open.map(str::to_owned).to_vec(),
             after: after.take(),
             limit: ORDERS_AT_ONCE,
+            is_newest_first: false,
         };
         let documents = self.documents.documents(&query).await?;
         if documents.len() as u64 == ORDERS_AT_ONCE {

@@ -34,6 +34,7 @@ impl Dispatch {
             states: Vec::new(),
             after: page.after,
             limit: page.size as u64 + 1,
+            is_newest_first: false,
         };
         let mut documents = self.documents.documents(&query).await?;
         let has_more = documents.len() > page.size;

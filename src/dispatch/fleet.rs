@@ -32,6 +32,7 @@ impl Dispatch {
                 .collect(),
             after: None,
             limit: AT_ONCE,
+            is_newest_first: false,
         };
         let mut drones = Vec::new();
         while drones.len() < DRONES_MAX {

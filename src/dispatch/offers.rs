@@ -94,6 +94,7 @@ impl Dispatch {
             states: Vec::new(),
             after: None,
             limit: AT_ONCE,
+            is_newest_first: false,
         };
         let mut services = Vec::new();
         while services.len() < SERVICES_MAX {

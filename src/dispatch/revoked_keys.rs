@@ -71,6 +71,7 @@ impl Dispatch {
             states: Vec::new(),
             after: None,
             limit: REVOKED_MAX,
+            is_newest_first: false,
         };
         let documents = self.documents.documents(&query).await?;
         let keys = documents.into_iter().map(Kept::read);

@@ -21,9 +21,9 @@ const RATES_MAX: u64 = 10_000;
 const LOOKED_BACK: SignedDuration = SignedDuration::from_hours(30 * 24);
 /// The longest span that is looked at.
 const SPAN_MAX: SignedDuration = SignedDuration::from_hours(366 * 24);
-/// Deliveries ordered so long before the span may have arrived in it.
-const ORDERED_BEFORE: SignedDuration = SignedDuration::from_hours(8 * 24);
-/// The most deliveries that are looked at.
+/// Deliveries ordered so long before the span may have arrived in it: 7 days until the pickup, 7 more until the latest arrival.
+const ORDERED_BEFORE: SignedDuration = SignedDuration::from_hours(15 * 24);
+/// The most deliveries that are looked at; of more the newest count.
 const DELIVERIES_MAX: usize = 50_000;
 /// How many are read at once.
 const AT_ONCE: u64 = 500;
@@ -87,26 +87,38 @@ impl Dispatch {
         Ok(Span { from, until })
     }
 
-    /// How late the services over a network are, of all providers or of one, by the deliveries that arrived in a span.
+    /// How late the services over a network are, of all providers or of one, by the deliveries that arrived in a span; by the
+    /// newest of them where there are too many.
     async fn lateness(
         &self,
         network: &str,
         provider: Option<&str>,
         span: Span,
     ) -> Result<Vec<Lateness>, Refusal> {
-        let ordered_from = shifted(span.from, -ORDERED_BEFORE);
+        let ordered_from = ordered_at(shifted(span.from, -ORDERED_BEFORE));
         let mut query = DocumentQuery {
             kind: DocumentKind::Delivery,
             of: provider.map(str::to_owned),
             states: vec![DeliveryStatus::Delivered.name().to_owned()],
-            // Ids of deliveries begin with when they were ordered.
-            after: Some(format!("d{:012x}", ordered_from.as_millisecond().max(0))),
+            after: Some(ordered_at(span.until)),
             limit: AT_ONCE,
+            is_newest_first: true,
         };
         let mut late_s: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         let mut looked_at = 0;
-        while looked_at < DELIVERIES_MAX {
-            let page = self.documents.documents(&query).await?;
+        loop {
+            if looked_at >= DELIVERIES_MAX {
+                let counted_from = query.after;
+                tracing::info!(
+                    network,
+                    looked_at,
+                    counted_from,
+                    "older deliveries are left out of the lateness"
+                );
+                break;
+            }
+            let mut page = self.documents.documents(&query).await?;
+            page.retain(|document| document.id > ordered_from);
             let is_last = (page.len() as u64) < AT_ONCE;
             looked_at += page.len();
             query.after = page.last().map(|last| last.id.clone());
@@ -140,6 +152,11 @@ impl Dispatch {
         let quality = service.and_then(|service| service.value.quality);
         Ok(quality.map_or(0.0, |quality| quality.tolerance_s))
     }
+}
+
+/// Before the ids of all deliveries that were ordered from an instant on: they begin with it.
+fn ordered_at(at: Timestamp) -> String {
+    format!("d{:012x}", at.as_millisecond().max(0))
 }
 
 /// How late a delivery was that arrived in a span, in seconds; none where it did not, or nothing was promised.

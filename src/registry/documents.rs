@@ -237,10 +237,12 @@ pub struct DocumentQuery {
     pub of: Option<String>,
     /// That stand in one of these ways; all where none is named.
     pub states: Vec<String>,
-    /// After this id.
+    /// After this id, in the order in which they are told.
     pub after: Option<String>,
     /// The most of them.
     pub limit: u64,
+    /// Whether they are told from the last id on, down to the first.
+    pub is_newest_first: bool,
 }
 
 /// A position that is kept.

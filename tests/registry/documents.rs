@@ -232,6 +232,19 @@ async fn an_answer_is_kept_with_its_commit(open: Open) {
     store.close().await;
 }
 
+async fn in_pages(store: &dyn Store, mut query: DocumentQuery) -> Vec<Document> {
+    let mut found = Vec::new();
+    loop {
+        let page = store.documents(&query).await.expect("answers");
+        assert!(page.len() as u64 <= query.limit);
+        let Some(last) = page.last() else {
+            return found;
+        };
+        query.after = Some(last.id.clone());
+        found.extend(page);
+    }
+}
+
 async fn documents_come_in_pages(open: Open) {
     let store = open().await;
     let mut all: Vec<Document> = (0..450)
@@ -262,18 +275,14 @@ async fn documents_come_in_pages(open: Open) {
                 states: states.clone(),
                 after: None,
                 limit: 100,
+                is_newest_first: false,
             };
-            let mut found = Vec::new();
-            loop {
-                let page = store.documents(&query).await.expect("answers");
-                assert!(page.len() <= 100);
-                let Some(last) = page.last() else {
-                    break;
-                };
-                query.after = Some(last.id.clone());
-                found.extend(page);
-            }
+            let found = in_pages(&*store, query.clone()).await;
             assert_eq!(found, expected, "{of:?} {states:?}");
+            query.is_newest_first = true;
+            let mut found = in_pages(&*store, query).await;
+            found.reverse();
+            assert_eq!(found, expected, "{of:?} {states:?}, the newest first");
         }
     }
     let count = |tenant| store.count_documents(DocumentKind::Delivery, tenant);

@@ -365,6 +365,7 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
         states: Vec::new(),
         after: None,
         limit: 9,
+        is_newest_first: false,
     };
     let found = served.registry.documents().documents(&recipients).await;
     assert_eq!(found, Ok(Vec::new()));

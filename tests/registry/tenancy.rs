@@ -162,6 +162,7 @@ async fn kept(documents: &dyn Documents) -> (Vec<Document>, Option<Message>) {
                 states: Vec::new(),
                 after: None,
                 limit: 100,
+                is_newest_first: false,
             };
             all.extend(documents.documents(&query).await.expect("answers"));
         }

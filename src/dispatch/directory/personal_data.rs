@@ -243,6 +243,7 @@ impl Pages {
                 states: Vec::new(),
                 after: None,
                 limit: AT_ONCE,
+                is_newest_first: false,
             }),
         }
     }

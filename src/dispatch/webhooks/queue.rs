@@ -47,6 +47,7 @@ impl Dispatch {
                 states: vec![state_name(WebhookState::Active).to_owned()],
                 after: None,
                 limit: WEBHOOKS_LIMIT,
+                is_newest_first: false,
             };
             for document in self.documents.documents(&query).await? {
                 if Endpoint::of(&document)?.takes(telling.event) {
@@ -109,10 +110,10 @@ impl Dispatch {
             .documents
             .settle_messages(slice::from_ref(&settlement))
             .await?;
-        self.messages.notify_one();
         if noted != [true] {
             return Err(Refusal::not_found("message", message_id));
         }
+        self.messages.notify_one();
         Ok(view(&settlement.message))
     }
 }

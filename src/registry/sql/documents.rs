@@ -58,10 +58,14 @@ fn push_page(
         }
         statement.push(")");
     }
+    let (beyond, order) = match query.is_newest_first {
+        true => (" AND id < ", " ORDER BY id DESC LIMIT "),
+        false => (" AND id > ", " ORDER BY id LIMIT "),
+    };
     if let Some(after) = &query.after {
-        statement.push(" AND id > ").push_bind(after.clone());
+        statement.push(beyond).push_bind(after.clone());
     }
-    statement.push(" ORDER BY id LIMIT ");
+    statement.push(order);
     statement.push_bind(signed(query.limit));
 }
 
@@ -80,7 +84,9 @@ pub(super) async fn documents(
             statement.push(") own UNION SELECT ").push(COLUMNS);
             statement.push(" FROM (");
             push_page(&mut statement, query, Some(("party", tenant)));
-            statement.push(") of_party ORDER BY id LIMIT ");
+            statement.push(") of_party ORDER BY id");
+            statement.push(if query.is_newest_first { " DESC" } else { "" });
+            statement.push(" LIMIT ");
             statement.push_bind(signed(query.limit));
         }
     }

@@ -103,14 +103,19 @@ impl Documents for Memory {
             let of = query.of.as_ref();
             let is_of = of.is_none_or(|of| [&document.tenant, &document.party].contains(&of));
             let stands_so = query.states.is_empty() || query.states.contains(&document.state);
-            let is_after = query
-                .after
-                .as_ref()
-                .is_none_or(|after| document.id > *after);
+            let is_after = query.after.as_ref().is_none_or(|after| {
+                let beyond = document.id.cmp(after);
+                beyond.is_ne() && beyond.is_lt() == query.is_newest_first
+            });
             document.kind == query.kind && is_of && stands_so && is_after
         });
         let limit = usize::try_from(query.limit).expect("a small limit");
-        now(found.take(limit).cloned().collect())
+        let mut found: Vec<Document> = found.cloned().collect();
+        if query.is_newest_first {
+            found.reverse();
+        }
+        found.truncate(limit);
+        now(found)
     }
 
     fn count_documents<'a>(
