@@ -18,7 +18,9 @@ impl OffPlan {
     pub(super) fn begins(&self, plan: &Arc<str>, now: Timestamp, apart: SignedDuration) -> bool {
         // The map is whole after every call, so a panic elsewhere cannot spoil it.
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_within = |span: SignedDuration| move |at: &Timestamp| now.duration_since(*at) < span;
+        // An instant far ahead is of a clock that has been set back since.
+        let is_within =
+            |span: SignedDuration| move |at: &Timestamp| now.duration_since(*at).abs() < span;
         if last.get(plan).is_some_and(is_within(apart)) {
             return false;
         }

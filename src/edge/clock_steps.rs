@@ -96,6 +96,8 @@ impl Edge {
         if let Some(apart) = apart {
             let apart_s = apart.as_secs_f64();
             tracing::warn!(subject = %caller.subject, apart_s, "the stepped clock was confirmed");
+            // What was seen by a clock that went ahead would be later than all that is seen now.
+            self.drones.forget_after(self.clock.now());
         }
         let (_, snapshot) = self.command(Command::Tick).await?;
         Ok(wire::ClockState {

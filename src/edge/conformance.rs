@@ -121,11 +121,12 @@ impl Edge {
 
 /// Whether the drone of a plan has only the last leg before it.
 fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Timestamp) -> bool {
-    let legs = plan.reported.composition.legs.len();
-    match progress::progress(topology, plan, drones, now) {
+    let version = &plan.reported;
+    let legs = version.composition.legs.len();
+    match progress::progress(topology, plan, drones, now).filter(|_| legs > 0) {
         Some(progress) => progress.leg + 1 == legs,
-        // Nothing is left to be flown.
-        None => plan.reported.is_diversion(),
+        // Nothing is left to be flown but a first stretch, unless it waits at its end for a way.
+        None => version.is_diversion() || version.last_node() == Some(plan.destination),
     }
 }
 

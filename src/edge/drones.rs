@@ -2,7 +2,7 @@
 
 use super::agreement::{Agreement, Conformance, Deviation};
 use crate::geo::{AltitudeReference, Frame, Point};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
@@ -13,6 +13,9 @@ pub(super) const DRONE_ID_BYTES_MAX: usize = 128;
 /// A drone that is slower, in metres per second, rests.
 const RESTS_BELOW_MPS: f64 = 1.0;
 
+/// For so long a battery is about what was said of it: a flight draws a part in a thousand in a second.
+const BATTERY_HOLDS_FOR: SignedDuration = SignedDuration::from_secs(10);
+
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sighting {
@@ -20,7 +23,8 @@ pub(super) struct Sighting {
     pub(super) coordinates: [f64; 2],
     pub(super) seen_at: Timestamp,
     pub(super) altitude_m: Option<f64>,
-    pub(super) battery_fraction: Option<f64>,
+    /// What it last said of its battery, perhaps before it was here.
+    pub(super) battery: Option<BatterySeen>,
     pub(super) ground_speed_mps: Option<f64>,
     pub(super) heading_deg: Option<f64>,
     /// What the altitude is measured from.
@@ -35,6 +39,13 @@ pub(super) struct Sighting {
     pub(super) at_stop: Option<AtStop>,
     /// How its positions agree with its plan, in flight.
     pub(super) agreement: Option<Agreement>,
+}
+
+/// What a drone said of its battery.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct BatterySeen {
+    pub(super) fraction: f64,
+    pub(super) at: Timestamp,
 }
 
 /// How far a drone has come on a version of its plan.
@@ -73,7 +84,7 @@ impl Sighting {
             coordinates,
             seen_at,
             altitude_m: None,
-            battery_fraction: None,
+            battery: None,
             ground_speed_mps: None,
             heading_deg: None,
             altitude_reference: None,
@@ -83,6 +94,14 @@ impl Sighting {
             at_stop: None,
             agreement: None,
         }
+    }
+
+    /// Its battery where it was seen; `None` where it said that long before, somewhere else.
+    pub(super) fn battery_here(&self) -> Option<f64> {
+        let is_here =
+            |battery: &BatterySeen| self.seen_at.duration_since(battery.at) <= BATTERY_HOLDS_FOR;
+        let here = self.battery.filter(is_here);
+        here.map(|battery| battery.fraction)
     }
 
     /// How far it has come on a version of a plan, in metres from where that begins, as far as its places have shown.
@@ -191,6 +210,16 @@ impl Drones {
             known.by_id.remove(&oldest);
         }
         true
+    }
+
+    /// Forgets what was seen after an instant: by a clock that has been set back since.
+    pub(super) fn forget_after(&self, now: Timestamp) {
+        let mut known = self.write();
+        known.doubts.retain(|_, doubt| doubt.last.seen_at <= now);
+        let is_ahead = |&(seen_at, _): &(Timestamp, Arc<str>)| seen_at > now;
+        for (_, id) in known.by_time.extract_if(.., is_ahead).collect::<Vec<_>>() {
+            known.by_id.remove(&id);
+        }
     }
 
     /// Notes a doubtful place after those noted before; tells how many agree with each other now.

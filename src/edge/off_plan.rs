@@ -66,7 +66,7 @@ impl Edge {
             timestamp: Some(sighting.seen_at.to_string()),
             drone: Some(wire::DroneFacts {
                 id: Some(entry.drone_id.clone()),
-                battery_fraction: sighting.battery_fraction,
+                battery_fraction: sighting.battery_here(),
                 ..wire::DroneFacts::default()
             }),
             ..wire::FailureReport::default()

@@ -262,8 +262,8 @@ impl Edge {
             payload_kg,
             airspeed_mps,
             seen_battery: seen.and_then(|drone| {
-                let sighting = self.drones.last(drone)?;
-                Some((sighting.battery_fraction?, sighting.seen_at))
+                let battery = self.drones.last(drone)?.battery?;
+                Some((battery.fraction, battery.at))
             }),
         };
         let highest = self.highest_priority(caller);

@@ -155,7 +155,7 @@ fn airspeed_mps(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> f64 {
 }
 
 /// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
-fn stretch_of(
+pub(super) fn stretch_of(
     airspace: &Airspace,
     report: &FailureReport,
     told: &Recomposition,

@@ -260,6 +260,16 @@ impl State {
         plan
     }
 
+    /// Takes what the versions of a plan need that its drone may be flying, or may take over yet; for long where it is overdue.
+    pub(super) fn occupy_all(&mut self, plan: &PlanEntry) {
+        for version in plan.versions() {
+            self.occupy(&plan.id, version);
+        }
+        if plan.flags.overdue {
+            self.hold_pads(plan);
+        }
+    }
+
     pub(super) fn occupy(&mut self, plan: &Arc<str>, version: &Version) {
         self.occupied_since.insert(plan.clone());
         let occupancy = &mut self.next.occupancy;

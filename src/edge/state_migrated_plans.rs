@@ -101,10 +101,7 @@ impl State {
 
     /// A plan whose ways are as they were.
     fn fly_on(&mut self, plan: PlanEntry) {
-        self.occupy(&plan.id, &plan.reported);
-        for version in plan.sent.iter().chain(&plan.wanted) {
-            self.occupy(&plan.id, version);
-        }
+        self.occupy_all(&plan);
         let plan = self.keep_plan(plan);
         self.touched_plans.insert(plan.id.clone());
     }
@@ -141,7 +138,7 @@ impl State {
 
     /// Proposes a way from where the drone of a plan is on what is left of its way.
     fn redirect(&mut self, plan: PlanEntry, now: Timestamp) {
-        self.occupy(&plan.id, &plan.reported);
+        self.occupy_all(&plan);
         let plan = self.keep_plan(plan);
         let airspace = self.next.airspace.clone();
         let progress = progress::progress(airspace.topology(), &plan, &self.drones, now);
@@ -193,7 +190,7 @@ impl State {
             ..imposed.clone()
         };
         let plan = plan_over(imposed);
-        self.occupy(&plan.id, &plan.reported);
+        self.occupy_all(&plan);
         self.time_arrival(&plan.id, &plan.reported);
         let plan = self.replace_wanted(&Arc::new(plan), Some(proposed));
         self.touched_plans.insert(plan.id.clone());

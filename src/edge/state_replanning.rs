@@ -137,8 +137,10 @@ impl State {
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             return;
         };
-        let Some(progress) = progress::progress(airspace.topology(), &plan, &self.drones, now)
-        else {
+        // One that waits has nothing ahead of it but what it is to fly from there.
+        let topology = airspace.topology();
+        let progress = progress::progress_or_wait(topology, &plan, &self.drones, now);
+        let Some(progress) = progress else {
             return;
         };
         let mut nearest: Option<usize> = None;
@@ -377,6 +379,10 @@ impl State {
         };
         let airspace = self.next.airspace.clone();
         let is_same_airspace = Arc::ptr_eq(&airspace, on);
+        if !Arc::ptr_eq(airspace.topology(), on.topology()) {
+            // On another network the same numbers are other nodes. Where the plan lacks some there, it waits for them again.
+            return;
+        }
         let mut filled = (*plan).clone();
         let mut told = None;
         for version in versions {

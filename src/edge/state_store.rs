@@ -94,12 +94,8 @@ impl State {
             self.time_departure(&plan);
             self.listen_for(&plan);
             self.time_arrival(&id, &plan.reported);
-            for version in plan.versions() {
-                self.occupy(&id, version);
-            }
-            if plan.flags.overdue {
-                self.hold_pads(&plan);
-            }
+            self.time_way_on(&plan);
+            self.occupy_all(&plan);
             self.guard(&plan);
             let wanted = plan.wanted.as_ref();
             if let Some((wanted, by)) = wanted.and_then(|it| Some((it, it.acknowledge_by?))) {

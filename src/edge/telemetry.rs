@@ -1,7 +1,7 @@
 //! Telemetry: where drones are, and what they are told in return.
 
 use super::Edge;
-use super::drones::{DRONE_ID_BYTES_MAX, Sighting};
+use super::drones::{BatterySeen, DRONE_ID_BYTES_MAX, Sighting};
 use super::places::Untaken;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
@@ -110,7 +110,7 @@ impl Edge {
             altitude_m: sighting.altitude_m,
             altitude_reference: sighting.altitude_reference.map(reference_name),
             airborne: sighting.airborne,
-            battery_fraction: sighting.battery_fraction,
+            battery_fraction: sighting.battery.map(|battery| battery.fraction),
             ground_speed_mps: sighting.ground_speed_mps,
             heading_deg: sighting.heading_deg,
         });
@@ -199,7 +199,10 @@ impl Edge {
             coordinates,
             seen_at,
             altitude_m: entry.altitude_m.filter(|value| value.is_finite()),
-            battery_fraction: fraction(entry.battery_fraction, warnings),
+            battery: fraction(entry.battery_fraction, warnings).map(|fraction| BatterySeen {
+                fraction,
+                at: seen_at,
+            }),
             ground_speed_mps: entry.ground_speed_mps.filter(|value| value.is_finite()),
             heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
             altitude_reference: reference(entry, warnings),
@@ -247,7 +250,7 @@ impl Edge {
             lon,
             lat,
             altitude_m: sighting.altitude_m,
-            battery_fraction: sighting.battery_fraction,
+            battery_fraction: sighting.battery_here(),
             speed_mps: sighting.ground_speed_mps,
         };
         self.positions.add(entry);

@@ -1,6 +1,8 @@
 //! Whether what was answered before may be answered again: never an outdated answer.
 
 use super::planner::Planner;
+use super::progress;
+use super::recomposing::stretch_of;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use crate::airspace::Airspace;
@@ -35,7 +37,13 @@ pub(super) fn still_holds(
     if way.nodes.is_empty() {
         return record.airspace.revision() == airspace.revision();
     }
-    let location = record.settled.request.report.location;
+    let report = &record.settled.request.report;
+    let location = report.location;
+    let stretch = stretch_of(&record.airspace, report, record.answer.told());
+    let ahead = stretch.as_ref().map(|stretch| (stretch, stretch.begin()));
+    if !progress::closures_on(ahead, airspace).is_empty() {
+        return false;
+    }
     first_stretch_is_clear(location, way, Some(&record.airspace), snapshot)
 }
 

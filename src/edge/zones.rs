@@ -364,7 +364,8 @@ impl Edge {
         let topology = airspace.topology();
         let mut detours = Vec::new();
         for plan in snapshot.plans.values().filter(|plan| plan.is_active()) {
-            let Some(progress) = progress::progress(topology, plan, &self.drones, now) else {
+            let progress = progress::progress_or_wait(topology, plan, &self.drones, now);
+            let Some(progress) = progress else {
                 continue;
             };
             let ahead = progress::ahead(plan, &progress);

@@ -190,3 +190,25 @@ async fn small_steps_are_followed() {
     assert_eq!(stage.edge.clock().now().to_string(), "2026-11-21T06:00:04Z");
     assert_eq!(stage.edge.stamp().freshness, Freshness::Fresh);
 }
+
+#[tokio::test]
+async fn positions_by_a_clock_that_was_ahead_are_forgotten_once_it_is_set_right() {
+    let (stage, hands) = Stage::on_machine_clock();
+    hands.step(HOUR);
+    stage.settle().await;
+    stage
+        .edge
+        .confirm_clock(&stage.caller)
+        .await
+        .expect("confirmed");
+    stage.see("d1", 100.0, 0.0).await;
+    hands.step(-HOUR);
+    stage.settle().await;
+    stage
+        .edge
+        .confirm_clock(&stage.caller)
+        .await
+        .expect("confirmed");
+    let told = stage.see("d1", 110.0, 0.0).await;
+    assert!(told.positions[0].accepted, "{told:?}");
+}

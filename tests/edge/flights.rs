@@ -323,3 +323,30 @@ async fn plans_for_the_same_moment_are_composed_one_after_the_other() {
             .expect("they keep off each other");
     }
 }
+
+#[tokio::test]
+async fn a_place_that_is_acknowledged_is_no_news_of_the_battery() {
+    let stage = on(&street(&[2; 8]));
+    let asked = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s7", "airframe": "phantom3"});
+    stage.deliver(asked).await.expect("a plan");
+    stage.pass(SignedDuration::from_secs(20)).await;
+    let positions = vec![json!({
+        "drone_id": "d", "location": {"x": 40.0, "y": 0.0}, "battery_fraction": 0.97, "airborne": true,
+    })];
+    let told = stage
+        .edge
+        .telemetry(&stage.caller, wire::Telemetry { positions })
+        .await;
+    told.expect("telemetry");
+    let report = json!({
+        "type": "navigational", "dry_run": true, "service": {"plan_id": "p", "leg": 3},
+        "location": {"x": 3_300.0, "y": 0.0}, "drone": {"id": "d"},
+    });
+    stage.pass(SignedDuration::from_mins(6)).await;
+    let ack = json!({"version": 1, "location": {"x": 3_300.0, "y": 0.0}});
+    let ack = serde_json::from_value(ack).expect("an acknowledgement");
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    taken.expect("it flies that");
+    let told = stage.answer(report).await;
+    assert_eq!(told["assumed"], json!(["battery"]), "{told}");
+}

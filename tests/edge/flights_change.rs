@@ -1,7 +1,7 @@
 //! Plans that are flown while the world changes: zones, closed pads, another network, a restart, something that opens early.
 
 use crate::flying::{at, corridor, instant, on, settings, stops, street, windowed};
-use crate::stage::{Stage, circle, names, node, segment};
+use crate::stage::{DAWN, Stage, circle, loaded, names, node, segment, without};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
@@ -435,5 +435,49 @@ async fn a_closure_is_in_force_before_many_drones_have_been_answered() {
         let proposed = plan.wanted.as_ref().expect("a version");
         assert_eq!(names(&proposed.path.nodes), ["s0", "north", "s2"]);
         stage.check_version(&plan, proposed, &[]).expect("flyable");
+    }
+}
+
+/// What is worked out for a plan ends on the network after the change, where its numbers are those of other nodes.
+#[tokio::test]
+async fn contingencies_that_come_after_a_change_of_the_network_spoil_nothing() {
+    // Beside the street runs another one, for detours.
+    let mut streets = street(&[2; 40]);
+    for place in 0..40 {
+        let aside = format!("t{place}");
+        let at_m = 1_000.0 * f64::from(place);
+        streets.nodes.push(node(&aside, at_m, 300.0));
+        let joined = segment(format!("s{place}"), aside.clone());
+        streets.segments.push(joined);
+        if place > 0 {
+            let along = segment(format!("t{}", place - 1), aside);
+            streets.segments.push(along);
+        }
+    }
+    let mut left = streets.clone();
+    for place in 0..20 {
+        without(&mut left, &format!("s{place}"));
+        without(&mut left, &format!("t{place}"));
+    }
+    for _ in 0..10 {
+        let stage = on(&streets);
+        let after = loaded(&left);
+        for number in 0..6 {
+            let start = instant(DAWN) + SignedDuration::from_mins(10 * number);
+            let request = json!({
+                "id": format!("p{number}"), "drone_id": format!("d{number}"), "source": "s20", "destination": "s27",
+                "start_time": start.to_string(),
+            });
+            let request = serde_json::from_value(request).expect("a delivery request");
+            let composed = stage
+                .edge
+                .compose_plan(&stage.caller, request, Default::default());
+            composed.await.expect("a plan");
+        }
+        let replaced = stage.edge.replace_network(after).await;
+        replaced.expect("the network is put into service");
+        stage.zone(circle("z", 26_500.0, 0.0, 10.0)).await;
+        stage.settle().await;
+        assert_eq!(stage.plan("p0").affected_by, ["z"]);
     }
 }

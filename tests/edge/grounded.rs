@@ -1,7 +1,7 @@
 //! Drones on the ground that cannot go on: they hold on their pads, and are told when there is a way.
 
 use crate::flying::{on, street};
-use crate::stage::{Stage, names};
+use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::edge::Idempotency;
@@ -116,4 +116,26 @@ async fn a_drone_that_reports_from_its_pad_that_it_cannot_go_on_holds() {
 
 fn names_of(nodes: &[&str]) -> Vec<String> {
     nodes.iter().map(|node| (*node).to_owned()).collect()
+}
+
+#[tokio::test]
+async fn what_a_waiting_drone_was_offered_closes_before_it_takes_it_over() {
+    let stage = shut_in().await;
+    takes_over(&stage).await;
+    stands(&stage).await;
+    let mut events = stage.edge.events(None).expect("a stream");
+    let lifted = stage
+        .edge
+        .lift_closure(&stage.caller, "works", Some("*".to_owned()), None);
+    lifted.await.expect("lifted");
+    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
+    // Of the offer itself nothing is left to be looked at.
+    stage.settle().await;
+    stage.settle().await;
+    stage.zone(circle("later", 1_500.0, 0.0, 50.0)).await;
+    stage.settle().await;
+    let plan = stage.plan("p");
+    assert_eq!(plan.affected_by, ["later"]);
+    let leads_on = |wanted: &wire::PlanVersion<'_>| wanted.path.nodes.len() > 1;
+    assert!(!plan.wanted.as_ref().is_some_and(leads_on), "{plan:?}");
 }

@@ -121,3 +121,22 @@ async fn many_sendings_at_once_have_one_effect() {
     stage.settle().await;
     assert_eq!(stage.plan("p1").wanted.expect("a version").version, 2);
 }
+
+#[tokio::test]
+async fn an_answer_is_not_repeated_once_the_leg_that_its_drone_is_on_has_closed() {
+    let stage = Stage::set();
+    let body = json!({"id": "r1", "type": "service_level", "service": {"from": "a1", "to": "a2"}, "destination": "a4",
+        "location": {"x": 150.0, "y": 0.0}, "drone": {"id": "d1"}});
+    let first = stage.answer(body.clone()).await;
+    assert_eq!(first["path"]["nodes"][0], "a2", "it flies on: {first}");
+    assert_eq!(stage.answer(body.clone()).await["replayed"], true);
+    let draft = json!({"id": "works", "segments": ["a1-a2"], "reason": "works"});
+    let draft = serde_json::from_value(draft).expect("a draft");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("a closure");
+    let second = stage.answer(body).await;
+    assert_eq!(second["replayed"], false, "{second}");
+    assert_eq!(second["path"]["nodes"][0], "a1", "it turns back: {second}");
+}

@@ -2,7 +2,7 @@
 
 use crate::flying::{on, settings, street};
 use crate::stage::{Stage, node, segment};
-use jiff::SignedDuration;
+use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::edge::{Code, MemoryDisk};
 use skyway::wire::{self, EndedAs, PlanState};
@@ -227,4 +227,19 @@ async fn a_plan_that_is_overdue_at_a_full_pad_is_alarmed() {
         [(wire::AlarmKind::Overdue, Some("second"))],
         "s2 has a free pad"
     );
+}
+
+#[tokio::test]
+async fn a_drone_that_is_overdue_keeps_its_pad_on_another_network() {
+    let stage = on(&street(&[0, 1, 1]));
+    let request = json!({"id": "first", "drone_id": "d1", "source": "s0", "destination": "s2", "battery_fraction": 0.28});
+    let plan = stage.deliver(request).await.expect("a plan");
+    let arrives_at: Timestamp = plan.reported.arrives_at.parse().expect("an instant");
+    let flies = arrives_at.duration_since(stage.edge.clock().now());
+    stage.pass(flies + SignedDuration::from_mins(5)).await;
+    assert!(!is_free(&stage).await, "it may be on the pad yet");
+    stage
+        .rebuild(|draft| draft.nodes.push(node("far", 0.0, 5_000.0)))
+        .await;
+    assert!(!is_free(&stage).await, "and is on none other than before");
 }

@@ -1,6 +1,6 @@
 //! How plans end: by what is said of them, never by their planned times.
 
-use crate::stage::Stage;
+use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::{Code, Idempotency, MemoryDisk, PageRequest, PlanFilter};
@@ -296,4 +296,31 @@ async fn a_plan_that_was_cancelled_before_its_request_came_is_refused() {
     let refused = ask("late").await.expect_err("it was cancelled");
     assert_eq!(refused.code, Code::PlanStateConflict, "{refused:?}");
     ask("another").await.expect("a plan");
+}
+
+#[tokio::test]
+async fn telemetry_ends_a_plan_of_which_only_a_first_stretch_is_left() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a3").await;
+    stage.pass(SignedDuration::from_secs(25)).await;
+    stage.tells("d1", 250.0, json!({"airborne": true})).await;
+    // It is in the zone, and flies on to get out of it.
+    stage.zone(circle("around", 245.0, 0.0, 20.0)).await;
+    stage.settle().await;
+    let ack = json!({"version": 2, "location": {"x": 250.0, "y": 0.0}});
+    let ack = serde_json::from_value(ack).expect("an acknowledgement");
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    assert_eq!(taken.expect("taken over").reported.path.nodes.len(), 1);
+    stage.pass(SignedDuration::from_secs(60)).await;
+    for _ in 0..8 {
+        stage.pass(SignedDuration::from_secs(1)).await;
+        stage
+            .tells(
+                "d1",
+                300.0,
+                json!({"airborne": false, "ground_speed_mps": 0.0}),
+            )
+            .await;
+    }
+    assert_eq!(stage.plan("p").ended_as, Some(EndedAs::Delivered));
 }

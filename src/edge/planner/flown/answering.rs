@@ -185,7 +185,7 @@ impl Flights {
             node,
             from: now,
             battery: seen
-                .and_then(|sighting| sighting.battery_fraction)
+                .and_then(Sighting::battery_here)
                 .unwrap_or(start.battery),
         };
         if let Some(node) = version.holds_at() {
@@ -209,7 +209,7 @@ impl Flights {
         if is_elsewhere {
             return None;
         }
-        let seen_battery = seen.and_then(|sighting| sighting.battery_fraction);
+        let seen_battery = seen.and_then(Sighting::battery_here);
         Some(Stand {
             node: stop.node,
             from: now,
@@ -234,7 +234,7 @@ impl Flights {
 fn battery_of(plan: &PlanEntry, leg: usize, sighting: Option<&Sighting>) -> BatteryNow {
     let version = &plan.reported;
     let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
-    if let Some(battery) = seen.and_then(|sighting| sighting.battery_fraction) {
+    if let Some(battery) = seen.and_then(Sighting::battery_here) {
         return BatteryNow::Given(battery);
     }
     let flown = version.flight.as_deref();

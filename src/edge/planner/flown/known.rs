@@ -30,9 +30,10 @@ pub(super) fn seen_lately(
     sighting: Option<&Sighting>,
     now: Timestamp,
 ) -> Option<f64> {
-    let lately = sighting.filter(|sighting| {
-        let is_of_plan = plan.is_none_or(|plan| sighting.seen_at >= plan.reported.departs_at);
-        is_of_plan && now.duration_since(sighting.seen_at) <= SEEN_WITHIN
+    let said = sighting.and_then(|sighting| sighting.battery);
+    let lately = said.filter(|battery| {
+        let is_of_plan = plan.is_none_or(|plan| battery.at >= plan.reported.departs_at);
+        is_of_plan && now.duration_since(battery.at) <= SEEN_WITHIN
     });
-    lately?.battery_fraction
+    lately.map(|battery| battery.fraction)
 }

@@ -494,7 +494,7 @@ impl Planner for Flown {
         expected.is_some_and(|expected| {
             let settings = &self.flights.settings;
             let tolerances = (settings.late_tolerance_s, settings.battery_tolerance);
-            expected.is_missed(seen_s, sighting.battery_fraction, tolerances)
+            expected.is_missed(seen_s, sighting.battery_here(), tolerances)
         })
     }
 }
