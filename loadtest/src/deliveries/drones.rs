@@ -6,7 +6,9 @@ use crate::line::client::{Connection, Session};
 use jiff::Timestamp;
 use skyway::api::grpc::proto::session_request::Body as Said;
 use skyway::api::grpc::proto::session_response::Body as Told;
-use skyway::api::grpc::proto::{self, MessageKind, Place, PlanVersion, PlanarPosition, place};
+use skyway::api::grpc::proto::{
+    self, MessageKind, Place, PlanState, PlanVersion, PlanarPosition, place,
+};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -20,6 +22,8 @@ const ON_STREAM: usize = 100;
 /// How often a drone tells where it is.
 const EVERY: Duration = Duration::from_secs(3);
 const COME_BACK_AFTER: Duration = Duration::from_millis(200);
+/// The codes that say that a plan or version is over; after any other the drone asks again.
+const OVER: [&str; 2] = ["not_found", "plan_state_conflict"];
 
 /// How often each plan was flown to its end, by its id.
 pub(super) type Flown = Rc<RefCell<BTreeMap<String, u32>>>;
@@ -51,14 +55,14 @@ async fn on_line(edge: SocketAddr, drones: &mut [Drone], flown: &Flown) -> Resul
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
-            told = session.next_answer() => take(&session, drones, told?),
-            _ = tick.tick() => tell(&session, drones, flown),
+            told = session.next_answer() => take(&session, drones, told?, flown),
+            _ = tick.tick() => tell(&session, drones),
         }
     }
 }
 
-/// Where those are that fly, and who has landed.
-fn tell(session: &Session, drones: &mut [Drone], flown: &Flown) {
+/// Where those are that fly, what they have taken over, and who has landed.
+fn tell(session: &Session, drones: &mut [Drone]) {
     let now_s = seconds(Timestamp::now());
     let positions = drones.iter().filter_map(|drone| drone.position(now_s));
     let positions = positions.collect();
@@ -70,25 +74,23 @@ fn tell(session: &Session, drones: &mut [Drone], flown: &Flown) {
         let Some(flight) = &mut drone.flight else {
             continue;
         };
-        if now_s < flight.lands_at_s {
-            continue;
+        // Each until it is answered.
+        if !flight.is_acknowledged {
+            session.say(Some(number as u64), flight.acknowledgement());
         }
-        if !std::mem::replace(&mut flight.has_landed, true) {
-            *flown
-                .borrow_mut()
-                .entry(flight.plan_id.clone())
-                .or_default() += 1;
+        flight.has_landed = now_s >= flight.lands_at_s;
+        if flight.has_landed {
+            let landed = proto::CompletePlanRequest {
+                id: flight.plan_id.clone(),
+                ..proto::CompletePlanRequest::default()
+            };
+            session.say(Some(number as u64), Said::Complete(landed));
         }
-        // Until it is answered.
-        let landed = proto::CompletePlanRequest {
-            id: flight.plan_id.clone(),
-            ..proto::CompletePlanRequest::default()
-        };
-        session.say(Some(number as u64), Said::Complete(landed));
     }
 }
 
-fn take(session: &Session, drones: &mut [Drone], told: (Option<u64>, Told)) {
+fn take(session: &Session, drones: &mut [Drone], told: (Option<u64>, Told), flown: &Flown) {
+    let drone_of = |number: u64| usize::try_from(number).ok();
     match told {
         (_, Told::Message(message)) => {
             let mut named = drones
@@ -99,17 +101,14 @@ fn take(session: &Session, drones: &mut [Drone], told: (Option<u64>, Told)) {
                 drone.read(session, number as u64, message);
             }
         }
-        // Its landing was taken, or its plan is over.
-        (Some(number), Told::Plan(_) | Told::Problem(_)) => {
-            let drone = usize::try_from(number).ok();
-            let drone = drone.and_then(|number| drones.get_mut(number));
-            if let Some(drone) = drone
-                && drone
-                    .flight
-                    .as_ref()
-                    .is_some_and(|flight| flight.has_landed)
-            {
-                drone.flight = None;
+        (Some(number), Told::Plan(plan)) => {
+            if let Some(drone) = drone_of(number).and_then(|number| drones.get_mut(number)) {
+                drone.read_plan(&plan, flown);
+            }
+        }
+        (Some(number), Told::Problem(problem)) if OVER.contains(&&*problem.code) => {
+            if let Some(drone) = drone_of(number).and_then(|number| drones.get_mut(number)) {
+                drone.read_refusal(flown);
             }
         }
         _ => {}
@@ -131,6 +130,7 @@ struct Flying {
     pieces: Vec<Piece>,
     lands_at_s: f64,
     has_landed: bool,
+    is_acknowledged: bool,
 }
 
 /// A straight piece of way: from when to when, from where to where.
@@ -180,18 +180,16 @@ impl Drone {
                 self.flight = Some(Flying::of(message.plan_id, &version));
             }
             (MessageKind::Version, Some(version)) => {
-                let newer = Flying::of(message.plan_id, &version);
+                let newer = Flying {
+                    is_acknowledged: false,
+                    ..Flying::of(message.plan_id, &version)
+                };
                 let is_newer = self.flight.as_ref().is_some_and(|flight| {
                     flight.plan_id == newer.plan_id && newer.token > flight.token
                 });
                 if is_newer {
-                    let taken = proto::AcknowledgePlanRequest {
-                        id: newer.plan_id.clone(),
-                        version: version.version,
-                        ..proto::AcknowledgePlanRequest::default()
-                    };
+                    session.say(Some(number), newer.acknowledgement());
                     self.flight = Some(newer);
-                    session.say(Some(number), Said::Acknowledge(taken));
                     return;
                 }
             }
@@ -206,6 +204,37 @@ impl Drone {
             through,
         };
         session.say(None, Said::Received(received));
+    }
+
+    /// Reads how its plan stands. One that ends at a stop is not over when its drone has landed there.
+    fn read_plan(&mut self, plan: &proto::Plan, flown: &Flown) {
+        let Some(flight) = self
+            .flight
+            .as_mut()
+            .filter(|flight| flight.plan_id == plan.id)
+        else {
+            return;
+        };
+        if plan.state() == PlanState::Ended {
+            self.ends(flown);
+            return;
+        }
+        let reported = plan.reported.as_ref().map(|version| version.version);
+        flight.is_acknowledged |= reported == Some(flight.token.2);
+    }
+
+    /// Reads that there is no such plan or version any more.
+    fn read_refusal(&mut self, flown: &Flown) {
+        match &mut self.flight {
+            Some(flight) if !flight.has_landed => flight.is_acknowledged = true,
+            _ => self.ends(flown),
+        }
+    }
+
+    fn ends(&mut self, flown: &Flown) {
+        if let Some(flight) = self.flight.take_if(|flight| flight.has_landed) {
+            *flown.borrow_mut().entry(flight.plan_id).or_default() += 1;
+        }
     }
 }
 
@@ -229,7 +258,16 @@ impl Flying {
             lands_at_s: version.arrives_at.map_or(f64::INFINITY, proto_seconds),
             pieces,
             has_landed: false,
+            is_acknowledged: true,
         }
+    }
+
+    fn acknowledgement(&self) -> Said {
+        Said::Acknowledge(proto::AcknowledgePlanRequest {
+            id: self.plan_id.clone(),
+            version: self.token.2,
+            ..proto::AcknowledgePlanRequest::default()
+        })
     }
 
     /// Where it is: on a piece of way, or at the end of the last one that it has flown.
