@@ -10,10 +10,9 @@ use super::stretches::Stretch;
 use super::traces;
 use crate::airspace::Airspace;
 use crate::checked;
-use crate::flight::FailureReport;
 use crate::formats::ReadWarning;
 use crate::planted::{self, Bug};
-use crate::recompose::{Recomposition, Request};
+use crate::recompose::Request;
 use crate::wire;
 use jiff::Timestamp;
 use std::sync::Arc;
@@ -132,7 +131,7 @@ impl Edge {
             at: case.now,
             acknowledge_by: case.now.checked_add(acknowledge_within).ok(),
         };
-        let stretch = stretch_of(scene.airspace, &case.request.report, answer.told());
+        let stretch = Stretch::of_answer(scene.airspace, &case.request.report, answer.told());
         let course = Course { stretch, ..course };
         Some(Version::of(course, answer.told(), scene.topology(), sent))
     }
@@ -152,26 +151,4 @@ fn airspeed_mps(report: &wire::FailureReport, plan: Option<&PlanEntry>) -> f64 {
     let possible = stated.filter(|speed_mps| *speed_mps > 0.0 && *speed_mps <= 100.0);
     let planned = plan.map(|plan| plan.airspeed_mps);
     possible.or(planned).unwrap_or(DEFAULT_AIRSPEED_MPS)
-}
-
-/// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
-pub(super) fn stretch_of(
-    airspace: &Airspace,
-    report: &FailureReport,
-    told: &Recomposition,
-) -> Option<Stretch> {
-    let stretch = match told.reentry {
-        Some(_) => Stretch::of(airspace, told.reentry),
-        None => {
-            let first = *told.path.nodes.first()?;
-            Stretch::between(airspace, report, first, told.first_stretch_m)
-        }
-    };
-    let mut stretch = stretch?;
-    let segment = stretch.reentry.stretch.leg.and_then(|leg| leg.segment);
-    if let Some(segment) = segment {
-        let id = airspace.topology().segment_id(segment);
-        stretch.knew.push(format!("report:{id}"));
-    }
-    Some(stretch)
 }

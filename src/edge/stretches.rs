@@ -6,6 +6,7 @@ use crate::compose::Occupation;
 use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
 use crate::geo::Point;
 use crate::network::{Correspondence, NodeIx, Topology};
+use crate::recompose::Recomposition;
 
 /// How the drone of a version comes to its first node.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +17,27 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
+    /// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
+    pub(super) fn of_answer(
+        airspace: &Airspace,
+        report: &FailureReport,
+        told: &Recomposition,
+    ) -> Option<Self> {
+        let mut stretch = match told.reentry {
+            Some(_) => Self::of(airspace, told.reentry),
+            None => {
+                let first = *told.path.nodes.first()?;
+                Self::between(airspace, report, first, told.first_stretch_m)
+            }
+        }?;
+        let segment = stretch.reentry.stretch.leg.and_then(|leg| leg.segment);
+        if let Some(segment) = segment {
+            let id = airspace.topology().segment_id(segment);
+            stretch.knew.push(format!("report:{id}"));
+        }
+        Some(stretch)
+    }
+
     /// The stretch of an answer; `None` where the drone is at the node.
     pub(super) fn of(airspace: &Airspace, reentry: Option<Reentry>) -> Option<Self> {
         let reentry = reentry.filter(|reentry| reentry.stretch.kind != StretchKind::None)?;

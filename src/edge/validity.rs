@@ -2,9 +2,9 @@
 
 use super::planner::Planner;
 use super::progress;
-use super::recomposing::stretch_of;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
+use super::stretches::Stretch;
 use crate::airspace::Airspace;
 use crate::flight::Location;
 use crate::routing::Path;
@@ -39,7 +39,7 @@ pub(super) fn still_holds(
     }
     let report = &record.settled.request.report;
     let location = report.location;
-    let stretch = stretch_of(&record.airspace, report, record.answer.told());
+    let stretch = Stretch::of_answer(&record.airspace, report, record.answer.told());
     let ahead = stretch.as_ref().map(|stretch| (stretch, stretch.begin()));
     if !progress::closures_on(ahead, airspace).is_empty() {
         return false;
