@@ -22,7 +22,7 @@ const STEPS: usize = 2;
 /// Orders that are under way to the registry at a time.
 const ORDERED_AT_ONCE: usize = 32;
 /// The customer's endpoint fails this part of all calls while daemons are killed.
-const FAILS: f64 = 0.5;
+const FAILS: f64 = 0.1;
 /// Between two kills, and how long a daemon is away: at least, at most, in seconds.
 const QUIET_S: [f64; 2] = [5.0, 20.0];
 const AWAY_S: [f64; 2] = [0.0, 2.0];
