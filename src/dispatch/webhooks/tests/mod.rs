@@ -235,6 +235,8 @@ async fn who_never_answers_takes_the_place_of_no_other() {
     // More than are looked at, or sent, at once.
     let waiting = (0..400).map(|number| Message {
         webhook: HANGING.to_owned(),
+        // For longer than the other's.
+        due_ms: START - 1_000,
         ..message(&format!("h-{number:03}"), 1, START)
     });
     let waiting: Vec<Message> = waiting.collect();
