@@ -105,7 +105,7 @@ impl Underway {
             End::Failed => {
                 self.failing.insert(webhook);
             }
-            End::Taken | End::Nobody => {
+            End::Taken | End::NoEndpoint => {
                 self.failing.remove(&webhook);
             }
             End::Unsent => {}
@@ -121,7 +121,7 @@ enum End {
     /// It was called, and has not.
     Failed,
     /// There is no one to call.
-    Nobody,
+    NoEndpoint,
     /// It was not called: another process sends the message, or the store does not answer.
     Unsent,
 }
@@ -226,12 +226,12 @@ impl Sender {
         let kind = DocumentKind::Webhook;
         let Some(document) = self.documents.document(kind, &message.webhook).await? else {
             self.give_up(message, "the webhook was deleted").await?;
-            return Ok(End::Nobody);
+            return Ok(End::NoEndpoint);
         };
         let endpoint = Endpoint::of(&document)?;
         if endpoint.state == WebhookState::Disabled {
             self.give_up(message, "the webhook is disabled").await?;
-            return Ok(End::Nobody);
+            return Ok(End::NoEndpoint);
         }
         let attempts_before = Some(message.attempts);
         message.attempts = message.attempts.saturating_add(1);
