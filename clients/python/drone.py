@@ -83,6 +83,8 @@ class Drone:
         elif version.outcome == "hold":
             self.lands_at = datetime.datetime.max.replace(tzinfo=UTC)
         legs, starts = version.legs, version.departs_at.ToDatetime(UTC)
+        if self.pieces and not legs and not version.HasField("first_stretch"):
+            return self.stay(self.place(starts), starts if version.outcome == "hold" else self.lands_at)
         self.pieces = []
         if version.HasField("first_stretch"):
             line = version.first_stretch.geometry
@@ -91,6 +93,10 @@ class Drone:
         for leg in legs:
             times = (leg.departs_at.ToDatetime(UTC), leg.arrives_at.ToDatetime(UTC))
             self.pieces.append((times[0], corner(leg.geometry[0]), times[1], corner(leg.geometry[-1])))
+
+    def stay(self, here, airborne_from):
+        """It stays there for as long as it is told no way: on the ground until then."""
+        self.pieces = [(airborne_from, here, airborne_from, here)]
 
     def place(self, now):
         """Where it is: on a piece of way, or at the end of the last one that it has flown."""
@@ -178,6 +184,10 @@ async def land(drone, edge_time, channel):
     landed = plans.CompletePlanRequest(id=drone.plan_id, location=at(*drone.place(edge_time())[:2]))
     try:
         ended = await plan_services.PlansStub(channel).CompletePlan(landed)
+        if ended.state != plans.PLAN_STATE_ENDED:
+            # At a stop it waits, on the line, to be told a way on.
+            here, drone.lands_at = drone.place(edge_time()), datetime.datetime.max.replace(tzinfo=UTC)
+            return drone.stay(here, drone.lands_at)
         print(f"landed: {plans.EndedAs.Name(ended.ended_as).removeprefix('ENDED_AS_').lower()}", flush=True)
     except grpc.aio.AioRpcError as refused:
         if refused.code() != grpc.StatusCode.FAILED_PRECONDITION:

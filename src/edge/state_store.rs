@@ -94,6 +94,7 @@ impl State {
             self.time_departure(&plan);
             self.listen_for(&plan);
             self.time_arrival(&id, &plan.reported);
+            self.time_way_on(&plan);
             self.occupy_all(&plan);
             self.guard(&plan);
             let wanted = plan.wanted.as_ref();

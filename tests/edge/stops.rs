@@ -289,6 +289,56 @@ async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
 }
 
 #[tokio::test]
+async fn who_stays_at_its_stop_is_told_a_way_on_after_a_restart_too() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over_with(disk.open(), settings()).await;
+    let request = json!({
+        "id": "p", "drone_id": "d", "source": "a0", "destination": "a0",
+        "stops": [{"node": "a7", "service_s": 120.0}],
+    });
+    let plan = stage.deliver(request).await.expect("a plan");
+    let flight = plan.reported.flight.as_ref().expect("a flight");
+    let landed = instant(&flight.stops[0].lands_at);
+    let landed = landed.duration_since(instant(&plan.reported.departs_at));
+    after(&stage, &plan.reported, landed.as_secs() + 21).await;
+    stands(&stage, 700.0, 0.0).await;
+    stage.zone(circle("next", 650.0, 0.0, 10.0)).await;
+    let mut offered = wanted(&stage, "p");
+    while path(&offered).len() > 1 {
+        let decline = wire::Decline {
+            version: offered.version,
+            reason: Some("passed".to_owned()),
+            ..wire::Decline::default()
+        };
+        let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
+        declined.expect("answered");
+        stage.settle().await;
+        offered = wanted(&stage, "p");
+    }
+    let taken = wire::Ack {
+        version: offered.version,
+        ..wire::Ack::default()
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", taken).await;
+    taken.expect("taken over");
+
+    let stage = stage.again_with(disk.open(), settings()).await;
+    let mut waited_s = 0;
+    while stage.plan("p").wanted.is_none() {
+        assert!(
+            waited_s < 240,
+            "no way is looked for: {:#?}",
+            stage.plan("p")
+        );
+        stage.pass(SignedDuration::from_secs(1)).await;
+        waited_s += 1;
+    }
+    let on = wanted(&stage, "p");
+    assert_eq!(path(&on).first().map(String::as_str), Some("a7"));
+    assert_eq!(path(&on).last().map(String::as_str), Some("a0"));
+}
+
+#[tokio::test]
 async fn its_stops_survive_a_restart_and_a_new_network() {
     let disk = MemoryDisk::default();
     let stage = Stage::over_with(disk.open(), settings()).await;

@@ -29,17 +29,25 @@ class Courier(Drone):
     """A drone that tells which step of its delivery it has come to, and declines some versions."""
 
     def __init__(self, drone_id: str, chance: random.Random, kills) -> None:
-        super().__init__(drone_id)
         self._chance, self._kills = chance, kills
         self._passed: set[str] = set()
         self.has_landed, self.declined, self.taken = False, 0, 0
+        # The plans at whose end it has landed.
         self.flown: list[str] = []
         self.faults: list[str] = []
+        super().__init__(drone_id)
 
     def wait(self) -> None:
         """It has nothing to fly."""
+        if self.has_landed:
+            self.flown.append(self.plan_id)
         super().wait()
         self.has_landed, self.height_reference = False, None
+
+    def fly(self, plan_id, version) -> None:
+        """It takes off again, where it had landed at a stop."""
+        super().fly(plan_id, version)
+        self.has_landed = False
 
     def answer(self, message, now):
         """What it says to a message from its mailbox."""
@@ -81,9 +89,7 @@ class Courier(Drone):
         self._pass_steps(now)
         if now < self.lands_at:
             return self.position(now)
-        if not self.has_landed:
-            self.has_landed = True
-            self.flown.append(self.plan_id)
+        self.has_landed = True
         return session.SessionRequest(complete=plans.CompletePlanRequest(id=self.plan_id, location=self._at(now)))
 
     def _pass_steps(self, now) -> None:
@@ -101,8 +107,8 @@ class Courier(Drone):
             self._kills.reached(step)
 
     def landing_answered(self, told) -> None:
-        """Its landing was taken; a plan that is over or not there is flown no more, anything else is said again."""
-        is_over = told.HasField("plan") or told.problem.status in (404, 409, 410, 412)
+        """A plan that is over or not there is flown no more. Of one that ends at a stop it says again that it is there."""
+        is_over = told.plan.state == plans.PLAN_STATE_ENDED or told.problem.status in (404, 409, 410, 412)
         if self.has_landed and is_over:
             print(f"{self.id} landed: {told.problem.code or 'taken'}", flush=True)
             self.wait()
