@@ -84,7 +84,7 @@ class Drone:
             self.lands_at = datetime.datetime.max.replace(tzinfo=UTC)
         legs, starts = version.legs, version.departs_at.ToDatetime(UTC)
         if self.pieces and not legs and not version.HasField("first_stretch"):
-            return self.stay(self.place(starts), starts if version.outcome == "hold" else self.lands_at)
+            return self.stay(self.place(starts))
         self.pieces = []
         if version.HasField("first_stretch"):
             line = version.first_stretch.geometry
@@ -94,9 +94,9 @@ class Drone:
             times = (leg.departs_at.ToDatetime(UTC), leg.arrives_at.ToDatetime(UTC))
             self.pieces.append((times[0], corner(leg.geometry[0]), times[1], corner(leg.geometry[-1])))
 
-    def stay(self, here, airborne_from):
-        """It stays there for as long as it is told no way: on the ground until then."""
-        self.pieces = [(airborne_from, here, airborne_from, here)]
+    def stay(self, here):
+        """It stays there, on the ground, for as long as it is told no way."""
+        self.pieces = [(self.lands_at, here, self.lands_at, here)]
 
     def place(self, now):
         """Where it is: on a piece of way, or at the end of the last one that it has flown."""
@@ -187,7 +187,7 @@ async def land(drone, edge_time, channel):
         if ended.state != plans.PLAN_STATE_ENDED:
             # At a stop it waits, on the line, to be told a way on.
             here, drone.lands_at = drone.place(edge_time()), datetime.datetime.max.replace(tzinfo=UTC)
-            return drone.stay(here, drone.lands_at)
+            return drone.stay(here)
         print(f"landed: {plans.EndedAs.Name(ended.ended_as).removeprefix('ENDED_AS_').lower()}", flush=True)
     except grpc.aio.AioRpcError as refused:
         if refused.code() != grpc.StatusCode.FAILED_PRECONDITION:

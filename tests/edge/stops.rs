@@ -50,6 +50,28 @@ fn wanted(stage: &Stage, id: &str) -> wire::PlanVersion<'static> {
         .unwrap_or_else(|| panic!("no other version: {plan:#?}"))
 }
 
+/// The drone does not fly a version.
+async fn decline(stage: &Stage, version: &wire::PlanVersion<'_>) {
+    let decline = wire::Decline {
+        version: version.version,
+        reason: Some("passed".to_owned()),
+        ..wire::Decline::default()
+    };
+    let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
+    declined.expect("answered");
+    stage.settle().await;
+}
+
+/// The drone flies a version.
+async fn take_over(stage: &Stage, version: &wire::PlanVersion<'_>) -> wire::Plan<'static> {
+    let ack = wire::Ack {
+        version: version.version,
+        ..wire::Ack::default()
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    taken.expect("taken over")
+}
+
 /// Lets it be so many seconds after a version's departure.
 async fn after(stage: &Stage, version: &wire::PlanVersion<'_>, seconds: i64) {
     let then = instant(&version.departs_at) + SignedDuration::from_secs(seconds);
@@ -114,12 +136,7 @@ async fn a_zone_ahead_of_both_stops_keeps_both_and_one_after_the_first_only_the_
     let around = ["s1", "u1", "s2", "s3", "s2", "u1", "s1", "s0"];
     assert_eq!(path(&both)[path(&both).len() - 8..], around);
     assert_eq!(served(&both).len(), 2);
-    let ack = wire::Ack {
-        version: both.version,
-        ..wire::Ack::default()
-    };
-    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
-    let taken = taken.expect("taken over").reported;
+    let taken = take_over(&stage, &both).await.reported;
 
     // It has left the first stop.
     let flight = taken.flight.as_ref().expect("a flight");
@@ -196,12 +213,7 @@ async fn where_no_way_leads_on_it_comes_to_its_stop_and_is_told_more_there() {
     assert_eq!(path(&short).last().map(String::as_str), Some("s2"));
     let codes: Vec<&str> = short.warnings.iter().map(|it| &*it.code).collect();
     assert_eq!(codes, ["ends_at_stop"]);
-    let taken = wire::Ack {
-        version: short.version,
-        ..wire::Ack::default()
-    };
-    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", taken).await;
-    let taken = taken.expect("taken over").reported;
+    let taken = take_over(&stage, &short).await.reported;
     let arrives = instant(&taken.arrives_at).duration_since(instant(&taken.departs_at));
     after(&stage, &taken, arrives.as_secs() - 1).await;
     stage.see("d", 1_990.0, 0.0).await;
@@ -245,23 +257,11 @@ async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
     stands(&stage, 2_000.0, 0.0).await;
     stage.zone(circle("next", 2_500.0, 0.0, 50.0)).await;
     let around = wanted(&stage, "p");
-    let decline = wire::Decline {
-        version: around.version,
-        reason: Some("passed".to_owned()),
-        ..wire::Decline::default()
-    };
-    let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
-    declined.expect("answered");
-    stage.settle().await;
+    decline(&stage, &around).await;
     // Nothing else leads on: it stays, and takes that over.
     let stays = wanted(&stage, "p");
     assert_eq!(path(&stays), ["s2"]);
-    let taken = wire::Ack {
-        version: stays.version,
-        ..wire::Ack::default()
-    };
-    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", taken).await;
-    taken.expect("taken over");
+    take_over(&stage, &stays).await;
     let mut waited_s = 0;
     while stage.plan("p").wanted.is_none() {
         assert!(
@@ -305,22 +305,10 @@ async fn who_stays_at_its_stop_is_told_a_way_on_after_a_restart_too() {
     stage.zone(circle("next", 650.0, 0.0, 10.0)).await;
     let mut offered = wanted(&stage, "p");
     while path(&offered).len() > 1 {
-        let decline = wire::Decline {
-            version: offered.version,
-            reason: Some("passed".to_owned()),
-            ..wire::Decline::default()
-        };
-        let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
-        declined.expect("answered");
-        stage.settle().await;
+        decline(&stage, &offered).await;
         offered = wanted(&stage, "p");
     }
-    let taken = wire::Ack {
-        version: offered.version,
-        ..wire::Ack::default()
-    };
-    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", taken).await;
-    taken.expect("taken over");
+    take_over(&stage, &offered).await;
 
     let stage = stage.again_with(disk.open(), settings()).await;
     let mut waited_s = 0;
