@@ -16,9 +16,11 @@ mod id;
 mod mail;
 mod market;
 mod network;
+mod numbers;
 mod outcome;
 mod pack;
 mod plan;
+mod plan_report;
 mod problem;
 mod recomposition;
 mod registry;
@@ -64,9 +66,10 @@ pub use network::{CompactNetwork, NearNode, Nearest, Node, NodeSegment};
 pub use outcome::{Outcome, Path, Warning};
 pub use pack::{PackKey, PackKeyState, PackKeys};
 pub use plan::{
-    Ack, Alternate, Cancellation, Completion, Conflict, Contingency, Decline, DeliveryRequest,
-    EndedAs, Leg, Plan, PlanCounts, PlanFlag, PlanState, PlanVersion, Plans, Release, SentVersion,
+    Alternate, Conflict, Contingency, DeliveryRequest, EndedAs, Leg, Plan, PlanCounts, PlanFlag,
+    PlanState, PlanVersion, Plans, SentVersion,
 };
+pub use plan_report::{Ack, Cancellation, Completion, Decline, Release};
 pub use problem::{Fault, Problem};
 pub use recomposition::{
     Answer, AreaStage, BatchAnswer, BatchEntry, CheckerCase, PlanReference, Publication,

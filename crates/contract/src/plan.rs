@@ -2,10 +2,10 @@
 
 use super::first_stretch::{FirstStretch, Flag, Waypoint};
 use super::flight::{DetourFlight, Flight, LegFlight, ServiceStop};
-use super::id::{Id, Place};
+use super::id::Id;
+use super::numbers::some_whole_number;
 use super::outcome::{Outcome, Path, Warning};
 use super::status::Stamp;
-use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -355,146 +355,4 @@ pub struct Plans<'a> {
     /// The world of this answer.
     #[serde(flatten)]
     pub stamp: Stamp<'a>,
-}
-
-/// A drone takes over a recomposed plan: the body of `POST /v1/plans/{id}/ack`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Ack {
-    /// The version taken over.
-    #[serde(deserialize_with = "version_number")]
-    #[schema(minimum = 1)]
-    pub version: u32,
-    /// Where the drone was then, as far as it tells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub location: Option<Place>,
-    /// The leg of that version that it was on, counted from 0.
-    #[serde(
-        default,
-        deserialize_with = "some_whole_number",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub leg: Option<u32>,
-    /// How far on that leg it was, from 0 to 1.
-    #[serde(
-        default,
-        deserialize_with = "some_share",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schema(minimum = 0, maximum = 1)]
-    pub fraction: Option<f64>,
-}
-
-/// A drone cannot take a version over: the body of `POST /v1/plans/{id}/decline`. It flies on as it reported.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Decline {
-    /// The version declined.
-    #[serde(deserialize_with = "version_number")]
-    #[schema(minimum = 1)]
-    pub version: u32,
-    /// Why: `battery`, `payload`, `propulsion`, `obstacle`, `weather`, `passed` (the way begins behind the drone); any other
-    /// text counts as a way that the drone cannot begin.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(max_length = 256)]
-    pub reason: Option<String>,
-    /// Where the drone was then, as far as it tells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub location: Option<Place>,
-    /// The leg of the reported version that it was on, counted from 0.
-    #[serde(
-        default,
-        deserialize_with = "some_whole_number",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub leg: Option<u32>,
-    /// How far on that leg it was, from 0 to 1.
-    #[serde(
-        default,
-        deserialize_with = "some_share",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schema(minimum = 0, maximum = 1)]
-    pub fraction: Option<f64>,
-}
-
-/// A drone has landed at the end of its plan: the body of `POST /v1/plans/{id}/complete`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Completion {
-    /// Where it has landed; the end of the version that it reported where it does not tell.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub location: Option<Place>,
-    /// The leg of the reported version that it was on, counted from 0.
-    #[serde(
-        default,
-        deserialize_with = "some_whole_number",
-        skip_serializing_if = "Option::is_none"
-    )]
-    pub leg: Option<u32>,
-    /// How far on that leg it was, from 0 to 1.
-    #[serde(
-        default,
-        deserialize_with = "some_share",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schema(minimum = 0, maximum = 1)]
-    pub fraction: Option<f64>,
-}
-
-/// A plan is not to be flown any more: the query of `DELETE /v1/plans/{id}`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Cancellation {
-    /// Where its drone is, in flight: without a place what it takes stays taken.
-    pub location: Option<Place>,
-    /// The leg of the reported version that it is on, counted from 0.
-    pub leg: Option<u32>,
-    /// How far on that leg it is, from 0 to 1.
-    pub fraction: Option<f64>,
-}
-
-/// An operator says what became of a plan: the body of `POST /v1/plans/{id}/release`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Release {
-    /// What became of it.
-    pub ended_as: EndedAs,
-}
-
-/// The number of a version: they are counted from 1.
-fn version_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    let number = whole_number(deserializer)?;
-    if number == 0 {
-        return Err(D::Error::custom("versions are counted from 1"));
-    }
-    Ok(number)
-}
-
-/// A whole number where there is one.
-fn some_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
-    #[derive(Deserialize)]
-    struct Whole(#[serde(deserialize_with = "whole_number")] u32);
-    let number = Option::<Whole>::deserialize(deserializer)?;
-    Ok(number.map(|Whole(number)| number))
-}
-
-/// A share from 0 to 1 where there is one.
-fn some_share<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    let share = Option::<f64>::deserialize(deserializer)?;
-    match share.filter(|share| !(0.0..=1.0).contains(share)) {
-        None => Ok(share),
-        Some(other) => Err(D::Error::custom(format!("{other} is not between 0 and 1"))),
-    }
-}
-
-/// A number without a fraction, also where it is written with a point: in JSON 3 and 3.0 are one number.
-fn whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    let number = f64::deserialize(deserializer)?;
-    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(i32::MAX)).contains(&number);
-    match is_whole {
-        true => Ok(number as u32),
-        false => Err(D::Error::custom(format!(
-            "{number} is not a whole number that counts anything"
-        ))),
-    }
 }
