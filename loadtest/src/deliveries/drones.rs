@@ -3,6 +3,7 @@
 
 use crate::Result;
 use crate::line::client::{Connection, Session};
+use crate::run::eprintln_line;
 use jiff::Timestamp;
 use skyway::api::grpc::proto::session_request::Body as Said;
 use skyway::api::grpc::proto::session_response::Body as Told;
@@ -24,6 +25,8 @@ const EVERY: Duration = Duration::from_secs(3);
 const COME_BACK_AFTER: Duration = Duration::from_millis(200);
 /// The codes that say that a plan or version is over; after any other the drone asks again.
 const OVER: [&str; 2] = ["not_found", "plan_state_conflict"];
+/// The numbers of landings begin here; those of acknowledgements at 0.
+const LANDINGS: u64 = ON_STREAM as u64;
 
 /// How often each plan was flown to its end, by its id.
 pub(super) type Flown = Rc<RefCell<BTreeMap<String, u32>>>;
@@ -84,33 +87,31 @@ fn tell(session: &Session, drones: &mut [Drone]) {
                 id: flight.plan_id.clone(),
                 ..proto::CompletePlanRequest::default()
             };
-            session.say(Some(number as u64), Said::Complete(landed));
+            session.say(Some(LANDINGS + number as u64), Said::Complete(landed));
         }
     }
 }
 
 fn take(session: &Session, drones: &mut [Drone], told: (Option<u64>, Told), flown: &Flown) {
-    let drone_of = |number: u64| usize::try_from(number).ok();
+    if let (_, Told::Message(message)) = told {
+        let named = |drone: &Drone| drone.id == message.drone_id;
+        if let Some(number) = drones.iter().position(named) {
+            drones[number].read(session, number as u64, message, flown);
+        }
+        return;
+    }
+    let (Some(number), told) = told else {
+        return;
+    };
+    let is_landing = number >= LANDINGS;
+    let number = usize::try_from(number % LANDINGS).ok();
+    let Some(drone) = number.and_then(|number| drones.get_mut(number)) else {
+        return;
+    };
     match told {
-        (_, Told::Message(message)) => {
-            let mut named = drones
-                .iter_mut()
-                .enumerate()
-                .filter(|(_, drone)| drone.id == message.drone_id);
-            if let Some((number, drone)) = named.next() {
-                drone.read(session, number as u64, message);
-            }
-        }
-        (Some(number), Told::Plan(plan)) => {
-            if let Some(drone) = drone_of(number).and_then(|number| drones.get_mut(number)) {
-                drone.read_plan(&plan, flown);
-            }
-        }
-        (Some(number), Told::Problem(problem)) if OVER.contains(&&*problem.code) => {
-            if let Some(drone) = drone_of(number).and_then(|number| drones.get_mut(number)) {
-                drone.read_refusal(flown);
-            }
-        }
+        Told::Plan(plan) => drone.read_plan(&plan, flown),
+        Told::Problem(problem) if OVER.contains(&&*problem.code) && is_landing => drone.ends(flown),
+        Told::Problem(problem) if OVER.contains(&&*problem.code) => drone.read_refusal(),
         _ => {}
     }
 }
@@ -171,18 +172,25 @@ impl Drone {
     }
 
     /// Reads a message from its mailbox.
-    fn read(&mut self, session: &Session, number: u64, message: proto::DroneMessage) {
+    fn read(
+        &mut self,
+        session: &Session,
+        number: u64,
+        message: proto::DroneMessage,
+        flown: &Flown,
+    ) {
         self.received = Some(message.id.clone());
         let through = message.id.clone();
         match (message.kind(), message.version) {
-            // Of a drone that flies nothing yet, or nothing any more.
-            (MessageKind::Assigned, Some(version)) if self.flight.is_none() => {
-                self.flight = Some(Flying::of(message.plan_id, &version));
+            (MessageKind::Assigned, Some(version)) => {
+                self.is_assigned(Flying::of(message.plan_id, &version, None), flown);
             }
             (MessageKind::Version, Some(version)) => {
+                let flight = self.flight.as_ref();
+                let here = flight.and_then(|flight| flight.place(seconds(Timestamp::now())));
                 let newer = Flying {
                     is_acknowledged: false,
-                    ..Flying::of(message.plan_id, &version)
+                    ..Flying::of(message.plan_id, &version, here)
                 };
                 let is_newer = self.flight.as_ref().is_some_and(|flight| {
                     flight.plan_id == newer.plan_id && newer.token > flight.token
@@ -206,6 +214,26 @@ impl Drone {
         session.say(None, Said::Received(received));
     }
 
+    /// It has another plan. Where it has landed, its edge has taken that although the answer was lost.
+    fn is_assigned(&mut self, next: Flying, flown: &Flown) {
+        if let Some(flight) = &mut self.flight {
+            flight.has_landed |= seconds(Timestamp::now()) >= flight.lands_at_s;
+            let (flies, is_same) = (&flight.plan_id, flight.plan_id == next.plan_id);
+            if is_same {
+                return;
+            }
+            if !flight.has_landed {
+                let text = format!(
+                    "{} is assigned {} while it flies {flies}",
+                    self.id, next.plan_id
+                );
+                eprintln_line(&text);
+            }
+        }
+        self.ends(flown);
+        self.flight = Some(next);
+    }
+
     /// Reads how its plan stands. One that ends at a stop is not over when its drone has landed there.
     fn read_plan(&mut self, plan: &proto::Plan, flown: &Flown) {
         let Some(flight) = self
@@ -223,14 +251,14 @@ impl Drone {
         flight.is_acknowledged |= reported == Some(flight.token.2);
     }
 
-    /// Reads that there is no such plan or version any more.
-    fn read_refusal(&mut self, flown: &Flown) {
-        match &mut self.flight {
-            Some(flight) if !flight.has_landed => flight.is_acknowledged = true,
-            _ => self.ends(flown),
+    /// Reads that the version it has acknowledged is not wanted any more.
+    fn read_refusal(&mut self) {
+        if let Some(flight) = &mut self.flight {
+            flight.is_acknowledged = true;
         }
     }
 
+    /// Where it has landed, its flight is over and counts.
     fn ends(&mut self, flown: &Flown) {
         if let Some(flight) = self.flight.take_if(|flight| flight.has_landed) {
             *flown.borrow_mut().entry(flight.plan_id).or_default() += 1;
@@ -239,7 +267,8 @@ impl Drone {
 }
 
 impl Flying {
-    fn of(plan_id: String, version: &PlanVersion) -> Self {
+    /// A version, flown from `here` on where it is one that stays.
+    fn of(plan_id: String, version: &PlanVersion, here: Option<[f64; 2]>) -> Self {
         let mut pieces = Vec::new();
         let enters = version
             .legs
@@ -251,6 +280,12 @@ impl Flying {
         }
         for leg in &version.legs {
             pieces.extend(Piece::of(leg.departs_at, leg.arrives_at, &leg.geometry));
+        }
+        if let (true, Some(here), Some(at)) = (pieces.is_empty(), here, version.departs_at) {
+            pieces.push(Piece {
+                times_s: [proto_seconds(at); 2],
+                ends: [here; 2],
+            });
         }
         Self {
             plan_id,
