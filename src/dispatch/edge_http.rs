@@ -14,6 +14,8 @@ const CONNECT_WITHIN: Duration = Duration::from_secs(1);
 const ANSWER_WITHIN: Duration = Duration::from_secs(10);
 /// The largest answer: a plan over many legs.
 const ANSWER_BYTES_MAX: usize = 8 << 20;
+/// The query of a cancellation that the edge refuses once the drone has departed.
+const BEFORE_DEPARTURE: &str = "before_departure=true";
 /// The most connections to an edge that wait for the next question.
 const IDLE_MAX: usize = 16;
 
@@ -42,8 +44,10 @@ impl HttpEdges {
         edge: &EdgeAddress,
         method: Method,
         path: &[&str],
+        query: Option<&str>,
     ) -> Result<RequestBuilder, EdgeError> {
-        let url = below(edge, path)?;
+        let mut url = below(edge, path)?;
+        url.set_query(query);
         let client = match url.scheme() {
             "https" => self.encrypted.get_or_init(|| built(Client::builder())),
             _ => &self.plain,
@@ -63,7 +67,7 @@ impl HttpEdges {
         edge: &EdgeAddress,
         request: &FlightRequest,
     ) -> Result<ComposedFlight, EdgeError> {
-        let asked = self.request(edge, Method::POST, &["plans"])?;
+        let asked = self.request(edge, Method::POST, &["plans"], None)?;
         let asked = asked.json(&request.body());
         let plan = match (ask(edge, asked).await, &request.plan_id) {
             (Err(EdgeError::Refused { code, .. }), Some(id)) if code == "already_exists" => {
@@ -81,32 +85,28 @@ impl HttpEdges {
     }
 
     async fn plan(&self, edge: &EdgeAddress, id: &str) -> Result<Plan<'static>, EdgeError> {
-        ask(edge, self.request(edge, Method::GET, &["plans", id])?).await
+        let asked = self.request(edge, Method::GET, &["plans", id], None)?;
+        ask(edge, asked).await
     }
 
+    /// The edge decides whether its drone has departed: between a look and a cancellation it could.
     async fn called_off(&self, edge: &EdgeAddress, id: &str) -> Result<CalledOff, EdgeError> {
-        match self.plan(edge, id).await {
-            // The request for it may be on its way: it has to be cancelled, so that the edge refuses it then.
-            Err(EdgeError::Refused { code, .. }) if code == "not_found" => {}
-            answer => {
-                let plan = answer?;
-                match (plan.state, plan.ended_as) {
-                    (PlanState::Ended, Some(EndedAs::Cancelled)) => {
-                        return Ok(CalledOff::Cancelled);
-                    }
-                    (PlanState::Ended, _) => return Ok(CalledOff::Over),
-                    (PlanState::Accepted, _) => {}
-                    _ => return Ok(CalledOff::Departed),
-                }
-            }
-        }
-        let asked = self.request(edge, Method::DELETE, &["plans", id])?;
+        let asked = self.request(edge, Method::DELETE, &["plans", id], Some(BEFORE_DEPARTURE))?;
         match ask(edge, asked).await {
-            Ok(_) => Ok(CalledOff::Cancelled),
-            Err(EdgeError::Refused { code, .. }) if code == "not_found" => Ok(CalledOff::Cancelled),
-            Err(EdgeError::Refused { .. }) => Ok(CalledOff::Over),
-            Err(silent) => Err(silent),
+            Ok(_) => return Ok(CalledOff::Cancelled),
+            // One whose request is on its way is refused when it comes.
+            Err(EdgeError::Refused { code, .. }) if code == "not_found" => {
+                return Ok(CalledOff::Cancelled);
+            }
+            Err(EdgeError::Refused { code, .. }) if code == "plan_state_conflict" => {}
+            Err(other) => return Err(other),
         }
+        let plan = self.plan(edge, id).await?;
+        Ok(match (plan.state, plan.ended_as) {
+            (PlanState::Ended, Some(EndedAs::Cancelled)) => CalledOff::Cancelled,
+            (PlanState::Ended, _) => CalledOff::Over,
+            _ => CalledOff::Departed,
+        })
     }
 }
 

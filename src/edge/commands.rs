@@ -30,6 +30,17 @@ pub enum Decision {
     Reject,
 }
 
+/// When a plan is cancelled, and what is known then of its drone's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CancelledWhen {
+    /// Only before its drone departs.
+    BeforeDeparture,
+    /// Whether in flight or not; it was said where its drone is.
+    Placed,
+    /// Whether in flight or not; nobody said where.
+    Unplaced,
+}
+
 /// Something that a drone's report closes for everyone, quotas permitting.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Publication {
@@ -99,8 +110,7 @@ pub(super) enum Command {
     AddPlan(Box<PlanEntry>),
     CancelPlan {
         id: String,
-        /// Whether it was said where its drone is.
-        is_placed: bool,
+        when: CancelledWhen,
     },
     AcknowledgePlan {
         id: String,

@@ -4,8 +4,8 @@
 //! idempotency key it is done once, and answered the same as often as it is sent.
 
 use super::Edge;
-use super::commands::Command;
 use super::commands::DeclineReason;
+use super::commands::{CancelledWhen, Command};
 use super::drones::Sighting;
 use super::places::Untaken;
 use super::plan_entry::PlanEntry;
@@ -101,7 +101,7 @@ impl Edge {
             Err(_) if matches!(caller.role, Role::Operator | Role::Anyone) => {
                 let command = Command::CancelPlan {
                     id: id.to_owned(),
-                    is_placed: false,
+                    when: CancelledWhen::Unplaced,
                 };
                 return self.said_of_plan(caller, command).await;
             }
@@ -113,10 +113,13 @@ impl Edge {
             fraction: cancellation.fraction,
         };
         let place = self.note_place(&snapshot, &plan, Some(&plan.reported), &whereabouts);
-        let command = Command::CancelPlan {
-            id: id.to_owned(),
-            is_placed: place.is_some(),
+        let when = match (cancellation.before_departure, place) {
+            (true, _) => CancelledWhen::BeforeDeparture,
+            (false, Some(_)) => CancelledWhen::Placed,
+            (false, None) => CancelledWhen::Unplaced,
         };
+        let id = id.to_owned();
+        let command = Command::CancelPlan { id, when };
         self.said_of_plan(caller, command).await
     }
 

@@ -240,7 +240,7 @@ impl State {
             Command::DecideHold { number, decision } => self.decide_hold(number, decision),
             Command::PutWeather { text, expected } => self.put_weather(text, &expected),
             Command::AddPlan(plan) => self.add_plan(*plan),
-            Command::CancelPlan { id, is_placed } => self.cancel_plan(&id, is_placed),
+            Command::CancelPlan { id, when } => self.cancel_plan(&id, when),
             Command::AcknowledgePlan { id, version } => self.acknowledge_plan(&id, version),
             Command::DeclinePlan {
                 id,

@@ -1,7 +1,7 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::commands::{Done, Seen};
+use super::commands::{CancelledWhen, Done, Seen};
 use super::mailbox::Content;
 use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use super::planner::{Version, later};
@@ -234,7 +234,7 @@ impl State {
     }
 
     /// Cancels a plan. Where it is in flight and nobody knows where, its drone may be anywhere on its ways: they stay taken.
-    pub(super) fn cancel_plan(&mut self, id: &str, is_placed: bool) -> Result<Done, Refusal> {
+    pub(super) fn cancel_plan(&mut self, id: &str, when: CancelledWhen) -> Result<Done, Refusal> {
         let plan = self.plan(id);
         if plan.is_err() {
             self.refuse_from_now_on(id);
@@ -246,8 +246,12 @@ impl State {
         if !plan.is_active() {
             return Err(over(id));
         }
+        if when == CancelledWhen::BeforeDeparture && self.may_have_departed(&plan) {
+            let detail = format!("the drone of the plan '{id}' has departed, or was to");
+            return Err(Refusal::new(Code::PlanStateConflict, detail));
+        }
         let may_fly = plan.drone_id.is_some() && plan.state != PlanState::Accepted;
-        let is_known = is_placed || self.is_seen_in_flight(&plan);
+        let is_known = when == CancelledWhen::Placed || self.is_seen_in_flight(&plan);
         let holds = match may_fly && !is_known {
             true => Holds::All,
             false => Holds::Nothing,
@@ -265,6 +269,17 @@ impl State {
             self.cancelled_before.pop_front();
         }
         self.cancelled_before.push_back(Arc::from(id));
+    }
+
+    /// Its drone has told so, or its time has come: one that is silent may fly.
+    fn may_have_departed(&self, plan: &PlanEntry) -> bool {
+        let sighting = plan.drone_id.as_deref();
+        let sighting = sighting.and_then(|drone| self.drones.last(drone));
+        let is_airborne = sighting.is_some_and(|sighting| {
+            // Else that was on its flight before.
+            sighting.airborne == Some(true) && sighting.seen_at >= plan.reported.sent_at
+        });
+        plan.state != PlanState::Accepted || is_airborne || self.now > plan.reported.departs_at
     }
 
     fn is_seen_in_flight(&self, plan: &PlanEntry) -> bool {

@@ -299,6 +299,41 @@ async fn a_plan_that_was_cancelled_before_its_request_came_is_refused() {
 }
 
 #[tokio::test]
+async fn a_plan_is_cancelled_before_departure_only_while_its_drone_has_not_departed() {
+    let stage = Stage::set();
+    let cancel = async |id: &str| {
+        let cancellation = wire::Cancellation {
+            before_departure: true,
+            ..wire::Cancellation::default()
+        };
+        let cancelled = stage.edge.cancel_plan(&stage.caller, id, cancellation);
+        cancelled
+            .await
+            .map(|plan| plan.ended_as)
+            .map_err(|refusal| refusal.code)
+    };
+    let ask = async |id: &str, drone: &str| {
+        let start = stage.edge.clock().now() + SignedDuration::from_secs(60);
+        let request = json!({"id": id, "drone_id": drone, "source": "a0", "destination": "a3",
+            "start_time": start.to_string(), "airspeed_mps": 10.0});
+        stage.deliver(request).await.expect("a plan");
+    };
+    ask("waits", "d1").await;
+    assert_eq!(cancel("waits").await, Ok(Some(EndedAs::Cancelled)));
+    // It says so before its time has come.
+    ask("early", "d2").await;
+    stage.tells("d2", 0.0, json!({"airborne": true})).await;
+    assert_eq!(cancel("early").await, Err(Code::PlanStateConflict));
+    // Its time comes, and it is silent.
+    ask("silent", "d3").await;
+    stage.pass(SignedDuration::from_secs(61)).await;
+    assert_eq!(cancel("silent").await, Err(Code::PlanStateConflict));
+    for id in ["early", "silent"] {
+        assert_eq!(stage.plan(id).state, PlanState::Activated, "{id}");
+    }
+}
+
+#[tokio::test]
 async fn telemetry_ends_a_plan_of_which_only_a_first_stretch_is_left() {
     let stage = Stage::set();
     stage.compose("p", "d1", "a0", "a3").await;

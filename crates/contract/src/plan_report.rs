@@ -99,6 +99,8 @@ pub struct Cancellation {
     pub leg: Option<u32>,
     /// How far on that leg it is, from 0 to 1.
     pub fraction: Option<f64>,
+    /// Only while its drone has not departed: else the plan goes on.
+    pub before_departure: bool,
 }
 
 /// An operator says what became of a plan: the body of `POST /v1/plans/{id}/release`.

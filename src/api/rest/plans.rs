@@ -67,6 +67,9 @@ pub(super) struct CancelParameters {
     /// How far on that leg, from 0 to 1.
     #[param(value_type = f64, required = false, minimum = 0, maximum = 1)]
     fraction: Option<f64>,
+    /// Only while its drone has not departed; else it is refused with `plan_state_conflict`.
+    #[param(value_type = bool, required = false)]
+    before_departure: Option<bool>,
 }
 
 impl CancelParameters {
@@ -89,6 +92,7 @@ impl CancelParameters {
             location,
             leg: self.leg,
             fraction: self.fraction,
+            before_departure: self.before_departure == Some(true),
         })
     }
 }
