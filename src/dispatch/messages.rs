@@ -24,9 +24,6 @@ impl Dispatch {
         if let Some(expected_at) = &delivery.expected_at {
             data["expected_at"] = json!(expected_at);
         }
-        if let Some(reference) = &delivery.reference {
-            data["reference"] = json!(reference);
-        }
         let body = json!({"type": event, "timestamp": at.to_string(), "data": data});
         let provider = delivery.provider.as_deref();
         let tenants: Vec<&str> = [Some(delivery.customer.as_str()), provider]

@@ -164,7 +164,7 @@ class Receiver:
             self._ids.add(message_id)
             told = json.loads(body)
             self.taken.setdefault(told["data"]["delivery_id"], []).append(told["type"])
-            if set(told["data"]) - {"delivery_id", "status", "expected_at", "reference"}:
+            if set(told["data"]) - {"delivery_id", "status", "expected_at"}:
                 self.faults.append(f"{message_id} tells more than it should: {told}")
             return 204
 

@@ -312,6 +312,25 @@ async fn what_an_open_delivery_needs_stays() {
     served.end().await;
 }
 
+async fn keep_quote(served: &Served, id: &str, tenant: &str, party: &str) {
+    let quote = Document {
+        kind: DocumentKind::Quote,
+        id: id.to_owned(),
+        tenant: tenant.to_owned(),
+        party: party.to_owned(),
+        state: String::new(),
+        version: 1,
+        changed_ms: NOW_MS,
+        body: "{}".to_owned(),
+    };
+    let commit = Commit {
+        puts: vec![quote],
+        ..Commit::default()
+    };
+    let committed = served.registry.documents().commit(&commit).await;
+    assert_eq!(committed, Ok(Committed::Done));
+}
+
 #[tokio::test]
 async fn what_is_kept_of_a_customer_is_told_and_deleted() {
     let place = Place::new();
@@ -329,6 +348,11 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
         "proof": {"at": "2026-11-27T17:30:00Z", "photo": "ada.jpg", "code": "1234"},
     });
     delivery(&served, "d1", "delivered", over).await;
+    // Its own, and one for another customer of a provider with its id.
+    let quotes = [("q1", "shop", "acme"), ("q2", "baker", "shop")];
+    for (id, tenant, party) in quotes {
+        keep_quote(&served, id, tenant, party).await;
+    }
     let told = served
         .ask("GET /v1/customers/shop/data", &[], "")
         .await
@@ -358,6 +382,11 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
     }
     let left = &told.json()["deliveries"][0];
     assert_eq!(left["price"]["amount"], "7.50", "accounts are kept");
+    let documents = served.registry.documents();
+    for (id, tenant, _) in quotes {
+        let quote = documents.document(DocumentKind::Quote, id).await;
+        assert_eq!(quote.expect("a store").is_some(), tenant != "shop", "{id}");
+    }
     assert_eq!(left["proof"]["at"], "2026-11-27T17:30:00Z");
     let recipients = DocumentQuery {
         kind: DocumentKind::Recipient,

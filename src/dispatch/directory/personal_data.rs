@@ -1,6 +1,6 @@
 //! All that is kept of a customer: told to it, and deleted when it wants that.
 //!
-//! Deleted are the customer, its webhooks, and the recipients of its parcels; of its deliveries what could name a person.
+//! Deleted are the customer, its quotes and webhooks, and the recipients of its parcels; of its deliveries what could name a person.
 //! The deliveries themselves stay, as its providers' accounts need them.
 
 use super::{DECISIONS, contended, etag, seen};
@@ -108,6 +108,7 @@ impl Dispatch {
         self.check_no_open_order(id).await?;
         self.strip_deliveries(id).await?;
         let kinds = [
+            DocumentKind::Quote,
             DocumentKind::Recipient,
             DocumentKind::Webhook,
             DocumentKind::Customer,
@@ -115,7 +116,8 @@ impl Dispatch {
         for kind in kinds {
             let mut pages = Pages::of(kind, id);
             while let Some(page) = pages.next(self).await? {
-                let deletes = page.into_iter();
+                // Its party, a provider, may have the same id.
+                let deletes = page.into_iter().filter(|document| document.tenant == id);
                 let deletes = deletes.map(|document| (document.kind, document.id));
                 let commit = Commit {
                     deletes: deletes.collect(),
