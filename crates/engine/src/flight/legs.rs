@@ -33,6 +33,8 @@ pub struct FlightLeg {
 pub struct FlightLegs {
     first: Vec<u32>,
     legs: Vec<FlightLeg>,
+    /// By segment, one of its two directions.
+    of_segment: Vec<u32>,
     /// By leg, the least that the other direction takes: a search backwards reads legs in their order.
     least_back: Vec<LegCost>,
     /// By period and leg; empty where there is one period.
@@ -77,7 +79,7 @@ impl FlightLegs {
             };
             periods.push(model.costs(entered_s));
         }
-        let (first, mut legs) = adjacency(topology);
+        let (first, mut legs, of_segment) = adjacency(topology);
         for (place, leg) in legs.iter_mut().enumerate() {
             for costs in &periods {
                 leg.least.time_s = leg.least.time_s.min(costs[place].time_s);
@@ -104,6 +106,7 @@ impl FlightLegs {
         Self {
             first,
             legs,
+            of_segment,
             least_back,
             by_period: periods,
             changes_s,
@@ -132,6 +135,12 @@ impl FlightLegs {
     #[inline]
     pub fn leg(&self, leg: u32) -> &FlightLeg {
         &self.legs[leg as usize]
+    }
+
+    /// Both directions of a segment.
+    pub fn of_segment(&self, segment: SegmentIx) -> [u32; 2] {
+        let leg = self.of_segment[segment.at()];
+        [leg, self.legs[leg as usize].twin]
     }
 
     /// The least that the other direction of a leg takes in any period.
@@ -199,16 +208,16 @@ impl FlightLegs {
     }
 }
 
-/// The legs without costs: a compact array, and where each node's part begins.
-fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>) {
+/// The legs without costs: where each node's part begins, a compact array, and one leg of each segment.
+fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>, Vec<u32>) {
     let mut first = Vec::with_capacity(topology.node_count() + 1);
     let mut legs: Vec<FlightLeg> = Vec::with_capacity(2 * topology.segment_count());
-    let mut other_direction = vec![u32::MAX; topology.segment_count()];
+    let mut of_segment = vec![u32::MAX; topology.segment_count()];
     for node in topology.nodes() {
         first.push(legs.len() as u32);
         for arc in topology.arcs(node) {
             let here = legs.len() as u32;
-            let twin = std::mem::replace(&mut other_direction[arc.segment.at()], here);
+            let twin = std::mem::replace(&mut of_segment[arc.segment.at()], here);
             if let Some(other) = legs.get_mut(twin as usize) {
                 other.twin = here;
             }
@@ -222,7 +231,7 @@ fn adjacency(topology: &Topology) -> (Vec<u32>, Vec<FlightLeg>) {
         }
     }
     first.push(legs.len() as u32);
-    (first, legs)
+    (first, legs, of_segment)
 }
 
 /// What costs are worked out from.

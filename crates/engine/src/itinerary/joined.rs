@@ -129,7 +129,7 @@ pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option
     let mut shut = Vec::new();
     let mut intervals = Vec::new();
     for segment in world.obstacles.closed().segments().iter() {
-        for leg in legs_of(terms, segment) {
+        for leg in world.legs.of_segment(SegmentIx(segment)) {
             let is_shut =
                 may_be_flown(terms, closed, leg) && !is_ever_open(terms, leg, &mut intervals);
             if is_shut {
@@ -139,19 +139,9 @@ pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option
     }
     (!shut.is_empty()).then(|| {
         let own = request.closed_segments.iter();
-        shut.extend(own.flat_map(|segment| legs_of(terms, segment.0)));
+        shut.extend(own.flat_map(|&segment| world.legs.of_segment(segment)));
         terms.potentials.without(world.legs, shut)
     })
-}
-
-/// Both legs of a segment.
-fn legs_of<'a>(terms: &Expander<'a>, segment: u32) -> impl Iterator<Item = u32> + 'a {
-    let Expander { world, .. } = *terms;
-    let from = world.topology.segment(SegmentIx(segment)).from;
-    let is_it = move |&leg: &u32| world.legs.leg(leg).segment.0 == segment;
-    let leg = world.legs.from(from).find(is_it);
-    leg.into_iter()
-        .flat_map(|leg| [leg, world.legs.leg(leg).twin])
 }
 
 fn may_be_flown(terms: &Expander<'_>, closed: &Bits, leg: u32) -> bool {
