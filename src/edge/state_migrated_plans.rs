@@ -4,11 +4,13 @@
 use super::commands::Command;
 use super::events::Happening;
 use super::fleet::{self, Detour};
+use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::planner::{Displaced, Version};
 use super::progress;
 use super::snapshot::Snapshot;
 use super::state::State;
+use super::state_alarms::AT_THE_END;
 use super::stops;
 use super::views;
 use super::words;
@@ -20,7 +22,7 @@ use crate::geo::Point;
 use crate::itinerary::Occupancy;
 use crate::network::{Correspondence, NodeIx, Topology};
 use crate::recompose::{Outcome, Request};
-use crate::wire::{self, EventKind, PlanState};
+use crate::wire::{self, AlarmKind, EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
@@ -237,7 +239,8 @@ impl State {
         Some(detour)
     }
 
-    /// Ends a plan that has nowhere to go any more. It is told in the words of the network before, and forgotten.
+    /// Ends a plan that has nowhere to go any more. It is told in the words of the network before, and forgotten; its drone is told,
+    /// and where that has departed an operator is alarmed.
     fn end_with_network(&mut self, plan: &Arc<PlanEntry>, before: &Snapshot, why: &str) {
         if let Some(drone) = &plan.drone_id
             && self.next.flown_by.get(drone) == Some(&plan.id)
@@ -255,6 +258,15 @@ impl State {
         self.tell_last_of_flight(&ended);
         let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
         self.events.push(Happening::new(EventKind::PlanEnded, data));
+        self.post(&ended, &[], Content::Ended(wire::EndedAs::Cancelled));
+        self.end_plan_alarms(&plan.id, &AT_THE_END);
+        if plan.drone_id.is_some() && plan.state != PlanState::Accepted {
+            let message = format!(
+                "the plan '{}' has ended on a new network, and its drone has departed: land it, or order it a new plan",
+                plan.id
+            );
+            self.raise_plan_alarm(AlarmKind::NoRoute, &ended, message);
+        }
     }
 
     /// The order of a version that was worked out on another network; a plan that it does not fit is looked over instead.

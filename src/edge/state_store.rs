@@ -3,6 +3,7 @@
 
 use super::commands::Command;
 use super::entries::{ClosureEntry, ProposalEntry};
+use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::state::State;
 use super::state_airspace::just_after;
@@ -48,7 +49,9 @@ impl State {
             self.restore_plan(plan);
         }
         for entry in restored.mail {
-            if self.next.plans.contains_key(&entry.plan) {
+            // A plan that a new network has ended is forgotten, and its drone may not know yet.
+            let is_end = matches!(entry.content, Content::Ended(_));
+            if is_end || self.next.plans.contains_key(&entry.plan) {
                 self.next.mail.insert(entry.key(), Arc::new(entry));
             }
         }

@@ -23,6 +23,7 @@ mod idempotency;
 mod imports;
 mod journal;
 mod mailboxes;
+mod network_ends;
 mod older_rows;
 mod packs;
 mod pads;
