@@ -9,7 +9,6 @@ use super::potentials::Potentials;
 use crate::airspace::Bits;
 use crate::flight::FlightStart;
 use crate::network::{NodeIx, SegmentIx};
-use std::sync::Arc;
 
 impl ReachedFromBothEnds {
     /// False where no leg that is open at some time leads on from any start, or to the destination: most often that is what
@@ -124,14 +123,15 @@ fn straight_m(terms: &Expander<'_>, node: NodeIx) -> f64 {
 
 /// The tables on the legs that closures leave open at some time; `None` where that is all of them but for segments that
 /// the request itself closes.
-pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option<Arc<Potentials>> {
+pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option<Potentials> {
     let Expander { world, request, .. } = *terms;
     let mut shut = Vec::new();
     let mut intervals = Vec::new();
-    for segment in world.obstacles.closed().segments().iter() {
-        for leg in world.legs.of_segment(SegmentIx(segment)) {
-            let is_shut =
-                may_be_flown(terms, closed, leg) && !is_ever_open(terms, leg, &mut intervals);
+    for segment in world.obstacles.closed().segments().iter().map(SegmentIx) {
+        let is_for_good = is_shut_for_good(terms, segment);
+        for leg in world.legs.of_segment(segment) {
+            let is_shut = may_be_flown(terms, closed, leg)
+                && (is_for_good || !is_ever_open(terms, leg, &mut intervals));
             if is_shut {
                 shut.push(leg);
             }
@@ -140,13 +140,28 @@ pub(super) fn tables_of_open_legs(terms: &Expander<'_>, closed: &Bits) -> Option
     (!shut.is_empty()).then(|| {
         let own = request.closed_segments.iter();
         shut.extend(own.flat_map(|&segment| world.legs.of_segment(segment)));
-        terms.potentials.without(world.legs, shut)
+        terms.potentials.without(world.legs, &shut)
     })
 }
 
 fn may_be_flown(terms: &Expander<'_>, closed: &Bits, leg: u32) -> bool {
     let flight = terms.world.legs.leg(leg);
     flight.least.is_flyable() && !closed.contains(flight.segment.0)
+}
+
+/// Whether closures without an end close a segment that begins at no start: most of those in a large zone.
+fn is_shut_for_good(terms: &Expander<'_>, segment: SegmentIx) -> bool {
+    let Expander { world, request, .. } = *terms;
+    let ends = world.topology.segment(segment);
+    let begins = starts(terms).any(|start| start.node == ends.from || start.node == ends.to);
+    let obstacles = world.obstacles;
+    !begins && obstacles.is_shut_for_good(world, request.began_s, segment, first_s(terms))
+}
+
+/// When the first start begins.
+fn first_s(terms: &Expander<'_>) -> f64 {
+    let begins_s = starts(terms).map(|start| start.at_s);
+    begins_s.fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a leg can be entered at some time while the request lasts, as far as closures go.
@@ -172,8 +187,7 @@ fn is_ever_open(terms: &Expander<'_>, leg: u32, intervals: &mut Vec<(f64, f64)>)
         leaving,
         takes_off: false,
     };
-    let first_s = starts(terms).map(|start| start.at_s);
-    let within_s = (first_s.fold(f64::INFINITY, f64::min), request.deadline_s);
+    let within_s = (first_s(terms), request.deadline_s);
     world
         .obstacles
         .opens_within(world, request.began_s, entry, within_s, intervals)

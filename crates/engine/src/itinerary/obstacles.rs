@@ -215,6 +215,32 @@ impl Obstacles {
         !intervals.iter().any(is_all)
     }
 
+    /// True where something without an end closes a segment or one of its nodes to all who pass there from an instant on: neither
+    /// direction opens after that, whatever it takes.
+    pub(super) fn is_shut_for_good(
+        &self,
+        world: &FlightWorld<'_>,
+        began_s: f64,
+        segment: SegmentIx,
+        from_s: f64,
+    ) -> bool {
+        // Who takes longer is forbidden earlier.
+        let span = Span {
+            began_s,
+            takes_off_s: 0.0,
+            occupied_s: 0.0,
+        };
+        let shuts = |window: &ClosedWindow| {
+            window.until_s == f64::INFINITY && span.forbidden(window, world.rules).0 < from_s
+        };
+        let ends = world.topology.segment(segment);
+        let over = self.closed.of_segment(segment.0).iter();
+        let mut windows = over
+            .chain(self.closed.of_node(ends.from))
+            .chain(self.closed.of_node(ends.to));
+        windows.any(shuts)
+    }
+
     /// True where a drone above a node would land in a closed one.
     pub(super) fn forbids_landing(
         &self,

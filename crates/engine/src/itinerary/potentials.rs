@@ -8,7 +8,6 @@ use crate::airspace::Bits;
 use crate::flight::{FlightLeg, FlightLegs, LegCost};
 use crate::network::{Heap, NodeIx};
 use std::mem;
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// In place of a leg: at the destination, and where there is no way.
 const NO_LEG: u32 = u32::MAX;
@@ -45,15 +44,6 @@ pub struct Potentials {
     /// Nodes from which two ways have the least weight.
     tied: Bits,
     slowest_mps: f64,
-    /// The same without some legs, as it was asked for last: plans that a closure meets want the same, one after the other.
-    without: Mutex<Option<Without>>,
-}
-
-/// Tables without some legs.
-#[derive(Debug)]
-struct Without {
-    shut: Vec<u32>,
-    tables: Arc<Potentials>,
 }
 
 impl Potentials {
@@ -63,29 +53,15 @@ impl Potentials {
         Self::by_legs(legs, nodes, (destination, objective), |_| true)
     }
 
-    /// The same on what is left of the network without some of its legs, of which there may be none; kept until others are
-    /// left out.
-    pub(super) fn without(&self, legs: &FlightLegs, shut: Vec<u32>) -> Arc<Self> {
-        let kept = || self.without.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(kept) = &*kept()
-            && kept.shut == shut
-        {
-            return kept.tables.clone();
-        }
-        // Outside the lock: two threads may do the same work, but none waits for another one's.
+    /// The same on what is left of the network without some of its legs.
+    pub(super) fn without(&self, legs: &FlightLegs, shut: &[u32]) -> Self {
         let mut left_out = Bits::default();
-        for &leg in &shut {
+        for &leg in shut {
             left_out.insert_growing(leg);
         }
         let to = (self.destination, self.objective);
         let nodes = self.remaining.len();
-        let tables = Self::by_legs(legs, nodes, to, |leg| !left_out.holds(leg));
-        let tables = Arc::new(tables);
-        *kept() = Some(Without {
-            shut,
-            tables: tables.clone(),
-        });
-        tables
+        Self::by_legs(legs, nodes, to, |leg| !left_out.holds(leg))
     }
 
     fn by_legs(
@@ -122,7 +98,6 @@ impl Potentials {
             remaining,
             tied,
             slowest_mps: legs.slowest_mps(),
-            without: Mutex::default(),
         }
     }
 
@@ -160,7 +135,6 @@ impl Potentials {
             remaining: vec![nothing; nodes],
             tied: Bits::empty(nodes),
             slowest_mps: 0.0,
-            without: Mutex::default(),
         }
     }
 
@@ -179,7 +153,6 @@ impl Potentials {
             remaining: remaining.collect(),
             tied: self.tied.clone(),
             slowest_mps: self.slowest_mps,
-            without: Mutex::default(),
         }
     }
 
@@ -188,10 +161,10 @@ impl Potentials {
         self.slowest_mps
     }
 
-    /// The most bytes held in memory: with the same once more, without some legs.
+    /// How many bytes it takes in memory.
     pub fn bytes(&self) -> usize {
         let nodes = self.remaining.len();
-        2 * (size_of::<Self>() + nodes * size_of::<Remaining>() + nodes / 8)
+        size_of::<Self>() + nodes * size_of::<Remaining>() + nodes.div_ceil(8)
     }
 
     /// What is left from a node.
@@ -380,26 +353,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_without_some_legs_is_that_of_the_legs_asked_for() {
+    fn tables_without_some_legs_are_those_of_the_legs_that_are_left() {
         let (legs, nodes) = legs(5, WindField::uniform(Wind::coming_from(0.0, 0.0)));
         let to = (NodeIx(17), Objective::Energy);
         let tables = Potentials::of(&legs, nodes, to.0, to.1);
-        let first: Vec<u32> = (0..40).collect();
-        let others: Vec<u32> = (30..90).step_by(3).collect();
         let energies = |tables: &Potentials| -> Vec<f64> {
             let all = tables.remaining.iter();
             all.map(|remaining| remaining.energy).collect()
         };
-        let whole = energies(&tables);
-        let mut found = Vec::new();
-        for shut in [&first, &others, &first] {
-            let expected = Potentials::by_legs(&legs, nodes, to, |leg| !shut.contains(&leg));
-            let kept = tables.without(&legs, shut.clone());
-            assert!(Arc::ptr_eq(&kept, &tables.without(&legs, shut.clone())));
-            assert_eq!(energies(&kept), energies(&expected));
-            assert_ne!(energies(&kept), whole);
-            found.push(kept);
+        for shut in [(0..40).collect::<Vec<u32>>(), (30..90).step_by(3).collect()] {
+            let searched = distances(&legs, nodes, to.0, |_, leg| {
+                match shut.contains(&leg.twin) {
+                    true => f64::INFINITY,
+                    false => energy_weight(legs.leg(leg.twin).least.energy),
+                }
+            });
+            let found = tables.without(&legs, &shut);
+            assert_eq!(energies(&found), searched.left);
+            assert_ne!(energies(&found), energies(&tables));
         }
-        assert_ne!(energies(&found[0]), energies(&found[1]));
     }
 }
