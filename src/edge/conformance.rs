@@ -138,7 +138,7 @@ fn flown(
     before: Option<&Sighting>,
 ) -> Option<Flown> {
     let version = &plan.reported;
-    let flown_m = before.map_or(0.0, |before| before.flown_m(&plan.id, version.number));
+    let flown_m = plan.come_m(topology, before);
     let place = sighting.position(topology.frame());
     let has_departed = sighting.seen_at >= version.departs_at;
     let spot = spot_on(topology, version, place, flown_m).filter(|_| has_departed)?;

@@ -108,7 +108,7 @@ pub(super) fn progress(
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
     if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
         let position = sighting.position(topology.frame());
-        let flown_m = sighting.flown_m(&plan.id, version.number);
+        let flown_m = plan.come_m(topology, Some(&sighting));
         let spot = spot_on(topology, version, position, flown_m)?;
         let (end, after_m) = match spot.leg {
             Some(leg) => (legs[leg].to, length_after(legs, leg)),

@@ -72,6 +72,21 @@ impl FlownFor {
     }
 }
 
+/// How far a leg of a version begins from where that begins, in metres.
+fn begins_m(topology: &Topology, version: &Version, leg: usize) -> f64 {
+    let stretch = version.stretch.as_ref();
+    let stretch_m = stretch.map_or(0.0, |stretch| {
+        let node = topology.position(stretch.reentry.node);
+        stretch.begin().distance_m(node)
+    });
+    let before = version.composition.legs.iter().take(leg);
+    let lengths_m = before.map(|leg| {
+        let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
+        from.distance_m(to)
+    });
+    stretch_m + lengths_m.sum::<f64>()
+}
+
 fn count(stops: usize) -> u32 {
     u32::try_from(stops).unwrap_or(u32::MAX)
 }
@@ -90,6 +105,21 @@ impl PlanEntry {
         let next = flown_for.served_on(&self.reported);
         let place = flown_for.place_in(&self.reported, next)?;
         Some((next, &self.reported.stops[place]))
+    }
+
+    /// How far its drone has come on the version that it reported, in metres: as far as it was seen to, and to the last stop at
+    /// which its delivery was served. After a restart only that tells a way out from the way back.
+    pub(super) fn come_m(&self, topology: &Topology, sighting: Option<&Sighting>) -> f64 {
+        let version = &self.reported;
+        let seen_m = sighting.map_or(0.0, |it| it.flown_m(&self.id, version.number));
+        let last = self.flown_for.as_ref().and_then(|flown_for| {
+            let last = flown_for.served.checked_sub(1)?;
+            stop_of(version, flown_for.place_in(version, last)?)
+        });
+        last.map_or(seen_m, |stop| {
+            // It may be served as soon as it is near.
+            seen_m.max(begins_m(topology, version, stop.before_leg) - AT_STOP_M)
+        })
     }
 
     /// The same with this number of stops served, if that is more.
@@ -205,22 +235,9 @@ impl PlanEntry {
         (before, now): (Come, Come),
     ) -> bool {
         let version = &self.reported;
-        let length_m = |ends: (NodeIx, NodeIx)| {
-            let [from, to] = [ends.0, ends.1].map(|node| topology.position(node));
-            from.distance_m(to)
-        };
-        let stretch = version.stretch.as_ref();
-        let stretch_m = stretch.map_or(0.0, |stretch| {
-            let node = topology.position(stretch.reentry.node);
-            stretch.begin().distance_m(node)
-        });
-        let legs = &version.composition.legs;
-        let begins_m = |leg: usize| {
-            let before = legs.iter().take(leg);
-            stretch_m + before.map(|leg| length_m((leg.from, leg.to))).sum::<f64>()
-        };
-        let stop_m = begins_m(stop.before_leg);
-        let now_m = now.at_m.min(begins_m(legs.len()));
+        let stop_m = begins_m(topology, version, stop.before_leg);
+        let legs = version.composition.legs.len();
+        let now_m = now.at_m.min(begins_m(topology, version, legs));
         let flying_s = (now_m - before.at_m).max(0.0) / (FASTEST * self.airspeed_mps.max(0.1));
         let spent_s = now.at.duration_since(before.at).as_secs_f64();
         before.at_m <= stop_m && stop_m <= now_m && spent_s >= service_s + flying_s

@@ -1,7 +1,7 @@
 //! Plans that are flown for deliveries of the registry: what it is told of them, and what their drones are.
 
 use crate::flying::{instant, on_with, settings, street};
-use crate::stage::{Stage, circle, node, segment};
+use crate::stage::{Stage, circle, ladder, node, segment};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::edge::{Caller, Code, MemoryDisk, Role, Settings, ZoneWrite};
@@ -398,6 +398,30 @@ async fn news_and_mail_survive_a_restart() {
     assert!(after[2].number > after[1].number);
     let last = after[2].flight.as_ref().expect("a flight");
     assert_eq!((last.ended_as, last.stops), (Some(EndedAs::Cancelled), 2));
+}
+
+#[tokio::test]
+async fn who_is_home_again_after_a_restart_is_not_sent_on_its_way_once_more() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over_with(disk.open(), following()).await;
+    let draft = ladder();
+    let request = json!({
+        "id": "p", "drone_id": "d", "delivery_id": "order-1", "source": "a0", "destination": "a0",
+        "stops": [{"node": "a7", "service_s": 60.0}, {"node": "b7", "service_s": 30.0}],
+    });
+    let version = stage.deliver(request).await.expect("a plan").reported;
+    let lands_at = instant(&version.arrives_at);
+    Pilot::of(&stage, &draft)
+        .fly_until(&version, lands_at)
+        .await;
+    assert_eq!(flights(&stage).last().expect("news").stops_served, 2);
+    assert_eq!(stage.plan("p").ended_as, None, "it has rested for a moment");
+
+    let stage = stage.again_with(disk.open(), following()).await;
+    Pilot::of(&stage, &draft).tell([0.0, 0.0], false).await;
+    stage.zone(circle("on-the-way-out", 350.0, 0.0, 10.0)).await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.wanted, plan.versions.len()), (None, 1));
 }
 
 #[tokio::test]
