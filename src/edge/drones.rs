@@ -212,6 +212,15 @@ impl Drones {
         true
     }
 
+    /// The version of a plan that a drone flies begins so many metres later than it did.
+    pub(super) fn begin_later(&self, id: &str, (plan, version): (&str, u32), by_m: f64) {
+        let mut known = self.write();
+        let flown = known.by_id.get_mut(id).and_then(|it| it.flown.as_mut());
+        if let Some(flown) = flown.filter(|it| &*it.plan == plan && it.version == version) {
+            flown.at_m = (flown.at_m - by_m).max(0.0);
+        }
+    }
+
     /// Forgets what was seen after an instant: by a clock that has been set back since.
     pub(super) fn forget_after(&self, now: Timestamp) {
         let mut known = self.write();

@@ -99,10 +99,13 @@ impl Edge {
         let snapshot = self.snapshot();
         let plan = match own_plan(&snapshot, caller, id) {
             Err(_) if matches!(caller.role, Role::Operator | Role::Anyone) => {
-                let command = Command::CancelPlan {
-                    id: id.to_owned(),
-                    when: CancelledWhen::Unplaced,
+                // Its request may come between.
+                let when = match cancellation.before_departure {
+                    true => CancelledWhen::BeforeDeparture,
+                    false => CancelledWhen::Unplaced,
                 };
+                let id = id.to_owned();
+                let command = Command::CancelPlan { id, when };
                 return self.said_of_plan(caller, command).await;
             }
             plan => plan?,

@@ -144,7 +144,11 @@ pub(super) fn progress(
         });
     }
     let flown = legs.iter().position(|leg| elapsed_s < leg.arrival_s);
-    let leg = flown.unwrap_or(legs.len() - 1);
+    let served = plan.last_served().map_or(0, |stop| stop.before_leg);
+    let leg = flown
+        .unwrap_or(legs.len() - 1)
+        .max(served)
+        .min(legs.len() - 1);
     Some(Progress {
         leg,
         on_stretch: false,

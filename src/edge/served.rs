@@ -73,7 +73,7 @@ impl FlownFor {
 }
 
 /// How far a leg of a version begins from where that begins, in metres.
-fn begins_m(topology: &Topology, version: &Version, leg: usize) -> f64 {
+pub(super) fn begins_m(topology: &Topology, version: &Version, leg: usize) -> f64 {
     let stretch = version.stretch.as_ref();
     let stretch_m = stretch.map_or(0.0, |stretch| {
         let node = topology.position(stretch.reentry.node);
@@ -107,16 +107,31 @@ impl PlanEntry {
         Some((next, &self.reported.stops[place]))
     }
 
+    /// At how many of the stops of the version that its drone reported its delivery was served.
+    pub(super) fn served_of_reported(&self) -> usize {
+        let flown_for = self.flown_for.as_ref();
+        let served = flown_for.map_or(0, |flown_for| {
+            flown_for
+                .served
+                .saturating_sub(flown_for.before(&self.reported))
+        });
+        usize::try_from(served).unwrap_or(usize::MAX)
+    }
+
+    /// The stop of the version that its drone reported at which its delivery was served last, if at any of them.
+    pub(super) fn last_served(&self) -> Option<&Stop> {
+        let flown_for = self.flown_for.as_ref()?;
+        let last = flown_for.served.checked_sub(1)?;
+        let place = flown_for.place_in(&self.reported, last)?;
+        stop_of(&self.reported, place)
+    }
+
     /// How far its drone has come on the version that it reported, in metres: as far as it was seen to, and to the last stop at
     /// which its delivery was served. After a restart only that tells a way out from the way back.
     pub(super) fn come_m(&self, topology: &Topology, sighting: Option<&Sighting>) -> f64 {
         let version = &self.reported;
         let seen_m = sighting.map_or(0.0, |it| it.flown_m(&self.id, version.number));
-        let last = self.flown_for.as_ref().and_then(|flown_for| {
-            let last = flown_for.served.checked_sub(1)?;
-            stop_of(version, flown_for.place_in(version, last)?)
-        });
-        last.map_or(seen_m, |stop| {
+        self.last_served().map_or(seen_m, |stop| {
             // It may be served as soon as it is near.
             seen_m.max(begins_m(topology, version, stop.before_leg) - AT_STOP_M)
         })
@@ -179,25 +194,30 @@ impl PlanEntry {
             at_m: f64::INFINITY,
             at: now,
         };
-        let spell = (self.come_before(flown), at_end);
+        let spell = (self.come_before(topology, flown), at_end);
         flown_for.served = self.made_in(topology, &flown_for, spell, |_| true);
         Some(flown_for)
     }
 
-    /// How far its drone had come on what it reported: not at all where nothing says so.
-    fn come_before(&self, flown: Option<&Flown>) -> Come {
+    /// How far its drone had come on what it reported: where nothing says so, to the stop at which it was served last, which it
+    /// has left by its times, or not at all.
+    fn come_before(&self, topology: &Topology, flown: Option<&Flown>) -> Come {
         let version = &self.reported;
         let flown = flown.filter(|it| it.plan == self.id && it.version == version.number);
-        flown.map_or(
-            Come {
-                at_m: 0.0,
-                at: version.departs_at,
-            },
-            |flown| Come {
+        match (flown, self.last_served()) {
+            (Some(flown), _) => Come {
                 at_m: flown.at_m,
                 at: flown.at,
             },
-        )
+            (None, Some(stop)) => Come {
+                at_m: begins_m(topology, version, stop.before_leg),
+                at: later(version.departs_at, stop.takes_off_s),
+            },
+            (None, None) => Come {
+                at_m: 0.0,
+                at: version.departs_at,
+            },
+        }
     }
 
     /// At how many stops its drone was served once it has come from one place to another: at those that lie between, which
@@ -303,7 +323,7 @@ impl PlanEntry {
             at: come.at,
         };
         let last = before.and_then(|before| before.flown.as_ref());
-        let last = self.come_before(last);
+        let last = self.come_before(topology, last);
         let has_left = |stop: &ServiceStop| distance_m(topology, stop.node, sighting) > LEFT_M;
         let served = self.made_in(topology, flown_for, (last, now), has_left);
         (served > number).then_some(served)

@@ -182,6 +182,21 @@ impl State {
         }
     }
 
+    /// A drone has another plan: what alarms about plans that are forgotten were about, such as of one that a new network has
+    /// ended, is over; not that it was lost.
+    pub(super) fn end_alarms_of_former_plans(&mut self, drone: &Arc<str>) {
+        let open = self.open_alarms.values();
+        let open = open.filter_map(|number| self.next.alarms.get(number));
+        let of_drone = open.filter(|alarm| alarm.draft.drone.as_ref() == Some(drone));
+        let plans = of_drone.filter_map(|alarm| alarm.draft.plan.clone());
+        let former: Vec<Arc<str>> = plans
+            .filter(|plan| !self.next.plans.contains_key(plan))
+            .collect();
+        for plan in former {
+            self.end_plan_alarms(&plan, &AT_THE_END);
+        }
+    }
+
     pub(super) fn acknowledge_alarm(
         &mut self,
         number: u64,

@@ -272,7 +272,7 @@ impl State {
     }
 
     /// Its drone has told so, or its time has come: one that is silent may fly.
-    fn may_have_departed(&self, plan: &PlanEntry) -> bool {
+    pub(super) fn may_have_departed(&self, plan: &PlanEntry) -> bool {
         let sighting = plan.drone_id.as_deref();
         let sighting = sighting.and_then(|drone| self.drones.last(drone));
         let is_airborne = sighting.is_some_and(|sighting| {

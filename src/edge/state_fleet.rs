@@ -83,6 +83,7 @@ impl State {
         if let Some(drone) = &plan.drone_id {
             self.free_air_held_by(drone);
             self.empty_mailbox(drone);
+            self.end_alarms_of_former_plans(drone);
             self.next.flown_by.insert(drone.clone(), plan.id.clone());
         }
         self.next.active_plans += 1;

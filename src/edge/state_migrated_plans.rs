@@ -8,6 +8,7 @@ use super::mailbox::Content;
 use super::plan_entry::PlanEntry;
 use super::planner::{Displaced, Version};
 use super::progress;
+use super::served::begins_m;
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::state_alarms::AT_THE_END;
@@ -88,7 +89,13 @@ impl State {
             (None, _) => {
                 let remnant = plan.wanted.as_deref().map(nothing_left_of);
                 match self.legs_left(plan, before, change, now) {
-                    Some(current) => self.redirect(plan_over(current, remnant), now),
+                    Some((current, cut_m)) => {
+                        if let Some(drone) = &plan.drone_id {
+                            self.drones
+                                .begin_later(drone, (&plan.id, current.number), cut_m);
+                        }
+                        self.redirect(plan_over(current, remnant), now);
+                    }
                     None => self.redirect_from_place(
                         plan,
                         before,
@@ -108,14 +115,15 @@ impl State {
         self.touched_plans.insert(plan.id.clone());
     }
 
-    /// What is left of the way of a plan around its drone; `None` where the leg that it is on is gone.
+    /// What is left of the way of a plan around its drone, and how many metres before that are left out; `None` where the leg that
+    /// it is on is gone.
     fn legs_left(
         &self,
         plan: &PlanEntry,
         before: &Snapshot,
         change: &Change<'_>,
         now: Timestamp,
-    ) -> Option<Version> {
+    ) -> Option<(Version, f64)> {
         let progress = progress::progress(before.topology(), plan, &self.drones, now)?;
         let composition = &plan.reported.composition;
         let legs = composition.legs_left(change.correspondence, progress.leg);
@@ -123,9 +131,11 @@ impl State {
             return None;
         }
         let starts_as_before = legs.start == 0;
+        let cut_m = begins_m(before.topology(), &plan.reported, legs.start);
+        let cut_m = if starts_as_before { 0.0 } else { cut_m };
         let speed_mps = plan.airspeed_mps;
         let (left, _) = plan.reported.carried_over(speed_mps, legs, change)?;
-        Some(Version {
+        let left = Version {
             // It leads nowhere now, whatever its drone was told.
             outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
             first_stretch_m: if starts_as_before {
@@ -135,7 +145,8 @@ impl State {
             },
             stretch: left.stretch.filter(|_| starts_as_before),
             ..left
-        })
+        };
+        Some((left, cut_m))
     }
 
     /// Proposes a way from where the drone of a plan is on what is left of its way.
@@ -260,7 +271,7 @@ impl State {
         self.events.push(Happening::new(EventKind::PlanEnded, data));
         self.post(&ended, &[], Content::Ended(wire::EndedAs::Cancelled));
         self.end_plan_alarms(&plan.id, &AT_THE_END);
-        if plan.drone_id.is_some() && plan.state != PlanState::Accepted {
+        if plan.drone_id.is_some() && self.may_have_departed(plan) {
             let message = format!(
                 "the plan '{}' has ended on a new network, and its drone has departed: land it, or order it a new plan",
                 plan.id

@@ -12,8 +12,11 @@ use super::timers::Due;
 use crate::airspace::{Change, Closure};
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
+
+/// So long the drone of a forgotten plan may be away and is told that it has ended.
+const ENDS_KEPT: SignedDuration = SignedDuration::from_hours(24);
 
 impl State {
     /// Takes up what was known when the edge ended, for the time at which it was known. What has become due
@@ -50,7 +53,8 @@ impl State {
         }
         for entry in restored.mail {
             // A plan that a new network has ended is forgotten, and its drone may not know yet.
-            let is_end = matches!(entry.content, Content::Ended(_));
+            let age = now.duration_since(entry.at);
+            let is_end = matches!(entry.content, Content::Ended(_)) && age < ENDS_KEPT;
             if is_end || self.next.plans.contains_key(&entry.plan) {
                 self.next.mail.insert(entry.key(), Arc::new(entry));
             }

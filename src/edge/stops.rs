@@ -127,8 +127,12 @@ pub(super) fn onward(
     let mut flown = made_or_ahead.flat_map(|flight| &flight.composition.plan.stops);
     let now_s = now.duration_since(version.departs_at).as_secs_f64();
     let mut ahead = Vec::new();
-    for stop in &*version.stops {
+    let served = plan.served_of_reported();
+    for (place, stop) in version.stops.iter().enumerate() {
         let flown = flown.find(|flown| flown.service_s.is_some());
+        if place < served {
+            continue;
+        }
         let left_s = match (flown, progress) {
             (Some(flown), Some(progress)) => left_of(topology, flown, progress, now_s),
             _ => Some(stop.service_s),

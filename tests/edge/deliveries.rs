@@ -1,7 +1,7 @@
 //! Plans that are flown for deliveries of the registry: what it is told of them, and what their drones are.
 
 use crate::flying::{instant, on_with, settings, street};
-use crate::stage::{Stage, circle, ladder, node, segment};
+use crate::stage::{Stage, circle, node, segment};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::edge::{Caller, Code, MemoryDisk, Role, Settings, ZoneWrite};
@@ -12,7 +12,7 @@ use std::cell::Cell;
 /// How often a drone sends where it is.
 const EVERY: SignedDuration = SignedDuration::from_secs(5);
 
-fn following() -> Settings {
+pub(crate) fn following() -> Settings {
     Settings {
         follows_registry: true,
         ..settings()
@@ -41,7 +41,7 @@ fn news(stage: &Stage) -> Vec<NewsEntry> {
     stage.edge.snapshot().news().cloned().collect()
 }
 
-fn flights(stage: &Stage) -> Vec<FlightNews> {
+pub(crate) fn flights(stage: &Stage) -> Vec<FlightNews> {
     let news = news(stage);
     news.into_iter().filter_map(|entry| entry.flight).collect()
 }
@@ -63,7 +63,7 @@ fn told(stage: &Stage) -> Vec<(PlanState, u32, String, u32, Option<EndedAs>)> {
 }
 
 /// A drone that flies what it was told, to the second.
-struct Pilot<'a> {
+pub(crate) struct Pilot<'a> {
     stage: &'a Stage,
     draft: &'a NetworkDraft,
     /// Where it was told what it flies.
@@ -80,7 +80,7 @@ fn between(ends: [[f64; 2]; 2], (from, until): (Timestamp, Timestamp), now: Time
 
 impl<'a> Pilot<'a> {
     /// At home.
-    fn of(stage: &'a Stage, draft: &'a NetworkDraft) -> Self {
+    pub(crate) fn of(stage: &'a Stage, draft: &'a NetworkDraft) -> Self {
         Self {
             stage,
             draft,
@@ -117,7 +117,7 @@ impl Pilot<'_> {
         (stands, false)
     }
 
-    async fn tell(&self, [x, y]: [f64; 2], airborne: bool) {
+    pub(crate) async fn tell(&self, [x, y]: [f64; 2], airborne: bool) {
         let positions = vec![json!({
             "drone_id": "d", "location": {"x": x, "y": y}, "airborne": airborne,
             "ground_speed_mps": if airborne { 16.0 } else { 0.0 },
@@ -130,7 +130,7 @@ impl Pilot<'_> {
     }
 
     /// Flies a version until an instant; tells where it is every few seconds.
-    async fn fly_until(&self, version: &wire::PlanVersion<'_>, until: Timestamp) {
+    pub(crate) async fn fly_until(&self, version: &wire::PlanVersion<'_>, until: Timestamp) {
         while self.stage.edge.clock().now() < until {
             self.stage.pass(EVERY).await;
             let (place, airborne) = self.at(version, self.stage.edge.clock().now());
@@ -398,30 +398,6 @@ async fn news_and_mail_survive_a_restart() {
     assert!(after[2].number > after[1].number);
     let last = after[2].flight.as_ref().expect("a flight");
     assert_eq!((last.ended_as, last.stops), (Some(EndedAs::Cancelled), 2));
-}
-
-#[tokio::test]
-async fn who_is_home_again_after_a_restart_is_not_sent_on_its_way_once_more() {
-    let disk = MemoryDisk::default();
-    let stage = Stage::over_with(disk.open(), following()).await;
-    let draft = ladder();
-    let request = json!({
-        "id": "p", "drone_id": "d", "delivery_id": "order-1", "source": "a0", "destination": "a0",
-        "stops": [{"node": "a7", "service_s": 60.0}, {"node": "b7", "service_s": 30.0}],
-    });
-    let version = stage.deliver(request).await.expect("a plan").reported;
-    let lands_at = instant(&version.arrives_at);
-    Pilot::of(&stage, &draft)
-        .fly_until(&version, lands_at)
-        .await;
-    assert_eq!(flights(&stage).last().expect("news").stops_served, 2);
-    assert_eq!(stage.plan("p").ended_as, None, "it has rested for a moment");
-
-    let stage = stage.again_with(disk.open(), following()).await;
-    Pilot::of(&stage, &draft).tell([0.0, 0.0], false).await;
-    stage.zone(circle("on-the-way-out", 350.0, 0.0, 10.0)).await;
-    let plan = stage.plan("p");
-    assert_eq!((plan.wanted, plan.versions.len()), (None, 1));
 }
 
 #[tokio::test]

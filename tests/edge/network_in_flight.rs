@@ -1,7 +1,7 @@
-//! Plans that a new network ends, as their source or destination is gone.
+//! A new network under drones in flight.
 
 use crate::mailboxes::messages;
-use crate::stage::{Stage, without};
+use crate::stage::{Stage, names, without};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::edge::{AlarmFilter, MemoryDisk, PageRequest};
@@ -43,4 +43,44 @@ async fn the_drones_of_plans_that_a_new_network_ends_are_told_and_who_flies_is_a
             [(plan.to_owned(), Some(EndedAs::Cancelled))]
         );
     }
+}
+
+#[tokio::test]
+async fn who_has_another_plan_is_no_alarm_any_more() {
+    let stage = Stage::set();
+    stage.compose("flies", "d1", "a0", "a7").await;
+    stage.see("d1", 250.0, 0.0).await;
+    stage.rebuild(|draft| without(draft, "a7")).await;
+    let open = |stage: &Stage| {
+        let alarms = stage.edge.alarms(
+            &stage.caller,
+            &PageRequest::default(),
+            AlarmFilter::default(),
+        );
+        let alarms = alarms.expect("alarms").alarms;
+        let open = alarms.iter().filter(|alarm| alarm.ended_at.is_none());
+        open.count()
+    };
+    assert_eq!(open(&stage), 1);
+    stage.compose("next", "d1", "a2", "a0").await;
+    assert_eq!(open(&stage), 0);
+}
+
+#[tokio::test]
+async fn who_flies_on_over_what_is_left_of_its_way_is_found_on_it() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 550.0, 0.0).await;
+    // A leg that it has flown is gone, and one ahead of it.
+    stage
+        .rebuild(|draft| {
+            let is_gone = |from: &str, to: &str| [("a1", "a2"), ("a6", "a7")].contains(&(from, to));
+            draft.segments.retain(|it| !is_gone(&it.from, &it.to));
+        })
+        .await;
+    let wanted = stage.plan("p").wanted.expect("a way around");
+    assert!(
+        names(&wanted.path.nodes).contains(&"b7".to_owned()),
+        "{wanted:?}"
+    );
 }
