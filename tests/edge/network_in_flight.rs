@@ -12,6 +12,7 @@ async fn the_drones_of_plans_that_a_new_network_ends_are_told_and_who_flies_is_a
     let disk = MemoryDisk::default();
     let stage = Stage::over(disk.open()).await;
     stage.compose("flies", "d1", "a0", "a7").await;
+    stage.pass(SignedDuration::from_secs(25)).await;
     stage.see("d1", 250.0, 0.0).await;
     let later = stage.edge.clock().now() + SignedDuration::from_secs(600);
     let waits = json!({"id": "waits", "drone_id": "d2", "source": "a6", "destination": "a7", "start_time": later.to_string()});
@@ -49,6 +50,7 @@ async fn the_drones_of_plans_that_a_new_network_ends_are_told_and_who_flies_is_a
 async fn who_has_another_plan_is_no_alarm_any_more() {
     let stage = Stage::set();
     stage.compose("flies", "d1", "a0", "a7").await;
+    stage.pass(SignedDuration::from_secs(25)).await;
     stage.see("d1", 250.0, 0.0).await;
     stage.rebuild(|draft| without(draft, "a7")).await;
     let open = |stage: &Stage| {
