@@ -321,7 +321,14 @@ async fn keep_quote(served: &Served, id: &str, tenant: &str, party: &str) {
         state: String::new(),
         version: 1,
         changed_ms: NOW_MS,
-        body: "{}".to_owned(),
+        body: json!({
+            "id": id, "customer": tenant, "provider": party, "network": NETWORK, "edge": "e",
+            "request": {"service_id": "acme:express", "source": "a", "destination": "b", "payload_kg": 0.5},
+            "price": {"amount": "7.50", "currency": "AUD"}, "length_m": 900.0,
+            "pickup_at": "2026-11-27T17:30:00Z", "arrives_at": "2026-11-27T17:40:00Z",
+            "expires_at": "2026-11-27T17:35:00Z",
+        })
+        .to_string(),
     };
     let commit = Commit {
         puts: vec![quote],
@@ -361,6 +368,8 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
     assert_eq!(told["customer"]["name"], "Shop");
     assert_eq!(told["deliveries"][0]["recipient"]["name"], "Ada");
     assert_eq!(told["deliveries"][0]["proof"]["code"], "1234");
+    assert_eq!(told["quotes"].as_array().expect("quotes").len(), 1);
+    assert_eq!(told["quotes"][0]["id"], "q1");
     assert_eq!(
         (&told["webhooks"], &told["is_cut_off"]),
         (&json!([]), &json!(false))

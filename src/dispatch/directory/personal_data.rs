@@ -10,14 +10,14 @@ use crate::dispatch::records::{CALLING_OFF, Kept, RESERVING, text};
 use crate::intake::{Expected, PageRequest};
 use crate::refusal::{Code, Refusal};
 use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
-use crate::wire::{Customer, CustomerData, Delivery, DeliveryStatus, Recipient};
+use crate::wire::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How many deliveries are told.
-const DELIVERIES_TOLD: usize = 1_000;
+/// How many deliveries are told, and how many quotes.
+const TOLD_MAX: usize = 1_000;
 /// How many documents are read, or changed by one commit.
 const AT_ONCE: u64 = 200;
 /// What of a delivery may name a person.
@@ -46,7 +46,7 @@ impl Dispatch {
         let mut pages = Pages::of(DocumentKind::Delivery, id);
         'pages: while let Some(page) = pages.next(self).await? {
             for document in page.into_iter().filter(|delivery| delivery.tenant == id) {
-                if deliveries.len() == DELIVERIES_TOLD {
+                if deliveries.len() == TOLD_MAX {
                     is_cut_off = true;
                     break 'pages;
                 }
@@ -78,12 +78,29 @@ impl Dispatch {
             size: Some(1_000),
             token: None,
         };
+        let quotes = self.quotes_of(id).await?;
+        is_cut_off |= quotes.len() == TOLD_MAX;
         Ok(CustomerData {
             customer: customer.map(|customer| customer.value),
             deliveries,
+            quotes,
             webhooks: self.webhooks(&as_customer, &all).await?.webhooks,
             is_cut_off,
         })
+    }
+
+    async fn quotes_of(&self, customer: &str) -> Result<Vec<Quote>, Refusal> {
+        let mut quotes = Vec::new();
+        let mut pages = Pages::of(DocumentKind::Quote, customer);
+        while let Some(page) = pages.next(self).await? {
+            for document in page.into_iter().filter(|quote| quote.tenant == customer) {
+                quotes.push(Kept::<Quote>::read(document)?.value);
+                if quotes.len() == TOLD_MAX {
+                    return Ok(quotes);
+                }
+            }
+        }
+        Ok(quotes)
     }
 
     /// Deletes what is kept of a customer, in the version of it that `If-Match` names.

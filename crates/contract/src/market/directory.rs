@@ -268,8 +268,10 @@ pub struct CustomerData {
     pub customer: Option<Customer>,
     /// Its deliveries with recipients and proofs, oldest first; at most 1,000.
     pub deliveries: Vec<super::Delivery>,
+    /// Its quotes that are kept yet; at most 1,000.
+    pub quotes: Vec<super::Quote>,
     /// Its webhooks.
     pub webhooks: Vec<super::Webhook>,
-    /// Whether there are more deliveries than these.
+    /// Whether there are more deliveries or quotes than these.
     pub is_cut_off: bool,
 }
