@@ -86,8 +86,8 @@ def drone_faults(evidence: Evidence) -> list[str]:
             if plan == other:
                 faults.append(f"{drone} flew {first} and {second} by one plan, {plan}")
     faults += [f"{plan} was flown twice" for plan in sorted(set(evidence.flown)) if evidence.flown.count(plan) > 1]
-    # One that has landed elsewhere waits for people.
-    landed = {(delivery.get("allocation") or {}).get("drone_id") for delivery in evidence.listing if delivery["status"] == "diverted"}
+    # One that has landed elsewhere waits for people: also where its parcel was handed over.
+    landed = {(delivery.get("allocation") or {}).get("drone_id") for delivery in evidence.listing if delivery["status"] in ("diverted", "returned")}
     for drone in evidence.drones:
         states = ["available", "out_of_service"] if drone["id"] in landed else ["available"]
         if drone["state"] not in states or drone.get("delivery_id"):
