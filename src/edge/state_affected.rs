@@ -214,7 +214,7 @@ impl State {
     }
 
     /// Looks at a plan without a way again after a while, where it may have one though nothing has opened.
-    fn time_way(&mut self, plan: &PlanEntry, now: Timestamp) {
+    pub(super) fn time_way(&mut self, plan: &PlanEntry, now: Timestamp) {
         if self.planner.minds(Concern::Traffic, Some(&plan.reported))
             && let Ok(again) = now.checked_add(WAY_AGAIN)
         {

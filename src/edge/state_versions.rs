@@ -168,6 +168,9 @@ impl State {
         };
         let plan = self.replace_wanted(&Arc::new(kept), answer);
         let plan = self.contingent_without_way(plan);
+        if plan.wanted.is_none() {
+            self.time_way(&plan, self.now);
+        }
         self.tell(EventKind::PlanDeclined, &plan);
         if count >= DECLINES_ANSWERED || plan.wanted.is_none() {
             let message = format!(

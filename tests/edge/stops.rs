@@ -262,6 +262,26 @@ async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
     let stays = wanted(&stage, "p");
     assert_eq!(path(&stays), ["s2"]);
     take_over(&stage, &stays).await;
+    let waited_s = stays_until_told(&stage).await;
+    let on = wanted(&stage, "p");
+    assert_eq!(path(&on), ["s2", "u2", "s3", "u2", "s2", "s1", "s0"]);
+    // Nothing was seen of its service while it held: that is what it is for, as before.
+    assert_eq!(served(&on), served(&around), "after {waited_s} s");
+    stage
+        .check_version(&stage.plan("p"), &on, &[])
+        .expect("it can be flown");
+    // It declines all that it is told.
+    let mut declined = 0;
+    while let Some(next) = stage.plan("p").wanted {
+        decline(&stage, &next).await;
+        declined += 1;
+        assert!(declined < 16, "{next:?}");
+    }
+    stays_until_told(&stage).await;
+}
+
+/// The drone stays at `s2` until it is told a way; how many seconds that takes.
+async fn stays_until_told(stage: &Stage) -> u32 {
     let mut waited_s = 0;
     while stage.plan("p").wanted.is_none() {
         assert!(
@@ -276,16 +296,10 @@ async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
             .await;
         assert_ne!(completed.expect("heard").state, PlanState::Ended);
         stage.pass(SignedDuration::from_secs(1)).await;
-        stands(&stage, 2_000.0, 0.0).await;
+        stands(stage, 2_000.0, 0.0).await;
         waited_s += 1;
     }
-    let on = wanted(&stage, "p");
-    assert_eq!(path(&on), ["s2", "u2", "s3", "u2", "s2", "s1", "s0"]);
-    // Nothing was seen of its service while it held: that is what it is for, as before.
-    assert_eq!(served(&on), served(&around), "after {waited_s} s");
-    stage
-        .check_version(&stage.plan("p"), &on, &[])
-        .expect("it can be flown");
+    waited_s
 }
 
 #[tokio::test]
