@@ -43,7 +43,8 @@ struct Size {
 pub(super) async fn measure(arguments: &DeliveriesArguments) -> crate::Result<Vec<Row>> {
     let size = match arguments.quick {
         false => Size {
-            drones: 5_000,
+            // Few enough that most places are nobody's home.
+            drones: 2_000,
             quiet: 1_000,
             killed: 10_000,
             patience: Duration::from_secs(3_600),

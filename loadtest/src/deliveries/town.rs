@@ -10,6 +10,7 @@ use http::{Method, StatusCode};
 use serde_json::{Value, json};
 use skyway::wire::CompactNetwork;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -222,8 +223,8 @@ pub(super) struct Town {
     pub(super) registry: Daemon,
     pub(super) edges: Vec<Daemon>,
     pub(super) world: World,
-    /// Of the drones of each edge, one after the other.
-    homes: Vec<usize>,
+    /// Of the drones on each network.
+    homes: BTreeMap<String, Vec<usize>>,
     pub(super) client: Client,
     pub(super) receiver: Receiver,
 }
@@ -261,9 +262,13 @@ impl Town {
         let first = edges.first().ok_or(Unsuitable("no network".into()))?;
         let world = world(first.address()).await?;
         let mut chance = Chance::of(plan.seed);
-        let drones = plan.names.len() * plan.drones;
+        let mut homes = BTreeMap::new();
+        for &name in plan.names {
+            let own = (0..plan.drones).map(|_| world.home(&mut chance));
+            homes.insert(name.to_owned(), own.collect());
+        }
         let town = Self {
-            homes: (0..drones).map(|_| world.home(&mut chance)).collect(),
+            homes,
             world,
             registry,
             edges,
@@ -277,12 +282,11 @@ impl Town {
     /// The provider, its drones and its services, and the customer with its webhook.
     async fn enrol(&self, plan: &Plan<'_>) -> Result<()> {
         let client = &self.client;
-        let mut homes = self.homes.iter();
-        for name in plan.names {
+        for &name in plan.names {
             // One for each network: a provider may have 5,000 drones.
             let path = format!("/v1/providers/{}", provider_id(name));
             client.put(&path, &json!({"name": "Acme"})).await?;
-            for (number, &home) in homes.by_ref().take(plan.drones).enumerate() {
+            for (number, &home) in self.homes[name].iter().enumerate() {
                 let home = &self.world.ids[home];
                 let drone = json!({"network": name, "home": home, "payload_max_kg": 2.0});
                 let path = format!("/v1/drones/{}", drone_id(name, number));
@@ -321,7 +325,8 @@ impl Town {
     /// An order of a flight of some segments. Where a drone is at home its pad is taken while it waits: nothing is ordered there,
     /// as long as there are other places.
     pub(super) fn order(&self, network: &str, steps: usize, chance: &mut Chance) -> Value {
-        let is_taken = |node: &usize| self.homes.contains(node);
+        let homes = self.homes.get(network);
+        let is_taken = |node: &usize| homes.is_some_and(|homes| homes.contains(node));
         let mut ends = self.world.walk(steps, chance);
         for _ in 0..PLACES_TRIED {
             if !is_taken(&ends.0) && !is_taken(&ends.1) {
