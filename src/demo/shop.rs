@@ -64,8 +64,6 @@ struct Notice {
 #[derive(Debug, Deserialize)]
 struct Arrival {
     delivery_id: String,
-    #[serde(default)]
-    reference: Option<String>,
 }
 
 /// What takes the messages of webhooks, on this machine alone.
@@ -114,7 +112,7 @@ async fn take(
 
 /// A message for people.
 fn line(tenant: &str, Notice { r#type, data }: &Notice) -> String {
-    let what = data.reference.as_ref().unwrap_or(&data.delivery_id);
+    let what = &data.delivery_id;
     let who = if tenant == SHOP {
         "the corner shop"
     } else {
@@ -132,21 +130,14 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn what_has_arrived_is_told_with_the_customers_own_number() {
-        let mut message = json!({
+    fn what_has_arrived_is_told_to_whoever_ordered_it() {
+        let notice: Notice = serde_json::from_value(json!({
             "type": "delivery.delivered",
             "timestamp": "2026-11-27T18:00:00Z",
-            "data": {"delivery_id": "d-1", "status": "delivered", "reference": "order 3, 379 to 450"},
-        });
-        let told = |message: &serde_json::Value| {
-            let notice: Notice = serde_json::from_value(message.clone()).expect("a message");
-            [line(SHOP, &notice), line("local", &notice)]
-        };
-        assert_eq!(
-            told(&message)[0],
-            "delivered to the corner shop: order 3, 379 to 450"
-        );
-        message["data"]["reference"].take();
-        assert_eq!(told(&message)[1], "delivered to you: d-1");
+            "data": {"delivery_id": "d-1", "status": "delivered"},
+        }))
+        .expect("a message");
+        assert_eq!(line(SHOP, &notice), "delivered to the corner shop: d-1");
+        assert_eq!(line("local", &notice), "delivered to you: d-1");
     }
 }
