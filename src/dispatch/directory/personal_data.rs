@@ -78,8 +78,8 @@ impl Dispatch {
             size: Some(1_000),
             token: None,
         };
-        let quotes = self.quotes_of(id).await?;
-        is_cut_off |= quotes.len() == TOLD_MAX;
+        let (quotes, are_cut_off) = self.quotes_of(id).await?;
+        is_cut_off |= are_cut_off;
         Ok(CustomerData {
             customer: customer.map(|customer| customer.value),
             deliveries,
@@ -89,18 +89,19 @@ impl Dispatch {
         })
     }
 
-    async fn quotes_of(&self, customer: &str) -> Result<Vec<Quote>, Refusal> {
+    /// The first `TOLD_MAX` quotes of a customer, and whether there are more.
+    async fn quotes_of(&self, customer: &str) -> Result<(Vec<Quote>, bool), Refusal> {
         let mut quotes = Vec::new();
         let mut pages = Pages::of(DocumentKind::Quote, customer);
         while let Some(page) = pages.next(self).await? {
             for document in page.into_iter().filter(|quote| quote.tenant == customer) {
-                quotes.push(Kept::<Quote>::read(document)?.value);
                 if quotes.len() == TOLD_MAX {
-                    return Ok(quotes);
+                    return Ok((quotes, true));
                 }
+                quotes.push(Kept::<Quote>::read(document)?.value);
             }
         }
-        Ok(quotes)
+        Ok((quotes, false))
     }
 
     /// Deletes what is kept of a customer, in the version of it that `If-Match` names.
