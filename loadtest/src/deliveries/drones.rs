@@ -28,8 +28,8 @@ const OVER: [&str; 2] = ["not_found", "plan_state_conflict"];
 /// The numbers of landings begin here; those of acknowledgements at 0.
 const LANDINGS: u64 = ON_STREAM as u64;
 
-/// How often each plan was flown to its end, by its id.
-pub(super) type Flown = Rc<RefCell<BTreeMap<String, u32>>>;
+/// Who has flown each plan to its end, by its id.
+pub(super) type Flown = Rc<RefCell<BTreeMap<String, Vec<String>>>>;
 
 /// Puts drones on the line of an edge, for as long as this program runs.
 pub(super) fn fly(edge: SocketAddr, drones: &[String], flown: &Flown) {
@@ -215,7 +215,18 @@ impl Drone {
     }
 
     /// It has another plan. Where it has landed, its edge has taken that although the answer was lost.
+    ///
+    /// Messages come at least once: what it has flown is not new.
     fn is_assigned(&mut self, next: Flying, flown: &Flown) {
+        let has_flown = |drones: &Vec<String>| drones.contains(&self.id);
+        if flown.borrow().get(&next.plan_id).is_some_and(has_flown) {
+            let text = format!(
+                "{} is assigned {} again, which it has flown",
+                self.id, next.plan_id
+            );
+            eprintln_line(&text);
+            return;
+        }
         if let Some(flight) = &mut self.flight {
             flight.has_landed |= seconds(Timestamp::now()) >= flight.lands_at_s;
             let (flies, is_same) = (&flight.plan_id, flight.plan_id == next.plan_id);
@@ -261,7 +272,11 @@ impl Drone {
     /// Where it has landed, its flight is over and counts.
     fn ends(&mut self, flown: &Flown) {
         if let Some(flight) = self.flight.take_if(|flight| flight.has_landed) {
-            *flown.borrow_mut().entry(flight.plan_id).or_default() += 1;
+            let mut flown = flown.borrow_mut();
+            flown
+                .entry(flight.plan_id)
+                .or_default()
+                .push(self.id.clone());
         }
     }
 }

@@ -58,13 +58,15 @@ pub(super) fn history(delivery: &Value) -> Vec<&str> {
         .collect()
 }
 
-/// How often drones have flown a delivery to the end.
-pub(super) fn times_flown(flown: &Flown, delivery: &str) -> u32 {
+/// The plans of a delivery that drones have flown to their end, each with its drone.
+pub(super) fn flights(flown: &Flown, delivery: &str) -> Vec<String> {
     let prefix = format!("delivery-{delivery}-");
     let flown = flown.borrow();
     let plans = flown.range(prefix.clone()..);
     let plans = plans.take_while(|(plan, _)| plan.starts_with(&prefix));
-    plans.map(|(_, times)| *times).sum()
+    let flights = plans
+        .flat_map(|(plan, drones)| drones.iter().map(move |drone| format!("{plan} by {drone}")));
+    flights.collect()
 }
 
 impl Judged {
@@ -105,10 +107,12 @@ impl Judged {
             self.example(format!("{id} was {statuses:?}"));
         }
         if let Some(flown) = flown {
-            let times = times_flown(flown, id);
-            if times != u32::from(is_delivered) {
+            let flights = flights(flown, id);
+            if flights.len() != usize::from(is_delivered) {
                 self.flown_wrong += 1;
-                self.example(format!("{id} was flown {times} times and was {statuses:?}"));
+                self.example(format!(
+                    "{id} was flown as {flights:?} and was {statuses:?}"
+                ));
             }
         }
         let received = town.receiver.received();

@@ -2,7 +2,7 @@
 //! are killed.
 
 use super::drones::{Flown, fly};
-use super::judged::{Judged, all, is_final, times_flown};
+use super::judged::{Judged, all, flights, is_final};
 use super::town::{Client, Plan, Town, drone_id, generated};
 use super::{DeliveriesArguments, Part};
 use crate::arrivals::Chance;
@@ -165,7 +165,7 @@ pub(super) async fn all_told(town: &Town, ordered: &[String], patience: Duration
 /// Waits until the drones of all that were delivered are home, which takes them some minutes more.
 async fn all_landed(town: &Town, ordered: &[String], flown: &Flown) {
     let begun = Instant::now();
-    let is_flown = |id: &String| !was_delivered(town, id) || times_flown(flown, id) > 0;
+    let is_flown = |id: &String| !was_delivered(town, id) || !flights(flown, id).is_empty();
     while !ordered.iter().all(is_flown) && begun.elapsed() < HOME_WITHIN {
         sleep(LOOK_AGAIN).await;
     }
