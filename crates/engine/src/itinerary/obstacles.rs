@@ -114,44 +114,12 @@ impl Obstacles {
         &self.others
     }
 
-    /// Adds the forbidden entry times of a leg, as open intervals in any order, as far as they meet the times within which
-    /// it may be entered.
-    pub(super) fn forbidden(
-        &self,
-        world: &FlightWorld<'_>,
-        began_s: f64,
-        (entry, active): (Entry, &ActiveTraffic),
-        within_s: (f64, f64),
-        intervals: &mut Vec<(f64, f64)>,
-    ) {
-        let take = |_, from_s, until_s| {
-            if from_s <= within_s.1 && until_s >= within_s.0 {
-                intervals.push((from_s, until_s));
-            }
-        };
-        self.each_forbidden_within(world, began_s, (entry, active), within_s, take);
-    }
-
     /// Tells `take` every interval of forbidden entry times of a leg, with what forbids it.
     pub(super) fn each_forbidden(
         &self,
         world: &FlightWorld<'_>,
         began_s: f64,
         entry: Entry,
-        take: impl FnMut(Forbids, f64, f64),
-    ) {
-        let always_s = (f64::NEG_INFINITY, f64::INFINITY);
-        let everywhere = ActiveTraffic::everywhere();
-        self.each_forbidden_within(world, began_s, (entry, &everywhere), always_s, take);
-    }
-
-    /// The same of others only where they count, and forbid entries within these times.
-    fn each_forbidden_within(
-        &self,
-        world: &FlightWorld<'_>,
-        began_s: f64,
-        (entry, active): (Entry, &ActiveTraffic),
-        within_s: (f64, f64),
         mut take: impl FnMut(Forbids, f64, f64),
     ) {
         self.each_closed(world, began_s, entry, |closure, from_s, until_s| {
@@ -161,8 +129,10 @@ impl Obstacles {
             let mut near = |near: Nearness<'_>| {
                 take(Forbids::Traffic(near.leg), near.from_s, near.until_s);
             };
+            let always_s = (f64::NEG_INFINITY, f64::INFINITY);
+            let everywhere = ActiveTraffic::everywhere();
             let separation = world.separation();
-            separation.each(&self.others, active, entry, within_s, &mut near);
+            separation.each(&self.others, &everywhere, entry, always_s, &mut near);
         }
     }
 

@@ -167,8 +167,10 @@ impl ReleaseTimes {
                 // Who begins at a node is not bound by all that closes it: something may open while
                 // the node is closed.
                 intervals.clear();
-                let began_s = terms.request.began_s;
-                obstacles.forbidden(world, began_s, (entry, active), within_s, &mut intervals);
+                let request = (world, terms.request);
+                wanted
+                    .forbidden
+                    .add(request, (entry, active), within_s, &mut intervals);
                 let opens = intervals
                     .iter()
                     .map(|&(_, opens_s)| (f64::NEG_INFINITY, opens_s));
@@ -180,19 +182,16 @@ impl ReleaseTimes {
     }
 
     /// Who takes off waits for those who pass the node, which those who pass it themselves do not.
-    fn collect_take_offs(&mut self, wanted: &Wanted<'_>, at: &At) {
+    fn collect_take_offs(&mut self, wanted: &mut Wanted<'_>, at: &At) {
         let world = wanted.terms.world;
         if !world.keeps_apart() || !wanted.active.has_node(at.node) {
             return;
         }
-        let others = world.obstacles.others();
-        let within_s = usable_s(wanted.terms);
-        let openings = &mut self.openings;
-        world
-            .separation()
-            .at_node(others, (at.node, 0.0), within_s, &mut |near| {
-                openings.extend(at.opening((f64::NEG_INFINITY, near.until_s), 0.0));
-            });
+        let request = (world, wanted.terms.request);
+        let passes = wanted.forbidden.passes(request, at.node).iter();
+        let opens = passes.map(|&(_, until_s)| (f64::NEG_INFINITY, until_s));
+        self.openings
+            .extend(opens.filter_map(|opening| at.opening(opening, 0.0)));
     }
 
     fn collect_pads(&mut self, wanted: &Wanted<'_>, at: &At) {

@@ -61,7 +61,7 @@ impl Separation<'_> {
 
     /// Tells `take` what forbids entries of a leg within a stretch of time, on its segment and where others
     /// cross it.
-    fn on_segment<'o>(
+    pub(super) fn on_segment<'o>(
         &self,
         others: &'o OthersOccupancy,
         entry: Entry,
