@@ -164,6 +164,10 @@ impl Sender {
         underway: &mut Underway,
         attempts: &mut JoinSet<Attempted>,
     ) -> Result<Duration, Refusal> {
+        if underway.subjects.len() >= IN_FLIGHT_MAX {
+            // Until one of them ends nothing can be started.
+            return Ok(LOOK_EVERY);
+        }
         self.look(underway).await?;
         for message in mem::take(&mut underway.due) {
             let entry = (message.webhook.clone(), message.subject.clone());

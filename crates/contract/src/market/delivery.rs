@@ -132,11 +132,12 @@ pub struct DeliveryOrder {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 100)]
     pub payload_kg: Option<f64>,
-    /// When it may be picked up, RFC 3339; now where none is given.
+    /// When it may be picked up, RFC 3339, at most 7 days ahead; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub start_time: Option<String>,
-    /// The latest arrival, RFC 3339. A delivery that no drone can be assigned to by then has failed.
+    /// The latest arrival, RFC 3339, at most 7 days after the earliest pickup. A delivery that no drone can be assigned
+    /// to by then has failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub arrive_by: Option<String>,

@@ -31,11 +31,11 @@ pub struct ServiceSearch {
     #[serde(default)]
     #[schema(minimum = 0, maximum = 100)]
     pub payload_kg: f64,
-    /// When it may be picked up, RFC 3339; now where none is given.
+    /// When it may be picked up, RFC 3339, at most 7 days ahead; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub start_time: Option<String>,
-    /// The latest arrival, RFC 3339.
+    /// The latest arrival, RFC 3339, at most 7 days after the earliest pickup.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub arrive_by: Option<String>,
@@ -116,11 +116,11 @@ pub struct QuoteRequest {
     #[serde(default)]
     #[schema(minimum = 0, maximum = 100)]
     pub payload_kg: f64,
-    /// When it may be picked up, RFC 3339; now where none is given.
+    /// When it may be picked up, RFC 3339, at most 7 days ahead; now where none is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub start_time: Option<String>,
-    /// The latest arrival, RFC 3339.
+    /// The latest arrival, RFC 3339, at most 7 days after the earliest pickup.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub arrive_by: Option<String>,
