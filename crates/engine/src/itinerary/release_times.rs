@@ -9,24 +9,32 @@ use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
 use super::forbidden_times::ForbiddenTimes;
-use super::potentials::Remaining;
 use super::request::{Objective, Value};
 use super::way_on::{Opening, ROUNDING_M, ROUNDING_S, There, WayOn, list_stops_s};
-use crate::geo::Point;
 use crate::network::{NodeIx, SegmentIx};
 use std::ops::Range;
 
+/// So many nodes around a node are looked at for an opening before others are.
+const AROUND: usize = 24;
+/// So often only those nodes are looked at whose openings may be of use, before the openings of all are put in order.
+const LOOKS_IN_REACH: u32 = 16;
 /// Nodes that remember what parted families there.
 const PARTED_BY: usize = 64;
 
 /// The openings that a request may use. Those at a node are collected when it is first asked for them, and all others once
-/// those near at hand part no two families.
+/// those near at hand and in reach have often parted no two families.
 #[derive(Debug)]
 pub(super) struct ReleaseTimes {
     openings: Vec<Opening>,
     /// By node: where its openings are, by time, in a generation.
     of_nodes: Vec<(u32, Range<u32>)>,
     generation: u32,
+    /// The nodes at which something may open, and where what opens everywhere is, once they are listed.
+    nodes: Vec<NodeIx>,
+    everywhere: Range<u32>,
+    is_listed: bool,
+    /// How often those in reach were looked at.
+    looks_in_reach: u32,
     /// All of them by time, once they are collected.
     by_time: Vec<(f64, u32)>,
     is_complete: bool,
@@ -55,6 +63,10 @@ impl ReleaseTimes {
             openings: Vec::new(),
             of_nodes: vec![(0, 0..0); node_count],
             generation: 1,
+            nodes: Vec::new(),
+            everywhere: 0..0,
+            is_listed: false,
+            looks_in_reach: 0,
             by_time: Vec::new(),
             is_complete: false,
             intervals: Vec::new(),
@@ -69,6 +81,8 @@ impl ReleaseTimes {
         self.openings.clear();
         self.stops_s.clear();
         self.parted_by = [0; PARTED_BY];
+        self.is_listed = false;
+        self.looks_in_reach = 0;
         self.is_complete = false;
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
@@ -77,32 +91,42 @@ impl ReleaseTimes {
         }
     }
 
+    /// Lists where something may open.
+    fn list(&mut self, wanted: &Wanted<'_>) {
+        if self.is_listed {
+            return;
+        }
+        self.is_listed = true;
+        let world = wanted.terms.world;
+        let obstacles = world.obstacles;
+        obstacles.list_segments(world.topology, wanted.active, &mut self.segments);
+        self.nodes.clear();
+        for &segment in &self.segments {
+            let ends = world.topology.segment(SegmentIx(segment));
+            self.nodes.extend([ends.from, ends.to]);
+        }
+        self.nodes.extend(wanted.active.nodes(world.topology));
+        self.nodes.extend(world.pads.nodes_with_stays());
+        self.nodes.sort_unstable();
+        self.nodes.dedup();
+        let first = self.openings.len() as u32;
+        let turns = world.legs.changes_s().iter().map(|&at_s| Opening {
+            shuts_s: f64::NEG_INFINITY,
+            at_s,
+            there: None,
+        });
+        self.openings.extend(turns);
+        self.everywhere = first..self.openings.len() as u32;
+    }
+
     /// Collects all that opens, as far as a plan through it could still beat the best.
     fn complete(&mut self, wanted: &mut Wanted<'_>) {
         self.is_complete = true;
-        let world = wanted.terms.world;
-        let mut segments = std::mem::take(&mut self.segments);
-        let obstacles = world.obstacles;
-        obstacles.list_segments(world.topology, wanted.active, &mut segments);
-        for &segment in &segments {
-            let ends = world.topology.segment(SegmentIx(segment));
-            self.collect_at(wanted, ends.from);
-            self.collect_at(wanted, ends.to);
-        }
-        self.segments = segments;
-        for node in wanted.active.nodes(world.topology) {
+        let nodes = std::mem::take(&mut self.nodes);
+        for &node in &nodes {
             self.collect_at(wanted, node);
         }
-        for node in world.pads.nodes_with_stays() {
-            self.collect_at(wanted, node);
-        }
-        for &at_s in world.legs.changes_s() {
-            self.openings.push(Opening {
-                shuts_s: f64::NEG_INFINITY,
-                at_s,
-                there: None,
-            });
-        }
+        self.nodes = nodes;
         self.by_time.clear();
         let numbered = (0_u32..).zip(&self.openings);
         self.by_time
@@ -258,7 +282,7 @@ impl ReleaseTimes {
         found.is_some()
     }
 
-    /// An opening that parts two families at a node: where traffic is dense one at the node itself or on the way down the tree
+    /// An opening that parts two families at a node: where traffic is dense one on the way down the tree or around the node
     /// does, and most need never be collected.
     fn first_usable(
         &mut self,
@@ -267,27 +291,28 @@ impl ReleaseTimes {
         way_on: &WayOn<'_>,
         looked_at: &mut usize,
     ) -> Option<u32> {
-        let (first_s, last_s) = way_on.usable_s();
         if !self.is_complete {
             let mut at = Some(node);
             while let Some(node) = at {
-                let range = self.collect_at(wanted, node);
-                let there = &self.openings[range.clone()];
-                let first = there.partition_point(|opening| opening.at_s <= first_s);
-                let within = there[first..]
-                    .iter()
-                    .take_while(|opening| opening.at_s <= last_s);
-                for (opening, number) in within.zip(range.start + first..) {
-                    *looked_at += 1;
-                    if way_on.may_use(opening) {
-                        return Some(number as u32);
-                    }
+                let found = self.usable_at(wanted, node, way_on, looked_at);
+                if found.is_some() {
+                    return found;
                 }
                 let next = wanted.terms.potentials.next(node);
                 at = next.map(|leg| wanted.terms.world.legs.leg(leg).to);
             }
+            let found = self.usable_around(wanted, node, way_on, looked_at);
+            if found.is_some() {
+                return found;
+            }
+            self.list(wanted);
+            if self.looks_in_reach < LOOKS_IN_REACH {
+                self.looks_in_reach += 1;
+                return self.usable_in_reach(wanted, way_on, looked_at);
+            }
             self.complete(wanted);
         }
+        let (first_s, last_s) = way_on.usable_s();
         let first = self.by_time.partition_point(|&(at_s, _)| at_s <= first_s);
         let mut within = self.by_time[first..]
             .iter()
@@ -297,6 +322,77 @@ impl ReleaseTimes {
             way_on.may_use(&self.openings[number as usize])
         });
         found.map(|&(_, number)| number)
+    }
+
+    /// One at a node.
+    fn usable_at(
+        &mut self,
+        wanted: &mut Wanted<'_>,
+        node: NodeIx,
+        way_on: &WayOn<'_>,
+        looked_at: &mut usize,
+    ) -> Option<u32> {
+        let (first_s, last_s) = way_on.usable_s();
+        let range = self.collect_at(wanted, node);
+        let there = &self.openings[range.clone()];
+        let first = there.partition_point(|opening| opening.at_s <= first_s);
+        let mut within = there[first..]
+            .iter()
+            .take_while(|opening| opening.at_s <= last_s);
+        let place = within.position(|opening| {
+            *looked_at += 1;
+            way_on.may_use(opening)
+        })?;
+        Some((range.start + first + place) as u32)
+    }
+
+    /// One at the nodes that are the fewest legs away.
+    fn usable_around(
+        &mut self,
+        wanted: &mut Wanted<'_>,
+        node: NodeIx,
+        way_on: &WayOn<'_>,
+        looked_at: &mut usize,
+    ) -> Option<u32> {
+        let legs = wanted.terms.world.legs;
+        let (mut around, mut found, mut looked) = ([node; AROUND], 1, 0);
+        while looked < found {
+            for leg in legs.from(around[looked]) {
+                let to = legs.leg(leg).to;
+                if found == AROUND || around[..found].contains(&to) {
+                    continue;
+                }
+                let usable = self.usable_at(wanted, to, way_on, looked_at);
+                if usable.is_some() {
+                    return usable;
+                }
+                around[found] = to;
+                found += 1;
+            }
+            looked += 1;
+        }
+        None
+    }
+
+    /// One anywhere, though only the openings of nodes are collected at which some may be of use.
+    fn usable_in_reach(
+        &mut self,
+        wanted: &mut Wanted<'_>,
+        way_on: &WayOn<'_>,
+        looked_at: &mut usize,
+    ) -> Option<u32> {
+        let nodes = std::mem::take(&mut self.nodes);
+        let found = nodes.iter().find_map(|&node| {
+            *looked_at += 1;
+            let there = there(wanted.terms, node);
+            match way_on.may_use_any(&there) {
+                true => self.usable_at(wanted, node, way_on, looked_at),
+                false => None,
+            }
+        });
+        self.nodes = nodes;
+        let mut everywhere = self.everywhere.clone();
+        found.or_else(|| everywhere.find(|&turn| way_on.may_use(&self.openings[turn as usize])))
     }
 }
 
@@ -308,8 +404,7 @@ struct At {
     earliest_s: f64,
     /// Of no use later, for a stop of no time.
     latest_s: f64,
-    place: Point,
-    remaining: Remaining,
+    there: There,
 }
 
 impl At {
@@ -320,12 +415,15 @@ impl At {
         if !may_lead_on(terms, best, node) {
             return None;
         }
-        let place = terms.world.topology.position(node);
+        let there = there(terms, node);
         let by_s = request.starts.iter().map(|start| {
-            let straight_m = terms.world.topology.position(start.node).distance_m(place);
+            let straight_m = terms
+                .world
+                .topology
+                .position(start.node)
+                .distance_m(there.place);
             start.at_s + (straight_m - ROUNDING_M).max(0.0) / terms.world.legs.fastest_mps()
         });
-        let remaining = *terms.potentials.from(node);
         let latest_s = request.deadline_s.min(match request.objective {
             Objective::Time => best.arrives_s,
             Objective::Distance | Objective::Energy => f64::INFINITY,
@@ -334,9 +432,8 @@ impl At {
             node,
             is_start: request.starts.iter().any(|start| start.node == node),
             earliest_s: by_s.fold(f64::INFINITY, f64::min),
-            latest_s: latest_s - remaining.time_s,
-            place,
-            remaining,
+            latest_s: latest_s - there.time_s,
+            there,
         })
     }
 
@@ -347,13 +444,22 @@ impl At {
             shuts_s,
             at_s,
             there: Some(There {
-                place: self.place,
-                weight: self.remaining.weight,
-                time_s: self.remaining.time_s,
-                energy: self.remaining.energy,
                 stop_s,
+                ..self.there
             }),
         })
+    }
+}
+
+/// A node with what is left from there at least.
+fn there(terms: &Expander<'_>, node: NodeIx) -> There {
+    let remaining = terms.potentials.from(node);
+    There {
+        place: terms.world.topology.position(node),
+        weight: remaining.weight,
+        time_s: remaining.time_s,
+        energy: remaining.energy,
+        stop_s: 0.0,
     }
 }
 

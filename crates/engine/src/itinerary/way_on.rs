@@ -133,6 +133,30 @@ impl<'a> WayOn<'a> {
         if delta_s >= self.longest_s.min(missed_s) {
             return false;
         }
+        self.may_be_better(there, (straight_m, delta_s), opening.at_s)
+    }
+
+    /// False where nothing that opens at a place is of use, whenever it does.
+    pub(super) fn may_use_any(&self, there: &There) -> bool {
+        let delta_s = self.time_s - there.time_s - ROUNDING_S;
+        if delta_s >= self.longest_s {
+            return false;
+        }
+        let straight_m = (self.place.distance_m(there.place) - ROUNDING_M).max(0.0);
+        let delta_s = delta_s.max(straight_m / self.terms.world.legs.fastest_mps());
+        // Nothing of use opens earlier.
+        let opens_s = self.earlier_s;
+        delta_s < self.longest_s && self.may_be_better(there, (straight_m, delta_s), opens_s)
+    }
+
+    /// Whether who is at a place after a flight of at least so many metres and seconds, and goes on from an instant or later,
+    /// could arrive with something better.
+    fn may_be_better(
+        &self,
+        there: &There,
+        (straight_m, delta_s): (f64, f64),
+        goes_on_s: f64,
+    ) -> bool {
         let drawn = (self.draw_per_s * delta_s).max(self.energy - there.energy);
         if drawn > self.spare {
             return false;
@@ -142,7 +166,7 @@ impl<'a> WayOn<'a> {
             .max(self.weight - there.weight);
         let bound = |stops_s: f64| Value {
             weight: self.spent + flown + there.weight - self.rounding,
-            arrives_s: opening.at_s + stops_s + there.time_s + self.terms.landing_s - ROUNDING_S,
+            arrives_s: goes_on_s + stops_s + there.time_s + self.terms.landing_s - ROUNDING_S,
         };
         let is_better = |bound: Value| {
             bound.beats(self.best) && bound.arrives_s <= self.terms.request.deadline_s
