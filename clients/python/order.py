@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A customer: it looks for a service, has it quoted, orders, and follows the delivery until it ends.
 
-order.py REGISTRY NETWORK FROM TO [KG]        as in: order.py http://127.0.0.1:8180 sydney 1 450 1.2
+order.py REGISTRY NETWORK FROM TO [KG]        as in: order.py http://127.0.0.1:8180 sydney 1 450 0.8
 
 The token, where the registry wants one, is read from the file that SKYWAY_TOKEN_FILE names.
 """

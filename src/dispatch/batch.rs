@@ -9,6 +9,7 @@ use super::records::{Asking, Kept, Order};
 use super::wanted::Stated;
 use super::ways::{Errand, Ways};
 use crate::market::allocation::assign;
+use crate::market::hours::Hours;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{AllocatedDrone, FleetDrone, FleetDroneState, PublishedService};
 use jiff::{SignedDuration, Timestamp};
@@ -113,11 +114,22 @@ impl Dispatch {
     ) -> Result<Vec<Waiting>, Refusal> {
         let mut services: BTreeMap<String, Option<PublishedService>> = BTreeMap::new();
         let (mut waiting, mut without_service) = (Vec::new(), Vec::new());
-        for order in orders {
+        for mut order in orders {
             let Some(id) = order.value.delivery.service_id.clone() else {
                 without_service.push(order);
                 continue;
             };
+            if !services.contains_key(&id) {
+                let found = match self.service_by_id(&id).await {
+                    Ok(service) => Some(service),
+                    Err(refusal) if refusal.code == Code::NotFound => None,
+                    Err(refusal) => return Err(refusal),
+                };
+                services.insert(id.clone(), found);
+            }
+            if let Some(Some(service)) = services.get(&id) {
+                put_off(&mut order.value, service, now);
+            }
             let assigned_from = order
                 .value
                 .start_time()
@@ -127,14 +139,6 @@ impl Dispatch {
                 let reason = format!("its drone is assigned from {assigned_from} on");
                 self.note(order, reason, assigned_from, now).await?;
                 continue;
-            }
-            if !services.contains_key(&id) {
-                let found = match self.service_by_id(&id).await {
-                    Ok(service) => Some(service),
-                    Err(refusal) if refusal.code == Code::NotFound => None,
-                    Err(refusal) => return Err(refusal),
-                };
-                services.insert(id.clone(), found);
             }
             let delivery = &order.value.delivery;
             let nodes = ways
@@ -248,6 +252,17 @@ impl Dispatch {
             _ => format!("the {fitting} drones that are free fly other orders first"),
         };
         self.note(waiting.order, reason, now, now).await
+    }
+}
+
+/// The pickup of an order waits until its service is open.
+fn put_off(order: &mut Order, service: &PublishedService, now: Timestamp) {
+    let starts_at = order.start_time().max(now);
+    // Hours that cannot be read were refused when the service was published.
+    let hours = Hours::read(&service.time_zone, &service.hours).ok();
+    let opens_at = hours.and_then(|hours| hours.next_opening(starts_at));
+    if let Some(opens_at) = opens_at.filter(|opens_at| *opens_at > starts_at) {
+        order.delivery.start_time = opens_at.to_string();
     }
 }
 

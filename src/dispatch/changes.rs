@@ -48,7 +48,7 @@ impl Dispatch {
     async fn commit_all(&self, changes: &[Change], now: Timestamp) -> Result<bool, Refusal> {
         let mut commit = together(changes, now);
         for change in changes.iter().filter(|change| change.is_told) {
-            let told = self.status_messages(&change.order.value, now).await?;
+            let told = self.status_messages(&change.order.value).await?;
             commit.messages.extend(told);
         }
         let is_done = self.documents.commit(&commit).await? == Committed::Done;

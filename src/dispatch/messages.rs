@@ -5,7 +5,6 @@ use super::records::{Order, text};
 use super::webhooks::Telling;
 use crate::refusal::Refusal;
 use crate::registry::documents::Message;
-use jiff::Timestamp;
 use serde_json::json;
 
 impl Dispatch {
@@ -13,18 +12,15 @@ impl Dispatch {
     ///
     /// # Errors
     /// When the store does not answer.
-    pub(super) async fn status_messages(
-        &self,
-        order: &Order,
-        at: Timestamp,
-    ) -> Result<Vec<Message>, Refusal> {
+    pub(super) async fn status_messages(&self, order: &Order) -> Result<Vec<Message>, Refusal> {
         let delivery = &order.delivery;
         let event = format!("delivery.{}", delivery.status.name());
         let mut data = json!({"delivery_id": delivery.id, "status": delivery.status});
         if let Some(expected_at) = &delivery.expected_at {
             data["expected_at"] = json!(expected_at);
         }
-        let body = json!({"type": event, "timestamp": at.to_string(), "data": data});
+        let at = delivery.history.last().map(|change| change.at.as_str());
+        let body = json!({"type": event, "timestamp": at, "data": data});
         let provider = delivery.provider.as_deref();
         let tenants: Vec<&str> = [Some(delivery.customer.as_str()), provider]
             .into_iter()

@@ -170,12 +170,12 @@ impl Dispatch {
         let drone = order.value.drone_id().map(str::to_owned);
         let before = order.value.clone();
         if assign_first(&mut order.value, flight, at) {
-            let told = self.status_messages(&order.value, at).await?;
+            let told = self.status_messages(&order.value).await?;
             taking.messages.extend(told);
         }
         let (standing, is_told) = apply(&mut order.value, flight, at, now);
         if is_told {
-            let told = self.status_messages(&order.value, at).await?;
+            let told = self.status_messages(&order.value).await?;
             taking.messages.extend(told);
         }
         if order.value != before {
@@ -304,12 +304,7 @@ fn apply(
     if before.is_final() {
         return (standing, false);
     }
-    // The drop comes next once the parcel is on board.
-    let is_on_board = matches!(
-        standing.status,
-        DeliveryStatus::InFlight | DeliveryStatus::Holding
-    );
-    if is_on_board && !standing.is_over {
+    if !standing.is_over {
         order.delivery.expected_at = Some(flight.expected_at.clone());
     }
     note_recomposition(order, flight, at);

@@ -164,6 +164,7 @@ impl Dispatch {
             None => self.cheapest(&wanted).await?.ok(),
         };
         let reason = found.is_none().then(|| NO_SERVICE.to_owned());
+        let opens_at = found.as_ref().and_then(|(_, fit)| fit.opens_at);
         let (service, price) = match found {
             Some((service, fit)) => (Some(names(&service)), Some(fit.price)),
             None => (None, None),
@@ -174,7 +175,7 @@ impl Dispatch {
             source: Some(source.clone()),
             destination: Some(destination.clone()),
             payload_kg: wanted.payload_kg,
-            start_time: Some(wanted.ready_at),
+            start_time: Some(opens_at.unwrap_or(wanted.ready_at)),
             arrive_by: order.arrive_by.clone(),
             promised_at: None,
             service,
@@ -206,7 +207,7 @@ impl Dispatch {
         let mut commit = Commit {
             seen: vec![absent(kind, &id)],
             puts: vec![fresh(kind, &id, (customer, &provider), body, now)],
-            messages: self.status_messages(&placed, now).await?,
+            messages: self.status_messages(&placed).await?,
             ..Commit::default()
         };
         if let Some(recipient) = &order.recipient {

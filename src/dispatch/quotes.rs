@@ -29,17 +29,21 @@ impl Dispatch {
     pub async fn create_quote(
         &self,
         caller: &Caller,
-        request: QuoteRequest,
+        mut request: QuoteRequest,
     ) -> Result<Quote, Refusal> {
         let customer = caller.acts_for(None).ok_or_else(forbidden)?;
         let service = self.service_by_id(&request.service_id).await?;
-        let wanted = self.wanted_of(&request, &service).await?;
+        let mut wanted = self.wanted_of(&request, &service).await?;
         let mut sellers = Sellers::default();
         let found = self
             .match_service(&wanted, &service, Availability::Now, &mut sellers)
             .await?;
         let misfit = |misfit: &Misfit| no_offer(&[misfit.of(&request.service_id)]);
-        found.map_err(|found| misfit(&found))?;
+        let (fit, _) = found.map_err(|found| misfit(&found))?;
+        if let Some(opens_at) = fit.opens_at {
+            wanted.ready_at = opens_at;
+            request.start_time = Some(opens_at.to_string());
+        }
         let drone = self.nearest_drone(&wanted, &service).await?;
         let drone = drone.ok_or_else(|| misfit(&Misfit::NoDrone))?;
         let (edge, flight) = self

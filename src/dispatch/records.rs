@@ -171,6 +171,10 @@ impl Order {
         }
         self.delivery.status = status;
         self.dispatch.changes += 1;
+        // An edge's news are dated by it, and one may have been told before the change that came first.
+        let last = self.delivery.history.last();
+        let last: Option<Timestamp> = last.and_then(|last| last.at.parse().ok());
+        let at = last.map_or(at, |last| at.max(last));
         if self.delivery.history.len() >= HISTORY_MAX {
             self.delivery.history.remove(1);
         }

@@ -61,9 +61,11 @@ impl FlownFor {
         (place < version.stops.len()).then_some(place)
     }
 
-    /// When the drone arrives by a version at the next stop, or at its end.
+    /// When the drone arrives by a version at the last stop; at its end where all are served, or it does not lead there.
     pub(super) fn expected_at(&self, version: &Version) -> Timestamp {
-        let place = self.place_in(version, self.served_on(version));
+        let last = self.stops.checked_sub(1);
+        let last = last.filter(|last| self.served_on(version) <= *last);
+        let place = last.and_then(|last| self.place_in(version, last));
         let stop = place.and_then(|place| stop_of(version, place));
         stop.map_or_else(
             || version.arrives_at(),

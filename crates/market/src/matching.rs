@@ -45,6 +45,8 @@ pub struct Supply<'a> {
 pub struct Fit {
     /// What it would cost.
     pub price: Money,
+    /// When the service opens, where the pickup waits for that.
+    pub opens_at: Option<Timestamp>,
     /// When it would be picked up.
     pub pickup_at: Timestamp,
     /// When it would arrive.
@@ -174,7 +176,11 @@ pub fn fit(
     supply: &Supply<'_>,
 ) -> Result<Fit, Misfit> {
     let length_m = check_supply(service, sought, supply)?;
-    let (pickup_at, arrives_at) = times(service, sought, supply.fetch_m, length_m)?;
+    let Times {
+        opens_at,
+        pickup_at,
+        arrives_at,
+    } = times(service, sought, supply.fetch_m, length_m)?;
     let price = checked_price(service, sought, length_m)?;
     let mut reasons = vec![match &service.area {
         Some(_) => "pickup and drop are in its area".to_owned(),
@@ -194,6 +200,7 @@ pub fn fit(
     }
     Ok(Fit {
         price,
+        opens_at,
         pickup_at,
         arrives_at,
         length_m,
@@ -234,13 +241,20 @@ fn check_supply(
     Ok(length_m)
 }
 
-/// When it would be picked up and arrive.
+/// When it would be picked up and arrive, and the opening that it waits for.
+struct Times {
+    opens_at: Option<Timestamp>,
+    pickup_at: Timestamp,
+    arrives_at: Timestamp,
+}
+
+/// The times by the hours of the service and the length of the way.
 fn times(
     service: &PublishedService,
     sought: &Sought<'_>,
     fetch_m: f64,
     length_m: f64,
-) -> Result<(Timestamp, Timestamp), Misfit> {
+) -> Result<Times, Misfit> {
     let fetched_at = after(sought.ready_at, fetch_m);
     let closed = |opens_at| Misfit::Hours {
         ready_at: fetched_at,
@@ -260,7 +274,11 @@ fn times(
             false => Misfit::Arrival { arrives_at },
         });
     }
-    Ok((pickup_at, arrives_at))
+    Ok(Times {
+        opens_at: (pickup_at > fetched_at).then_some(pickup_at),
+        pickup_at,
+        arrives_at,
+    })
 }
 
 /// Whether a service is offered at an instant; not where its limits cannot be read.

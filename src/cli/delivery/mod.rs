@@ -10,7 +10,7 @@ use clap::Subcommand;
 /// What is done with deliveries, for the help.
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 1.2 --quote
+  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8 --quote
   skyway delivery track d-7f3a                             until it is delivered";
 
 /// The commands of `skyway delivery`.

@@ -15,8 +15,8 @@ use serde::de::DeserializeOwned;
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 1.2
-  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 1.2 --quote --key basket-7
+  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8
+  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8 --quote --key basket-7
   skyway delivery order --network sydney --from 1 --to 450 --arrive-by 2026-11-27T18:30:00Z --json
 
 It writes the id of the delivery, for `skyway delivery track`.

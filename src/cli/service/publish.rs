@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 const EXAMPLES: &str = "\
 Examples:
   skyway service publish parcels.toml
-  skyway service publish parcels.json --id acme-parcels --registry https://registry.example --token-file acme.token
+  skyway service publish parcels.json --id acme:parcels --registry https://registry.example --token-file acme.token
 
 The file has the fields of `PUT /v1/services/{id}` as TOML or JSON:
-  id = \"acme-parcels\"
+  id = \"acme:parcels\"
   name = \"Parcels over the city\"
   network = \"sydney\"
   payload_max_kg = 2.0

@@ -1,9 +1,10 @@
 //! Which drone flies which order, and what an order waits for.
 
-use super::world::{SERVICE, World, errand, of};
+use super::world::{SERVICE, World, customer, errand, of};
+use jiff::Timestamp;
 use serde_json::json;
 use skyway::access::Role;
-use skyway::wire::{DeliveryStatus, EndedAs, Money, PlanState};
+use skyway::wire::{DeliveryOrder, DeliveryStatus, EndedAs, Id, Money, PlanState, QuoteRequest};
 
 #[tokio::test]
 async fn of_two_orders_and_one_drone_one_waits_and_says_why() {
@@ -203,6 +204,61 @@ async fn an_order_for_later_gets_its_drone_shortly_before() {
     world.pass(105 * 60);
     world.assign().await;
     assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+}
+
+#[tokio::test]
+async fn a_parcel_is_picked_up_when_its_service_is_open() {
+    let world = World::with_drones(&["depot"]).await;
+    let hours = json!([{"days": ["FRI", "SAT"], "from": "07:00", "until": "18:30"}]);
+    world
+        .put_service(&json!({"time_zone": "UTC", "hours": hours}))
+        .await;
+    let opens_at = "2026-11-28T07:00:00Z";
+    let waits = "its drone is assigned from 2026-11-28T06:45:00Z on";
+    // It is Friday, 18:00, and there is one drone for two orders.
+    let first = world.order("shop", "door").await;
+    world.assign().await;
+    assert_eq!(world.status(&first).await, DeliveryStatus::Assigned);
+    let second = world.order("shop", "door").await;
+    world.pass(40 * 60);
+    world.assign().await;
+    assert_eq!(world.reason(&second).await, waits);
+    assert_eq!(world.delivery(&second).await.start_time, opens_at);
+
+    world.put_drone("swift:2", "depot").await;
+    let request = QuoteRequest {
+        service_id: SERVICE.to_owned(),
+        source: Id::new("shop"),
+        destination: Id::new("door"),
+        payload_kg: 1.0,
+        start_time: None,
+        arrive_by: None,
+    };
+    let quote = world
+        .dispatch
+        .create_quote(&customer("shop"), request)
+        .await
+        .expect("a quote");
+    assert_eq!(quote.request.start_time.as_deref(), Some(opens_at));
+    let pickup_at: Timestamp = quote.pickup_at.parse().expect("a time");
+    let opens: Timestamp = opens_at.parse().expect("a time");
+    assert!(
+        pickup_at.duration_since(opens).abs().as_secs() < 60,
+        "{pickup_at}"
+    );
+    let accept = DeliveryOrder {
+        quote_id: Some(quote.id),
+        ..DeliveryOrder::default()
+    };
+    let accepted = world.try_order(&accept).await.expect("an order");
+    assert_eq!(accepted.start_time, opens_at);
+    let plain = world.order("shop", "door").await;
+    assert_eq!(world.delivery(&plain).await.start_time, opens_at);
+    world.assign().await;
+    for id in [&accepted.id, &plain] {
+        assert_eq!(world.status(id).await, DeliveryStatus::Created);
+        assert_eq!(world.reason(id).await, waits);
+    }
 }
 
 #[tokio::test]

@@ -58,7 +58,7 @@ pub struct FlightNews {
     pub stops: u32,
     /// Whether the drone waits on a pad until its way opens.
     pub holds: bool,
-    /// When it arrives at the next stop that is not served, or at its end where none is left, RFC 3339.
+    /// When it arrives at the last of its stops, or at its end where all are served, RFC 3339.
     #[schema(format = DateTime)]
     pub expected_at: String,
     /// Ids of the zones and closures that the version is for.
