@@ -2,7 +2,7 @@
 
 use super::names;
 use super::stop::Stop;
-use crate::flight::{FailureReport, FailureType, Location};
+use crate::flight::{FailureReport, FailureType, Location, check_place};
 use crate::network::Topology;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -57,7 +57,15 @@ impl FailureArguments {
             None => Location::LegStart,
             Some(UNKNOWN) => Location::Unknown,
             Some(place) if topology.node(place) == Some(leg.0) => Location::LegStart,
-            Some(place) => Location::At(names::place(topology, place)?),
+            Some(place) => {
+                let place = names::place(topology, place)?;
+                check_place(topology, place, None, Some(leg)).map_err(|why| {
+                    Stop::Usage(format!(
+                        "--location {why}; say {UNKNOWN} where it is not known"
+                    ))
+                })?;
+                Location::At(place)
+            }
         };
         Ok(FailureReport {
             failure: self.failure,

@@ -114,7 +114,7 @@ impl Dispatch {
     ) -> Result<Vec<Waiting>, Refusal> {
         let mut services: BTreeMap<String, Option<PublishedService>> = BTreeMap::new();
         let (mut waiting, mut without_service) = (Vec::new(), Vec::new());
-        for mut order in orders {
+        for order in orders {
             let Some(id) = order.value.delivery.service_id.clone() else {
                 without_service.push(order);
                 continue;
@@ -127,8 +127,12 @@ impl Dispatch {
                 };
                 services.insert(id.clone(), found);
             }
-            if let Some(Some(service)) = services.get(&id) {
-                put_off(&mut order.value, service, now);
+            let service = services.get(&id).and_then(Option::as_ref);
+            let closed_until = service.and_then(|service| closed_until(&order.value, service, now));
+            if let Some(opens_at) = closed_until {
+                let reason = format!("the service '{id}' is closed until {opens_at}");
+                self.note(order, reason, now, now).await?;
+                continue;
             }
             let assigned_from = order
                 .value
@@ -255,15 +259,16 @@ impl Dispatch {
     }
 }
 
-/// The pickup of an order waits until its service is open.
-fn put_off(order: &mut Order, service: &PublishedService, now: Timestamp) {
+/// Until when the service of an order is closed. What was quoted is flown at the times that were promised.
+fn closed_until(order: &Order, service: &PublishedService, now: Timestamp) -> Option<Timestamp> {
+    if order.delivery.quote_id.is_some() {
+        return None;
+    }
     let starts_at = order.start_time().max(now);
     // Hours that cannot be read were refused when the service was published.
-    let hours = Hours::read(&service.time_zone, &service.hours).ok();
-    let opens_at = hours.and_then(|hours| hours.next_opening(starts_at));
-    if let Some(opens_at) = opens_at.filter(|opens_at| *opens_at > starts_at) {
-        order.delivery.start_time = opens_at.to_string();
-    }
+    let hours = Hours::read(&service.time_zone, &service.hours).ok()?;
+    let opens_at = hours.next_opening(starts_at)?;
+    (opens_at > starts_at).then_some(opens_at)
 }
 
 impl Waiting {

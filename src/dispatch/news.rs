@@ -167,6 +167,8 @@ impl Dispatch {
             return Ok(());
         }
         let now = self.clock.now();
+        // An edge whose clock is ahead must not date what comes after its news.
+        let at = at.min(now);
         let drone = order.value.drone_id().map(str::to_owned);
         let before = order.value.clone();
         if assign_first(&mut order.value, flight, at) {
@@ -304,7 +306,15 @@ fn apply(
     if before.is_final() {
         return (standing, false);
     }
-    if !standing.is_over {
+    // The drop comes next once the parcel is on board. Before, an edge tells it unless that is where the flight ends, or the
+    // drone lands elsewhere.
+    let is_on_board = matches!(
+        standing.status,
+        DeliveryStatus::InFlight | DeliveryStatus::Holding
+    );
+    let leads_to_drop =
+        order.delivery.destination.text() != order.dispatch.home && flight.outcome != "diverted";
+    if !standing.is_over && (is_on_board || leads_to_drop) {
         order.delivery.expected_at = Some(flight.expected_at.clone());
     }
     note_recomposition(order, flight, at);

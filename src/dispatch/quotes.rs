@@ -5,7 +5,7 @@ use super::edges::{ComposedFlight, EdgeError, FlightRequest};
 use super::fleet::Demand;
 use super::offers::{Availability, Sellers, no_offer};
 use super::records::{Kept, absent, fresh, text, timed_id};
-use super::wanted::{Stated, Wanted};
+use super::wanted::{START_AHEAD_MAX, Stated, Wanted};
 use crate::access::{Caller, Owners};
 use crate::market::matching::{Misfit, SPEED_MPS};
 use crate::market::tariff::{Carriage, price};
@@ -41,6 +41,12 @@ impl Dispatch {
         let misfit = |misfit: &Misfit| no_offer(&[misfit.of(&request.service_id)]);
         let (fit, _) = found.map_err(|found| misfit(&found))?;
         if let Some(opens_at) = fit.opens_at {
+            if opens_at.duration_since(self.clock.now()) > START_AHEAD_MAX {
+                return Err(misfit(&Misfit::Hours {
+                    ready_at: wanted.ready_at,
+                    opens_at: Some(opens_at),
+                }));
+            }
             wanted.ready_at = opens_at;
             request.start_time = Some(opens_at.to_string());
         }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The heaviest payload, in kilograms; more is a slip of units.
 const PAYLOAD_MAX_KG: f64 = 100.0;
 /// How far ahead a pickup may be: edges compose no flight beyond.
-const START_AHEAD_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
+pub(super) const START_AHEAD_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
 /// How long after the earliest pickup the latest arrival may be: until then the order waits for a drone.
 const ARRIVAL_AFTER_MAX: SignedDuration = SignedDuration::from_hours(24 * 7);
 

@@ -54,6 +54,28 @@ async fn an_order_is_assigned_picked_up_and_delivered() {
 }
 
 #[tokio::test]
+async fn a_parcel_is_expected_at_its_drop_before_the_pickup_too() {
+    for home in ["depot", "door"] {
+        let world = World::with_drones(&[home]).await;
+        let id = world.order("shop", "door").await;
+        world.assign().await;
+        let promised = world.delivery(&id).await.expected_at;
+        let mut flight = world.whole_flight(&id, home).await;
+        let told = "2026-11-27T18:09:00Z".to_owned();
+        flight[1].expected_at = told.clone();
+        world.tell(1, &flight[..2]).await;
+        let picking_up = world.delivery(&id).await;
+        assert_eq!(picking_up.status, DeliveryStatus::PickingUp);
+        // Where the drop is its home, the one stop of a flight is the pickup.
+        let expected = match home {
+            "door" => promised,
+            _ => Some(told),
+        };
+        assert_eq!(picking_up.expected_at, expected, "home at {home}");
+    }
+}
+
+#[tokio::test]
 async fn a_drone_that_departs_before_its_edge_has_answered_was_assigned_first() {
     let world = World::with_drones(&["depot"]).await;
     let id = world.order("shop", "door").await;

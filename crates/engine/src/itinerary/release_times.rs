@@ -16,8 +16,8 @@ use std::ops::Range;
 
 /// So many nodes around a node are looked at for an opening before others are.
 const AROUND: usize = 24;
-/// So often only those nodes are looked at whose openings may be of use, before the openings of all are put in order.
-const LOOKS_IN_REACH: u32 = 16;
+/// So many nodes are looked at whether their openings may be of use, before the openings of all are put in order.
+const NODES_LOOKED_AT: usize = 8_192;
 /// Nodes that remember what parted families there.
 const PARTED_BY: usize = 64;
 
@@ -33,8 +33,8 @@ pub(super) struct ReleaseTimes {
     nodes: Vec<NodeIx>,
     everywhere: Range<u32>,
     is_listed: bool,
-    /// How often those in reach were looked at.
-    looks_in_reach: u32,
+    /// How many nodes were looked at since.
+    looked_at: usize,
     /// All of them by time, once they are collected.
     by_time: Vec<(f64, u32)>,
     is_complete: bool,
@@ -66,7 +66,7 @@ impl ReleaseTimes {
             nodes: Vec::new(),
             everywhere: 0..0,
             is_listed: false,
-            looks_in_reach: 0,
+            looked_at: 0,
             by_time: Vec::new(),
             is_complete: false,
             intervals: Vec::new(),
@@ -82,7 +82,7 @@ impl ReleaseTimes {
         self.stops_s.clear();
         self.parted_by = [0; PARTED_BY];
         self.is_listed = false;
-        self.looks_in_reach = 0;
+        self.looked_at = 0;
         self.is_complete = false;
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
@@ -306,8 +306,8 @@ impl ReleaseTimes {
                 return found;
             }
             self.list(wanted);
-            if self.looks_in_reach < LOOKS_IN_REACH {
-                self.looks_in_reach += 1;
+            if self.looked_at < NODES_LOOKED_AT {
+                self.looked_at += self.nodes.len();
                 return self.usable_in_reach(wanted, way_on, looked_at);
             }
             self.complete(wanted);
