@@ -26,6 +26,10 @@ fn an_unknown_node_is_refused_with_what_there_is() {
         "error: '-33.86,151.2' is not on Earth; longitude comes first: were longitude and latitude swapped?\n"
     );
     assert_eq!(
+        place("-122.4,37.7"),
+        "error: --location is 26533 km away, beyond the network; say unknown where it is not known\n"
+    );
+    assert_eq!(
         place("here"),
         "error: 'here' is no place: give LON,LAT (longitude and latitude in degrees) or the id of a node\n"
     );
