@@ -27,7 +27,7 @@ fn an_unknown_node_is_refused_with_what_there_is() {
     );
     assert_eq!(
         place("-122.4,37.7"),
-        "error: --location is 26533 km away, beyond the network; say unknown where it is not known\n"
+        "error: --location is 26532 km away, beyond the network; say unknown where it is not known\n"
     );
     assert_eq!(
         place("here"),
