@@ -132,7 +132,7 @@ impl Stage {
         }
     }
 
-    /// Another start over the same file: the clock goes on, the process does not.
+    /// Another start over the same file, once all is stored: the clock goes on, the process does not.
     pub(crate) async fn again(self, file: Box<dyn StoreFile>) -> Self {
         let settings = self.settings.clone();
         self.again_with(file, settings).await
@@ -142,6 +142,7 @@ impl Stage {
     pub(crate) async fn again_with(self, file: Box<dyn StoreFile>, settings: Settings) -> Self {
         let (topology, geojson) = network();
         let clock = self.edge.clock().clone();
+        self.edge.end().await;
         let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
         Self {
             edge: Edge::open(opening, file).await.expect("an edge"),
