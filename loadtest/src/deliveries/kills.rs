@@ -28,6 +28,8 @@ const FAILS: f64 = 0.1;
 /// Between two kills, and how long a daemon is away: at least, at most, in seconds.
 const QUIET_S: [f64; 2] = [5.0, 20.0];
 const AWAY_S: [f64; 2] = [0.0, 2.0];
+/// How long the last deliveries may take, once daemons are killed no more: drones are far.
+const LAST_WITHIN: Duration = Duration::from_secs(3_600);
 /// How long drones may take to come home.
 const HOME_WITHIN: Duration = Duration::from_secs(1_200);
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
@@ -244,7 +246,7 @@ async fn killed(
     if let Some(ordering) = ordering {
         ordered.extend(ordering.await??);
     }
-    if !all_told(town, &ordered, LOOK_AGAIN).await {
+    if !all_told(town, &ordered, LAST_WITHIN).await {
         eprintln_line("not all deliveries have ended in time");
     }
     Ok((ordered, kills))
