@@ -1,10 +1,11 @@
 //! Which drone flies which order, and what an order waits for.
 
+use super::ordering::quoted;
 use super::world::{SERVICE, World, customer, errand, of};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway::access::Role;
-use skyway::wire::{DeliveryOrder, DeliveryStatus, EndedAs, Id, Money, PlanState, QuoteRequest};
+use skyway::wire::{DeliveryOrder, DeliveryStatus, EndedAs, Money, PlanState};
 
 #[tokio::test]
 async fn of_two_orders_and_one_drone_one_waits_and_says_why() {
@@ -226,17 +227,9 @@ async fn a_parcel_is_picked_up_when_its_service_is_open() {
     assert_eq!(world.reason(&second).await, closed);
 
     world.put_drone("swift:2", "depot").await;
-    let request = QuoteRequest {
-        service_id: SERVICE.to_owned(),
-        source: Id::new("shop"),
-        destination: Id::new("door"),
-        payload_kg: 1.0,
-        start_time: None,
-        arrive_by: None,
-    };
     let quote = world
         .dispatch
-        .create_quote(&customer("shop"), request)
+        .create_quote(&customer("shop"), quoted())
         .await
         .expect("a quote");
     assert_eq!(quote.request.start_time.as_deref(), Some(opens_at));

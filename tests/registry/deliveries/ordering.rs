@@ -25,7 +25,7 @@ fn search() -> ServiceSearch {
     }
 }
 
-fn quoted() -> QuoteRequest {
+pub(super) fn quoted() -> QuoteRequest {
     QuoteRequest {
         service_id: SERVICE.to_owned(),
         source: Id::new("shop"),
