@@ -165,3 +165,35 @@ fn whoever_has_to_land_is_led_to_what_takes_least_whatever_its_battery() {
     }
     assert!(found > 300, "{found} found, {none} not");
 }
+
+#[test]
+fn a_drone_that_stands_is_not_told_to_land_where_it_takes_off() {
+    let (mut stays, mut flies) = (0, 0);
+    for seed in 0..3_000 {
+        let world = world(seed, Kind::Continuous);
+        if world.starts.iter().any(|start| !start.on_ground) {
+            continue;
+        }
+        let setting = setting(&world);
+        let mut scratch = ItineraryScratch::new(&world.topology);
+        let request = world.request(Objective::Time);
+        let Ok(alternate) = find_alternate(&setting, &request, STAY_S, &mut scratch) else {
+            continue;
+        };
+        let plan = alternate.answer.plan.expect("it leads there");
+        let mut premises = world.premises();
+        premises.destination = alternate.node;
+        premises.deadline_s = f64::INFINITY;
+        assert_eq!(verify_flight(&plan, &premises), Ok(()), "seed {seed}");
+        match plan.legs.is_empty() {
+            true => {
+                let start = &plan.start;
+                let ends = (plan.arrives_s, plan.battery_at_arrival);
+                assert_eq!(ends, (start.at_s, start.battery), "seed {seed}\n{world}");
+                stays += 1;
+            }
+            false => flies += 1,
+        }
+    }
+    assert!(stays > 20 && flies > 20, "{stays} stay, {flies} fly");
+}

@@ -185,10 +185,8 @@ impl Run<'_, '_> {
                 })
             }
             Goal::AnyNode => {
-                let is_start = matches!(taken.how, How::Start(_));
                 let arrives_s = taken.family.lo_s + self.terms.world.legs.vertical_s(taken.node);
-                let may_land = !is_start || self.may_land_at_start(taken);
-                may_land.then_some(Value {
+                self.may_land(taken).then_some(Value {
                     arrives_s,
                     ..arrived
                 })
@@ -197,9 +195,15 @@ impl Run<'_, '_> {
         }
     }
 
-    /// A label that has come by a leg had to be let in.
-    fn may_land_at_start(&self, taken: &Label) -> bool {
+    /// A label that has come by a leg had to be let in. Who would take off only to land at the same node stays on its pad instead.
+    fn may_land(&self, taken: &Label) -> bool {
         let Expander { world, request, .. } = self.terms;
+        match taken.how {
+            How::Leg { .. } => return true,
+            How::Stop { .. } => return false,
+            How::Start(number) if request.starts[usize::from(number)].on_ground => return false,
+            How::Start(_) => {}
+        }
         let (began_s, at_s) = (request.began_s, taken.family.lo_s);
         let obstacles = world.obstacles;
         !obstacles.forbids_landing(world, began_s, taken.node, at_s)
@@ -209,8 +213,7 @@ impl Run<'_, '_> {
     fn lands_safely_s(&self, taken: &Label, stay_s: f64) -> Option<f64> {
         let Expander { world, .. } = self.terms;
         let (node, family) = (taken.node, &taken.family);
-        let is_start = matches!(taken.how, How::Start(_));
-        if is_start && !self.may_land_at_start(taken) {
+        if !self.may_land(taken) {
             return None;
         }
         let vertical_s = world.legs.vertical_s(node);
