@@ -20,7 +20,7 @@ const NETWORKS: [&str; 2] = ["east", "west"];
 /// Segments of a delivery.
 const STEPS: usize = 2;
 /// Deliveries that are not over at a time, while daemons are killed: few enough that a drone is near each.
-const OPEN_AT_ONCE: usize = 2_000;
+const OPEN_AT_ONCE: usize = 1_000;
 /// Orders that are under way to the registry at a time.
 const ORDERED_AT_ONCE: usize = 32;
 /// The customer's endpoint fails this part of all calls while daemons are killed.
@@ -31,7 +31,7 @@ const AWAY_S: [f64; 2] = [0.0, 2.0];
 /// How long the last deliveries may take, once daemons are killed no more: drones are far.
 const LAST_WITHIN: Duration = Duration::from_secs(3_600);
 /// How long drones may take to come home.
-const HOME_WITHIN: Duration = Duration::from_secs(1_200);
+const HOME_WITHIN: Duration = Duration::from_secs(3_600);
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
 struct Size {
