@@ -2,6 +2,7 @@
 
 use super::Dispatch;
 use super::records::{Kept, drone_state};
+use super::wanted::Wanted;
 use crate::network::NodeIx;
 use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
@@ -12,6 +13,15 @@ use jiff::Timestamp;
 pub(super) const AT_ONCE: u64 = 500;
 /// The most drones of a provider that are looked at.
 const DRONES_MAX: usize = 5_000;
+/// How many are read at once where one is looked for.
+const LOOKED_AT_ONCE: u64 = 50;
+/// Those that fly, or will again without their provider.
+const IN_SERVICE: [FleetDroneState; 4] = [
+    FleetDroneState::Available,
+    FleetDroneState::Assigned,
+    FleetDroneState::InFlight,
+    FleetDroneState::Charging,
+];
 
 impl Dispatch {
     /// Drones of a provider that stand in one of these ways, by id.
@@ -23,30 +33,76 @@ impl Dispatch {
         provider: &str,
         states: &[FleetDroneState],
     ) -> Result<Vec<Kept<FleetDrone>>, Refusal> {
-        let mut query = DocumentQuery {
-            kind: DocumentKind::Drone,
-            of: Some(provider.to_owned()),
-            states: states
-                .iter()
-                .map(|&state| drone_state(state).to_owned())
-                .collect(),
-            after: None,
-            limit: AT_ONCE,
-            is_newest_first: false,
-        };
+        let mut query = drones_of(provider, states, AT_ONCE);
         let mut drones = Vec::new();
         while drones.len() < DRONES_MAX {
-            let page = self.documents.documents(&query).await?;
+            let page = self.next_drones(&mut query).await?;
             let is_last = (page.len() as u64) < AT_ONCE;
-            query.after = page.last().map(|last| last.id.clone());
-            for document in page {
-                drones.push(Kept::read(document)?);
-            }
+            drones.extend(page);
             if is_last {
                 break;
             }
         }
         Ok(drones)
+    }
+
+    /// Whether a service has a drone that could fly an errand, now or once it is free. It reads no more than it needs: mostly the
+    /// first one can.
+    ///
+    /// # Errors
+    /// As for [`Self::fleet`].
+    pub(super) async fn has_able(
+        &self,
+        wanted: &Wanted,
+        service: &PublishedService,
+    ) -> Result<bool, Refusal> {
+        let provider = service.provider.as_deref().unwrap_or_default();
+        let demand = Demand {
+            network: &wanted.network,
+            payload_kg: wanted.payload_kg,
+            now: self.clock.now(),
+        };
+        let is_able = |drone: &Kept<FleetDrone>| {
+            let home = wanted.ways.node(drone.value.home.text());
+            let is_near = home.is_some_and(|home| wanted.errand.round_m(home).is_some());
+            is_near && demand.fits(&drone.value, service)
+        };
+        let mut query = drones_of(provider, &IN_SERVICE, LOOKED_AT_ONCE);
+        let mut looked_at = 0;
+        while looked_at < DRONES_MAX {
+            let page = self.next_drones(&mut query).await?;
+            if page.iter().any(is_able) {
+                return Ok(true);
+            }
+            if (page.len() as u64) < LOOKED_AT_ONCE {
+                break;
+            }
+            looked_at += page.len();
+        }
+        Ok(false)
+    }
+
+    async fn next_drones(
+        &self,
+        query: &mut DocumentQuery,
+    ) -> Result<Vec<Kept<FleetDrone>>, Refusal> {
+        let page = self.documents.documents(query).await?;
+        query.after = page.last().map(|last| last.id.clone());
+        page.into_iter().map(Kept::read).collect()
+    }
+}
+
+fn drones_of(provider: &str, states: &[FleetDroneState], limit: u64) -> DocumentQuery {
+    DocumentQuery {
+        kind: DocumentKind::Drone,
+        of: Some(provider.to_owned()),
+        states: states
+            .iter()
+            .map(|&state| drone_state(state).to_owned())
+            .collect(),
+        after: None,
+        limit,
+        is_newest_first: false,
     }
 }
 

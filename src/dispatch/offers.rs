@@ -13,6 +13,7 @@ use crate::wire::{
     FleetDrone, FleetDroneState, PassedOver, Provider, ProviderState, PublishedService,
     ServiceOffer, ServiceOffers, ServiceSearch,
 };
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 /// The most services that are looked at.
@@ -167,30 +168,31 @@ impl Dispatch {
         Ok(fit(service, &wanted.sought(), &supply).map(|fit| (fit, free)))
     }
 
-    /// The cheapest service that fits, whether or not a drone is free; else why none does.
+    /// The cheapest service that fits and has a drone that could fly it, whether or not one is free; else why none does.
     pub(super) async fn cheapest(
         &self,
         wanted: &Wanted,
     ) -> Result<Result<(PublishedService, Fit), Vec<PassedOver>>, Refusal> {
         let mut sellers = Sellers::default();
-        let mut passed_over = Vec::new();
-        let mut best: Option<(PublishedService, Fit)> = None;
+        let (mut passed_over, mut fitting) = (Vec::new(), Vec::new());
         for service in self.services_over(&wanted.network).await? {
             let found = self
                 .match_service(wanted, &service, Availability::Later, &mut sellers)
                 .await?;
             match found {
-                Ok((fit, _)) if best.as_ref().is_none_or(|(_, best)| is_cheaper(&fit, best)) => {
-                    best = Some((service, fit));
-                }
-                Ok(_) => {}
-                Err(misfit) => {
-                    passed_over.push(misfit.of(service.id.as_deref().unwrap_or_default()))
-                }
+                Ok((fit, _)) => fitting.push((service, fit)),
+                Err(misfit) => passed_over.push(misfit.of(id_of(&service))),
             }
         }
+        fitting.sort_by(|(_, one), (_, other)| by_price(one, other));
+        for (service, fit) in fitting {
+            if self.has_able(wanted, &service).await? {
+                return Ok(Ok((service, fit)));
+            }
+            passed_over.push(Misfit::NoDrone.of(id_of(&service)));
+        }
         passed_over.truncate(TOLD_MAX);
-        Ok(best.ok_or(passed_over))
+        Ok(Err(passed_over))
     }
 
     /// A provider, with its free drones where they count.
@@ -233,11 +235,15 @@ fn identified(service: Kept<PublishedService>) -> PublishedService {
     value
 }
 
-/// Whether a fit is better than the best so far: cheaper in the same currency, or as cheap and earlier. Of several
-/// currencies the first by its code counts, so that the choice does not depend on the order of services.
-fn is_cheaper(fit: &Fit, best: &Fit) -> bool {
+/// The cheaper one first, or of those as cheap the earlier one. Of several currencies the first by its code counts, so that the
+/// choice does not depend on the order of services.
+fn by_price(one: &Fit, other: &Fit) -> Ordering {
     let of = |fit: &Fit| (fit.price.currency.clone(), fit.price.amount, fit.arrives_at);
-    of(fit) < of(best)
+    of(one).cmp(&of(other))
+}
+
+fn id_of(service: &PublishedService) -> &str {
+    service.id.as_deref().unwrap_or_default()
 }
 
 /// The node that the area of a service leaves out, if it does; an area that cannot be read leaves out all.

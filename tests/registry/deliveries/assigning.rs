@@ -277,6 +277,25 @@ async fn an_order_that_no_service_fits_waits_for_one() {
 }
 
 #[tokio::test]
+async fn the_cheapest_service_has_a_drone_that_can_fly() {
+    let world = World::with_drones(&["depot"]).await;
+    // Cheaper, and its provider has no drone.
+    let cheaper = json!({
+        "id": "slow:parcels", "provider": "slow",
+        "tariff": {"currency": "AUD", "base": "1", "per_km": "1", "minimum": "0"},
+    });
+    world.put_service(&cheaper).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let delivery = world.delivery(&id).await;
+    assert_eq!(delivery.status, DeliveryStatus::Assigned);
+    assert_eq!(delivery.service_id.as_deref(), Some(SERVICE));
+    // A drone that is busy is one that can fly: its service is the cheapest all the same.
+    let later = world.delivery(&world.order("shop", "door").await).await;
+    assert_eq!(later.service_id.as_deref(), Some(SERVICE));
+}
+
+#[tokio::test]
 async fn orders_that_wait_in_vain_hold_up_no_other() {
     let world = World::with_drones(&["depot"]).await;
     // Its provider has no drone at all.
