@@ -139,7 +139,7 @@ enum Command {
     #[cfg(feature = "edge")]
     #[command(subcommand, after_help = service::EXAMPLES)]
     Service(service::Service),
-    /// Order and follow deliveries at a registry
+    /// Order, follow and call off deliveries at a registry
     #[cfg(feature = "edge")]
     #[command(subcommand, after_help = delivery::EXAMPLES)]
     Delivery(delivery::Delivery),

@@ -47,6 +47,8 @@ const COMMANDS: &[&[&str]] = &[
     #[cfg(feature = "edge")]
     &["delivery", "track"],
     #[cfg(feature = "edge")]
+    &["delivery", "cancel"],
+    #[cfg(feature = "edge")]
     &["config"],
     #[cfg(feature = "edge")]
     &["config", "check"],

@@ -41,7 +41,11 @@ def a_parcel_is_published_searched_quoted_ordered_and_delivered(binary, folder, 
     assert said.returncode == 0 and "delivered" in said.stdout, said
     delivery = town.ended(first)
     assert delivery["proof"] and delivery["price"]["currency"] == "AUD", delivery
-    told = town.check_told([delivery])
+    in_an_hour = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(time.time() + 3600.0))
+    way = ["--network", "sydney", "--from", "1", "--to", "11", "--start", in_an_hour]
+    later = town.run("delivery", "order", *way).strip()
+    assert town.run("delivery", "cancel", later).startswith("cancelled"), later
+    told = town.check_told([delivery, town.ended(later)])
     messages = town.registry.ask("GET", f"/v1/webhooks/{HOOK}/messages")["messages"]
     again = messages[0]["id"]
     town.registry.ask("POST", f"/v1/webhooks/{HOOK}/messages/{again}/resend")

@@ -1,5 +1,6 @@
-//! `skyway delivery`: deliveries ordered and followed at a registry.
+//! `skyway delivery`: deliveries ordered, followed and called off at a registry.
 
+mod cancel;
 mod order;
 mod track;
 
@@ -20,6 +21,8 @@ pub(super) enum Delivery {
     Order(order::Order),
     /// Follow a delivery until it ends
     Track(track::Track),
+    /// Call a delivery off before its drone departs
+    Cancel(cancel::Cancel),
 }
 
 impl Delivery {
@@ -27,6 +30,7 @@ impl Delivery {
         match self {
             Self::Order(command) => command.run(output),
             Self::Track(command) => command.run(output),
+            Self::Cancel(command) => command.run(output),
         }
     }
 }
