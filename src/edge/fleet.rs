@@ -175,14 +175,15 @@ pub(super) fn detour_for(
     if turns_back {
         detour.answer.is_another_way();
     }
-    let leads_there = matches!(
-        detour.outcome(),
-        Outcome::Rerouted | Outcome::Unaffected | Outcome::Hold
-    );
     let length_m = detour.answer.told().remaining_length_m;
-    detour.extra_m = length_m
-        .filter(|_| leads_there)
-        .map(|length_m| length_m - progress.remaining_m);
+    detour.extra_m = match detour.outcome() {
+        // It flies on as it was; where its drone is between two reports is no detour.
+        Outcome::Unaffected => length_m.map(|_| 0.0),
+        Outcome::Rerouted | Outcome::Hold => {
+            length_m.map(|length_m| length_m - progress.remaining_m)
+        }
+        _ => None,
+    };
     detour
 }
 

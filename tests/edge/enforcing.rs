@@ -330,15 +330,15 @@ async fn what_closes_behind_a_drone_gives_it_nothing_to_take_over() {
     let stage = Stage::set();
     stage.compose("p", "d", "a0", "a7").await;
     stage.pass(SignedDuration::from_secs(8)).await;
-    stage.see("d", 80.0, 0.0).await;
+    stage.see("d", 83.0, 2.0).await;
     let ack = stage.zone(circle("z", 30.0, 0.0, 10.0)).await;
     let told_of: Vec<_> = ack
         .effect
         .plans
         .iter()
-        .map(|plan| (plan.outcome, plan.version))
+        .map(|plan| (plan.outcome, plan.version, plan.extra_m))
         .collect();
-    assert_eq!(told_of, [(wire::Outcome::Unaffected, None)]);
+    assert_eq!(told_of, [(wire::Outcome::Unaffected, None, Some(0.0))]);
     let plan = stage.plan("p");
     assert!(
         plan.wanted.is_none() && plan.flags.is_empty(),
