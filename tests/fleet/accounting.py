@@ -27,7 +27,7 @@ def judge(record: Record) -> list[Fault]:
                 by_zone.setdefault(cause, {})[told.plan] = told.at_s
     return (
         untold(record, by_zone)
-        + told_twice(by_plan)
+        + told_twice(record, by_plan)
         + named_in_vain(record, by_plan)
         + miscounted(record, by_zone)
         + standing_untold(record, by_zone)
@@ -76,16 +76,17 @@ def has_moved_on(record: Record, version: Version, zone: Zone) -> bool:
     return any(zone.put_s < other.from_s <= killed_s and not is_met(other, zone) for other in others)
 
 
-def is_met(version: Version, zone: Zone) -> bool:
-    """Whether the version, as it was to be flown then, surely leads through the zone."""
+def is_met(version: Version, zone: Zone, from_s: float | None = None) -> bool:
+    """Whether the version, as it was to be flown when the zone came, or from another instant on, surely leads through it."""
     box = zone.shape.box()
+    from_s = zone.put_s if from_s is None else from_s
     for move in version.moves:
-        if move.segment is None or move.leaves_s <= zone.put_s:
+        if move.segment is None or move.leaves_s <= from_s:
             continue
         whole = dataclasses.replace(move, until_s=move.leaves_s)
         for enters_s, leaves_s in times_inside(whole, zone, box):
-            since_s = max(enters_s, zone.put_s)
-            if enters_s > zone.put_s + JUST_PAST_S and is_in_window(zone, since_s, leaves_s):
+            since_s = max(enters_s, from_s)
+            if enters_s > from_s + JUST_PAST_S and is_in_window(zone, since_s, leaves_s):
                 return True
     return False
 
@@ -95,15 +96,25 @@ def is_in_window(zone: Zone, from_s: float, until_s: float) -> bool:
     return any(start <= until_s and from_s <= end for start, end in zone.windows)
 
 
-def told_twice(by_plan: dict[str, list[Told]]) -> list[Fault]:
-    """Two outcomes in a row for the same closures, and airspace had not changed between them."""
+def told_twice(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
+    """Two outcomes in a row for the same closures, and neither airspace nor what of them lies ahead had changed between."""
     faults = []
     for plan, every in by_plan.items():
         for one, other in zip(every, every[1:]):
-            if one.causes and one.causes == other.causes and one.changes == other.changes:
+            is_same = one.causes and one.causes == other.causes and one.changes == other.changes
+            if is_same and not is_relief(record, one, other):
                 text = f"{one.outcome} and then {other.outcome} for {', '.join(sorted(one.causes))}"
                 faults.append(Fault("told_twice", other.at_s, plan, text))
     return faults
+
+
+def is_relief(record: Record, before: Told, told: Told) -> bool:
+    """Whether a drone is told that it flies on as it was, as what it was told of lies behind it by then."""
+    if told.outcome != "unaffected" or before.outcome == told.outcome:
+        return False
+    flown = [one for one in record.versions[told.plan].values() if one.from_s <= told.at_s < one.until_s]
+    zones = [record.zones[cause] for cause in told.causes if cause in record.zones]
+    return not any(is_met(version, zone, told.at_s) for version in flown for zone in zones)
 
 
 def named_in_vain(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:

@@ -55,8 +55,12 @@ def zone(name: str, at_s: float, centre: list, radius_m: float, **told) -> dict:
     return event("zone_put", at_s, {"zone": {"id": name, "geometry": geometry, "properties": properties}})
 
 
-def outcome(plan: str, at_s: float, *causes: str, kind: str = "plan_affected") -> dict:
-    return event(kind, at_s, {"plan": {"id": plan}, "outcome": "rerouted", "causes": list(causes)})
+def outcome(plan: str, at_s: float, *causes: str, told: str = "rerouted", kind: str = "plan_affected") -> dict:
+    return event(kind, at_s, {"plan": {"id": plan}, "outcome": told, "causes": list(causes)})
+
+
+def relieved(plan: str, at_s: float, *causes: str) -> dict:
+    return outcome(plan, at_s, *causes, told="unaffected", kind="plan_relieved")
 
 
 def acknowledged(plan: str, at_s: float, number: int) -> dict:
@@ -171,13 +175,21 @@ NO_ZONES = [
 UNHEARD = ((place_of("plan_affected", "two"), None), (9, restarted(21)), (14, None))
 TAKEN_OVER = ((place_of("plan_affected", "two"), acknowledged("two", 20.5, 2)), (9, restarted(21)), (14, None))
 LISTED = place_of("plan_acknowledged", "two")
+# A zone comes around a drone in flight.
+INSIDE = (zone("around", 430, [700, 1000], 50), outcome("three", 430.5, "around", told="no_route"))
 NO_ACCOUNTING = [
     bent(*UNHEARD, (LISTED, listed("two", 21, 1, 2, 20.2, "wall"))),
     bent(*TAKEN_OVER, (LISTED, listed("two", 21, 2, None, 0))),
+    # It is told that it flies on once it has left the zone.
+    bent(*INSIDE, relieved("three", 440, "around")),
 ]
 ACCOUNTING = [
     ("untold", bent((place_of("plan_affected", "two"), None), (9, replanned("wall", 20.2, 1, rerouted=1)))),
     ("told_twice", bent(outcome("one", 295, "far"), outcome("one", 296, "far"))),
+    # The zone still lies ahead; or it is told that a second time.
+    ("told_twice", bent(
+        zone("ahead", 405, [300, 1000], 50), outcome("three", 406, "ahead", told="no_route"), relieved("three", 410, "ahead"))),
+    ("told_twice", bent(*INSIDE, relieved("three", 440, "around"), relieved("three", 445, "around"))),
     ("named_in_vain", bent(outcome("three", 300, "nowhere"))),
     ("miscounted", bent((9, replanned("wall", 20.2, 3, rerouted=3)))),
     # The version that the list shows leads through the zone, as it was made before it came.
