@@ -33,6 +33,8 @@ class Move:
     # Until when it is flown: a drone that takes over another version leaves it before its end.
     until_s: float
     line: list[tuple[float, float, float | None]]
+    # From when it is flown, where its version was taken over on the way.
+    since_s: float = -math.inf
     _along: list[float] = dataclasses.field(default_factory=list)
 
     def lengths(self) -> list[float]:
@@ -319,6 +321,7 @@ class Record:
                 continue
             version.from_s, version.until_s = from_s, min(until_s, self.ended.get(plan, math.inf))
             for move in version.moves:
+                move.since_s = version.from_s
                 move.until_s = min(move.leaves_s, version.until_s)
 
 

@@ -100,7 +100,7 @@ def at_nodes(moves: list[Move]) -> list[Fault]:
     at_node: dict[str, set[tuple[float, str]]] = {}
     for move in moves:
         for node, at_s in ((move.ends[0], move.enters_s), (move.ends[1], move.leaves_s)):
-            if node and at_s <= move.until_s:
+            if node and move.since_s <= at_s <= move.until_s:
                 at_node.setdefault(node, set()).add((round(at_s, 3), move.plan))
     faults = {}
     for node, passages in at_node.items():
@@ -164,7 +164,7 @@ def too_near(one: Move, other: Move, from_s: float, until_s: float) -> Fault | N
     """Whether they are too near while both fly these lines, where no segment or node is shared."""
     if one.plan == other.plan or (one.segment is not None and one.segment == other.segment):
         return None
-    from_s = max(from_s, one.enters_s, other.enters_s)
+    from_s = max(from_s, one.enters_s, one.since_s, other.enters_s, other.since_s)
     until_s = min(until_s, one.until_s, other.until_s)
     if from_s >= until_s:
         return None
