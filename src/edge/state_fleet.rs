@@ -326,6 +326,14 @@ impl State {
         }
     }
 
+    /// Some of what has closed lies behind the drone of a plan by now. Its drone is told no more than what else it is told.
+    pub(super) fn tell_passed(&mut self, plan: &Arc<str>, causes: &[String]) {
+        let plan = self.next.plans.get(plan).cloned();
+        if let Some(plan) = plan.filter(|_| !causes.is_empty()) {
+            self.tell_outcome(EventKind::PlanRelieved, &plan, "unaffected", causes);
+        }
+    }
+
     /// The drone of a plan has no way: what closes it, what to do, and the least bad way as far as there is any.
     pub(super) fn tell_without_way(&mut self, plan: &PlanEntry, detour: Option<&Detour>) {
         let outcome = Outcome::NoRoute.name();

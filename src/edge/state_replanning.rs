@@ -325,17 +325,21 @@ impl State {
             true => self.affect(&plan, airspace, (&task.causes, found), now),
             false => Affected::Not,
         };
+        let mut told_of = Vec::new();
         let outcome = match affected {
             Affected::Not => {
-                let is_told = plan.flags.affected && self.relieve(&plan, airspace, now);
-                if !is_told && shown.is_some() && !plan.flags.affected {
+                if plan.flags.affected && self.relieve(&plan, airspace, now) {
+                    told_of.clone_from(&plan.affected_by);
+                } else if shown.is_some() && !plan.flags.affected {
                     self.tell_relieved(&plan, &task.causes);
+                    told_of.clone_from(&task.causes);
                 }
                 "unaffected"
             }
             Affected::Kept(outcome) => outcome,
             Affected::Told(detour) => {
                 let outcome = detour.outcome().name();
+                told_of.clone_from(&detour.plan.affected_by);
                 detours.push(*detour);
                 outcome
             }
@@ -346,10 +350,14 @@ impl State {
         };
         // What the drone is told names the closures that are in its way: others of its task have not met it after all.
         let told = self.next.plans.get(&task.place.plan);
-        let is_named = |cause: &&String| told.is_some_and(|plan| plan.affected_by.contains(cause));
-        let (named, not_met): (Vec<_>, Vec<_>) = task.causes.iter().partition(is_named);
-        self.settle(named, outcome);
-        self.settle(not_met, "unaffected");
+        let is_named = |cause: &String| told.is_some_and(|plan| plan.affected_by.contains(cause));
+        let (named, not_met): (Vec<String>, Vec<String>) =
+            task.causes.iter().cloned().partition(is_named);
+        self.settle(&named, outcome);
+        self.settle(&not_met, "unaffected");
+        let mut passed = not_met;
+        passed.retain(|cause| !told_of.contains(cause));
+        self.tell_passed(&plan.id, &passed);
     }
 
     /// Queues a plan again whose finding was overtaken; it stays shown as it was.

@@ -4,16 +4,17 @@ use crate::flying;
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
+use skyway::clock::ManualClock;
 use skyway::edge::{
-    Caller, Edge, EventRecord, Idempotency, MemoryDisk, PageRequest, PlanFilter, Settings,
-    WriterStep, ZoneWrite,
+    Caller, Edge, EventRecord, FeedImport, Idempotency, MemoryDisk, PageRequest, PlanFilter,
+    Settings, WriterStep, ZoneWrite,
 };
 use skyway::formats::parse_report;
 #[cfg(feature = "planted")]
 use skyway::planted::{Bug, here};
 use skyway::wire::{self, EventKind, PlanFlag};
 use std::pin::pin;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::task::{Context, Poll, Waker};
 use tokio_stream::StreamExt;
 
@@ -357,6 +358,46 @@ async fn what_closes_behind_a_drone_gives_it_nothing_to_take_over() {
         of_kind(&told, EventKind::Replanned)[0]["outcomes"],
         json!({"unaffected": 1})
     );
+}
+
+#[tokio::test]
+async fn what_a_drone_has_passed_before_its_turn_came_is_named_too() {
+    let hand: Arc<OnceLock<Arc<ManualClock>>> = Arc::default();
+    let (clock, has_flown) = (hand.clone(), OnceLock::new());
+    let stage = Stage::watched(by_distance(), false, move |_, step| {
+        if let (WriterStep::LookedAtPlan, Some(hand)) = (step, clock.get()) {
+            // All fly on while some have had their turn.
+            has_flown.get_or_init(|| hand.advance(SignedDuration::from_secs(15)));
+        }
+    });
+    for number in 0..40 {
+        let (plan, drone) = (format!("p{number}"), format!("d{number}"));
+        stage.compose(&plan, &drone, "a0", "a7").await;
+    }
+    stage.pass(SignedDuration::from_secs(8)).await;
+    hand.set(stage.hand.clone()).ok().expect("once");
+    let zones = [("near", 130.0), ("far", 450.0)].map(|(id, x)| circle(id, x, 0.0, 10.0));
+    let feed = json!({"type": "FeatureCollection", "features": zones}).to_string();
+    let import = FeedImport {
+        feed: "city".to_owned(),
+        ..FeedImport::default()
+    };
+    let imported = stage.edge.import_zones(&stage.caller, feed, import);
+    imported.await.expect("zones");
+    stage.settle().await;
+    let told = told(&stage.edge).await;
+    let relieved = of_kind(&told, EventKind::PlanRelieved);
+    assert!(!relieved.is_empty() && relieved.len() < 40, "{relieved:?}");
+    let both = |event: &&Value| event["causes"] == json!(["far", "near"]);
+    let affected = of_kind(&told, EventKind::PlanAffected);
+    assert_eq!(
+        affected.iter().filter(|event| both(event)).count() + relieved.len(),
+        40
+    );
+    for event in relieved {
+        assert_eq!(event["causes"], json!(["near"]));
+        assert_eq!(event["plan"]["affected_by"], json!(["far"]));
+    }
 }
 
 #[tokio::test]

@@ -26,7 +26,7 @@ pub enum EventKind {
     PlanComposed,
     /// Something ahead of a plan has closed, or the wind leaves it short.
     PlanAffected,
-    /// What affected a plan is over: it is flown as it was.
+    /// What affected a plan is over, or lies behind its drone: it is flown as it was, unless something else affects it.
     PlanRelieved,
     /// Something has opened, so that a better version is offered; the plan stays as it is unless it is acknowledged.
     PlanOffered,

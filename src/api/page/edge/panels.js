@@ -144,7 +144,7 @@ export function sentence({ kind, data }) {
     case "plan_composed": return `${flyer} has a plan of ${metres(plan.reported.length_m)}`;
     case "plan_affected": return plan.wanted ? `${flyer} is affected; wanted: ${metres(plan.wanted.length_m)}` : `${flyer} is affected and has no way on`;
     case "plan_offered": return `${flyer} is offered a better way: ${metres(plan.wanted?.length_m ?? plan.reported.length_m)}`;
-    case "plan_relieved": return `${flyer} flies on as planned`;
+    case "plan_relieved": return plan.affected_by.length ? `${flyer} is past ${data.causes.join(", ")}` : `${flyer} flies on as planned`;
     case "plan_acknowledged": return `${flyer} took version ${plan.reported.version} over`;
     case "plan_unacknowledged": return `${flyer} has not acknowledged in time`;
     case "plan_declined": return `${flyer} does not take a version over`;
