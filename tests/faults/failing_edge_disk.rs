@@ -203,6 +203,11 @@ async fn failing(bug: Option<&'static str>, times: usize) -> Came {
             let deleted = is_gone.then(|| "while syncs fail a deletion is acknowledged".to_owned());
             came.adds("while syncs fail", deleted);
         }
+        if bug.is_some() {
+            // Besides what was under way, something is acknowledged of which nothing gets to the disk.
+            let under_way = recorder.done() + WRITERS as usize;
+            acknowledged = recorder.goes_on(under_way).await;
+        }
         tokio::time::sleep(chance.between(TROUBLE[0], TROUBLE[1])).await;
         // Every other time it dies with its trouble.
         if time % 2 == 0 {

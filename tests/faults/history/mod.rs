@@ -166,13 +166,18 @@ impl Recorder {
         const LOOKS: usize = 5_000;
         const NEVER: usize = usize::MAX;
         for _ in 0..LOOKS {
-            let done = self.lock().iter().filter(|it| it.is_done()).count();
+            let done = self.done();
             if done > before || before == NEVER {
                 return done.max(before);
             }
             tokio::time::sleep(std::time::Duration::from_millis(2)).await;
         }
         NEVER
+    }
+
+    /// How many operations are acknowledged.
+    pub(crate) fn done(&self) -> usize {
+        self.lock().iter().filter(|it| it.is_done()).count()
     }
 
     pub(crate) fn operations(&self) -> Vec<Operation> {
