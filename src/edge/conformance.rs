@@ -141,7 +141,8 @@ fn flown(
     let flown_m = plan.come_m(topology, before);
     let place = sighting.position(topology.frame());
     let has_departed = sighting.seen_at >= version.departs_at;
-    let spot = spot_on(topology, version, place, flown_m).filter(|_| has_departed)?;
+    let come = (flown_m, plan.stops_before(topology, flown_m));
+    let spot = spot_on(topology, version, place, come).filter(|_| has_departed)?;
     // What is far off says nothing of how far it has come.
     let at_m = if spot.off_m <= OFF_WAY_M {
         spot.at_m.max(flown_m)

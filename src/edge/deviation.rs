@@ -48,7 +48,7 @@ enum Fit {
 }
 
 fn fit(topology: &Topology, version: &Version, place: Point, sighting: &Sighting) -> Fit {
-    let Some(spot) = spot_on(topology, version, place, 0.0) else {
+    let Some(spot) = spot_on(topology, version, place, (0.0, None)) else {
         return Fit::Unknown;
     };
     if spot.off_m > LATERAL_M {
@@ -167,7 +167,7 @@ fn off_time(
     sighting: &Sighting,
     planner: &dyn Planner,
 ) -> Option<Deviation> {
-    let leg = spot_on(topology, version, place, 0.0)?.leg?;
+    let leg = spot_on(topology, version, place, (0.0, None))?.leg?;
     let flown_s = |until: Timestamp| until.duration_since(version.departs_at).as_secs_f64();
     let seen_s = flown_s(sighting.seen_at);
     let apart_s = planner.apart_s(topology, version, (leg, place), seen_s)?;

@@ -18,6 +18,9 @@ const AS_NEAR_M: f64 = 1e-3;
 /// So far from its first stretch a drone may be, in metres, that has just begun a version: it takes as much to turn.
 const BEGINS_WITHIN_M: f64 = 50.0;
 
+/// So near to its way a drone may be on it, in metres.
+const ON_WAY_M: f64 = 50.0;
+
 /// How far a drone has come on a version of its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Progress {
@@ -42,11 +45,14 @@ pub(super) struct Spot {
 }
 
 /// The nearest place on a version, not before what has been flown of it already; of equally near ones the earliest.
+///
+/// A way often leads back over what it has led over before. So a place beyond the next stop, which is before the leg `stops_before`,
+/// counts only where none before it is near.
 pub(super) fn spot_on(
     topology: &Topology,
     version: &Version,
     place: Point,
-    flown_m: f64,
+    (flown_m, stops_before): (f64, Option<usize>),
 ) -> Option<Spot> {
     let stretch = version.stretch.as_ref().map(|stretch| {
         let node = topology.position(stretch.reentry.node);
@@ -60,6 +66,10 @@ pub(super) fn spot_on(
     let mut nearest: Option<Spot> = None;
     let mut begins_m = 0.0;
     for (leg, from, to) in stretch.into_iter().chain(legs) {
+        let is_beyond = leg.is_some_and(|leg| stops_before.is_some_and(|stop| leg >= stop));
+        if is_beyond && nearest.is_some_and(|nearest| nearest.off_m <= ON_WAY_M) {
+            break;
+        }
         let length_m = from.distance_m(to);
         let flown_of_it_m = (flown_m - BACK_M - begins_m).max(0.0);
         if flown_of_it_m <= length_m {
@@ -109,7 +119,12 @@ pub(super) fn progress(
     if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
         let position = sighting.position(topology.frame());
         let flown_m = plan.come_m(topology, Some(&sighting));
-        let spot = spot_on(topology, version, position, flown_m)?;
+        let spot = spot_on(
+            topology,
+            version,
+            position,
+            (flown_m, plan.stops_before(topology, flown_m)),
+        )?;
         let (end, after_m) = match spot.leg {
             Some(leg) => (legs[leg].to, length_after(legs, leg)),
             None => (

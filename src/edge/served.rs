@@ -95,9 +95,14 @@ fn count(stops: usize) -> u32 {
 
 /// How a version makes one of its stops; `None` where its flight ends before.
 fn stop_of(version: &Version, place: usize) -> Option<&Stop> {
+    stops_of(version).nth(place)
+}
+
+/// How it makes all of them.
+fn stops_of(version: &Version) -> impl Iterator<Item = &Stop> {
     let flight = version.flight.iter();
     let stops = flight.flat_map(|flight| &flight.composition.plan.stops);
-    stops.filter(|stop| stop.service_s.is_some()).nth(place)
+    stops.filter(|stop| stop.service_s.is_some())
 }
 
 impl PlanEntry {
@@ -107,6 +112,21 @@ impl PlanEntry {
         let next = flown_for.served_on(&self.reported);
         let place = flown_for.place_in(&self.reported, next)?;
         Some((next, &self.reported.stops[place]))
+    }
+
+    /// Before which leg of the version that its drone reported its next stop is: the first at which it was not served, and where
+    /// that is not kept, the first to which it has not come, so many metres from where the version begins.
+    pub(super) fn stops_before(&self, topology: &Topology, flown_m: f64) -> Option<usize> {
+        let version = &self.reported;
+        let stop = match &self.flown_for {
+            Some(flown_for) => {
+                let next = flown_for.served_on(version);
+                stop_of(version, flown_for.place_in(version, next)?)
+            }
+            None => stops_of(version)
+                .find(|stop| begins_m(topology, version, stop.before_leg) > flown_m),
+        };
+        stop.map(|stop| stop.before_leg)
     }
 
     /// At how many of the stops of the version that its drone reported its delivery was served.

@@ -160,6 +160,25 @@ async fn a_zone_ahead_of_both_stops_keeps_both_and_one_after_the_first_only_the_
 }
 
 #[tokio::test]
+async fn who_is_seen_behind_where_it_was_is_not_on_its_way_back() {
+    for delivery in [None, Some("order-1")] {
+        let stage = on(&bypassed());
+        let mut request = round("p");
+        request["delivery_id"] = json!(delivery);
+        let plan = stage.deliver(request).await.expect("a plan");
+        after(&stage, &plan.reported, 50).await;
+        stage.see("d", 600.0, 0.0).await;
+        after(&stage, &plan.reported, 53).await;
+        // The way back leads over this place, too, before which it has been already.
+        stage.see("d", 560.0, 0.0).await;
+        stage.settle().await;
+        stage.zone(circle("z", 2_500.0, 0.0, 30.0)).await;
+        let both = [("s2".to_owned(), 120), ("s3".to_owned(), 90)];
+        assert_eq!(served(&wanted(&stage, "p")), both, "{delivery:?}");
+    }
+}
+
+#[tokio::test]
 async fn while_it_is_served_it_stays_for_what_is_left_of_that() {
     let stage = on(&bypassed());
     let plan = stage.deliver(round("p")).await.expect("a plan");
