@@ -117,27 +117,7 @@ pub(super) fn progress(
     }
     let sighting = plan.drone_id.as_deref().and_then(|id| drones.last(id));
     if let Some(sighting) = sighting.filter(|it| tells_progress(topology, version, it)) {
-        let position = sighting.position(topology.frame());
-        let flown_m = plan.come_m(topology, Some(&sighting));
-        let spot = spot_on(
-            topology,
-            version,
-            position,
-            (flown_m, plan.stops_before(topology, flown_m)),
-        )?;
-        let (end, after_m) = match spot.leg {
-            Some(leg) => (legs[leg].to, length_after(legs, leg)),
-            None => (
-                stretch?.reentry.node,
-                legs.iter().map(|leg| leg.length_m).sum(),
-            ),
-        };
-        return Some(Progress {
-            leg: spot.leg.unwrap_or_default(),
-            on_stretch: spot.leg.is_none(),
-            location: Location::At(position),
-            remaining_m: position.distance_m(topology.position(end)) + after_m,
-        });
+        return seen_at(topology, plan, stretch, &sighting);
     }
     let elapsed_s = now.duration_since(version.departs_at).as_secs_f64();
     if elapsed_s <= 0.0 {
@@ -172,6 +152,38 @@ pub(super) fn progress(
             false => Location::Unknown,
         },
         remaining_m: legs[leg].length_m + length_after(legs, leg),
+    })
+}
+
+/// The same by telemetry.
+fn seen_at(
+    topology: &Topology,
+    plan: &PlanEntry,
+    stretch: Option<&Stretch>,
+    sighting: &Sighting,
+) -> Option<Progress> {
+    let version = &plan.reported;
+    let legs = &version.composition.legs;
+    let position = sighting.position(topology.frame());
+    let flown_m = plan.come_m(topology, Some(sighting));
+    let spot = spot_on(
+        topology,
+        version,
+        position,
+        (flown_m, plan.stops_before(topology, flown_m)),
+    )?;
+    let (end, after_m) = match spot.leg {
+        Some(leg) => (legs[leg].to, length_after(legs, leg)),
+        None => (
+            stretch?.reentry.node,
+            legs.iter().map(|leg| leg.length_m).sum(),
+        ),
+    };
+    Some(Progress {
+        leg: spot.leg.unwrap_or_default(),
+        on_stretch: spot.leg.is_none(),
+        location: Location::At(position),
+        remaining_m: position.distance_m(topology.position(end)) + after_m,
     })
 }
 
