@@ -71,7 +71,9 @@ impl Remote {
         (media_type, body): (&str, String),
     ) -> Result<Vec<u8>, Stop> {
         let mut url = reqwest::Url::parse(&format!("{}{path}", self.base)).map_err(Stop::failed)?;
-        url.query_pairs_mut().extend_pairs(query);
+        if !query.is_empty() {
+            url.query_pairs_mut().extend_pairs(query);
+        }
         let request = self.client.post(url.clone()).body(body);
         let request = request.header("content-type", media_type);
         self.answer(url.as_str(), request).await

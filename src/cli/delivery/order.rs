@@ -15,8 +15,8 @@ use serde::de::DeserializeOwned;
 
 const EXAMPLES: &str = "\
 Examples:
-  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8
-  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8 --quote --key basket-7
+  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8 --key basket-7
+  skyway delivery order --network sydney --from 1 --to 450 --payload-kg 0.8 --quote
   skyway delivery order --network sydney --from 1 --to 450 --arrive-by 2026-11-27T18:30:00Z --json
 
 It writes the id of the delivery, for `skyway delivery track`.
@@ -52,8 +52,8 @@ pub(in crate::cli) struct Order {
     /// Your own number for it
     #[arg(long, value_name = "TEXT")]
     reference: Option<String>,
-    /// An idempotency key: the same order sent again under it is the same delivery
-    #[arg(long, value_name = "TEXT")]
+    /// An idempotency key: the same order sent again under it is the same delivery. Not with --quote, as each quote is another one
+    #[arg(long, value_name = "TEXT", conflicts_with = "quote")]
     key: Option<String>,
     #[command(flatten)]
     registry: RegistryArguments,
