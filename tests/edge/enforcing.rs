@@ -375,7 +375,7 @@ async fn what_a_drone_has_passed_before_its_turn_came_is_named_too() {
         stage.compose(&plan, &drone, "a0", "a7").await;
     }
     stage.pass(SignedDuration::from_secs(8)).await;
-    hand.set(stage.hand.clone()).ok().expect("once");
+    assert!(hand.set(stage.hand.clone()).is_ok(), "once");
     let zones = [("near", 130.0), ("far", 450.0)].map(|(id, x)| circle(id, x, 0.0, 10.0));
     let feed = json!({"type": "FeatureCollection", "features": zones}).to_string();
     let import = FeedImport {
