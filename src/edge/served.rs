@@ -114,8 +114,8 @@ impl PlanEntry {
         Some((next, &self.reported.stops[place]))
     }
 
-    /// Before which leg of the version that its drone reported its next stop is: the first at which it was not served, and where
-    /// that is not kept, the first to which it has not come, so many metres from where the version begins.
+    /// Before which leg of the version that its drone reported its next stop is: the first at which it was not served. Where that is
+    /// not kept, it is the first that lies beyond the distance flown, in metres from where the version begins.
     pub(super) fn stops_before(&self, topology: &Topology, flown_m: f64) -> Option<usize> {
         let version = &self.reported;
         let stop = match &self.flown_for {
