@@ -69,6 +69,7 @@ mod state_airspace;
 mod state_alarms;
 mod state_checked;
 mod state_clock;
+mod state_doubted;
 mod state_ends;
 mod state_fleet;
 mod state_guarded;

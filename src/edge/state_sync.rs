@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// What a batch from the registry has changed.
 #[derive(Debug, Default)]
-struct Tally {
+pub(super) struct Tally {
     put: Vec<Arc<str>>,
     gone: Vec<Arc<str>>,
 }
@@ -158,14 +158,6 @@ impl State {
         }
     }
 
-    /// Takes over what is surely stricter than what stands, and is of no change that waits here.
-    fn follow_strict(&mut self, put: Published, tally: &mut Tally) {
-        let is_free = self.waiting_for(put.kind, &put.id).is_empty();
-        if is_free && self.is_stricter(&put) {
-            self.take(put, tally);
-        }
-    }
-
     fn follow_put(
         &mut self,
         put: Published,
@@ -226,20 +218,6 @@ impl State {
         }
     }
 
-    /// Whether a put from a page in doubt surely closes no less than what stands.
-    fn is_stricter(&self, put: &Published) -> bool {
-        if self.has(namesake(put.kind), &put.id) {
-            return false;
-        }
-        let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
-        let known = self.last_known(put.kind, &put.id, &[]);
-        if is_over || known.is_some_and(|known| known >= put.upstream) {
-            return false;
-        }
-        let standing = self.closure_of(put.kind, &put.id);
-        standing.is_none_or(|standing| put.thing.closure().encloses(&standing, self.now))
-    }
-
     /// Whether it is here just so.
     fn is_same(&self, put: &Published) -> bool {
         match &put.thing {
@@ -277,7 +255,7 @@ impl State {
         }
     }
 
-    fn take(&mut self, put: Published, tally: &mut Tally) {
+    pub(super) fn take(&mut self, put: Published, tally: &mut Tally) {
         tally.put.push(put.id.clone());
         self.take_over(put);
     }
@@ -426,7 +404,7 @@ impl State {
 
     /// The last version at the registry that is known of something: of what stands here, of what waits to be changed
     /// there, or of what was told. What was told from here may be known before the log brings what came before it.
-    fn last_known(
+    pub(super) fn last_known(
         &self,
         kind: ObjectKind,
         id: &str,
