@@ -3,6 +3,7 @@
 use super::published::Published;
 use super::state::State;
 use super::state_sync::{Tally, namesake};
+use super::upstream::{RegistryCursor, is_after};
 
 impl State {
     /// Takes over what is surely stricter than what stands, and is of no change that waits here.
@@ -25,5 +26,15 @@ impl State {
         }
         let standing = self.closure_of(put.kind, &put.id);
         standing.is_none_or(|standing| put.thing.closure().encloses(&standing, self.now))
+    }
+    /// Whether what stands is a later version from a page in doubt, and leaves open what this one closes. Until the log
+    /// has come to that version, this one holds.
+    pub(super) fn stands_in_doubt(&self, put: &Published, cursor: &RegistryCursor) -> bool {
+        let known = self.upstream_of(put.kind, &put.id);
+        let is_ahead = known.is_some_and(|known| is_after(known, cursor));
+        let is_ours = known.is_some() && known == self.told.of(put.kind, &put.id);
+        let standing = self.closure_of(put.kind, &put.id);
+        let is_open = standing.is_some_and(|it| !it.encloses(put.thing.closure(), self.now));
+        is_ahead && !is_ours && is_open
     }
 }

@@ -170,7 +170,8 @@ impl State {
         // What was held back from removal was theirs.
         let was_held = self.release_from_holds(&put.id) && waiting.is_empty();
         let last = self.last_known(put.kind, &put.id, &waiting);
-        if last.is_some_and(|last| is_old_news(last, put.upstream, extent, cursor)) {
+        let is_old = last.is_some_and(|last| is_old_news(last, put.upstream, extent, cursor));
+        if is_old && !self.stands_in_doubt(&put, cursor) {
             return;
         }
         if let Some(first) = waiting.first()

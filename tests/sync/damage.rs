@@ -112,18 +112,8 @@ async fn whatever_happens_to_a_page_the_last_good_state_stays_in_service() {
     central.put_zone("old0", 50.0, 0.0, 40.0).await;
     central.put_zone("old1", 150.0, 0.0, 4.0).await;
     central.lift_zone("old2").await;
-    let page_after = async |after| {
-        let follow = Follow {
-            after,
-            ..Follow::default()
-        };
-        let page = central
-            .registry
-            .changes(NETWORK, &follow, std::future::ready(()))
-            .await;
-        page.expect("a page")
-    };
-    let (page, old) = (page_after(base).await, page_after(base - 2).await);
+    let page = page_after(&central, base).await;
+    let old = page_after(&central, base - 2).await;
     let good = central.zones().await;
     let widest: BTreeMap<String, f64> = [("new0", 20.0), ("new1", 20.0), ("new2", 20.0)]
         .into_iter()
@@ -180,6 +170,18 @@ async fn whatever_happens_to_a_page_the_last_good_state_stays_in_service() {
         taken > rounds() / 20,
         "restrictions are taken over of damaged pages"
     );
+}
+
+async fn page_after(central: &Central, after: u64) -> ChangesPage {
+    let follow = Follow {
+        after,
+        ..Follow::default()
+    };
+    let page = central
+        .registry
+        .changes(NETWORK, &follow, std::future::ready(()))
+        .await;
+    page.expect("a page")
 }
 
 /// A registry that says what it is told to: a list, and one page after the other.
@@ -346,5 +348,39 @@ async fn a_list_whose_pages_are_damaged_is_read_again() {
     north.settle(&central).await;
     assert_eq!(north.ids().len(), 7);
     assert!(north.sync().nacks >= 3, "{:?}", north.sync());
+    north.end().await;
+}
+
+/// A zone is put and moved, and the first page of it is damaged. What is in force afterwards is what the good pages say:
+/// up to the one before the move, the zone is where it was put.
+#[tokio::test]
+async fn a_version_in_doubt_opens_nothing_that_a_good_page_closes() {
+    let central = Central::open().await;
+    let request = skyway::registry::SnapshotRequest::default();
+    let list = central.registry.snapshot(NETWORK, &request).await;
+    let base = central.head().await;
+    central.put_zone("moved", 50.0, 0.0, 5.0).await;
+    let put = page_after(&central, base).await;
+    central.put_zone("moved", 250.0, 0.0, 6.0).await;
+    let mut damaged = page_after(&central, base).await;
+    damaged.changes.remove(0);
+    let moved = page_after(&central, put.revision).await;
+    let script = Script::of(&list.expect("a list"), Ok(damaged));
+    let north = Outpost::reading(script.clone(), Settings::default());
+    let shows = async |radius_m: f64| north.zones() == [("moved".to_owned(), radius_m)];
+    north
+        .until("what is put is in force at once", async || shows(6.0).await)
+        .await;
+    for (page, radius_m) in [(put, 5.0), (moved, 6.0)] {
+        let revision = page.revision;
+        script.go_on(page);
+        north
+            .until("the good page is in service", async || {
+                let cursor = north.edge.stamp().registry_revision;
+                cursor.is_some_and(|cursor| cursor.revision == revision)
+            })
+            .await;
+        assert!(shows(radius_m).await, "at {revision}: {:?}", north.zones());
+    }
     north.end().await;
 }
