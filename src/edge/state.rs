@@ -374,6 +374,7 @@ impl State {
                     self.miss_acknowledgement(&plan, version, now)
                 }
                 Due::Departure(plan) => self.depart(&plan),
+                Due::TakeOff { plan, version } => self.tell_take_off(&plan, version),
                 Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Sign(plan) => self.miss_sign(&plan, now),

@@ -97,6 +97,19 @@ impl State {
         Done::Nothing
     }
 
+    /// Tells that a drone holds no more, if it still flies that version.
+    pub(super) fn tell_take_off(&mut self, id: &Arc<str>, version: u32) {
+        let Some(plan) = self.next.plans.get(id).cloned() else {
+            return;
+        };
+        let is_flown = plan.is_active() && newest(&plan).number == version;
+        let is_told = is_flown && self.settings.follows_registry;
+        if let Some(facts) = Facts::of(&plan).filter(|_| is_told) {
+            let flight = self.flight_news(&plan, &facts);
+            self.put_news(Some(flight), None);
+        }
+    }
+
     /// Puts into the news that a plan is over which is told of no more.
     pub(super) fn tell_last_of_flight(&mut self, ended: &PlanEntry) {
         let is_told = self.settings.follows_registry && !ended.is_quote();
@@ -150,7 +163,7 @@ impl State {
             outcome: facts.outcome.to_owned(),
             stops_served: flown_for.served,
             stops: flown_for.stops,
-            holds: plan.is_active() && newest.outcome == Some(Outcome::Hold),
+            holds: plan.is_active() && newest.holds_until().is_some_and(|until| until > self.now),
             expected_at: flown_for.expected_at(newest).to_string(),
             causes: plan.affected_by.clone(),
             place: sighting

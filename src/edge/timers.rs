@@ -15,6 +15,8 @@ pub(super) enum Due {
     Acknowledgement { plan: Arc<str>, version: u32 },
     /// The departure of a plan.
     Departure(Arc<str>),
+    /// The take-off of a drone that holds until then.
+    TakeOff { plan: Arc<str>, version: u32 },
     /// The end of a quote.
     Quote(Arc<str>),
     /// A plan should have ended.

@@ -446,3 +446,31 @@ async fn a_drone_does_not_say_for_which_delivery_it_flies() {
     stage.deliver(own).await.expect("a plan of its own");
     assert_eq!(news(&stage), [], "it is for no delivery");
 }
+
+/// A zone closes the only way out for a while, before the drone has left.
+#[tokio::test]
+async fn who_holds_is_told_to_hold_until_it_takes_off() {
+    let stage = on_with(&town(), following());
+    stage.deliver(order()).await.expect("a plan");
+    let opens = stage.edge.clock().now() + SignedDuration::from_mins(10);
+    let mut crane = circle("crane", 500.0, 0.0, 50.0);
+    crane["properties"]["windows"] = json!([{"until": opens.to_string()}]);
+    stage.zone(crane).await;
+    stage.settle().await;
+    let ack = wire::Ack {
+        version: 2,
+        ..wire::Ack::default()
+    };
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    let version = taken.expect("taken over").reported;
+    let hold = version.flight.as_ref().and_then(|it| it.hold.as_ref());
+    let until = instant(&hold.expect("it holds").until);
+    assert!(until >= opens, "{until}");
+    let holds = || flights(&stage).pop().map(|it| (it.outcome, it.holds));
+    let second = SignedDuration::from_secs(1);
+    let now = stage.edge.clock().now();
+    stage.pass(until.duration_since(now) - second).await;
+    assert_eq!(holds(), Some(("hold".to_owned(), true)));
+    stage.pass(second).await;
+    assert_eq!(holds(), Some(("hold".to_owned(), false)));
+}

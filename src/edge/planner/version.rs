@@ -2,6 +2,7 @@
 
 use super::FlownVersion;
 use crate::compose::{Change, Composition, Migrated, Occupation};
+use crate::delivery::Hold;
 use crate::edge::stretches::Stretch;
 use crate::flight::{Reservation, ServiceStop};
 use crate::network::NodeIx;
@@ -156,6 +157,16 @@ impl Version {
         let waits = self.outcome == Some(crate::recompose::Outcome::Hold);
         self.last_node()
             .filter(|_| waits && self.composition.legs.is_empty())
+    }
+
+    /// Until when its drone holds before it takes off; the end of time where there is no way yet, `None` where it does not hold.
+    pub(in crate::edge) fn holds_until(&self) -> Option<Timestamp> {
+        if self.outcome != Some(crate::recompose::Outcome::Hold) {
+            return None;
+        }
+        let hold = self.flight.as_deref().and_then(|flight| flight.hold);
+        let until = |hold: Hold| later(self.departs_at, hold.until_s);
+        Some(hold.map_or(Timestamp::MAX, until))
     }
 
     /// When the drone leaves the last pad on its way, in flight for the last time.
