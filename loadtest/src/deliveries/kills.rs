@@ -19,8 +19,6 @@ const SEED: u64 = 2;
 const NETWORKS: [&str; 2] = ["east", "west"];
 /// Segments of a delivery.
 const STEPS: usize = 2;
-/// Deliveries that are not over at a time, while daemons are killed: few enough that a drone is near each.
-const OPEN_AT_ONCE: usize = 1_000;
 /// Orders that are under way to the registry at a time.
 const ORDERED_AT_ONCE: usize = 32;
 /// The customer's endpoint fails this part of all calls while daemons are killed.
@@ -204,29 +202,24 @@ fn told_after(town: &Town, ordered: &[String], found: &BTreeMap<String, Value>) 
     times_ms
 }
 
-/// Orders while daemons are killed, until all have ended. Gives the orders, and the kills of the registry and of edges.
+/// Orders all at once while daemons are killed, until all have ended. Gives the orders, and the kills of the registry and of edges.
 async fn killed(
     town: &mut Town,
     size: &Size,
     chance: &mut Chance,
 ) -> crate::Result<(Vec<String>, [usize; 2])> {
     let mut kills = [0, 0];
-    let mut orders = orders(town, "killed", size.killed, chance);
-    let mut ordered: Vec<String> = Vec::with_capacity(orders.len());
-    let mut ordering = None;
+    let orders = orders(town, "killed", size.killed, chance);
+    let client = town.client.clone();
+    let mut ordering = Some(spawn_local(async move { order(&client, orders).await }));
+    let mut ordered: Vec<String> = Vec::new();
     let begun = Instant::now();
     while begun.elapsed() < size.patience {
         if let Some(done) = ordering.take_if(|ordering: &mut Ordering| ordering.is_finished()) {
-            ordered.extend(done.await??);
+            ordered = done.await??;
         }
-        let open = ordered.iter().filter(|id| !has_ended(town, id)).count();
-        if ordering.is_none() {
-            if orders.is_empty() && open == 0 {
-                return Ok((ordered, kills));
-            }
-            let more = OPEN_AT_ONCE.saturating_sub(open).min(orders.len());
-            let (client, more) = (town.client.clone(), orders.drain(..more).collect());
-            ordering = Some(spawn_local(async move { order(&client, more).await }));
+        if ordering.is_none() && ordered.iter().all(|id| has_ended(town, id)) {
+            return Ok((ordered, kills));
         }
         sleep(drawn(QUIET_S, chance)).await;
         let victim = chance.below(1 + town.edges.len());
@@ -240,11 +233,8 @@ async fn killed(
         sleep(away).await;
         daemon.start_again()?;
     }
-    if !orders.is_empty() {
-        return Err("not all deliveries were ordered in time".into());
-    }
     if let Some(ordering) = ordering {
-        ordered.extend(ordering.await??);
+        ordered = ordering.await??;
     }
     if !all_told(town, &ordered, LAST_WITHIN).await {
         eprintln_line("not all deliveries have ended in time");
