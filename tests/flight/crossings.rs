@@ -65,6 +65,48 @@ fn a_drone_is_not_at_a_crossing_while_another_one_is() {
     assert_eq!(plan(&world, Objective::Time).legs[0].enters_s, 0.0);
 }
 
+/// Two streets end 8 m from each other: who comes to the end of one waits until who leaves the other is gone.
+#[test]
+fn at_two_nodes_near_each_other_drones_keep_apart_as_at_one() {
+    let node = |id: &str, x: f64| NodeDraft {
+        id: id.to_owned(),
+        position: [x, 0.0],
+        pads: 1,
+        ..NodeDraft::default()
+    };
+    let segment = |from: &str, to: &str| SegmentDraft {
+        from: from.to_owned(),
+        to: to.to_owned(),
+        ..SegmentDraft::default()
+    };
+    let places = [("w", 0.0), ("a", 1_000.0), ("b", 1_008.0), ("e", 2_008.0)];
+    let draft = NetworkDraft {
+        name: "ends".to_owned(),
+        nodes: places.map(|(id, x)| node(id, x)).to_vec(),
+        segments: vec![segment("w", "a"), segment("b", "e")],
+        ..NetworkDraft::default()
+    };
+    let topology = Arc::new(Topology::build(draft, [0; 32]).expect("a valid network"));
+    let node = |id: &str| topology.node(id).expect("a node");
+    let mut world = begin(node("w"), 0.0);
+    world.destination = node("a");
+    world.topology = topology.clone();
+    let alone = plan(&world, Objective::Time).legs[0];
+    world.situation.traffic.push(TrafficLeg {
+        segment: topology
+            .segment_between(node("b"), node("e"))
+            .expect("a segment"),
+        from: node("b"),
+        enters_s: alone.leaves_s,
+        leaves_s: 2.0 * alone.leaves_s,
+    });
+    let among_others = plan(&world, Objective::Time).legs[0];
+    let later_s = among_others.leaves_s - alone.leaves_s;
+    assert!(later_s >= world.rules.node_headway_s, "{later_s}");
+    world.rules.crossing_m = 0.0;
+    assert_eq!(plan(&world, Objective::Time).legs[0], alone);
+}
+
 #[test]
 fn where_it_is_unknown_when_a_drone_is_at_a_crossing_it_may_be_there_all_the_time() {
     let topology = Arc::new(cross());

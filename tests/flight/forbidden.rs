@@ -103,7 +103,10 @@ impl Events<'_> {
             // Both are there when each comes before the other leaves.
             let first_s = other.enters_s + near.enters * other_s - own.leaves * time_s;
             let last_s = other.enters_s + near.leaves * other_s - own.enters * time_s;
-            intervals.push((first_s, last_s));
+            // Who is near it at the end of a leg is there a while longer.
+            let ends = [own, near].map(|part| part.enters == 0.0 || part.leaves == 1.0);
+            let apart_s = if ends.contains(&true) { apart_s } else { 0.0 };
+            intervals.push((first_s - apart_s, last_s + apart_s));
         }
     }
 }

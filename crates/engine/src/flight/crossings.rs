@@ -2,6 +2,7 @@
 //!
 //! Two segments cross where their lines are nearer than a horizontal distance and their heights nearer
 //! than 10 m. Within 50 m of a node that both have, the headway at the node keeps drones apart instead.
+//! That headway also counts where one of them comes near the other at a node of its own.
 
 use super::airframe::Airframe;
 use super::vertical::Vertical;
@@ -58,6 +59,15 @@ pub struct Crossing {
     pub own: Stretch,
     /// Where the other one is near this one.
     pub others: Stretch,
+}
+
+impl Crossing {
+    /// Whether it reaches to a node, so that a drone may be near the other segment a while before it enters its own, or after it
+    /// has left that.
+    pub fn is_at_node(&self) -> bool {
+        let reaches = |part: Stretch| part.enters <= 0.0 || part.leaves >= 1.0;
+        reaches(self.own) || reaches(self.others)
+    }
 }
 
 /// All crossings of a network, by segment.

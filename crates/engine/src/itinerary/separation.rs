@@ -3,7 +3,8 @@
 //! - On one segment entries in the same direction are more than the headway apart; in opposite directions
 //!   only one is on it.
 //! - At a node two plans pass or land at least the headway of nodes apart.
-//! - Where two segments cross only one plan is near the crossing.
+//! - Where two segments cross only one plan is near the crossing; where that is at a node, plans are there at
+//!   least the headway of nodes apart.
 
 use super::active_traffic::ActiveTraffic;
 use super::entry::{Entry, Leaving};
@@ -94,6 +95,10 @@ impl Separation<'_> {
                 true => crossing.own,
                 false => crossing.own.reversed(),
             };
+            let apart_s = match crossing.is_at_node() {
+                true => self.rules.node_headway_s,
+                false => 0.0,
+            };
             let first_node = self.topology.segment(crossing.other).from;
             for (other, leg) in others.legs_between(crossing.other, reach_s) {
                 let near = match first_node == leg.from {
@@ -105,9 +110,12 @@ impl Separation<'_> {
                 take(Nearness {
                     other,
                     leg,
-                    from_s: leg.enters_s + near.enters * time_s - own.leaves * entry.time_s,
-                    until_s: leg.enters_s + near.leaves * time_s - own.enters * entry.time_s,
-                    passed_s: own.leaves * entry.time_s,
+                    from_s: leg.enters_s + near.enters * time_s
+                        - own.leaves * entry.time_s
+                        - apart_s,
+                    until_s: leg.enters_s + near.leaves * time_s - own.enters * entry.time_s
+                        + apart_s,
+                    passed_s: own.leaves * entry.time_s + apart_s,
                 });
             }
         }

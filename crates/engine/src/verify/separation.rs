@@ -74,14 +74,7 @@ fn is_near_in_the_air(
     });
     let own = LegCourse::of(topology, leg.from, leg.to, leg.segment);
     let theirs = LegCourse::of(topology, other.from, other_to, other.segment);
-    let from_s = leg.enters_s.max(other.enters_s);
-    let until_s = leg.leaves_s.min(other.leaves_s);
-    let looks = ((until_s - from_s) / LOOK_S).ceil().max(0.0) as usize;
-    (0..=looks).any(|look| {
-        let at_s = (from_s + look as f64 * LOOK_S).min(until_s);
-        if from_s >= until_s {
-            return false;
-        }
+    let is_near = |at_s: f64| {
         let (place, height_m) =
             place_on(&own, (at_s - leg.enters_s) / (leg.leaves_s - leg.enters_s));
         let share = (at_s - other.enters_s) / (other.leaves_s - other.enters_s);
@@ -97,7 +90,18 @@ fn is_near_in_the_air(
         !is_at_node
             && place.distance_m(other_place) < rules.crossing_m - DISTANCE_TOLERANCE_M
             && above_m < VERTICAL_M - DISTANCE_TOLERANCE_M
-    })
+    };
+    // One of them may be above the node before or after its leg.
+    let hovers_s = (rules.node_headway_s - TIME_TOLERANCE_S).max(0.0);
+    [(hovers_s, 0.0), (0.0, hovers_s)]
+        .into_iter()
+        .any(|(own_s, others_s)| {
+            let from_s = (leg.enters_s - own_s).max(other.enters_s - others_s);
+            let until_s = (leg.leaves_s + own_s).min(other.leaves_s + others_s);
+            let looks = ((until_s - from_s) / LOOK_S).ceil().max(0.0) as usize;
+            let at_s = |look: usize| (from_s + look as f64 * LOOK_S).min(until_s);
+            from_s < until_s && (0..=looks).any(|look| is_near(at_s(look)))
+        })
 }
 
 fn end_of(topology: &Topology, leg: &TrafficLeg) -> NodeIx {
