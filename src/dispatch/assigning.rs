@@ -19,7 +19,8 @@ const GATHERED_FOR: Duration = Duration::from_millis(100);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// The most orders that are looked at in a round; the next round goes on after them.
 const ORDERS_AT_ONCE: u64 = 1_000;
-/// The most orders over one network that are assigned together; the next round goes on after them.
+/// The most orders over one network that are assigned together, and that may be reserved before its edge has answered: more
+/// would keep drones from flying. The next round goes on after them.
 const TOGETHER_MAX: usize = 256;
 /// The most orders whose edges are being asked at the same time.
 const ASKED_AT_ONCE: usize = 64;
@@ -77,6 +78,8 @@ impl Rounds {
 #[derive(Debug, Default)]
 struct Gathered {
     waiting: BTreeMap<String, Vec<Kept<Order>>>,
+    /// How many are reserved whose edge has not answered, by network.
+    reserved: BTreeMap<String, usize>,
     /// The last order before which none was left out.
     through: Option<String>,
 }
@@ -85,8 +88,9 @@ impl Gathered {
     /// Adds an order, by id the next.
     fn add(&mut self, order: Kept<Order>) {
         let network = order.value.delivery.network.clone();
+        let reserved = self.reserved.get(&network).copied().unwrap_or_default();
         let of_network = self.waiting.entry(network).or_default();
-        if of_network.len() < TOGETHER_MAX {
+        if of_network.len() + reserved < TOGETHER_MAX {
             of_network.push(order);
             return;
         }
@@ -162,6 +166,13 @@ impl Dispatch {
         let now = self.clock.now();
         let mut to_ask = Vec::new();
         let mut gathered = Gathered::default();
+        for order in self.reserved_orders().await? {
+            let network = order.value.delivery.network.clone();
+            *gathered.reserved.entry(network).or_default() += 1;
+            if order.is_to_be_asked(now) {
+                to_ask.push(ToAsk::of(&order));
+            }
+        }
         for order in self.open_orders(after).await? {
             if order.value.dispatch.asking != Asking::Nothing {
                 if order.is_to_be_asked(now) {
@@ -187,13 +198,37 @@ impl Dispatch {
         Ok(to_ask)
     }
 
-    /// A part of the orders that are open, from where the last part ended.
+    /// The orders with a drone whose edge has not answered, oldest first: of each network no more than are assigned together.
+    async fn reserved_orders(&self) -> Result<Vec<Kept<Order>>, Refusal> {
+        let (mut reserved, mut after) = (Vec::new(), None);
+        loop {
+            reserved.extend(self.orders_in(&[RESERVING], &mut after).await?);
+            if after.is_none() {
+                return Ok(reserved);
+            }
+        }
+    }
+
+    /// A part of the orders that wait, or are called off, from where the last part ended.
     async fn open_orders(&self, after: &mut Option<String>) -> Result<Vec<Kept<Order>>, Refusal> {
-        let open = [DeliveryStatus::Created.name(), RESERVING, CALLING_OFF];
+        let open = [DeliveryStatus::Created.name(), CALLING_OFF];
+        let orders = self.orders_in(&open, after).await?;
+        if after.is_some() {
+            self.orders.notify_one();
+        }
+        Ok(orders)
+    }
+
+    /// Orders in some states, after one of them; gives after which the next part begins.
+    async fn orders_in(
+        &self,
+        states: &[&str],
+        after: &mut Option<String>,
+    ) -> Result<Vec<Kept<Order>>, Refusal> {
         let query = DocumentQuery {
             kind: DocumentKind::Delivery,
             of: None,
-            states: open.map(str::to_owned).to_vec(),
+            states: states.iter().map(|&state| state.to_owned()).collect(),
             after: after.take(),
             limit: ORDERS_AT_ONCE,
             is_newest_first: false,
@@ -201,7 +236,6 @@ impl Dispatch {
         let documents = self.documents.documents(&query).await?;
         if documents.len() as u64 == ORDERS_AT_ONCE {
             *after = documents.last().map(|last| last.id.clone());
-            self.orders.notify_one();
         }
         documents.into_iter().map(Kept::read).collect()
     }

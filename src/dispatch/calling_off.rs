@@ -147,7 +147,7 @@ fn settle(
     let asked_since = Timestamp::from_millisecond(order.dispatch.asked_since_ms).unwrap_or(now);
     let is_given_up = now.duration_since(asked_since) >= ASKED_FOR;
     match answer {
-        Ok(CalledOff::Cancelled) => (end(order, now), Some(FleetDroneState::Available)),
+        Ok(CalledOff::Cancelled) => (end(order, true, now), Some(FleetDroneState::Available)),
         Ok(CalledOff::Departed) => {
             order.dispatch.asking = Asking::Nothing;
             order.dispatch.is_called_off = false;
@@ -163,7 +163,7 @@ fn settle(
         Ok(CalledOff::Over) if is_given_up => {
             order.dispatch.is_called_off = false;
             order.dispatch.is_given_up = true;
-            (end(order, now), Some(FleetDroneState::OutOfService))
+            (end(order, false, now), Some(FleetDroneState::OutOfService))
         }
         // What became of it, the edge tells, and nothing else is done for it before.
         Ok(CalledOff::Over) => {
@@ -171,7 +171,7 @@ fn settle(
             order.delivery.reason = Some(OVER.to_owned());
             (false, None)
         }
-        Err(_) if is_given_up => (end(order, now), Some(FleetDroneState::OutOfService)),
+        Err(_) if is_given_up => (end(order, false, now), Some(FleetDroneState::OutOfService)),
         Err(error) => {
             order.ask_again(now);
             if !order.delivery.status.is_final() {
@@ -189,16 +189,16 @@ fn depart(order: &mut Order, now: Timestamp) -> bool {
         && order.set_status(DeliveryStatus::Assigned, reason, now, None)
 }
 
-/// Why an order has failed that was given up.
+/// Why an order was given up.
 pub(super) fn not_answered(order: &Order) -> String {
     let allocation = order.delivery.allocation.as_ref();
     let edge = allocation.map_or("", |allocation| allocation.edge.as_str());
     format!("the edge '{edge}' did not answer in time")
 }
 
-/// An order whose flight is called off: cancelled where the customer wanted it, failed where it was given up; else it waits for
-/// another drone.
-fn end(order: &mut Order, now: Timestamp) -> bool {
+/// An order whose flight is called off, or of which nothing will be known any more: cancelled where the customer wanted it;
+/// failed where nothing is known, or its time is over; else it waits for another drone.
+fn end(order: &mut Order, is_known: bool, now: Timestamp) -> bool {
     order.dispatch.asking = Asking::Nothing;
     order.dispatch.failures = 0;
     if order.delivery.status.is_final() {
@@ -208,8 +208,12 @@ fn end(order: &mut Order, now: Timestamp) -> bool {
         let reason = Some(CALLED_OFF.to_owned());
         return order.set_status(DeliveryStatus::Cancelled, reason, now, None);
     }
-    if order.dispatch.is_given_up {
-        let reason = Some(not_answered(order));
+    let was_given_up = std::mem::take(&mut order.dispatch.is_given_up);
+    let reason = match was_given_up {
+        true => Some(not_answered(order)),
+        false => order.delivery.reason.clone(),
+    };
+    if was_given_up && (!is_known || now >= order.waits_until()) {
         return order.set_status(DeliveryStatus::Failed, reason, now, None);
     }
     let drone = order.drone_id().map(str::to_owned);
@@ -217,7 +221,6 @@ fn end(order: &mut Order, now: Timestamp) -> bool {
         order.dispatch.pass_over(&drone, now);
     }
     order.release();
-    let reason = order.delivery.reason.clone();
     order.set_status(DeliveryStatus::Created, reason, now, None)
 }
 

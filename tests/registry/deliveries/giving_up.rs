@@ -50,6 +50,27 @@ async fn an_edge_that_stays_silent_is_given_up_and_the_flight_called_off() {
         world.pass(20);
         world.assign().await;
     }
+    // Once the edge says that it does not fly it, another drone does.
+    assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert_eq!(world.drone("swift:1").await.0, "assigned");
+    let plans = world.edge.plans().into_values();
+    assert_eq!(plans.filter(|plan| plan.is_active()).count(), 1);
+    assert_eq!(
+        world.told(&id).await,
+        ["delivery.created", "delivery.assigned"]
+    );
+}
+
+#[tokio::test]
+async fn an_order_that_was_given_up_fails_once_its_time_is_over() {
+    let (world, id, _) = unheard().await;
+    world.edge.lose_questions(3);
+    world.pass(3 * 3_600);
+    for _ in 0..5 {
+        world.assign().await;
+        world.pass(20);
+    }
     assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
     assert!(world.reason(&id).await.contains("did not answer in time"));
     assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
@@ -58,6 +79,32 @@ async fn an_edge_that_stays_silent_is_given_up_and_the_flight_called_off() {
         world.told(&id).await,
         ["delivery.created", "delivery.failed"]
     );
+}
+
+#[tokio::test]
+async fn no_more_drones_wait_for_an_edge_than_are_assigned_together() {
+    let homes = ["depot"; 300];
+    let world = World::with_drones(&homes).await;
+    world.edge.lose_questions(u32::MAX);
+    for _ in 0..homes.len() {
+        world.order("shop", "door").await;
+    }
+    for _ in 0..3 {
+        world.assign().await;
+    }
+    let mut waiting = 0;
+    for number in 0..homes.len() {
+        let (state, _) = world.drone(&format!("swift:{number}")).await;
+        waiting += usize::from(state == "assigned");
+    }
+    assert_eq!(waiting, 256);
+    // Those that are answered make room for others.
+    world.edge.lose_questions(0);
+    for _ in 0..3 {
+        world.pass(20);
+        world.assign().await;
+    }
+    assert_eq!(world.edge.plans().len(), homes.len());
 }
 
 #[tokio::test]
