@@ -102,10 +102,15 @@ def told_twice(record: Record, by_plan: dict[str, list[Told]]) -> list[Fault]:
     for plan, every in by_plan.items():
         for one, other in zip(every, every[1:]):
             is_same = one.causes and one.causes == other.causes and one.changes == other.changes
-            if is_same and not is_relief(record, one, other):
+            if is_same and not has_found_a_way(one, other) and not is_relief(record, one, other):
                 text = f"{one.outcome} and then {other.outcome} for {', '.join(sorted(one.causes))}"
                 faults.append(Fault("told_twice", other.at_s, plan, text))
     return faults
+
+
+def has_found_a_way(before: Told, told: Told) -> bool:
+    """Whether a drone that had none is told a way: others may have flown on meanwhile, or freed a pad."""
+    return before.outcome == "no_route" and told.outcome not in ("no_route", "unaffected")
 
 
 def is_relief(record: Record, before: Told, told: Told) -> bool:

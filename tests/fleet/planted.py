@@ -184,6 +184,8 @@ INSIDE = (zone("around", 430, [700, 1000], 50), outcome("three", 430.5, "around"
 NO_ACCOUNTING = [
     bent(*UNHEARD, (LISTED, listed("two", 21, 1, 2, 20.2, "wall"))),
     bent(*TAKEN_OVER, (LISTED, listed("two", 21, 2, None, 0))),
+    # Others have flown on, and there is a way out.
+    bent(*INSIDE, outcome("three", 445, "around", told="rerouted")),
     # It is told that it flies on once it has left the zone.
     bent(*INSIDE, relieved("three", 440, "around")),
 ]
@@ -194,6 +196,8 @@ ACCOUNTING = [
     ("told_twice", bent(
         zone("ahead", 405, [300, 1000], 50), outcome("three", 406, "ahead", told="no_route"), relieved("three", 410, "ahead"))),
     ("told_twice", bent(*INSIDE, relieved("three", 440, "around"), relieved("three", 445, "around"))),
+    ("told_twice", bent(*INSIDE, outcome("three", 445, "around", told="no_route"))),
+    ("told_twice", bent(*INSIDE, *(outcome("three", at_s, "around", told="rerouted") for at_s in (445, 446)))),
     ("named_in_vain", bent(outcome("three", 300, "nowhere"))),
     ("miscounted", bent((9, replanned("wall", 20.2, 3, rerouted=3)))),
     # The version that the list shows leads through the zone, as it was made before it came.
