@@ -33,6 +33,7 @@ impl Dispatch {
         Ok(DeliveryTrack {
             id: delivery.id,
             status: delivery.status,
+            reason: delivery.reason,
             expected_at: delivery.expected_at,
             place,
         })

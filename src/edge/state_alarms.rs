@@ -112,17 +112,17 @@ impl State {
         let waits = !is_seen && now < current.departs_at;
         let stand = current.composition.way.nodes.first().copied();
         let is_shut_in = stand.is_some_and(|node| waits && self.is_closed_for_good(node));
-        let (id, causes) = (&plan.id, plan.affected_by.join(", "));
+        let (id, causes) = (&plan.id, in_brackets(&plan.affected_by));
         if is_shut_in {
             let message = format!(
-                "the drone of plan '{id}' stands in a zone without an end ({causes}): it stays on its pad until the zone \
+                "the drone of plan '{id}' stands in a zone without an end{causes}: it stays on its pad until the zone \
                  is lifted"
             );
             self.raise_plan_alarm(AlarmKind::Grounded, plan, message);
             return;
         }
         let message = format!(
-            "the drone of plan '{id}' has no open way from where it is ({causes}): open one, or land it"
+            "the drone of plan '{id}' has no open way from where it is{causes}: open one, or land it"
         );
         self.raise_plan_alarm(AlarmKind::NoRoute, plan, message);
     }
@@ -272,5 +272,13 @@ impl State {
                 }
             }
         }
+    }
+}
+
+/// What causes something, as it follows what it causes; nothing where no cause is known, such as traffic alone.
+fn in_brackets(causes: &[String]) -> String {
+    match causes {
+        [] => String::new(),
+        causes => format!(" ({})", causes.join(", ")),
     }
 }

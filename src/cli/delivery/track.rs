@@ -92,6 +92,9 @@ impl Track {
                 line += &format!(", battery {:.0} %", battery_fraction * 100.0);
             }
         }
+        if let Some(reason) = &track.reason {
+            line += &format!(": {reason}");
+        }
         output.line(&line)
     }
 }

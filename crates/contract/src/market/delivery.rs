@@ -317,6 +317,9 @@ pub struct DeliveryTrack {
     pub id: String,
     /// How it stands.
     pub status: DeliveryStatus,
+    /// Why, or what it waits for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// When it is expected, RFC 3339.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
