@@ -104,8 +104,7 @@ impl Events<'_> {
             let first_s = other.enters_s + near.enters * other_s - own.leaves * time_s;
             let last_s = other.enters_s + near.leaves * other_s - own.enters * time_s;
             // Who is near it at the end of a leg is there a while longer.
-            let ends = [own, near].map(|part| part.enters == 0.0 || part.leaves == 1.0);
-            let apart_s = if ends.contains(&true) { apart_s } else { 0.0 };
+            let apart_s = if crossing.is_at_node { apart_s } else { 0.0 };
             intervals.push((first_s - apart_s, last_s + apart_s));
         }
     }

@@ -59,15 +59,9 @@ pub struct Crossing {
     pub own: Stretch,
     /// Where the other one is near this one.
     pub others: Stretch,
-}
-
-impl Crossing {
-    /// Whether it reaches to a node, so that a drone may be near the other segment a while before it enters its own, or after it
-    /// has left that.
-    pub fn is_at_node(&self) -> bool {
-        let reaches = |part: Stretch| part.enters <= 0.0 || part.leaves >= 1.0;
-        reaches(self.own) || reaches(self.others)
-    }
+    /// Whether it reaches to a node that only one of them has, so that a drone may be near the other segment a while before it
+    /// enters its own, or after it has left that.
+    pub is_at_node: bool,
 }
 
 /// All crossings of a network, by segment.
@@ -100,8 +94,7 @@ impl Crossings {
             let mut near: Vec<SegmentIx> = near.map(|found| found.segment).collect();
             near.sort_unstable();
             for other in near.into_iter().filter(|other| other.at() != at) {
-                let crossing = line.crossing(&lines[other.at()], horizontal_m);
-                let crossing = crossing.map(|(own, others)| Crossing { other, own, others });
+                let crossing = line.crossing((other, &lines[other.at()]), horizontal_m);
                 crossings.all.extend(crossing);
             }
             crossings.first[at + 1] = crossings.all.len() as u32;
@@ -156,7 +149,11 @@ impl Line {
     }
 
     /// Where two lines are too near each other, on each of them.
-    fn crossing(&self, other: &Self, horizontal_m: f64) -> Option<(Stretch, Stretch)> {
+    fn crossing(
+        &self,
+        (segment, other): (SegmentIx, &Self),
+        horizontal_m: f64,
+    ) -> Option<Crossing> {
         let own = self.part_near(other, horizontal_m)?;
         let others = other.part_near(self, horizontal_m)?;
         let is_apart = match (self.heights_on(own), other.heights_on(others)) {
@@ -165,7 +162,19 @@ impl Line {
             }
             _ => false,
         };
-        (!is_apart).then(|| (self.stretch(own), other.stretch(others)))
+        (!is_apart).then(|| Crossing {
+            other: segment,
+            own: self.stretch(own),
+            others: other.stretch(others),
+            is_at_node: self.reaches_end(own, other) || other.reaches_end(others, self),
+        })
+    }
+
+    /// Whether a part reaches to a node that another line does not have.
+    fn reaches_end(&self, (first, last): (f64, f64), other: &Self) -> bool {
+        let is_reached = [first <= 0.0, last >= 1.0];
+        let mut ends = self.ends.iter().zip(is_reached);
+        ends.any(|(node, is_reached)| is_reached && !other.ends.contains(node))
     }
 
     /// The part that is near another line, from 0 at the first node to 1 at the last, without what lies

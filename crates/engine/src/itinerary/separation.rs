@@ -95,7 +95,7 @@ impl Separation<'_> {
                 true => crossing.own,
                 false => crossing.own.reversed(),
             };
-            let apart_s = match crossing.is_at_node() {
+            let apart_s = match crossing.is_at_node {
                 true => self.rules.node_headway_s,
                 false => 0.0,
             };
