@@ -96,6 +96,8 @@ pub(super) struct State {
     pub(super) clock: HeardClock,
     /// The last versions at the registry that changes from here have made after the cursor.
     pub(super) told: Told,
+    /// Those that were taken from pages in doubt.
+    pub(super) doubted: Told,
     /// The versions at the registry of closures that have ended by themselves.
     pub(super) ended: Ended,
     /// What the registry is to be told of plans.
@@ -141,6 +143,7 @@ impl State {
             open_alarms: BTreeMap::new(),
             clock: HeardClock::default(),
             told: Told::default(),
+            doubted: Told::default(),
             ended: Ended::default(),
             flights: Flights::default(),
             author: None,
@@ -374,7 +377,7 @@ impl State {
                     self.miss_acknowledgement(&plan, version, now)
                 }
                 Due::Departure(plan) => self.depart(&plan),
-                Due::TakeOff { plan, version } => self.tell_take_off(&plan, version),
+                Due::TakeOff(plan) => self.tell_take_off(&plan),
                 Due::Quote(plan) => self.expire_quote(&plan, now),
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Sign(plan) => self.miss_sign(&plan, now),

@@ -95,6 +95,7 @@ impl State {
 
     fn move_cursor(&mut self, cursor: RegistryCursor, tally: &Tally) {
         self.told.passed(&cursor);
+        self.doubted.passed(&cursor);
         let before = self.next.registry.replace(Arc::new(cursor.clone()));
         let Some(before) = before.filter(|before| before.epoch != cursor.epoch) else {
             return;
@@ -171,7 +172,8 @@ impl State {
         let was_held = self.release_from_holds(&put.id) && waiting.is_empty();
         let last = self.last_known(put.kind, &put.id, &waiting);
         let is_old = last.is_some_and(|last| is_old_news(last, put.upstream, extent, cursor));
-        if is_old && !self.stands_in_doubt(&put, cursor) {
+        let is_overruled = waiting.is_empty() && self.stands_in_doubt(&put, cursor);
+        if is_old && !is_overruled {
             return;
         }
         if let Some(first) = waiting.first()
@@ -194,13 +196,17 @@ impl State {
             self.set_upstream(put.kind, &put.id, Some(put.upstream));
             return;
         }
-        let is_over = put.thing.ends_at().is_some_and(|end| end < self.now);
-        if is_over && known.is_none() {
+        if self.is_over(&put) && known.is_none() {
             self.ended.note(&put.id, Some(put.upstream));
             return;
         }
         self.ended.take(&put.id);
         self.take(put, tally);
+    }
+
+    /// Whether it has ended by itself.
+    pub(super) fn is_over(&self, put: &Published) -> bool {
+        put.thing.ends_at().is_some_and(|end| end < self.now)
     }
 
     /// Whether something was changed here under this id that the registry does not know.

@@ -46,13 +46,14 @@ pub struct OutboxEntry {
     pub subject: Arc<str>,
 }
 
-/// Things remembered in [`Told`].
+/// Things remembered in [`Told`], and in [`Ended`].
 const TOLD_MAX: usize = 10_000;
 
-/// The last versions at the registry that changes from here have made after the cursor, also of what was lifted since:
-/// the log brings them late, and what comes up to them is nothing that anyone else has made meanwhile.
+/// Versions at the registry that are known before the log has brought them: those that changes from here have made, also of
+/// what was lifted since, and those of pages in doubt. What comes up to one of ours is nothing that anyone else has made meanwhile.
 ///
-/// A restart forgets them. At worst a change then meets an earlier one from here, and waits for an operator.
+/// A restart forgets them. At worst a change then meets an earlier one from here, and waits for an operator, or a version in
+/// doubt is taken for known.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Told(BTreeMap<Arc<str>, BTreeMap<ObjectKind, Upstream>>);
 
