@@ -19,9 +19,9 @@ const GATHERED_FOR: Duration = Duration::from_millis(100);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// The most orders that are looked at in a round; the next round goes on after them.
 const ORDERS_AT_ONCE: u64 = 1_000;
-/// The most orders over one network that are assigned together, and that may be reserved before its edge has answered: more
-/// would keep drones from flying. The next round goes on after them.
-const TOGETHER_MAX: usize = 256;
+/// The most orders over one network that are assigned together; the next round goes on after them. No more are reserved before
+/// their edge has answered, as these drones fly nothing meanwhile.
+pub(super) const TOGETHER_MAX: usize = 256;
 /// The most orders whose edges are being asked at the same time.
 const ASKED_AT_ONCE: usize = 64;
 /// Of these, those of one edge: one that does not answer must not take the place of all others.
@@ -32,10 +32,15 @@ const ASKED_PER_EDGE: usize = 16;
 pub(super) struct ToAsk {
     order: String,
     edge: EdgeName,
+    /// From when on, in milliseconds since 1970.
+    from_ms: i64,
 }
 
 /// The network of an edge, and its id there.
-type EdgeName = (String, String);
+pub(super) type EdgeName = (String, String);
+
+/// How many orders are reserved of which an edge has not answered whether it flies them.
+pub(super) type Reserved = BTreeMap<EdgeName, usize>;
 
 impl ToAsk {
     pub(super) fn of(order: &Kept<Order>) -> Self {
@@ -45,6 +50,7 @@ impl ToAsk {
         Self {
             order: order.document.id.clone(),
             edge: (delivery.network.clone(), edge),
+            from_ms: order.value.dispatch.next_look_ms,
         }
     }
 }
@@ -78,8 +84,6 @@ impl Rounds {
 #[derive(Debug, Default)]
 struct Gathered {
     waiting: BTreeMap<String, Vec<Kept<Order>>>,
-    /// How many are reserved whose edge has not answered, by network.
-    reserved: BTreeMap<String, usize>,
     /// The last order before which none was left out.
     through: Option<String>,
 }
@@ -88,9 +92,8 @@ impl Gathered {
     /// Adds an order, by id the next.
     fn add(&mut self, order: Kept<Order>) {
         let network = order.value.delivery.network.clone();
-        let reserved = self.reserved.get(&network).copied().unwrap_or_default();
         let of_network = self.waiting.entry(network).or_default();
-        if of_network.len() + reserved < TOGETHER_MAX {
+        if of_network.len() < TOGETHER_MAX {
             of_network.push(order);
             return;
         }
@@ -166,12 +169,11 @@ impl Dispatch {
         let now = self.clock.now();
         let mut to_ask = Vec::new();
         let mut gathered = Gathered::default();
+        let mut reserved = Reserved::new();
         for order in self.reserved_orders().await? {
-            let network = order.value.delivery.network.clone();
-            *gathered.reserved.entry(network).or_default() += 1;
-            if order.is_to_be_asked(now) {
-                to_ask.push(ToAsk::of(&order));
-            }
+            let asked = ToAsk::of(&order);
+            *reserved.entry(asked.edge.clone()).or_default() += 1;
+            to_ask.extend(order.is_to_be_asked(now).then_some(asked));
         }
         for order in self.open_orders(after).await? {
             if order.value.dispatch.asking != Asking::Nothing {
@@ -190,15 +192,17 @@ impl Dispatch {
             self.orders.notify_one();
         }
         for (network, orders) in gathered.waiting {
-            match self.assign_over(&network, orders, now).await {
+            match self.assign_over(&network, orders, &reserved, now).await {
                 Ok(reserved) => to_ask.extend(reserved),
                 Err(refusal) => tracing::warn!(network, %refusal, "orders are not assigned"),
             }
         }
+        // Who has waited longest is asked for first, be it to fly or to call off.
+        to_ask.sort_by_key(|asked| asked.from_ms);
         Ok(to_ask)
     }
 
-    /// The orders with a drone whose edge has not answered, oldest first: of each network no more than are assigned together.
+    /// The orders with a drone whose edge has not answered whether it flies them.
     async fn reserved_orders(&self) -> Result<Vec<Kept<Order>>, Refusal> {
         let (mut reserved, mut after) = (Vec::new(), None);
         loop {
@@ -296,6 +300,7 @@ mod tests {
         ToAsk {
             order: format!("d{order}"),
             edge: ("street".to_owned(), edge.to_owned()),
+            from_ms: 0,
         }
     }
 

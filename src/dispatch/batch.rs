@@ -1,7 +1,7 @@
 //! The orders of one network that wait at the same time, and the drones that they are given.
 
 use super::Dispatch;
-use super::assigning::ToAsk;
+use super::assigning::{Reserved, TOGETHER_MAX, ToAsk};
 use super::changes::Change;
 use super::edges::EdgeAddress;
 use super::fleet::{Candidate, Demand};
@@ -42,7 +42,8 @@ impl Dispatch {
     pub(super) async fn assign_over(
         &self,
         network: &str,
-        orders: Vec<Kept<Order>>,
+        mut orders: Vec<Kept<Order>>,
+        reserved: &Reserved,
         now: Timestamp,
     ) -> Result<Vec<ToAsk>, Refusal> {
         let edge = match self.edge_of(network).await {
@@ -55,6 +56,8 @@ impl Dispatch {
             }
             Err(refusal) => return Err(refusal),
         };
+        let before = reserved.get(&(network.to_owned(), edge.id.clone()));
+        orders.truncate(TOGETHER_MAX.saturating_sub(before.copied().unwrap_or_default()));
         let ways = self.ways(network).await?;
         let waiting = self.ready(&ways, orders, now).await?;
         let fleets = self.fleets(&waiting).await?;

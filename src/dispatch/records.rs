@@ -119,7 +119,7 @@ pub(super) struct Progress {
     pub(super) next_look_ms: i64,
     /// Whether it was called off on the ground.
     pub(super) is_called_off: bool,
-    /// Whether its edge did not answer in time: its flight is called off, and no other drone is looked for.
+    /// Whether its edge did not answer in time: its flight is called off before another drone is looked for.
     pub(super) is_given_up: bool,
     /// Changes of its status so far.
     pub(super) changes: u64,
