@@ -24,6 +24,8 @@ pub(super) struct Flights {
     pub(super) touched: BTreeSet<Arc<str>>,
     /// All plans as they stood in it.
     pub(super) told: OrdMap<Arc<str>, Arc<PlanEntry>>,
+    /// Those of which the last news were that their drones hold until a time.
+    pub(super) holding: BTreeSet<Arc<str>>,
 }
 
 /// What waits to be told.

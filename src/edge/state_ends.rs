@@ -48,12 +48,8 @@ impl State {
     }
 
     pub(super) fn time_arrival(&mut self, plan: &Arc<str>, version: &Version) {
-        let (at, holds_until) = (overdue_at(version), version.holds_until());
+        let at = overdue_at(version);
         let (plan, version) = (plan.clone(), version.number);
-        if let Some(until) = holds_until {
-            let plan = plan.clone();
-            self.timers.set(until, Due::TakeOff { plan, version });
-        }
         self.timers.set(at, Due::Arrival { plan, version });
     }
 

@@ -8,10 +8,12 @@ use super::news::NEWS_MAX;
 use super::plan_entry::{FlownFor, PlanEntry};
 use super::planner::Version;
 use super::state::State;
+use super::timers::Due;
 use super::words;
 use crate::network::NodeIx;
 use crate::recompose::Outcome;
 use crate::wire::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
+use jiff::Timestamp;
 use std::sync::Arc;
 
 /// One warning for this many entries that have made room.
@@ -72,8 +74,7 @@ impl State {
             let before = self.flights.told.get(&id).cloned();
             let before = before.as_deref().and_then(Facts::of);
             if let Some(facts) = Facts::of(plan).filter(|facts| before.as_ref() != Some(facts)) {
-                let flight = self.flight_news(plan, &facts);
-                self.put_news(Some(flight), None);
+                self.tell_flight(plan, &facts);
             }
         }
         self.flights.told = plans;
@@ -85,6 +86,13 @@ impl State {
             self.next.news.put(entry, usize::MAX);
         }
         self.flights.told = self.next.plans.clone();
+        let plans = self.flights.told.clone();
+        let is_told = |plan: &&Arc<PlanEntry>| plan.is_active() && !plan.is_quote();
+        let follows = self.settings.follows_registry;
+        for plan in plans.values().filter(is_told).filter(|_| follows) {
+            // A drone that has taken off meanwhile is told of at once.
+            self.time_take_off(plan);
+        }
     }
 
     /// Carries out what is done to the news.
@@ -97,16 +105,29 @@ impl State {
         Done::Nothing
     }
 
-    /// Tells that a drone holds no more, if it still flies that version.
-    pub(super) fn tell_take_off(&mut self, id: &Arc<str>, version: u32) {
-        let Some(plan) = self.next.plans.get(id).cloned() else {
-            return;
-        };
-        let is_flown = plan.is_active() && newest(&plan).number == version;
-        let is_told = is_flown && self.settings.follows_registry;
-        if let Some(facts) = Facts::of(&plan).filter(|_| is_told) {
-            let flight = self.flight_news(&plan, &facts);
-            self.put_news(Some(flight), None);
+    /// Tells that a drone of which the last news were that it holds does so no more.
+    pub(super) fn tell_take_off(&mut self, id: &Arc<str>) {
+        let plan = self.next.plans.get(id).cloned();
+        let plan = plan.filter(|plan| self.flights.holding.contains(id) && !self.holds(plan));
+        if let Some((plan, facts)) = plan
+            .as_ref()
+            .and_then(|plan| Some((plan, Facts::of(plan)?)))
+        {
+            self.tell_flight(plan, &facts);
+        }
+    }
+
+    /// Whether a drone waits on a pad before it flies what it is to fly.
+    fn holds(&self, plan: &PlanEntry) -> bool {
+        let until = newest(plan).holds_until();
+        plan.is_active() && until.is_some_and(|until| until > self.now)
+    }
+
+    fn time_take_off(&mut self, plan: &PlanEntry) {
+        let until = newest(plan).holds_until();
+        if let Some(until) = until.filter(|until| *until < Timestamp::MAX) {
+            self.flights.holding.insert(plan.id.clone());
+            self.timers.set(until, Due::TakeOff(plan.id.clone()));
         }
     }
 
@@ -114,8 +135,7 @@ impl State {
     pub(super) fn tell_last_of_flight(&mut self, ended: &PlanEntry) {
         let is_told = self.settings.follows_registry && !ended.is_quote();
         if let Some(facts) = Facts::of(ended).filter(|_| is_told) {
-            let flight = self.flight_news(ended, &facts);
-            self.put_news(Some(flight), None);
+            self.tell_flight(ended, &facts);
         }
     }
 
@@ -148,6 +168,15 @@ impl State {
         })
     }
 
+    fn tell_flight(&mut self, plan: &PlanEntry, facts: &Facts<'_>) {
+        let flight = self.flight_news(plan, facts);
+        self.flights.holding.remove(&plan.id);
+        if flight.holds {
+            self.time_take_off(plan);
+        }
+        self.put_news(Some(flight), None);
+    }
+
     fn flight_news(&self, plan: &PlanEntry, facts: &Facts<'_>) -> FlightNews {
         let newest = newest(plan);
         let flown_for = facts.flown_for;
@@ -163,7 +192,7 @@ impl State {
             outcome: facts.outcome.to_owned(),
             stops_served: flown_for.served,
             stops: flown_for.stops,
-            holds: plan.is_active() && newest.holds_until().is_some_and(|until| until > self.now),
+            holds: self.holds(plan),
             expected_at: flown_for.expected_at(newest).to_string(),
             causes: plan.affected_by.clone(),
             place: sighting

@@ -16,7 +16,7 @@ pub(super) enum Due {
     /// The departure of a plan.
     Departure(Arc<str>),
     /// The take-off of a drone that holds until then.
-    TakeOff { plan: Arc<str>, version: u32 },
+    TakeOff(Arc<str>),
     /// The end of a quote.
     Quote(Arc<str>),
     /// A plan should have ended.

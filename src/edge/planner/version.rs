@@ -2,7 +2,6 @@
 
 use super::FlownVersion;
 use crate::compose::{Change, Composition, Migrated, Occupation};
-use crate::delivery::Hold;
 use crate::edge::stretches::Stretch;
 use crate::flight::{Reservation, ServiceStop};
 use crate::network::NodeIx;
@@ -159,14 +158,23 @@ impl Version {
             .filter(|_| waits && self.composition.legs.is_empty())
     }
 
-    /// Until when its drone holds before it takes off; the end of time where there is no way yet, `None` where it does not hold.
+    /// Until when its drone waits on a pad before it flies; the end of time where there is no way yet, `None` where it does not
+    /// hold.
     pub(in crate::edge) fn holds_until(&self) -> Option<Timestamp> {
         if self.outcome != Some(crate::recompose::Outcome::Hold) {
             return None;
         }
-        let hold = self.flight.as_deref().and_then(|flight| flight.hold);
-        let until = |hold: Hold| later(self.departs_at, hold.until_s);
-        Some(hold.map_or(Timestamp::MAX, until))
+        if self.composition.legs.is_empty() {
+            return Some(Timestamp::MAX);
+        }
+        let stops = self
+            .flight
+            .iter()
+            .flat_map(|flight| &flight.composition.plan.stops);
+        let first = stops.take(1).find(|stop| stop.before_leg == 0);
+        Some(first.map_or(self.departs_at, |stop| {
+            later(self.departs_at, stop.takes_off_s)
+        }))
     }
 
     /// When the drone leaves the last pad on its way, in flight for the last time.
