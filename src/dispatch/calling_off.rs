@@ -196,8 +196,8 @@ pub(super) fn not_answered(order: &Order) -> String {
     format!("the edge '{edge}' did not answer in time")
 }
 
-/// An order whose flight is called off, or of which nothing will be known any more: cancelled where the customer wanted it;
-/// failed where nothing is known, or its time is over; else it waits for another drone.
+/// An order whose flight is called off, or not known of after a day: cancelled where the customer wanted it; failed where it was
+/// given up and its flight is not known of, or its time is over; else it waits for another drone.
 fn end(order: &mut Order, is_known: bool, now: Timestamp) -> bool {
     order.dispatch.asking = Asking::Nothing;
     order.dispatch.failures = 0;

@@ -27,6 +27,7 @@ impl State {
         let standing = self.closure_of(put.kind, &put.id);
         standing.is_none_or(|standing| put.thing.closure().encloses(&standing, self.now))
     }
+
     /// Whether what stands is a later version from a page in doubt, which does not count against this one: it leaves open what
     /// this one closes, or the log has come beyond it.
     pub(super) fn stands_in_doubt(&self, put: &Published, cursor: &RegistryCursor) -> bool {

@@ -8,29 +8,35 @@ use skyway::itinerary::{Objective, Occupancy, OccupiedLeg, OthersOccupancy, Sepa
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use std::sync::Arc;
 
-/// West to east over 1,000 m, and south to north across its middle.
-fn cross() -> Topology {
-    let node = |id: &str, x: f64, y: f64| NodeDraft {
+fn node_at(id: &str, x: f64, y: f64) -> NodeDraft {
+    NodeDraft {
         id: id.to_owned(),
         position: [x, y],
         pads: 1,
         ..NodeDraft::default()
-    };
-    let segment = |from: &str, to: &str| SegmentDraft {
+    }
+}
+
+fn street(from: &str, to: &str) -> SegmentDraft {
+    SegmentDraft {
         from: from.to_owned(),
         to: to.to_owned(),
         ..SegmentDraft::default()
-    };
+    }
+}
+
+/// West to east over 1,000 m, and south to north across its middle.
+fn cross() -> Topology {
     let nodes = vec![
-        node("w", 0.0, 0.0),
-        node("e", 1_000.0, 0.0),
-        node("s", 500.0, -500.0),
-        node("n", 500.0, 500.0),
+        node_at("w", 0.0, 0.0),
+        node_at("e", 1_000.0, 0.0),
+        node_at("s", 500.0, -500.0),
+        node_at("n", 500.0, 500.0),
     ];
     let draft = NetworkDraft {
         name: "cross".to_owned(),
         nodes,
-        segments: vec![segment("w", "e"), segment("s", "n")],
+        segments: vec![street("w", "e"), street("s", "n")],
         ..NetworkDraft::default()
     };
     Topology::build(draft, [0; 32]).expect("a valid network")
@@ -68,22 +74,11 @@ fn a_drone_is_not_at_a_crossing_while_another_one_is() {
 /// Two streets end 8 m from each other: who comes to the end of one waits until who leaves the other is gone.
 #[test]
 fn at_two_nodes_near_each_other_drones_keep_apart_as_at_one() {
-    let node = |id: &str, x: f64| NodeDraft {
-        id: id.to_owned(),
-        position: [x, 0.0],
-        pads: 1,
-        ..NodeDraft::default()
-    };
-    let segment = |from: &str, to: &str| SegmentDraft {
-        from: from.to_owned(),
-        to: to.to_owned(),
-        ..SegmentDraft::default()
-    };
     let places = [("w", 0.0), ("a", 1_000.0), ("b", 1_008.0), ("e", 2_008.0)];
     let draft = NetworkDraft {
         name: "ends".to_owned(),
-        nodes: places.map(|(id, x)| node(id, x)).to_vec(),
-        segments: vec![segment("w", "a"), segment("b", "e")],
+        nodes: places.map(|(id, x)| node_at(id, x, 0.0)).to_vec(),
+        segments: vec![street("w", "a"), street("b", "e")],
         ..NetworkDraft::default()
     };
     let topology = Arc::new(Topology::build(draft, [0; 32]).expect("a valid network"));
