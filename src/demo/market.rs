@@ -90,6 +90,7 @@ impl Market {
             maintenance_until: None,
             state: wire::FleetDroneState::Available,
             delivery_id: None,
+            free_at: None,
             last: None,
         };
         let path = format!("/v1/drones/{drone_id}");

@@ -5,11 +5,13 @@ use super::assigning::{Reserved, TOGETHER_MAX, ToAsk};
 use super::changes::Change;
 use super::edges::EdgeAddress;
 use super::fleet::{Candidate, Demand};
+use super::quotes::departure;
 use super::records::{Asking, Kept, Order};
 use super::wanted::Stated;
 use super::ways::{Errand, Ways};
 use crate::market::allocation::assign;
 use crate::market::hours::Hours;
+use crate::market::matching::SPEED_MPS;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{AllocatedDrone, FleetDrone, FleetDroneState, PublishedService};
 use jiff::{SignedDuration, Timestamp};
@@ -24,6 +26,10 @@ const FILLED_MAX: usize = 16;
 const AHEAD: SignedDuration = SignedDuration::from_mins(15);
 /// How long an order waits until a service is looked for again.
 const LOOK_FOR_SERVICE_AFTER: SignedDuration = SignedDuration::from_secs(5);
+/// What waiting for a drone that flies counts at least, in seconds: it may be late.
+const UNSURE_S: f64 = 30.0;
+/// The drones that will be free again.
+const FLYING: [FleetDroneState; 2] = [FleetDroneState::Assigned, FleetDroneState::InFlight];
 /// How long another process leaves a reservation to the one that made it.
 const LEFT_FOR: SignedDuration = SignedDuration::from_secs(2);
 
@@ -34,7 +40,7 @@ struct Waiting {
     errand: Errand,
 }
 
-/// The free drones of the providers whose orders wait.
+/// The drones of the providers whose orders wait: those that are free, and where there are such those that fly.
 type Fleets = BTreeMap<String, Vec<Kept<FleetDrone>>>;
 
 impl Dispatch {
@@ -64,10 +70,7 @@ impl Dispatch {
         let candidates: Vec<Candidate<'_>> = fleets
             .values()
             .flatten()
-            .filter_map(|drone| {
-                let home = ways.node(drone.value.home.text())?;
-                Some(Candidate { drone, home })
-            })
+            .filter_map(|drone| Candidate::of(drone, &ways, now))
             .collect();
         let costs: Vec<Vec<Option<f64>>> = waiting
             .iter()
@@ -75,7 +78,11 @@ impl Dispatch {
             .collect();
         let fitting: Vec<usize> = costs
             .iter()
-            .map(|row| row.iter().flatten().count())
+            .map(|row| {
+                let possible = row.iter().zip(&candidates);
+                let free = possible.filter(|(cost_m, drone)| cost_m.is_some() && drone.is_free());
+                free.count()
+            })
             .collect();
         let (kept, costs) = nearest(&costs, candidates.len());
         let assigned = {
@@ -95,6 +102,10 @@ impl Dispatch {
                 continue;
             };
             let candidate = &candidates[kept[column]];
+            if !candidate.is_free() {
+                self.hold(order, fitting, now).await?;
+                continue;
+            }
             let explanation = explain(&order, candidate, cost_m, (fitting, together));
             let choice = (candidate, cost_m, explanation);
             reservations.push(reservation(order, choice, &edge, now));
@@ -235,10 +246,25 @@ impl Dispatch {
         let providers: BTreeSet<&str> = waiting.iter().map(Waiting::provider).collect();
         let mut fleets = Fleets::new();
         for provider in providers {
-            let available = self.fleet(provider, &[FleetDroneState::Available]).await?;
-            fleets.insert(provider.to_owned(), available);
+            let mut fleet = self.fleet(provider, &[FleetDroneState::Available]).await?;
+            if !fleet.is_empty() {
+                fleet.extend(self.fleet(provider, &FLYING).await?);
+            }
+            fleets.insert(provider.to_owned(), fleet);
         }
         Ok(fleets)
+    }
+
+    /// Lets an order wait for a drone that flies for another one, though some are free.
+    async fn hold(&self, mut waiting: Waiting, free: usize, now: Timestamp) -> Result<(), Refusal> {
+        if free == 0 {
+            return self.note_waiting(waiting, free, now).await;
+        }
+        let dispatch = &mut waiting.order.value.dispatch;
+        dispatch.holds_since_ms.get_or_insert(now.as_millisecond());
+        let reason =
+            "a drone that flies for another order is sooner there than those that are free";
+        self.note(waiting.order, reason.to_owned(), now, now).await
     }
 
     async fn note_waiting(
@@ -293,11 +319,34 @@ impl Waiting {
             let is_fit = document.tenant == self.provider()
                 && demand.fits(value, &self.service)
                 && !dispatch.passes_over(&document.id, now);
-            is_fit
-                .then(|| self.errand.round_m(candidate.home))
-                .flatten()
+            let round_m = is_fit.then(|| self.errand.round_m(candidate.home))??;
+            match candidate.free_at {
+                None => Some(round_m),
+                Some(free_at) => Some(round_m + self.wait_m(candidate, free_at, now)?),
+            }
         });
         costs.collect()
+    }
+
+    /// What waiting for a drone that flies counts beside its way, in metres; none where it comes too late. A fetch is flown
+    /// there and back, so that a second counts twice what is flown in one: then it is waited for where it is sooner at the
+    /// pickup than one that is free. The time for which the order was held already counts, too, so it is never held for longer
+    /// than a fetch takes.
+    fn wait_m(&self, candidate: &Candidate<'_>, free_at: Timestamp, now: Timestamp) -> Option<f64> {
+        let order = &self.order.value;
+        let fetch_m = self.errand.fetch_m(candidate.home)?;
+        let flown_s = (fetch_m + self.errand.length_m()?) / SPEED_MPS;
+        let flown = SignedDuration::try_from_secs_f64(flown_s).ok()?;
+        let drop_at = free_at.saturating_add(flown).ok()?;
+        if drop_at > order.waits_until() {
+            return None;
+        }
+        let ready_at = departure(order.start_time(), fetch_m, now);
+        let wait_s = free_at.duration_since(ready_at).as_secs_f64();
+        let held_since_ms = order.dispatch.holds_since_ms;
+        let held_ms = held_since_ms.map_or(0, |since_ms| now.as_millisecond() - since_ms);
+        let held_s = held_ms as f64 / 1e3;
+        Some(2.0 * SPEED_MPS * (wait_s.max(UNSURE_S) + held_s))
     }
 }
 

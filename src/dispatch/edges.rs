@@ -104,6 +104,8 @@ pub struct ComposedFlight {
     pub pickup_at: Timestamp,
     /// When it is dropped.
     pub drop_at: Timestamp,
+    /// When the drone is where the flight ends.
+    pub ends_at: Timestamp,
     /// From pickup to drop, in metres.
     pub carried_m: f64,
     /// From the departure at the pickup to the drop, in seconds.
@@ -132,8 +134,9 @@ impl ComposedFlight {
             let (lands_at, departs_at) = (instant(&stop.lands_at)?, instant(&stop.takes_off_at)?);
             (lands_at, departs_at, stop.before_leg as usize)
         };
+        let ends_at = instant(&newest.arrives_at)?;
         let (drop_at, end_leg) = if request.drop == request.home {
-            (instant(&newest.arrives_at)?, newest.legs.len())
+            (ends_at, newest.legs.len())
         } else {
             let stop = served.next().ok_or_else(unfit)?;
             (instant(&stop.lands_at)?, stop.before_leg as usize)
@@ -145,6 +148,7 @@ impl ComposedFlight {
             version: newest.version,
             pickup_at,
             drop_at,
+            ends_at,
             carried_m: legs.iter().map(|leg| leg.length_m).sum(),
             carried_s: drop_at.duration_since(departs_at).as_secs_f64(),
         })

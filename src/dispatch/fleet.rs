@@ -3,11 +3,12 @@
 use super::Dispatch;
 use super::records::{Kept, drone_state};
 use super::wanted::Wanted;
+use super::ways::Ways;
 use crate::network::NodeIx;
 use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
 use crate::wire::{FleetDrone, FleetDroneState, PublishedService};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 
 /// How many documents are read at once.
 pub(super) const AT_ONCE: u64 = 500;
@@ -15,6 +16,8 @@ pub(super) const AT_ONCE: u64 = 500;
 const DRONES_MAX: usize = 5_000;
 /// How many are read at once where one is looked for.
 const LOOKED_AT_ONCE: u64 = 50;
+/// For how long after its time a drone is still waited for.
+const LATE_MAX: SignedDuration = SignedDuration::from_mins(2);
 /// Those that fly, or will again without their provider.
 const IN_SERVICE: [FleetDroneState; 4] = [
     FleetDroneState::Available,
@@ -131,9 +134,36 @@ impl Demand<'_> {
     }
 }
 
-/// A drone that fits, and the node of its home.
+/// A drone that may be assigned, now or once it is back.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate<'a> {
     pub(super) drone: &'a Kept<FleetDrone>,
+    /// The node of its home.
     pub(super) home: NodeIx,
+    /// When it is back from the delivery that it flies for; none where it is free.
+    pub(super) free_at: Option<Timestamp>,
+}
+
+impl<'a> Candidate<'a> {
+    /// A drone, unless its home is not on the network, or it flies and nothing says when it is back, or it should have been.
+    pub(super) fn of(drone: &'a Kept<FleetDrone>, ways: &Ways, now: Timestamp) -> Option<Self> {
+        let home = ways.node(drone.value.home.text())?;
+        let free_at = match drone.value.state {
+            FleetDroneState::Available => None,
+            _ => {
+                let free_at: Timestamp = drone.value.free_at.as_deref()?.parse().ok()?;
+                (now.duration_since(free_at) <= LATE_MAX).then_some(free_at)?;
+                Some(free_at)
+            }
+        };
+        Some(Self {
+            drone,
+            home,
+            free_at,
+        })
+    }
+
+    pub(super) fn is_free(&self) -> bool {
+        self.free_at.is_none()
+    }
 }

@@ -117,6 +117,8 @@ pub(super) struct Progress {
     pub(super) asked_since_ms: i64,
     /// Before when it is not looked at again, in milliseconds since 1970.
     pub(super) next_look_ms: i64,
+    /// Since when it waits for a drone that is busy though another one is free, in milliseconds since 1970.
+    pub(super) holds_since_ms: Option<i64>,
     /// Whether it was called off on the ground.
     pub(super) is_called_off: bool,
     /// Whether its edge did not answer in time: its flight is called off before another drone is looked for.
@@ -229,6 +231,7 @@ impl Order {
         self.delivery.expected_at = None;
         self.dispatch.asking = Asking::Nothing;
         self.dispatch.home.clear();
+        self.dispatch.holds_since_ms = None;
         self.dispatch.next_look_ms = 0;
     }
 }
@@ -262,6 +265,9 @@ impl Kept<FleetDrone> {
     pub(super) fn set(&mut self, state: FleetDroneState, delivery: Option<&str>) {
         self.value.state = state;
         self.value.delivery_id = delivery.map(str::to_owned);
+        if delivery.is_none() {
+            self.value.free_at = None;
+        }
     }
 
     /// The document to be put.

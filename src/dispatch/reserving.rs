@@ -23,8 +23,14 @@ const REFUSALS_AT_ONCE: u32 = 4;
 /// What an edge's answer makes of an order.
 struct Settled {
     is_told: bool,
-    /// How its drone stands once it is free of the order.
-    freed: Option<FleetDroneState>,
+    drone: DroneThen,
+}
+
+/// How the drone of an order stands after an edge's answer.
+enum DroneThen {
+    AsBefore,
+    Free,
+    FliesUntil(Timestamp),
 }
 
 impl Dispatch {
@@ -64,9 +70,19 @@ impl Dispatch {
                 Some(answer) => settle(&mut order.value, answer, now),
                 None => give_up(&mut order.value, now),
             };
-            let drone = match settled.freed {
-                Some(state) => self.freed_drone(&asked, state).await?,
-                None => None,
+            let drone = match settled.drone {
+                DroneThen::AsBefore => None,
+                DroneThen::Free => {
+                    let state = FleetDroneState::Available;
+                    self.freed_drone(&asked, state).await?
+                }
+                DroneThen::FliesUntil(ends_at) => {
+                    let mut drone = self.drone_of(&asked).await?;
+                    if let Some(drone) = &mut drone {
+                        drone.value.free_at = Some(ends_at.to_string());
+                    }
+                    drone
+                }
             };
             let change = Change {
                 order,
@@ -177,7 +193,7 @@ fn give_up(order: &mut Order, now: Timestamp) -> Settled {
     order.delivery.reason = Some(not_answered(order));
     Settled {
         is_told: false,
-        freed: None,
+        drone: DroneThen::AsBefore,
     }
 }
 
@@ -205,7 +221,7 @@ fn taken_on(order: &mut Order, flight: &ComposedFlight, now: Timestamp) -> Settl
         order.delivery.reason = Some(reason);
         return Settled {
             is_told: false,
-            freed: None,
+            drone: DroneThen::AsBefore,
         };
     }
     order.dispatch.asking = Asking::Nothing;
@@ -217,7 +233,7 @@ fn taken_on(order: &mut Order, flight: &ComposedFlight, now: Timestamp) -> Settl
     let version = Some(flight.version);
     Settled {
         is_told: order.set_status(DeliveryStatus::Assigned, None, now, version),
-        freed: None,
+        drone: DroneThen::FliesUntil(flight.ends_at),
     }
 }
 
@@ -234,7 +250,7 @@ fn refused(order: &mut Order, code: &str, detail: &str, now: Timestamp) -> Settl
     order.delivery.reason = Some(format!("drone '{drone}' cannot fly it: {detail} ({code})"));
     Settled {
         is_told: false,
-        freed: Some(FleetDroneState::Available),
+        drone: DroneThen::Free,
     }
 }
 
@@ -243,6 +259,6 @@ fn wait(order: &mut Order, why: &str, now: Timestamp) -> Settled {
     order.delivery.reason = Some(why.to_owned());
     Settled {
         is_told: false,
-        freed: None,
+        drone: DroneThen::AsBefore,
     }
 }

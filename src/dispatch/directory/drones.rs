@@ -122,6 +122,7 @@ async fn check(
     drone.id = Some(place.id.to_owned());
     drone.last = None;
     drone.delivery_id = delivery.map(str::to_owned);
+    drone.free_at = before.and_then(|before| before.free_at.clone());
     if let (Some(before), Some(delivery)) = (before, delivery) {
         let is_as_flown = drone.network == before.network
             && drone.home == before.home

@@ -181,12 +181,14 @@ fn composed(request: &FlightRequest) -> ComposedFlight {
     let between = |one: &str, other: &str| (place_m(one) - place_m(other)).abs();
     let pickup_at = after(request.start_time, between(&request.home, &request.pickup));
     let carried_m = between(&request.pickup, &request.drop);
+    let drop_at = after(pickup_at, carried_m);
     ComposedFlight {
         state: PlanState::Accepted,
         ended_as: None,
         version: 1,
         pickup_at,
-        drop_at: after(pickup_at, carried_m),
+        drop_at,
+        ends_at: after(drop_at, between(&request.drop, &request.home)),
         carried_m,
         carried_s: carried_m / SPEED_MPS,
     }

@@ -96,6 +96,10 @@ pub struct FleetDrone {
     /// The delivery that is assigned to it. Read-only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delivery_id: Option<String>,
+    /// When it is back from that delivery, RFC 3339, as its edge expected when it took the flight on. Read-only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(format = DateTime)]
+    pub free_at: Option<String>,
     /// Where it was last, by telemetry. Read-only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<FleetPosition>,
