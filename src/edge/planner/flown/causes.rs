@@ -85,14 +85,15 @@ impl Ground {
         })
     }
 
-    /// Why there is no plan, every cause by itself.
+    /// Why there is no plan over some nodes, every cause by itself.
     pub(super) fn refusal(
         &self,
         no_delivery: &NoDelivery,
-        ends: [&str; 2],
+        way: &[&str],
         revision: &str,
     ) -> Refusal {
-        let [from, to] = ends;
+        let way: Vec<String> = way.iter().map(|node| format!("node '{node}'")).collect();
+        let way = way.join(" to ");
         let deadline = self.skies.instant(no_delivery.deadline_s).map_or_else(
             || "any deadline".to_owned(),
             |deadline| deadline.to_string(),
@@ -116,7 +117,7 @@ impl Ground {
         }
         let told: Vec<&str> = faults.iter().map(|fault| fault.message.as_str()).collect();
         let detail = format!(
-            "{certainty} leads from node '{from}' to node '{to}' by {deadline} at revision {revision}: {}",
+            "{certainty} leads from {way} by {deadline} at revision {revision}: {}",
             told.join("; ")
         );
         Refusal {

@@ -113,8 +113,10 @@ impl Flights {
             compose_with_stops(&ground.world(), &request, (wanted.stops, lands), scratch)
         });
         let composed = composed.map_err(|no_delivery| {
-            let ends = [wanted.source, destination].map(|node| topology.node_id(node));
-            ground.refusal(&no_delivery, ends, scene.revision)
+            let stops = wanted.stops.iter().map(|stop| stop.node);
+            let way = std::iter::once(wanted.source).chain(stops);
+            let way = way.chain([destination]).map(|node| topology.node_id(node));
+            ground.refusal(&no_delivery, &way.collect::<Vec<_>>(), scene.revision)
         })?;
         let (flown, composition) =
             FlownVersion::of(&ground, &composed, Told::of_plan(*assumed), departs_at);
