@@ -319,7 +319,6 @@ fn apply(
     }
     note_recomposition(order, flight, at);
     if standing.status == DeliveryStatus::Delivered {
-        order.delivery.expected_at = None;
         order.delivery.proof = Some(proof(flight, at));
     }
     if standing.status == DeliveryStatus::Created {

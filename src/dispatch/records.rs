@@ -172,6 +172,9 @@ impl Order {
             return false;
         }
         self.delivery.status = status;
+        if status.is_final() {
+            self.delivery.expected_at = None;
+        }
         self.dispatch.changes += 1;
         // An edge's news are dated by it, and one may have been told before the change that came first.
         let last = self.delivery.history.last();

@@ -29,10 +29,9 @@ async fn a_flight_on_the_ground_is_called_off_by_its_edge() {
     world.assign().await;
     let mut over = world.news(&id, PlanState::Ended, 0).await;
     let cancelled = world.dispatch.cancel_delivery(&customer("shop"), &id).await;
-    assert_eq!(
-        cancelled.expect("cancelled").status,
-        DeliveryStatus::Cancelled
-    );
+    let cancelled = cancelled.expect("cancelled");
+    assert_eq!(cancelled.status, DeliveryStatus::Cancelled);
+    assert_eq!(cancelled.expected_at, None);
     assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
     assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
     // The next order has the drone; then the edge tells what it has done.
