@@ -2,7 +2,7 @@
 
 use super::Dispatch;
 use super::changes::Change;
-use super::records::{Asking, CALLING_OFF, Kept, Order, RESERVING};
+use super::records::{CALLING_OFF, Kept, Order, RESERVING};
 use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
 use crate::wire::DeliveryStatus;
@@ -19,8 +19,8 @@ const GATHERED_FOR: Duration = Duration::from_millis(100);
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 /// The most orders that are looked at in a round; the next round goes on after them.
 const ORDERS_AT_ONCE: u64 = 1_000;
-/// The most orders over one network that are assigned together; the next round goes on after them. No more are reserved before
-/// their edge has answered, as these drones fly nothing meanwhile.
+/// The most orders over one network that are assigned together; the next round goes on after them. No more are asked of
+/// an edge before it has answered, as these drones fly nothing meanwhile.
 pub(super) const TOGETHER_MAX: usize = 256;
 /// The most orders whose edges are being asked at the same time.
 const ASKED_AT_ONCE: usize = 64;
@@ -39,7 +39,7 @@ pub(super) struct ToAsk {
 /// The network of an edge, and its id there.
 pub(super) type EdgeName = (String, String);
 
-/// How many orders are reserved of which an edge has not answered whether it flies them.
+/// How many orders an edge has not answered: whether it flies them, or calls them off.
 pub(super) type Reserved = BTreeMap<EdgeName, usize>;
 
 impl ToAsk {
@@ -170,17 +170,13 @@ impl Dispatch {
         let mut to_ask = Vec::new();
         let mut gathered = Gathered::default();
         let mut reserved = Reserved::new();
-        for order in self.reserved_orders().await? {
+        for order in self.asked_orders().await? {
             let asked = ToAsk::of(&order);
             *reserved.entry(asked.edge.clone()).or_default() += 1;
             to_ask.extend(order.is_to_be_asked(now).then_some(asked));
         }
         for order in self.open_orders(after).await? {
-            if order.value.dispatch.asking != Asking::Nothing {
-                if order.is_to_be_asked(now) {
-                    to_ask.push(ToAsk::of(&order));
-                }
-            } else if now >= order.value.waits_until() {
+            if now >= order.value.waits_until() {
                 self.expire(order, now).await?;
             } else if order.value.dispatch.next_look_ms <= now.as_millisecond() {
                 gathered.add(order);
@@ -202,20 +198,21 @@ impl Dispatch {
         Ok(to_ask)
     }
 
-    /// The orders with a drone whose edge has not answered whether it flies them.
-    async fn reserved_orders(&self) -> Result<Vec<Kept<Order>>, Refusal> {
-        let (mut reserved, mut after) = (Vec::new(), None);
+    /// The orders with a drone whose edge has not answered whether it flies them, or calls them off.
+    async fn asked_orders(&self) -> Result<Vec<Kept<Order>>, Refusal> {
+        let (mut asked, mut after) = (Vec::new(), None);
         loop {
-            reserved.extend(self.orders_in(&[RESERVING], &mut after).await?);
+            let states = [RESERVING, CALLING_OFF];
+            asked.extend(self.orders_in(&states, &mut after).await?);
             if after.is_none() {
-                return Ok(reserved);
+                return Ok(asked);
             }
         }
     }
 
-    /// A part of the orders that wait, or are called off, from where the last part ended.
+    /// A part of the orders that wait, from where the last part ended.
     async fn open_orders(&self, after: &mut Option<String>) -> Result<Vec<Kept<Order>>, Refusal> {
-        let open = [DeliveryStatus::Created.name(), CALLING_OFF];
+        let open = [DeliveryStatus::Created.name()];
         let orders = self.orders_in(&open, after).await?;
         if after.is_some() {
             self.orders.notify_one();
