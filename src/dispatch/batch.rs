@@ -330,8 +330,8 @@ impl Waiting {
 
     /// What waiting for a drone that flies counts beside its way, in metres; none where it comes too late. A fetch is flown
     /// there and back, so that a second counts twice what is flown in one: then it is waited for where it is sooner at the
-    /// pickup than one that is free. The time for which the order was held already counts, too, so it is never held for longer
-    /// than a fetch takes.
+    /// pickup than one that is free. It counts from when the order was first held, or its drone would have had to leave: so no
+    /// order is held for longer than a fetch takes.
     fn wait_m(&self, candidate: &Candidate<'_>, free_at: Timestamp, now: Timestamp) -> Option<f64> {
         let order = &self.order.value;
         let fetch_m = self.errand.fetch_m(candidate.home)?;
@@ -341,12 +341,11 @@ impl Waiting {
         if drop_at > order.waits_until() {
             return None;
         }
-        let ready_at = departure(order.start_time(), fetch_m, now);
-        let wait_s = free_at.duration_since(ready_at).as_secs_f64();
         let held_since_ms = order.dispatch.holds_since_ms;
-        let held_ms = held_since_ms.map_or(0, |since_ms| now.as_millisecond() - since_ms);
-        let held_s = held_ms as f64 / 1e3;
-        Some(2.0 * SPEED_MPS * (wait_s.max(UNSURE_S) + held_s))
+        let held_since = held_since_ms.and_then(|ms| Timestamp::from_millisecond(ms).ok());
+        let ready_at = departure(order.start_time(), fetch_m, held_since.unwrap_or(now));
+        let wait_s = free_at.max(now).duration_since(ready_at).as_secs_f64();
+        Some(2.0 * SPEED_MPS * wait_s.max(UNSURE_S))
     }
 }
 

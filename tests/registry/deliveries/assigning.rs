@@ -111,9 +111,28 @@ async fn an_order_is_held_for_no_longer_than_a_fetch_takes() {
     world.pass(188);
     world.assign().await;
     assert_eq!(world.drone_of(&waits).await, "");
-    world.pass(30);
+    // Its flight costs 3,000 m and the wait until now 7,040 m; that of the other one 10,000 m.
+    world.pass(32);
     world.assign().await;
     assert_eq!(world.drone_of(&waits).await, "swift:1");
+}
+
+#[tokio::test]
+async fn an_order_for_later_is_held_at_no_cost_until_its_drone_has_to_leave() {
+    let world = World::with_drones(&["shop", "hut"]).await;
+    let first = world.order("shop", "door").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&first).await, "swift:0");
+    let mut order = errand("shop", "door");
+    order.start_time = Some("2026-11-27T18:14:00Z".to_owned());
+    let waits = world.try_order(&order).await.expect("an order").id;
+    world.assign().await;
+    // The parcel is ready at 18:14: a wait until then costs nothing.
+    for _ in 0..3 {
+        assert_eq!(world.drone_of(&waits).await, "");
+        world.pass(60);
+        world.assign().await;
+    }
 }
 
 #[tokio::test]
