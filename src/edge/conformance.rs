@@ -138,22 +138,20 @@ fn flown(
     before: Option<&Sighting>,
 ) -> Option<Flown> {
     let version = &plan.reported;
-    let flown_m = plan.come_m(topology, before);
     let place = sighting.position(topology.frame());
     let has_departed = sighting.seen_at >= version.departs_at;
-    let come = (flown_m, plan.stops_before(topology, flown_m));
-    let spot = spot_on(topology, version, place, come).filter(|_| has_departed)?;
+    let known = plan.known_before(topology, before, sighting.seen_at);
+    let spot = spot_on(topology, version, place, known).filter(|_| has_departed)?;
     // What is far off says nothing of how far it has come.
-    let at_m = if spot.off_m <= OFF_WAY_M {
-        spot.at_m.max(flown_m)
-    } else {
-        flown_m
+    let (at_m, at) = match spot.off_m <= OFF_WAY_M {
+        true => (spot.at_m.max(known.flown_m), sighting.seen_at),
+        false => (known.flown_m, plan.seen_last_at(topology, before)),
     };
     Some(Flown {
         plan: plan.id.clone(),
         version: version.number,
         at_m,
-        at: sighting.seen_at,
+        at,
     })
 }
 

@@ -4,7 +4,7 @@ use super::agreement::Deviation;
 use super::drones::Sighting;
 use super::plan_entry::PlanEntry;
 use super::planner::{Planner, Version};
-use super::progress::spot_on;
+use super::progress::{Known, spot_on};
 use super::stretches::fraction_of;
 use crate::compose::Leg;
 use crate::flight::LegCourse;
@@ -48,7 +48,7 @@ enum Fit {
 }
 
 fn fit(topology: &Topology, version: &Version, place: Point, sighting: &Sighting) -> Fit {
-    let Some(spot) = spot_on(topology, version, place, (0.0, None)) else {
+    let Some(spot) = spot_on(topology, version, place, Known::NOTHING) else {
         return Fit::Unknown;
     };
     if spot.off_m > LATERAL_M {
@@ -167,7 +167,7 @@ fn off_time(
     sighting: &Sighting,
     planner: &dyn Planner,
 ) -> Option<Deviation> {
-    let leg = spot_on(topology, version, place, (0.0, None))?.leg?;
+    let leg = spot_on(topology, version, place, Known::NOTHING)?.leg?;
     let flown_s = |until: Timestamp| until.duration_since(version.departs_at).as_secs_f64();
     let seen_s = flown_s(sighting.seen_at);
     let apart_s = planner.apart_s(topology, version, (leg, place), seen_s)?;

@@ -44,16 +44,37 @@ pub(super) struct Spot {
     pub(super) off_m: f64,
 }
 
+/// What is known of how far a drone has come on a version before it is seen, in metres from where that begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    /// So far it has come.
+    pub(super) flown_m: f64,
+    /// So far it may have come since.
+    pub(super) reach_m: f64,
+    /// Its next stop is before this leg.
+    pub(super) stops_before: Option<usize>,
+}
+
+impl Known {
+    /// It may be anywhere.
+    pub(super) const NOTHING: Self = Self {
+        flown_m: 0.0,
+        reach_m: f64::INFINITY,
+        stops_before: None,
+    };
+}
+
 /// The nearest place on a version, not before what has been flown of it already; of equally near ones the earliest.
 ///
-/// A way often leads back over what it has led over before. So a place beyond the next stop, which is before the leg `stops_before`,
-/// counts only where none before it is near.
+/// A way often leads back over what it has led over before. So a place beyond the next stop counts only where none before it is
+/// near, and where the drone can have come there.
 pub(super) fn spot_on(
     topology: &Topology,
     version: &Version,
     place: Point,
-    (flown_m, stops_before): (f64, Option<usize>),
+    known: Known,
 ) -> Option<Spot> {
+    let flown_m = known.flown_m;
     let stretch = version.stretch.as_ref().map(|stretch| {
         let node = topology.position(stretch.reentry.node);
         (None, stretch.begin(), node)
@@ -66,7 +87,7 @@ pub(super) fn spot_on(
     let mut nearest: Option<Spot> = None;
     let mut begins_m = 0.0;
     for (leg, from, to) in stretch.into_iter().chain(legs) {
-        let is_beyond = leg.is_some_and(|leg| stops_before.is_some_and(|stop| leg >= stop));
+        let is_beyond = leg.is_some_and(|leg| known.stops_before.is_some_and(|stop| leg >= stop));
         if is_beyond && nearest.is_some_and(|nearest| nearest.off_m <= ON_WAY_M) {
             break;
         }
@@ -88,6 +109,9 @@ pub(super) fn spot_on(
             if leg.is_none() && flown_m < BACK_M && fraction < 1.0 && spot.off_m <= BEGINS_WITHIN_M
             {
                 return Some(spot);
+            }
+            if is_beyond && spot.at_m > known.reach_m {
+                break;
             }
             if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m - AS_NEAR_M) {
                 nearest = Some(spot);
@@ -165,13 +189,8 @@ fn seen_at(
     let version = &plan.reported;
     let legs = &version.composition.legs;
     let position = sighting.position(topology.frame());
-    let flown_m = plan.come_m(topology, Some(sighting));
-    let spot = spot_on(
-        topology,
-        version,
-        position,
-        (flown_m, plan.stops_before(topology, flown_m)),
-    )?;
+    let known = plan.known_before(topology, Some(sighting), sighting.seen_at);
+    let spot = spot_on(topology, version, position, known)?;
     let (end, after_m) = match spot.leg {
         Some(leg) => (legs[leg].to, length_after(legs, leg)),
         None => (

@@ -7,7 +7,7 @@
 use super::drones::{AtStop, Flown, Sighting};
 use super::plan_entry::{FlownFor, PlanEntry};
 use super::planner::{Version, later};
-use super::progress::Progress;
+use super::progress::{Known, Progress};
 use super::stops::onward;
 use crate::flight::{ServiceStop, Stop};
 use crate::network::{NodeIx, Topology};
@@ -157,6 +157,33 @@ impl PlanEntry {
             // It may be served as soon as it is near.
             seen_m.max(begins_m(topology, version, stop.before_leg) - AT_STOP_M)
         })
+    }
+
+    /// What is known before its drone is seen at an instant: by a sighting, and by where its delivery was served.
+    pub(super) fn known_before(
+        &self,
+        topology: &Topology,
+        sighting: Option<&Sighting>,
+        seen_at: Timestamp,
+    ) -> Known {
+        let flown_m = self.come_m(topology, sighting);
+        let last = self.come_before(topology, sighting.and_then(|it| it.flown.as_ref()));
+        let since_s = seen_at.duration_since(last.at).as_secs_f64().max(0.0);
+        Known {
+            flown_m,
+            reach_m: flown_m.max(last.at_m) + FASTEST * self.airspeed_mps.max(0.1) * since_s,
+            stops_before: self.stops_before(topology, flown_m),
+        }
+    }
+
+    /// When it was known last how far its drone has come.
+    pub(super) fn seen_last_at(
+        &self,
+        topology: &Topology,
+        sighting: Option<&Sighting>,
+    ) -> Timestamp {
+        self.come_before(topology, sighting.and_then(|it| it.flown.as_ref()))
+            .at
     }
 
     /// The same with this number of stops served, if that is more.

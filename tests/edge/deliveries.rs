@@ -291,6 +291,40 @@ async fn who_turns_back_before_the_stop_has_not_served_it() {
     assert!(served.iter().all(|served| *served == 0), "{served:?}");
 }
 
+/// Its way out leads around what its way back will lead through, and that is where it is seen before it has turned.
+#[tokio::test]
+async fn who_is_seen_off_its_way_where_it_will_come_back_has_not_served_its_stops() {
+    let mut draft = town();
+    // Nowhere to wait for the way to open.
+    draft.nodes[1].pads = 0;
+    let stage = on_with(&draft, following());
+    let plan = stage.deliver(order()).await.expect("a plan");
+    let pilot = Pilot::of(&stage, &draft);
+    let passes = instant(&plan.reported.legs[1].departs_at);
+    pilot.fly_until(&plan.reported, passes).await;
+    let opens = stage.edge.clock().now() + SignedDuration::from_mins(3);
+    let mut crane = circle("crane", 1_600.0, 0.0, 50.0);
+    crane["properties"]["windows"] = json!([{"until": opens.to_string()}]);
+    stage.zone(crane).await;
+    stage.settle().await;
+    let wanted = stage.plan("p").wanted.expect("a way around");
+    let nodes: Vec<&str> = wanted.path.nodes.iter().map(wire::Id::text).collect();
+    assert_eq!(nodes, ["s1", "u1", "s2", "s3", "s2", "s1", "s0"]);
+    let version = pilot.acknowledge(wanted.version).await.version;
+    for x in [1_300.0, 1_350.0, 1_400.0] {
+        stage.pass(EVERY).await;
+        pilot.tell([x, 0.0], true).await;
+        let newest = stage.plan("p");
+        let newest = newest.wanted.unwrap_or(newest.reported);
+        if newest.version > version {
+            pilot.acknowledge(newest.version).await;
+        }
+    }
+    assert_eq!(stage.plan("p").stops.len(), 2, "all are ahead");
+    let served: Vec<u32> = flights(&stage).iter().map(|it| it.stops_served).collect();
+    assert!(served.iter().all(|served| *served == 0), "{served:?}");
+}
+
 #[tokio::test]
 async fn who_only_flies_over_the_stop_has_not_served_it() {
     let draft = town();
