@@ -2,7 +2,7 @@
 
 use super::Dispatch;
 use super::changes::Change;
-use super::records::{CALLING_OFF, Kept, Order, RESERVING};
+use super::records::{Asking, CALLING_OFF, GIVEN_UP, Kept, Order, RESERVING};
 use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
 use crate::wire::DeliveryStatus;
@@ -39,7 +39,7 @@ pub(super) struct ToAsk {
 /// The network of an edge, and its id there.
 pub(super) type EdgeName = (String, String);
 
-/// How many orders an edge has not answered: whether it flies them, or calls them off.
+/// How many orders an edge has not answered: whether it flies them, or, given up, whether it ever will.
 pub(super) type Reserved = BTreeMap<EdgeName, usize>;
 
 impl ToAsk {
@@ -176,33 +176,41 @@ impl Dispatch {
             to_ask.extend(order.is_to_be_asked(now).then_some(asked));
         }
         for order in self.open_orders(after).await? {
-            if now >= order.value.waits_until() {
+            if order.value.dispatch.asking != Asking::Nothing {
+                if order.is_to_be_asked(now) {
+                    to_ask.push(ToAsk::of(&order));
+                }
+            } else if now >= order.value.waits_until() {
                 self.expire(order, now).await?;
             } else if order.value.dispatch.next_look_ms <= now.as_millisecond() {
                 gathered.add(order);
             }
         }
-        if gathered.through.is_some() {
-            // Those that were left out have their turn, though those before them go on waiting.
-            *after = gathered.through;
-            self.orders.notify_one();
-        }
+        let mut through = gathered.through;
         for (network, orders) in gathered.waiting {
             match self.assign_over(&network, orders, &reserved, now).await {
-                Ok(reserved) => to_ask.extend(reserved),
+                Ok(part) => {
+                    to_ask.extend(part.to_ask);
+                    through = [through, part.through].into_iter().flatten().min();
+                }
                 Err(refusal) => tracing::warn!(network, %refusal, "orders are not assigned"),
             }
+        }
+        if through.is_some() {
+            // Those that were left out have their turn, though those before them go on waiting.
+            *after = through;
+            self.orders.notify_one();
         }
         // Who has waited longest is asked for first, be it to fly or to call off.
         to_ask.sort_by_key(|asked| asked.from_ms);
         Ok(to_ask)
     }
 
-    /// The orders with a drone whose edge has not answered whether it flies them, or calls them off.
+    /// The orders with a drone whose edge has not answered, or was given up.
     async fn asked_orders(&self) -> Result<Vec<Kept<Order>>, Refusal> {
         let (mut asked, mut after) = (Vec::new(), None);
         loop {
-            let states = [RESERVING, CALLING_OFF];
+            let states = [RESERVING, GIVEN_UP];
             asked.extend(self.orders_in(&states, &mut after).await?);
             if after.is_none() {
                 return Ok(asked);
@@ -210,9 +218,9 @@ impl Dispatch {
         }
     }
 
-    /// A part of the orders that wait, from where the last part ended.
+    /// A part of the orders that wait, or are called off, from where the last part ended.
     async fn open_orders(&self, after: &mut Option<String>) -> Result<Vec<Kept<Order>>, Refusal> {
-        let open = [DeliveryStatus::Created.name()];
+        let open = [DeliveryStatus::Created.name(), CALLING_OFF];
         let orders = self.orders_in(&open, after).await?;
         if after.is_some() {
             self.orders.notify_one();

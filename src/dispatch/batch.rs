@@ -4,16 +4,15 @@ use super::Dispatch;
 use super::assigning::{Reserved, TOGETHER_MAX, ToAsk};
 use super::changes::Change;
 use super::edges::EdgeAddress;
-use super::fleet::{Candidate, Demand};
-use super::quotes::departure;
+use super::fleet::{Candidate, Demand, FLYING, candidates_of};
+use super::holding::Holding;
 use super::records::{Asking, Kept, Order};
 use super::wanted::Stated;
 use super::ways::{Errand, Ways};
 use crate::market::allocation::assign;
 use crate::market::hours::Hours;
-use crate::market::matching::SPEED_MPS;
 use crate::refusal::{Code, Refusal};
-use crate::wire::{AllocatedDrone, FleetDrone, FleetDroneState, PublishedService};
+use crate::wire::{AllocatedDrone, FleetDroneState, PublishedService};
 use jiff::{SignedDuration, Timestamp};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -26,90 +25,124 @@ const FILLED_MAX: usize = 16;
 const AHEAD: SignedDuration = SignedDuration::from_mins(15);
 /// How long an order waits until a service is looked for again.
 const LOOK_FOR_SERVICE_AFTER: SignedDuration = SignedDuration::from_secs(5);
-/// What waiting for a drone that flies counts at least, in seconds: it may be late.
-const UNSURE_S: f64 = 30.0;
-/// The drones that will be free again.
-const FLYING: [FleetDroneState; 2] = [FleetDroneState::Assigned, FleetDroneState::InFlight];
 /// How long another process leaves a reservation to the one that made it.
 const LEFT_FOR: SignedDuration = SignedDuration::from_secs(2);
 
 /// An order that a drone is looked for.
-struct Waiting {
-    order: Kept<Order>,
-    service: PublishedService,
-    errand: Errand,
+pub(super) struct Waiting {
+    pub(super) order: Kept<Order>,
+    pub(super) service: PublishedService,
+    pub(super) errand: Errand,
 }
 
-/// The drones of the providers whose orders wait: those that are free, and where there are such those that fly.
-type Fleets = BTreeMap<String, Vec<Kept<FleetDrone>>>;
+/// What a round has come to over one network.
+#[derive(Debug, Default)]
+pub(super) struct Part {
+    /// The orders whose edge is to be asked.
+    pub(super) to_ask: Vec<ToAsk>,
+    /// The last order that was looked at, where there was no room for those after it.
+    pub(super) through: Option<String>,
+}
+
+/// What it would cost to fly an order, by drone.
+struct Row {
+    costs: Vec<Option<f64>>,
+    /// How many free drones can fly it, and what it costs with the best of them.
+    fitting: usize,
+    cheapest_m: f64,
+}
+
+impl Row {
+    fn of(order: &Waiting, free: &[Candidate<'_>], now: Timestamp) -> Self {
+        let costs = order.costs(free, now);
+        let possible = || costs.iter().flatten().copied();
+        Self {
+            fitting: possible().count(),
+            cheapest_m: possible().fold(f64::INFINITY, f64::min),
+            costs,
+        }
+    }
+}
 
 impl Dispatch {
-    /// Reserves drones for orders over a network. Tells for which, so that their edge is asked.
+    /// Reserves drones for orders over a network.
     pub(super) async fn assign_over(
         &self,
         network: &str,
         mut orders: Vec<Kept<Order>>,
         reserved: &Reserved,
         now: Timestamp,
-    ) -> Result<Vec<ToAsk>, Refusal> {
+    ) -> Result<Part, Refusal> {
         let edge = match self.edge_of(network).await {
             Ok(edge) => edge,
             Err(refusal) if refusal.code == Code::EdgeUnavailable => {
                 for order in orders {
                     self.note(order, refusal.detail.clone(), now, now).await?;
                 }
-                return Ok(Vec::new());
+                return Ok(Part::default());
             }
             Err(refusal) => return Err(refusal),
         };
         let before = reserved.get(&(network.to_owned(), edge.id.clone()));
-        orders.truncate(TOGETHER_MAX.saturating_sub(before.copied().unwrap_or_default()));
+        let room = TOGETHER_MAX.saturating_sub(before.copied().unwrap_or_default());
+        let through = match room < orders.len() {
+            true => orders[..room].last().map(|last| last.document.id.clone()),
+            false => None,
+        };
+        orders.truncate(room);
         let ways = self.ways(network).await?;
         let waiting = self.ready(&ways, orders, now).await?;
-        let fleets = self.fleets(&waiting).await?;
-        let candidates: Vec<Candidate<'_>> = fleets
-            .values()
-            .flatten()
-            .filter_map(|drone| Candidate::of(drone, &ways, now))
-            .collect();
-        let costs: Vec<Vec<Option<f64>>> = waiting
-            .iter()
-            .map(|order| order.costs(&candidates, now))
-            .collect();
-        let fitting: Vec<usize> = costs
-            .iter()
-            .map(|row| {
-                let possible = row.iter().zip(&candidates);
-                let free = possible.filter(|(cost_m, drone)| cost_m.is_some() && drone.is_free());
-                free.count()
-            })
-            .collect();
-        let (kept, costs) = nearest(&costs, candidates.len());
-        let assigned = {
-            let costs = costs.clone();
-            tokio::task::spawn_blocking(move || assign(&costs)).await
+        let providers = waiting.iter().map(|order| order.provider().to_owned());
+        let providers: BTreeSet<String> = providers.collect();
+        let free = self
+            .fleets(&providers, &[FleetDroneState::Available])
+            .await?;
+        let mut candidates = candidates_of(&free, &ways, now);
+        let rows = waiting.iter();
+        let mut rows: Vec<Row> = rows.map(|it| Row::of(it, &candidates, now)).collect();
+        let flying = match rows.iter().any(|row| row.fitting > 0) {
+            true => self.fleets(&providers, &FLYING).await?,
+            false => Vec::new(),
         };
-        let assigned = assigned.map_err(|error| {
-            Refusal::new(Code::Internal, format!("a computation failed: {error}"))
-        })?;
+        let flying = candidates_of(&flying, &ways, now);
+        for (order, row) in waiting.iter().zip(&mut rows) {
+            let held = order.costs_held((&candidates, &row.costs), &flying, now);
+            row.costs.extend(held);
+        }
+        candidates.extend(flying);
+        let (kept, costs, assigned) = best(&rows, candidates.len()).await?;
         let together = waiting.len();
         let mut reservations = Vec::new();
-        let chosen = costs.iter().zip(fitting).zip(assigned);
-        for (order, ((row, fitting), column)) in waiting.into_iter().zip(chosen) {
-            let Some((column, cost_m)) = column.and_then(|column| Some((column, row[column]?)))
+        let chosen = costs.iter().zip(&rows).zip(assigned);
+        for (order, ((costs, row), column)) in waiting.into_iter().zip(chosen) {
+            let Some((column, cost_m)) = column.and_then(|column| Some((column, costs[column]?)))
             else {
-                self.note_waiting(order, fitting, now).await?;
+                self.note_waiting(order, row.fitting, now).await?;
                 continue;
             };
             let candidate = &candidates[kept[column]];
-            if !candidate.is_free() {
-                self.hold(order, fitting, now).await?;
+            if candidate.free_s.is_some() {
+                match cost_m < row.cheapest_m {
+                    true => self.hold(order, now).await?,
+                    // The others have those that are free.
+                    false => self.note_waiting(order, row.fitting, now).await?,
+                }
                 continue;
             }
-            let explanation = explain(&order, candidate, cost_m, (fitting, together));
+            let explanation = explain(&order, candidate, cost_m, (row.fitting, together));
             let choice = (candidate, cost_m, explanation);
             reservations.push(reservation(order, choice, &edge, now));
         }
+        let to_ask = self.reserve(&reservations, now).await?;
+        Ok(Part { to_ask, through })
+    }
+
+    /// Commits reservations. Gives those that were done.
+    async fn reserve(
+        &self,
+        reservations: &[Change],
+        now: Timestamp,
+    ) -> Result<Vec<ToAsk>, Refusal> {
         let mut reserved = Vec::new();
         for part in reservations.chunks(RESERVED_AT_ONCE) {
             let done = self.commit_changes(part, now).await?;
@@ -242,24 +275,8 @@ impl Dispatch {
         }
     }
 
-    async fn fleets(&self, waiting: &[Waiting]) -> Result<Fleets, Refusal> {
-        let providers: BTreeSet<&str> = waiting.iter().map(Waiting::provider).collect();
-        let mut fleets = Fleets::new();
-        for provider in providers {
-            let mut fleet = self.fleet(provider, &[FleetDroneState::Available]).await?;
-            if !fleet.is_empty() {
-                fleet.extend(self.fleet(provider, &FLYING).await?);
-            }
-            fleets.insert(provider.to_owned(), fleet);
-        }
-        Ok(fleets)
-    }
-
     /// Lets an order wait for a drone that flies for another one, though some are free.
-    async fn hold(&self, mut waiting: Waiting, free: usize, now: Timestamp) -> Result<(), Refusal> {
-        if free == 0 {
-            return self.note_waiting(waiting, free, now).await;
-        }
+    async fn hold(&self, mut waiting: Waiting, now: Timestamp) -> Result<(), Refusal> {
         let dispatch = &mut waiting.order.value.dispatch;
         dispatch.holds_since_ms.get_or_insert(now.as_millisecond());
         let reason =
@@ -319,39 +336,48 @@ impl Waiting {
             let is_fit = document.tenant == self.provider()
                 && demand.fits(value, &self.service)
                 && !dispatch.passes_over(&document.id, now);
-            let round_m = is_fit.then(|| self.errand.round_m(candidate.home))??;
-            match candidate.free_at {
-                None => Some(round_m),
-                Some(free_at) => Some(round_m + self.wait_m(candidate, free_at, now)?),
-            }
+            is_fit
+                .then(|| self.errand.round_m(candidate.home))
+                .flatten()
         });
         costs.collect()
     }
 
-    /// What waiting for a drone that flies counts beside its way, in metres; none where it comes too late. A fetch is flown
-    /// there and back, so that a second counts twice what is flown in one: then it is waited for where it is sooner at the
-    /// pickup than one that is free. It counts from when the order was first held, or its drone would have had to leave: so no
-    /// order is held for longer than a fetch takes.
-    fn wait_m(&self, candidate: &Candidate<'_>, free_at: Timestamp, now: Timestamp) -> Option<f64> {
-        let order = &self.order.value;
-        let fetch_m = self.errand.fetch_m(candidate.home)?;
-        let flown_s = (fetch_m + self.errand.length_m()?) / SPEED_MPS;
-        let flown = SignedDuration::try_from_secs_f64(flown_s).ok()?;
-        let drop_at = free_at.saturating_add(flown).ok()?;
-        if drop_at > order.waits_until() {
-            return None;
-        }
-        let held_since_ms = order.dispatch.holds_since_ms;
-        let held_since = held_since_ms.and_then(|ms| Timestamp::from_millisecond(ms).ok());
-        let ready_at = departure(order.start_time(), fetch_m, held_since.unwrap_or(now));
-        let wait_s = free_at.max(now).duration_since(ready_at).as_secs_f64();
-        Some(2.0 * SPEED_MPS * wait_s.max(UNSURE_S))
+    /// The same of drones that fly, with what waiting for them counts.
+    fn costs_held(
+        &self,
+        (free, costs): (&[Candidate<'_>], &[Option<f64>]),
+        flying: &[Candidate<'_>],
+        now: Timestamp,
+    ) -> Vec<Option<f64>> {
+        let Some(holding) = Holding::of(self, free, costs, now) else {
+            return vec![None; flying.len()];
+        };
+        let rounds = self.costs(flying, now).into_iter().zip(flying);
+        let costs = rounds.map(|(round_m, drone)| Some(round_m? + holding.wait_m(drone)?));
+        costs.collect()
     }
+}
+
+/// Which drones may be assigned, at which costs, and by order which of them is.
+type Best = (Vec<usize>, Vec<Vec<Option<f64>>>, Vec<Option<usize>>);
+
+async fn best(rows: &[Row], drones: usize) -> Result<Best, Refusal> {
+    let costs: Vec<&[Option<f64>]> = rows.iter().map(|row| &*row.costs).collect();
+    let (kept, costs) = nearest(&costs, drones);
+    let assigned = tokio::task::spawn_blocking(move || {
+        let assigned = assign(&costs);
+        (costs, assigned)
+    });
+    let (costs, assigned) = assigned
+        .await
+        .map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))?;
+    Ok((kept, costs, assigned))
 }
 
 /// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in
 /// no best assignment, as one of these would be left.
-fn nearest(costs: &[Vec<Option<f64>>], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
+fn nearest(costs: &[&[Option<f64>]], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
     let mut is_kept = vec![false; drones];
     for row in costs {
         let possible = row.iter().enumerate();
@@ -451,7 +477,8 @@ mod tests {
                     (0..drones).map(|_| cost()).collect()
                 })
                 .collect();
-            let (_, kept) = nearest(&costs, drones);
+            let rows: Vec<&[Option<f64>]> = costs.iter().map(|row| &**row).collect();
+            let (_, kept) = nearest(&rows, drones);
             assert_eq!(told(&kept), told(&costs), "seed {seed}");
         }
     }

@@ -8,7 +8,8 @@ use crate::network::NodeIx;
 use crate::refusal::Refusal;
 use crate::registry::documents::{DocumentKind, DocumentQuery};
 use crate::wire::{FleetDrone, FleetDroneState, PublishedService};
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
+use std::collections::BTreeSet;
 
 /// How many documents are read at once.
 pub(super) const AT_ONCE: u64 = 500;
@@ -16,8 +17,11 @@ pub(super) const AT_ONCE: u64 = 500;
 const DRONES_MAX: usize = 5_000;
 /// How many are read at once where one is looked for.
 const LOOKED_AT_ONCE: u64 = 50;
-/// For how long after its time a drone is still waited for.
-const LATE_MAX: SignedDuration = SignedDuration::from_mins(2);
+/// For how long after its time a drone is still waited for, in seconds.
+pub(super) const LATE_MAX_S: f64 = 120.0;
+/// Those that will be free again.
+pub(super) const FLYING: [FleetDroneState; 2] =
+    [FleetDroneState::Assigned, FleetDroneState::InFlight];
 /// Those that fly, or will again without their provider.
 const IN_SERVICE: [FleetDroneState; 4] = [
     FleetDroneState::Available,
@@ -47,6 +51,22 @@ impl Dispatch {
             }
         }
         Ok(drones)
+    }
+
+    /// The same of several providers.
+    ///
+    /// # Errors
+    /// As for [`Self::fleet`].
+    pub(super) async fn fleets(
+        &self,
+        providers: &BTreeSet<String>,
+        states: &[FleetDroneState],
+    ) -> Result<Vec<Kept<FleetDrone>>, Refusal> {
+        let mut fleets = Vec::new();
+        for provider in providers {
+            fleets.extend(self.fleet(provider, states).await?);
+        }
+        Ok(fleets)
     }
 
     /// Whether a service has a drone that could fly an errand, now or once it is free. It reads no more than it needs: mostly the
@@ -140,30 +160,39 @@ pub(super) struct Candidate<'a> {
     pub(super) drone: &'a Kept<FleetDrone>,
     /// The node of its home.
     pub(super) home: NodeIx,
-    /// When it is back from the delivery that it flies for; none where it is free.
-    pub(super) free_at: Option<Timestamp>,
+    /// In how many seconds it is back from the delivery that it flies for; none where it is free.
+    pub(super) free_s: Option<f64>,
 }
 
 impl<'a> Candidate<'a> {
     /// A drone, unless its home is not on the network, or it flies and nothing says when it is back, or it should have been.
-    pub(super) fn of(drone: &'a Kept<FleetDrone>, ways: &Ways, now: Timestamp) -> Option<Self> {
+    fn of(drone: &'a Kept<FleetDrone>, ways: &Ways, now: Timestamp) -> Option<Self> {
         let home = ways.node(drone.value.home.text())?;
-        let free_at = match drone.value.state {
+        let free_s = match drone.value.state {
             FleetDroneState::Available => None,
             _ => {
                 let free_at: Timestamp = drone.value.free_at.as_deref()?.parse().ok()?;
-                (now.duration_since(free_at) <= LATE_MAX).then_some(free_at)?;
-                Some(free_at)
+                let free_s = free_at.duration_since(now).as_secs_f64();
+                (free_s >= -LATE_MAX_S).then_some(free_s)?;
+                Some(free_s)
             }
         };
         Some(Self {
             drone,
             home,
-            free_at,
+            free_s,
         })
     }
+}
 
-    pub(super) fn is_free(&self) -> bool {
-        self.free_at.is_none()
-    }
+/// Those of some drones that may be assigned, now or once they are back.
+pub(super) fn candidates_of<'a>(
+    drones: &'a [Kept<FleetDrone>],
+    ways: &Ways,
+    now: Timestamp,
+) -> Vec<Candidate<'a>> {
+    let drones = drones.iter();
+    drones
+        .filter_map(|drone| Candidate::of(drone, ways, now))
+        .collect()
 }

@@ -12,6 +12,7 @@ mod directory;
 mod edge_http;
 mod edges;
 mod fleet;
+mod holding;
 mod messages;
 mod news;
 mod offers;

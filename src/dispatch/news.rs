@@ -186,13 +186,13 @@ impl Dispatch {
         let Some(drone) = drone else {
             return Ok(());
         };
-        self.take_drone(&drone, id, &standing, taking).await
+        self.take_drone(&drone, flight, &standing, taking).await
     }
 
     async fn take_drone(
         &self,
         id: &str,
-        delivery: &str,
+        flight: &FlightNews,
         standing: &Standing,
         taking: &mut Taking,
     ) -> Result<(), Refusal> {
@@ -208,13 +208,20 @@ impl Dispatch {
         let Some(Some(drone)) = taking.drones.get_mut(id) else {
             return Ok(());
         };
+        let delivery = flight.delivery_id.as_str();
         if drone.value.delivery_id.as_deref() != Some(delivery) {
             return Ok(());
         }
+        let is_back_as_told = flight.state != PlanState::Contingent && flight.outcome != "diverted";
         let delivery = (!standing.is_over).then_some(delivery);
-        if drone.value.state == state && drone.value.delivery_id.as_deref() == delivery {
+        let free_at = drone.value.free_at.clone().filter(|_| is_back_as_told);
+        let is_as_before = drone.value.state == state
+            && drone.value.delivery_id.as_deref() == delivery
+            && drone.value.free_at == free_at;
+        if is_as_before {
             return Ok(());
         }
+        drone.value.free_at = free_at;
         drone.set(state, delivery);
         let document = drone.next(self.clock.now());
         taking.changed_drones.insert(id.to_owned(), document);

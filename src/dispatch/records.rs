@@ -22,6 +22,8 @@ const WAITS_FOR: SignedDuration = SignedDuration::from_mins(150);
 pub(super) const RESERVING: &str = "reserving";
 /// State of the document of an order whose flight an edge is being asked to call off.
 pub(super) const CALLING_OFF: &str = "calling_off";
+/// State of the document of an order whose edge was given up, and is asked to call its flight off.
+pub(super) const GIVEN_UP: &str = "given_up";
 
 /// A document and what it holds.
 #[derive(Clone, Debug)]
@@ -245,6 +247,7 @@ impl Kept<Order> {
         let state = match self.value.dispatch.asking {
             Asking::Nothing => self.value.delivery.status.name(),
             Asking::Reserving => RESERVING,
+            Asking::CallingOff if self.value.dispatch.is_given_up => GIVEN_UP,
             Asking::CallingOff => CALLING_OFF,
         };
         let party = self.value.delivery.provider.as_deref().unwrap_or_default();

@@ -33,6 +33,7 @@ mod plan_versions;
 mod plans;
 mod publication;
 mod restart;
+mod served_stops;
 mod sharing;
 mod silence;
 mod stage;

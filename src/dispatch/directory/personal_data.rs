@@ -6,7 +6,7 @@
 use super::{DECISIONS, contended, etag, seen};
 use crate::access::{Caller, Role, is_tenant};
 use crate::dispatch::Dispatch;
-use crate::dispatch::records::{CALLING_OFF, Kept, RESERVING, text};
+use crate::dispatch::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, text};
 use crate::intake::{Expected, PageRequest};
 use crate::refusal::{Code, Refusal};
 use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
@@ -275,7 +275,7 @@ impl Pages {
         let open = open.filter(|status| !status.is_final());
         let states = open.map(DeliveryStatus::name);
         if let Some(query) = &mut pages.query {
-            let states = states.chain([RESERVING, CALLING_OFF]);
+            let states = states.chain([RESERVING, CALLING_OFF, GIVEN_UP]);
             query.states = states.map(str::to_owned).collect();
         }
         pages

@@ -60,79 +60,25 @@ async fn orders_that_come_together_are_assigned_best_together() {
     assert!(explanation.contains("2 orders together"), "{explanation}");
 }
 
-/// A drone at the shop that flies from there to the door for 188 s, one that is free elsewhere, and an order from the shop on
-/// which drones were looked for once.
-async fn with_one_away(free_at: &str) -> (World, String) {
-    let world = World::with_drones(&["shop", free_at]).await;
-    let first = world.order("shop", "door").await;
-    world.assign().await;
-    assert_eq!(world.drone_of(&first).await, "swift:0");
-    let flight = world.whole_flight(&first, "shop").await;
-    world.tell(1, &flight[..2]).await;
-    let second = world.order("shop", "door").await;
-    world.assign().await;
-    (world, second)
-}
-
 #[tokio::test]
-async fn a_drone_that_is_sooner_back_than_another_is_there_is_waited_for() {
-    let (world, waits) = with_one_away("tower").await;
-    assert_eq!(world.drone_of(&waits).await, "");
-    let reason = "a drone that flies for another order is sooner there than those that are free";
-    assert_eq!(world.reason(&waits).await, reason);
-    let plan = world.edge.plans().into_iter().next().expect("a plan");
-    world
-        .edge
-        .set(&plan.0, PlanState::Ended, Some(EndedAs::Delivered));
-    let flight = world.whole_flight(&plan.1.delivery, "shop").await;
-    world.tell(3, &flight[2..]).await;
-    world.assign().await;
-    assert_eq!(world.drone_of(&waits).await, "swift:0");
-
-    let (world, does_not_wait) = with_one_away("hut").await;
-    assert_eq!(world.drone_of(&does_not_wait).await, "swift:1");
-}
-
-#[tokio::test]
-async fn a_drone_that_is_late_is_waited_for_no_longer() {
-    let (world, waits) = with_one_away("tower").await;
-    world.pass(188 + 118);
-    world.assign().await;
-    assert_eq!(world.drone_of(&waits).await, "");
-    world.pass(5);
-    world.assign().await;
-    assert_eq!(world.drone_of(&waits).await, "swift:1");
-}
-
-#[tokio::test]
-async fn an_order_is_held_for_no_longer_than_a_fetch_takes() {
-    let (world, waits) = with_one_away("roof").await;
-    assert_eq!(world.drone_of(&waits).await, "");
-    world.pass(188);
-    world.assign().await;
-    assert_eq!(world.drone_of(&waits).await, "");
-    // Its flight costs 3,000 m and the wait until now 7,040 m; that of the other one 10,000 m.
-    world.pass(32);
-    world.assign().await;
-    assert_eq!(world.drone_of(&waits).await, "swift:1");
-}
-
-#[tokio::test]
-async fn an_order_for_later_is_held_at_no_cost_until_its_drone_has_to_leave() {
-    let world = World::with_drones(&["shop", "hut"]).await;
-    let first = world.order("shop", "door").await;
-    world.assign().await;
-    assert_eq!(world.drone_of(&first).await, "swift:0");
-    let mut order = errand("shop", "door");
-    order.start_time = Some("2026-11-27T18:14:00Z".to_owned());
-    let waits = world.try_order(&order).await.expect("an order").id;
-    world.assign().await;
-    // The parcel is ready at 18:14: a wait until then costs nothing.
-    for _ in 0..3 {
-        assert_eq!(world.drone_of(&waits).await, "");
-        world.pass(60);
-        world.assign().await;
+async fn who_waits_behind_orders_that_an_edge_does_not_answer_has_its_turn() {
+    let world = World::with_drones(&["depot"; 255]).await;
+    world.edge.lose_questions(u32::MAX);
+    for _ in 0..255 {
+        world.order("shop", "door").await;
     }
+    world.assign().await;
+    // There is room for one more, and the first that waits has no drone.
+    world
+        .put_service(&json!({"id": "slow:parcels", "provider": "slow"}))
+        .await;
+    let mut without = errand("shop", "door");
+    without.service_id = Some("slow:parcels".to_owned());
+    world.try_order(&without).await.expect("an order");
+    world.put_drone("swift:255", "depot").await;
+    world.order("shop", "door").await;
+    world.assign().await;
+    assert_eq!(world.drone("swift:255").await.0, "assigned");
 }
 
 #[tokio::test]

@@ -5,6 +5,7 @@ mod cancelling;
 mod edge;
 mod flying;
 mod giving_up;
+mod holding;
 mod lateness;
 mod ordering;
 mod racing;

@@ -275,7 +275,7 @@ pub struct Delivery {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub promised_at: Option<String>,
-    /// When it is expected now, RFC 3339.
+    /// When it is expected now, RFC 3339; absent before it has a drone and once it is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub expected_at: Option<String>,
