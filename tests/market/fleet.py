@@ -34,6 +34,8 @@ class Courier(Drone):
         self.has_landed, self.declined, self.taken = False, 0, 0
         # The plans at whose end it has landed.
         self.flown: list[str] = []
+        # The nodes that it has come to, by plan.
+        self.visited: dict[str, set[str]] = {}
         self.faults: list[str] = []
         super().__init__(drone_id)
 
@@ -41,6 +43,7 @@ class Courier(Drone):
         """It has nothing to fly."""
         if self.has_landed:
             self.flown.append(self.plan_id)
+            self._note_visited(self.lands_at)
         super().wait()
         self.has_landed, self.height_reference = False, None
 
@@ -49,8 +52,15 @@ class Courier(Drone):
         super().fly(plan_id, version)
         self.has_landed = False
 
+    def _note_visited(self, now) -> None:
+        """What it has come to on the version that it flies."""
+        come = [leg.to for leg in self.version.legs if leg.arrives_at.ToDatetime(UTC) <= now]
+        self.visited.setdefault(self.plan_id, set()).update(come)
+
     def answer(self, message, now):
         """What it says to a message from its mailbox."""
+        if self.plan_id:
+            self._note_visited(now)
         kind = session.MessageKind.Name(message.kind).removeprefix("MESSAGE_KIND_").lower()
         if kind == "assigned":
             self._is_assigned(message)

@@ -190,8 +190,9 @@ class Paper:
         """What it has come to."""
         faults = [*self.receiver.faults, *self.kills.faults, *self.fleet.faults()]
         flown = [plan for drone in self.fleet.drones for plan in drone.flown]
-        return Evidence(self.acknowledged, self.listing("deliveries"), self.listing("drones"), self.receiver.taken, flown, faults,
-                        self.called_off)
+        visited = {plan: nodes for drone in self.fleet.drones for plan, nodes in drone.visited.items()}
+        return Evidence(self.acknowledged, self.listing("deliveries"), self.listing("drones"), self.receiver.taken, flown, visited,
+                        faults, self.called_off)
 
     def is_home(self) -> bool:
         """Whether no drone is under way any more; one that has landed elsewhere is out of service."""

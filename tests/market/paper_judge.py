@@ -19,6 +19,8 @@ class Evidence:
     told: dict[str, list[str]]
     # The plans that drones say that they have flown to the end, and what they were told wrong.
     flown: list[str]
+    # The nodes that a drone has come to by each plan, as it says.
+    visited: dict[str, set[str]]
     faults: list[str]
     # Those that were answered as called off.
     called_off: list[str]
@@ -65,6 +67,8 @@ def delivery_faults(delivery: dict, evidence: Evidence) -> list[str]:
     times = evidence.flown.count(plan)
     if is_delivered and times != 1:
         faults.append(f"{name} was delivered, and its plan {plan} flown {times} times")
+    if is_delivered and delivery["destination"] not in evidence.visited.get(plan, ()):
+        faults.append(f"{name} was delivered, and the drone of its plan {plan} never at its drop, {delivery['destination']}")
     if delivery["status"] == "cancelled" and times:
         faults.append(f"{name} was called off, and its plan {plan} flown {times} times")
     if name in evidence.called_off and delivery["status"] != "cancelled":
@@ -113,11 +117,11 @@ def right() -> Evidence:
         statuses = ["created", "assigned", "picking_up", "in_flight", "delivered"]
         history = [{"status": status, "at": f"2026-11-27T0{number}:00:0{second}Z"} for second, status in enumerate(statuses)]
         return {"id": f"d-{number}", "status": "delivered", "history": history, "created_at": history[0]["at"],
-                "proof": {"at": "then"}, "allocation": {"drone_id": "acme:1", "plan_id": f"p-{number}"}}
+                "destination": f"n-{number}", "proof": {"at": "then"}, "allocation": {"drone_id": "acme:1", "plan_id": f"p-{number}"}}
     listing = [one(1), one(2)]
     told = {one["id"]: [f"delivery.{change['status']}" for change in one["history"]] for one in listing}
     return Evidence({"first": ["d-1", "d-1"], "second": ["d-2"]}, listing, [{"id": "acme:1", "state": "available"}], told,
-                    ["p-1", "p-2"], [], [])
+                    ["p-1", "p-2"], {"p-1": {"n-1"}, "p-2": {"n-2"}}, [], [])
 
 
 def final_twice(evidence: Evidence) -> None:
@@ -155,6 +159,7 @@ PLANTED = {
     "a proof is missing": lambda evidence: evidence.listing[0].pop("proof"),
     "a plan is flown twice": lambda evidence: evidence.flown.append("p-1"),
     "a delivery that was called off goes on": lambda evidence: evidence.called_off.append("d-1"),
+    "a drone has not been at the drop": lambda evidence: evidence.visited["p-1"].clear(),
     "a delivery is not flown": lambda evidence: evidence.flown.remove("p-2"),
     "a drone flies two at once": at_once,
     "a drone is out of service without a reason": lambda evidence: evidence.drones[0].update(state="out_of_service"),
