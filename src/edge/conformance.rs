@@ -140,18 +140,19 @@ fn flown(
     let version = &plan.reported;
     let place = sighting.position(topology.frame());
     let has_departed = sighting.seen_at >= version.departs_at;
-    let known = plan.known_before(topology, before, sighting.seen_at);
+    let known = plan.known_by(topology, before, sighting.seen_at);
     let spot = spot_on(topology, version, place, known).filter(|_| has_departed)?;
     // What is far off says nothing of how far it has come.
-    let (at_m, at) = match spot.off_m <= OFF_WAY_M {
-        true => (spot.at_m.max(known.flown_m), sighting.seen_at),
-        false => (known.flown_m, plan.seen_last_at(topology, before)),
+    let at_m = if spot.off_m <= OFF_WAY_M {
+        spot.at_m.max(known.flown_m)
+    } else {
+        known.flown_m
     };
     Some(Flown {
         plan: plan.id.clone(),
         version: version.number,
         at_m,
-        at,
+        at: sighting.seen_at,
     })
 }
 

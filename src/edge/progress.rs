@@ -49,7 +49,7 @@ pub(super) struct Spot {
 pub(super) struct Known {
     /// So far it has come.
     pub(super) flown_m: f64,
-    /// So far it may have come since.
+    /// So far it may have come since, at twice its airspeed.
     pub(super) reach_m: f64,
     /// Its next stop is before this leg.
     pub(super) stops_before: Option<usize>,
@@ -110,7 +110,8 @@ pub(super) fn spot_on(
             {
                 return Some(spot);
             }
-            if is_beyond && spot.at_m > known.reach_m {
+            // One that is past the stop already is somewhere beyond it.
+            if is_beyond && nearest.is_some() && spot.at_m > known.reach_m + BACK_M {
                 break;
             }
             if nearest.is_none_or(|nearest| spot.off_m < nearest.off_m - AS_NEAR_M) {
@@ -189,7 +190,7 @@ fn seen_at(
     let version = &plan.reported;
     let legs = &version.composition.legs;
     let position = sighting.position(topology.frame());
-    let known = plan.known_before(topology, Some(sighting), sighting.seen_at);
+    let known = plan.known_by(topology, Some(sighting), sighting.seen_at);
     let spot = spot_on(topology, version, position, known)?;
     let (end, after_m) = match spot.leg {
         Some(leg) => (legs[leg].to, length_after(legs, leg)),

@@ -159,16 +159,17 @@ impl PlanEntry {
         })
     }
 
-    /// What is known before its drone is seen at an instant: by a sighting, and by where its delivery was served.
-    pub(super) fn known_before(
+    /// What a sighting says of how far its drone has come by an instant, and where its delivery was served. From a sighting at
+    /// that instant nothing but what it says itself follows.
+    pub(super) fn known_by(
         &self,
         topology: &Topology,
         sighting: Option<&Sighting>,
-        seen_at: Timestamp,
+        at: Timestamp,
     ) -> Known {
         let flown_m = self.come_m(topology, sighting);
-        let last = self.come_before(topology, sighting.and_then(|it| it.flown.as_ref()));
-        let since_s = seen_at.duration_since(last.at).as_secs_f64().max(0.0);
+        let last = self.come_by(topology, sighting);
+        let since_s = at.duration_since(last.at).as_secs_f64().max(0.0);
         Known {
             flown_m,
             reach_m: flown_m.max(last.at_m) + FASTEST * self.airspeed_mps.max(0.1) * since_s,
@@ -176,14 +177,20 @@ impl PlanEntry {
         }
     }
 
-    /// When it was known last how far its drone has come.
-    pub(super) fn seen_last_at(
-        &self,
-        topology: &Topology,
-        sighting: Option<&Sighting>,
-    ) -> Timestamp {
-        self.come_before(topology, sighting.and_then(|it| it.flown.as_ref()))
-            .at
+    /// How far its drone had come on what it reported by a sighting. One that was seen on another version has begun this one
+    /// since.
+    fn come_by(&self, topology: &Topology, sighting: Option<&Sighting>) -> Come {
+        let flown = sighting.and_then(|sighting| sighting.flown.as_ref());
+        let come = self.come_before(topology, flown);
+        let is_of_another =
+            flown.is_some_and(|it| it.plan == self.id && it.version != self.reported.number);
+        match sighting {
+            Some(sighting) if is_of_another => Come {
+                at: come.at.max(sighting.seen_at),
+                ..come
+            },
+            _ => come,
+        }
     }
 
     /// The same with this number of stops served, if that is more.
@@ -371,8 +378,7 @@ impl PlanEntry {
             at_m: come.at_m,
             at: come.at,
         };
-        let last = before.and_then(|before| before.flown.as_ref());
-        let last = self.come_before(topology, last);
+        let last = self.come_by(topology, before);
         let has_left = |stop: &ServiceStop| distance_m(topology, stop.node, sighting) > LEFT_M;
         let served = self.made_in(topology, flown_for, (last, now), has_left);
         (served > number).then_some(served)

@@ -134,6 +134,9 @@ pub(super) fn onward(
             continue;
         }
         let left_s = match (flown, progress) {
+            (Some(flown), Some(progress)) if is_missed(topology, plan, flown, progress) => {
+                Some(stop.service_s)
+            }
             (Some(flown), Some(progress)) => left_of(topology, flown, progress, now_s),
             _ => Some(stop.service_s),
         };
@@ -144,6 +147,15 @@ pub(super) fn onward(
         ahead.extend(left);
     }
     with_end(&ahead, plan.destination)
+}
+
+/// Whether the drone of a delivery was seen to have flown on from a stop at which it was not served.
+fn is_missed(topology: &Topology, plan: &PlanEntry, stop: &Stop, progress: &Progress) -> bool {
+    let Location::At(place) = progress.location else {
+        return false;
+    };
+    let is_away = place.distance_m(topology.position(stop.node)) > AT_NODE_M;
+    plan.flown_for.is_some() && is_away && stop.before_leg <= progress.leg
 }
 
 /// How long its drone has yet to be served at a stop, in seconds; `None` where it has been, or has left.

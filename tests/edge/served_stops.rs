@@ -32,9 +32,19 @@ async fn without_telemetry_only_who_had_the_time_has_served_its_stops() {
 
 #[tokio::test]
 async fn who_turns_back_before_the_stop_has_not_served_it() {
+    for service_s in [0.0, 60.0] {
+        turns_back(service_s).await;
+    }
+}
+
+async fn turns_back(service_s: f64) {
     let draft = town();
     let stage = on_with(&draft, following());
-    let plan = stage.deliver(order()).await.expect("a plan");
+    let mut order = order();
+    for stop in order["stops"].as_array_mut().expect("stops") {
+        stop["service_s"] = json!(service_s);
+    }
+    let plan = stage.deliver(order).await.expect("a plan");
     let pilot = Pilot::of(&stage, &draft);
     for x in [100.0, 300.0, 500.0, 700.0, 500.0, 300.0, 100.0] {
         stage.pass(SignedDuration::from_secs(13)).await;
@@ -94,5 +104,17 @@ async fn who_only_flies_over_the_stop_has_not_served_it() {
         let x = f64::from(step) * 75.0;
         pilot.tell([x.min(3_000.0), 0.0], true).await;
     }
+    assert_eq!(flights(&stage).pop().map(|it| it.stops_served), Some(0));
+
+    // Nor because it is told another way home.
+    for x in [2_900.0, 2_800.0, 2_700.0] {
+        stage.pass(EVERY).await;
+        pilot.tell([x, 0.0], true).await;
+    }
+    stage.zone(circle("crane", 1_500.0, 0.0, 50.0)).await;
+    stage.settle().await;
+    let wanted = stage.plan("p").wanted.expect("another way");
+    pilot.acknowledge(wanted.version).await;
+    assert_eq!(stage.plan("p").stops.len(), 2, "it is led back to them");
     assert_eq!(flights(&stage).pop().map(|it| it.stops_served), Some(0));
 }
