@@ -6,7 +6,7 @@
 use super::Dispatch;
 use super::calling_off::not_answered;
 use super::changes::Change;
-use super::edges::{ComposedFlight, EdgeError, FlightRequest};
+use super::edges::{CalledOff, ComposedFlight, EdgeError, FlightRequest};
 use super::orders::{DECISIONS, contended};
 use super::pace::pause_ms;
 use super::quotes::departure;
@@ -54,7 +54,8 @@ impl Dispatch {
         let answer = if is_given_up(&asked, self.clock.now()) {
             None
         } else {
-            Some(self.compose_at_edge(&asked).await?)
+            let answer = self.compose_at_edge(&asked).await?;
+            Some(self.confirmed(&asked, answer).await?)
         };
         for _ in 0..DECISIONS {
             let mut order = self.order(id).await?;
@@ -142,6 +143,34 @@ impl Dispatch {
         // Where it has moved again there is nothing to promise any more.
         self.commit_change(&change, self.clock.now()).await?;
         Ok(())
+    }
+
+    /// What an edge refuses it may have taken on before, when its answer was lost: so the flight is called off before another
+    /// drone is looked for. Where that is not certain, or its drone has departed, the edge has not answered.
+    async fn confirmed(
+        &self,
+        order: &Order,
+        answer: Result<ComposedFlight, EdgeError>,
+    ) -> Result<Result<ComposedFlight, EdgeError>, Refusal> {
+        let (Err(EdgeError::Refused { .. }), Some(allocation)) =
+            (&answer, &order.delivery.allocation)
+        else {
+            return Ok(answer);
+        };
+        let edge = self
+            .edge_by_id(&order.delivery.network, &allocation.edge)
+            .await?;
+        Ok(
+            match self.edges.call_off(&edge, &allocation.plan_id).await {
+                Ok(CalledOff::Cancelled) => answer,
+                Ok(CalledOff::Departed | CalledOff::Over) => Err(EdgeError::NotAnswered {
+                    detail: "its drone has departed".to_owned(),
+                }),
+                Err(error) => Err(EdgeError::NotAnswered {
+                    detail: error.to_string(),
+                }),
+            },
+        )
     }
 
     async fn compose_at_edge(

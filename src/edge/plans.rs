@@ -124,6 +124,14 @@ impl Edge {
                 let on = self.on_network()?;
                 let topology = on.topology().clone();
                 let delivery = self.read_delivery(&on, caller, &request)?;
+                // Composed once more, for another time, it could be refused.
+                if let Some(known) = delivery
+                    .id
+                    .as_deref()
+                    .filter(|id| on.plans.contains_key(*id))
+                {
+                    return Err(already_exists(known));
+                }
                 let (edge, subject) = (self.clone(), caller.subject.clone());
                 let composed = self.in_turn(&self.turns.compositions, move || {
                     edge.compose(&on, delivery, subject)
@@ -398,6 +406,12 @@ impl Edge {
             Refusal::new(Code::Internal, detail)
         })
     }
+}
+
+/// There is a plan of this id.
+pub(super) fn already_exists(id: &str) -> Refusal {
+    let detail = format!("there is a plan '{id}' already; give this one another id");
+    Refusal::new(Code::AlreadyExists, detail)
 }
 
 /// Whether a caller may order what it asks for: a drone speaks for itself alone, and does not know for which delivery of the

@@ -6,6 +6,7 @@ use super::fleet::Detour;
 use super::mailbox::{Content, WITHOUT_WAY_TEXT};
 use super::plan_entry::PlanEntry;
 use super::planner::{Concern, Version, legs, stays};
+use super::plans::already_exists;
 use super::progress;
 use super::state::State;
 use super::state_alarms::WITHOUT_WAY;
@@ -27,8 +28,7 @@ impl State {
     /// Whether a plan may have an id.
     fn check_plan_id(&self, id: &Arc<str>) -> Result<(), Refusal> {
         if self.next.plans.contains_key(id) {
-            let detail = format!("there is a plan '{id}' already; give this one another id");
-            return Err(Refusal::new(Code::AlreadyExists, detail));
+            return Err(already_exists(id));
         }
         if self.cancelled_before.contains(id) {
             let detail = format!(

@@ -250,6 +250,21 @@ async fn a_zone_on_its_way_is_told_with_its_causes_and_stops_stay_counted() {
 }
 
 #[tokio::test]
+async fn who_asks_again_for_a_plan_that_there_is_is_told_so() {
+    let stage = on_with(&town(), following());
+    stage.deliver(order()).await.expect("a plan");
+    stage.zone(circle("crane", 500.0, 0.0, 50.0)).await;
+    // No other plan could be composed now.
+    let mut other = order();
+    other["id"] = json!("q");
+    other["drone_id"] = json!("e");
+    let refused = stage.deliver(other).await.expect_err("no way");
+    assert_eq!(refused.code, Code::NoRoute);
+    let refused = stage.deliver(order()).await.expect_err("it is there");
+    assert_eq!(refused.code, Code::AlreadyExists);
+}
+
+#[tokio::test]
 async fn its_drone_finds_the_plan_in_its_mailbox() {
     let stage = on_with(&town(), following());
     let mut mail = stage.edge.mail(&stage.caller, "d", None).expect("mail");

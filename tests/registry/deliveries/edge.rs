@@ -38,6 +38,8 @@ impl PlanThere {
 struct There {
     plans: BTreeMap<String, PlanThere>,
     refused: BTreeSet<String>,
+    /// Whether it refuses what it has taken on already.
+    denies: bool,
     /// Questions that never arrive.
     lost_questions: u32,
     /// Questions that are done, and whose answers never arrive.
@@ -58,6 +60,11 @@ impl MadeUpEdge {
 
     pub(crate) fn accept(&self, drone: &str) {
         self.there(|there| there.refused.remove(drone));
+    }
+
+    /// From now on it refuses whatever it is asked to take on, also what it has.
+    pub(crate) fn deny(&self) {
+        self.there(|there| there.denies = true);
     }
 
     pub(crate) fn lose_questions(&self, count: u32) {
@@ -124,6 +131,9 @@ impl There {
         let Some(drone) = &request.drone_id else {
             return Ok(composed(request));
         };
+        if self.denies {
+            return Err(refused("no_route", "the pads are taken"));
+        }
         let id = request.plan_id.clone().expect("a flight has an id");
         if let Some(plan) = self.plans.get(&id) {
             return Ok(ComposedFlight {

@@ -140,6 +140,29 @@ async fn what_was_flown_while_nobody_asked_is_delivered() {
 }
 
 #[tokio::test]
+async fn what_an_edge_refuses_it_may_have_taken_on_before() {
+    for has_departed in [false, true] {
+        let (world, id, plan) = unheard().await;
+        if has_departed {
+            world.edge.set(&plan, PlanState::Activated, None);
+        }
+        world.edge.deny();
+        world.pass(20);
+        world.assign().await;
+        let flies = world.edge.plans()[&plan].is_active();
+        assert_eq!(flies, has_departed);
+        let drone = world.drone("swift:0").await.0;
+        assert_eq!(drone == "assigned", has_departed, "{drone}");
+        assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+        if has_departed {
+            let news = flown(&world, &id, &plan);
+            world.tell(1, &news).await;
+            assert_eq!(world.told(&id).await, FLOWN);
+        }
+    }
+}
+
+#[tokio::test]
 async fn what_departed_while_nobody_asked_flies_on() {
     let (world, id, plan) = unheard().await;
     world.edge.set(&plan, PlanState::Activated, None);
