@@ -279,8 +279,7 @@ impl Dispatch {
     async fn hold(&self, mut waiting: Waiting, now: Timestamp) -> Result<(), Refusal> {
         let dispatch = &mut waiting.order.value.dispatch;
         dispatch.holds_since_ms.get_or_insert(now.as_millisecond());
-        let reason =
-            "a drone that flies for another order is sooner there than those that are free";
+        let reason = "it waits for a nearer drone that is soon back from another order";
         self.note(waiting.order, reason.to_owned(), now, now).await
     }
 

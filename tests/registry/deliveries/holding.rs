@@ -22,7 +22,7 @@ async fn with_one_away(free_at: &str) -> (World, String) {
 async fn a_drone_that_is_sooner_back_than_another_is_there_is_waited_for() {
     let (world, waits) = with_one_away("tower").await;
     assert_eq!(world.drone_of(&waits).await, "");
-    let reason = "a drone that flies for another order is sooner there than those that are free";
+    let reason = "it waits for a nearer drone that is soon back from another order";
     assert_eq!(world.reason(&waits).await, reason);
     let plan = world.edge.plans().into_iter().next().expect("a plan");
     world
