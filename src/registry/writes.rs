@@ -10,12 +10,9 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::{NetworkPatch, ObjectKind, PublishedClosure, Weather, Written};
 use serde_json::Value;
 use std::sync::{Arc, PoisonError};
-use std::time::Duration;
 
 /// How often a write is decided anew because others got in between.
 const DECISIONS: u32 = 16;
-/// How long the planted bug of early answers takes to commit.
-const LATER: Duration = Duration::from_millis(20);
 /// The longest idempotency key, in bytes.
 const KEY_BYTES_MAX: usize = 256;
 
@@ -273,7 +270,7 @@ impl Registry {
         let reply = (append.reply)(&identity, version);
         let registry = self.clone();
         tokio::spawn(async move {
-            tokio::time::sleep(LATER).await;
+            tokio::time::sleep(planted::COMMITS_LATER).await;
             registry.store.append(&append).await
         });
         Ok(Appended::Done { version, reply })

@@ -5,6 +5,11 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::time::Duration;
+
+/// With [`Bug::AcknowledgeBeforeCommit`] a write is committed so long after its answer: a kill finds it in between on any
+/// machine.
+pub const COMMITS_LATER: Duration = Duration::from_millis(20);
 
 /// A bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -315,6 +315,9 @@ impl Keeper {
                 self.newest = newest;
             }
             self.gather(taken.journal);
+            if planted::is(Bug::AcknowledgeBeforeCommit) {
+                tokio::time::sleep(planted::COMMITS_LATER).await;
+            }
             self.store(taken.waiting).await;
             self.answer(taken.questions).await;
             if taken.is_closing && self.shared.inbox().newest.is_none() {
