@@ -1,16 +1,16 @@
 //! Plans that are flown while the world changes: zones, closed pads, another network, a restart, something that opens early.
 
 use crate::flying::{at, corridor, instant, on, settings, stops, street, windowed};
+use crate::offers::block;
 use crate::stage::{DAWN, Stage, circle, loaded, names, node, segment, without};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{Idempotency, MemoryDisk, Settings, Table, ZoneWrite};
 use skyway::network::NetworkDraft;
-use skyway::wire::{self, EventKind, PlanFlag};
-use tokio_stream::StreamExt;
+use skyway::wire::{self, PlanFlag};
 
-async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
+pub(crate) async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
     let write = ZoneWrite {
         id: Some(id.to_owned()),
         if_match: ack.etag.as_deref().map(str::to_owned),
@@ -20,7 +20,7 @@ async fn lift(stage: &Stage, ack: &wire::ZoneAck<'_>, id: &str) {
     deleted.expect("deleted");
 }
 
-async fn acknowledge(stage: &Stage, id: &str, version: u32) -> wire::Plan<'static> {
+pub(crate) async fn acknowledge(stage: &Stage, id: &str, version: u32) -> wire::Plan<'static> {
     let ack = wire::Ack {
         version,
         ..wire::Ack::default()
@@ -269,61 +269,6 @@ async fn plans_of_an_edge_without_the_flight_model_are_read_by_one_with_it() {
     assert_eq!(new.times, "computed");
     assert!(new.conflicts.is_empty(), "it keeps off the old plan");
     stage.edge.end().await;
-}
-
-/// A square with a short way and a long one.
-fn block() -> NetworkDraft {
-    let mut draft = street(&[1, 1, 1]);
-    draft.nodes.push(node("north", 1_000.0, 1_500.0));
-    draft
-        .segments
-        .extend([segment("s0", "north"), segment("north", "s2")]);
-    draft
-}
-
-#[tokio::test]
-async fn what_opens_early_is_offered_and_forced_on_nobody() {
-    let stage = on(&block());
-    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
-    let request = |id: &str| json!({"id": id, "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
-    let around = stage.deliver(request("p")).await.expect("a plan");
-    assert_eq!(names(&around.reported.path.nodes), ["s0", "north", "s2"]);
-    let mut events = stage.edge.events(None).expect("a stream");
-    lift(&stage, &ack, "fire").await;
-    let offered = async || loop {
-        let event = events.next().await.expect("more").expect("no gap");
-        if event.kind == EventKind::PlanOffered {
-            return;
-        }
-    };
-    let mut offered = offered;
-    offered().await;
-    let plan = stage.plan("p");
-    assert!(plan.flags.is_empty());
-    assert_eq!(plan.reported, around.reported, "it is flown as it was");
-    let offer = plan.wanted.clone().expect("an offer");
-    assert_eq!(names(&offer.path.nodes), ["s0", "s1", "s2"]);
-    assert_eq!(offer.outcome, "rerouted");
-    stage.check_version(&plan, &offer, &[]).expect("flyable");
-    stage.pass(SignedDuration::from_secs(61)).await;
-    let plan = stage.plan("p");
-    assert_eq!((plan.flags.len(), plan.wanted), (0, None));
-    assert_eq!(stage.edge.status().plans_unacknowledged, 0);
-}
-
-#[tokio::test]
-async fn an_offer_may_be_taken() {
-    let stage = on(&block());
-    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
-    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
-    stage.deliver(request).await.expect("a plan");
-    let mut events = stage.edge.events(None).expect("a stream");
-    lift(&stage, &ack, "fire").await;
-    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
-    let version = stage.plan("p").wanted.expect("an offer").version;
-    let plan = acknowledge(&stage, "p", version).await;
-    assert_eq!(names(&plan.reported.path.nodes), ["s0", "s1", "s2"]);
-    assert!(plan.flags.is_empty());
 }
 
 #[tokio::test]

@@ -1,0 +1,65 @@
+//! Plans that are offered a better version, since something has opened.
+
+use crate::flights_change::{acknowledge, lift};
+use crate::flying::{on, street};
+use crate::stage::{circle, names, node, segment};
+use jiff::SignedDuration;
+use serde_json::json;
+use skyway::network::NetworkDraft;
+use skyway::wire::EventKind;
+use tokio_stream::StreamExt;
+
+/// A square with a short way and a long one.
+pub(crate) fn block() -> NetworkDraft {
+    let mut draft = street(&[1, 1, 1]);
+    draft.nodes.push(node("north", 1_000.0, 1_500.0));
+    draft
+        .segments
+        .extend([segment("s0", "north"), segment("north", "s2")]);
+    draft
+}
+
+#[tokio::test]
+async fn what_opens_early_is_offered_and_forced_on_nobody() {
+    let stage = on(&block());
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    let request = |id: &str| json!({"id": id, "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    let around = stage.deliver(request("p")).await.expect("a plan");
+    assert_eq!(names(&around.reported.path.nodes), ["s0", "north", "s2"]);
+    let mut events = stage.edge.events(None).expect("a stream");
+    lift(&stage, &ack, "fire").await;
+    let offered = async || loop {
+        let event = events.next().await.expect("more").expect("no gap");
+        if event.kind == EventKind::PlanOffered {
+            return;
+        }
+    };
+    let mut offered = offered;
+    offered().await;
+    let plan = stage.plan("p");
+    assert!(plan.flags.is_empty());
+    assert_eq!(plan.reported, around.reported, "it is flown as it was");
+    let offer = plan.wanted.clone().expect("an offer");
+    assert_eq!(names(&offer.path.nodes), ["s0", "s1", "s2"]);
+    assert_eq!(offer.outcome, "rerouted");
+    stage.check_version(&plan, &offer, &[]).expect("flyable");
+    stage.pass(SignedDuration::from_secs(61)).await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.flags.len(), plan.wanted), (0, None));
+    assert_eq!(stage.edge.status().plans_unacknowledged, 0);
+}
+
+#[tokio::test]
+async fn an_offer_may_be_taken() {
+    let stage = on(&block());
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    stage.deliver(request).await.expect("a plan");
+    let mut events = stage.edge.events(None).expect("a stream");
+    lift(&stage, &ack, "fire").await;
+    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
+    let version = stage.plan("p").wanted.expect("an offer").version;
+    let plan = acknowledge(&stage, "p", version).await;
+    assert_eq!(names(&plan.reported.path.nodes), ["s0", "s1", "s2"]);
+    assert!(plan.flags.is_empty());
+}
