@@ -149,7 +149,7 @@ use drones::Drones;
 use events::Events;
 use guard::Guard;
 use line::Lines;
-use opened::Listener;
+use offers::Offers;
 use planner::Planner;
 use positions::Positions;
 use records::Records;
@@ -199,8 +199,7 @@ pub struct Edge {
     turns: SearchTurns,
     next_number: AtomicU64,
     contact: Contact,
-    /// Where a client moves the clock: whether there may be better plans to offer.
-    opened: Mutex<Option<Listener>>,
+    offers: Mutex<Offers>,
     /// The storekeeper, until it is waited for.
     keeper: Mutex<Option<JoinHandle<()>>>,
 }

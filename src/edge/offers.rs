@@ -12,13 +12,34 @@ use super::progress;
 use super::snapshot::Snapshot;
 use crate::checked::{Case, FallenBackTo, Known};
 use crate::refusal::Refusal;
+use imbl::OrdMap;
 use jiff::Timestamp;
 use std::io;
+use std::ops::Bound;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, PoisonError, Weak};
+use std::sync::{Arc, MutexGuard, PoisonError, Weak};
 
-/// At most this many plans are looked at after each change; the others fly on as they are.
+/// At most this many plans are looked at after each change; the others have their turn after the next.
 const PLANS_MAX: usize = 200;
+
+/// How far looks for better plans have come.
+#[derive(Debug)]
+pub(super) struct Offers {
+    /// Where a client moves the clock: whether there may be better plans to offer.
+    listener: Option<Listener>,
+    /// The plan that was looked at last.
+    after: Option<Arc<str>>,
+}
+
+impl Offers {
+    /// Nothing has been looked at.
+    pub(super) fn new(listener: Option<Listener>) -> Self {
+        Self {
+            listener,
+            after: None,
+        }
+    }
+}
 
 impl Listener {
     /// Starts the thread that makes offers. It ends with the edge.
@@ -40,9 +61,8 @@ impl Edge {
     /// Where a client moves the clock: offers what has become better since this was last asked.
     pub(super) async fn offer_what_opened(self: &Arc<Self>) -> Result<(), Refusal> {
         let has_opened = {
-            // Hearing spoils nothing, whatever has failed elsewhere.
-            let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
-            opened.as_ref().is_some_and(Listener::has_heard)
+            let offers = self.offers();
+            offers.listener.as_ref().is_some_and(Listener::has_heard)
         };
         if !has_opened {
             return Ok(());
@@ -75,11 +95,13 @@ impl Edge {
                 && plan.wanted.is_none()
                 && !is_pending
         };
-        let plans = snapshot.plans.values().filter(may_gain);
+        let after = self.offers().after.clone();
+        let plans = in_turn(&snapshot.plans, after.as_ref()).filter(may_gain);
         for plan in plans.take(PLANS_MAX) {
             if breaks_off() {
                 return;
             }
+            self.offers().after = Some(plan.id.clone());
             let Some(version) = self.better(&snapshot, plan, now) else {
                 continue;
             };
@@ -93,6 +115,12 @@ impl Edge {
                 return;
             }
         }
+    }
+
+    fn offers(&self) -> MutexGuard<'_, Offers> {
+        // Neither of its values is ever half changed, whatever has failed elsewhere.
+        let offers = self.offers.lock();
+        offers.unwrap_or_else(PoisonError::into_inner)
     }
 
     /// What the drone of a plan would better fly from where it is, if there is anything.
@@ -140,4 +168,17 @@ impl Edge {
         self.tell_case(snapshot, &case, subjects, now);
         None
     }
+}
+
+/// All plans by their ids: first those that come after one.
+fn in_turn<'p>(
+    plans: &'p OrdMap<Arc<str>, Arc<PlanEntry>>,
+    after: Option<&Arc<str>>,
+) -> impl Iterator<Item = &'p Arc<PlanEntry>> {
+    let begins = after.map_or(Bound::Unbounded, Bound::Excluded);
+    let later = plans.range::<_, Arc<str>>((begins, Bound::Unbounded));
+    let earlier =
+        after.map(|after| plans.range::<_, Arc<str>>((Bound::Unbounded, Bound::Included(after))));
+    let in_order = later.chain(earlier.into_iter().flatten());
+    in_order.map(|(_, plan)| plan)
 }

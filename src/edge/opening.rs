@@ -8,6 +8,7 @@ use super::drones::Drones;
 use super::events::{Events, Happening};
 use super::line::Lines;
 use super::network_documents::NetworkDocuments;
+use super::offers::Offers;
 use super::opened::{self, Listener, Opened};
 use super::planner::{Concern, Planner, planner_of};
 use super::positions::Positions;
@@ -284,7 +285,7 @@ impl Opening {
             failure_rates: ArcSwapOption::empty(),
             pack_keys: ArcSwap::from_pointee(self.pack_keys.map_or_else(|| fresh_keys(now), Ok)?),
             off_plan: OffPlan::default(),
-            opened: Mutex::new(listener.take_if(|_| self.is_in_place)),
+            offers: Mutex::new(Offers::new(listener.take_if(|_| self.is_in_place))),
             tables,
             turns: SearchTurns::default(),
         });

@@ -1,12 +1,13 @@
 //! Plans that are offered a better version, since something has opened.
 
 use crate::flights_change::{acknowledge, lift};
-use crate::flying::{on, street};
-use crate::stage::{circle, names, node, segment};
+use crate::flying::{instant, on, street, windowed};
+use crate::stage::{DAWN, WAIT_AT_MOST, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::network::NetworkDraft;
 use skyway::wire::EventKind;
+use tokio::time::timeout;
 use tokio_stream::StreamExt;
 
 /// A square with a short way and a long one.
@@ -47,6 +48,33 @@ async fn what_opens_early_is_offered_and_forced_on_nobody() {
     let plan = stage.plan("p");
     assert_eq!((plan.flags.len(), plan.wanted), (0, None));
     assert_eq!(stage.edge.status().plans_unacknowledged, 0);
+}
+
+/// Of one plan more than are looked at after a change, the last one only would be better.
+#[tokio::test]
+async fn every_plan_has_its_turn_to_be_offered_a_better_one() {
+    let stage = on(&block());
+    let zone = circle("fire", 1_500.0, 0.0, 50.0);
+    let fire = stage.zone(windowed(zone, "06:00", "06:30")).await;
+    for number in 0..=200 {
+        let starts = instant(DAWN) + SignedDuration::from_mins(15 * (201 - number));
+        let (id, starts) = (format!("p{number:03}"), starts.to_string());
+        let mut request =
+            json!({"id": id, "source": "s0", "destination": "s2", "objective": "time"});
+        request["start_time"] = json!(starts);
+        stage.deliver(request).await.expect("a plan");
+    }
+    let before = stage.plan("p200").reported;
+    assert_eq!(names(&before.path.nodes), ["s0", "north", "s2"]);
+    lift(&stage, &fire, "fire").await;
+    let changes = async {
+        while stage.plan("p200").wanted.is_none() {
+            let other = stage.zone(circle("other", 0.0, 9_000.0, 50.0)).await;
+            lift(&stage, &other, "other").await;
+        }
+    };
+    timeout(WAIT_AT_MOST, changes).await.expect("an offer");
+    assert!(stage.plan("p000").wanted.is_none());
 }
 
 #[tokio::test]
