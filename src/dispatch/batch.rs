@@ -3,13 +3,13 @@
 use super::Dispatch;
 use super::assigning::{Reserved, TOGETHER_MAX, ToAsk};
 use super::changes::Change;
+use super::choosing::{Row, best};
 use super::edges::EdgeAddress;
 use super::fleet::{Candidate, Demand, FLYING, candidates_of};
 use super::holding::Holding;
 use super::records::{Asking, Kept, Order};
 use super::wanted::Stated;
 use super::ways::{Errand, Ways};
-use crate::market::allocation::assign;
 use crate::market::hours::Hours;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{AllocatedDrone, FleetDroneState, PublishedService};
@@ -42,26 +42,6 @@ pub(super) struct Part {
     pub(super) to_ask: Vec<ToAsk>,
     /// The last order that was looked at, where there was no room for those after it.
     pub(super) through: Option<String>,
-}
-
-/// What it would cost to fly an order, by drone.
-struct Row {
-    costs: Vec<Option<f64>>,
-    /// How many free drones can fly it, and what it costs with the best of them.
-    fitting: usize,
-    cheapest_m: f64,
-}
-
-impl Row {
-    fn of(order: &Waiting, free: &[Candidate<'_>], now: Timestamp) -> Self {
-        let costs = order.costs(free, now);
-        let possible = || costs.iter().flatten().copied();
-        Self {
-            fitting: possible().count(),
-            cheapest_m: possible().fold(f64::INFINITY, f64::min),
-            costs,
-        }
-    }
 }
 
 impl Dispatch {
@@ -323,7 +303,7 @@ impl Waiting {
     }
 
     /// By drone what fetching, flying and returning cost, in metres; none where it cannot fly it.
-    fn costs(&self, candidates: &[Candidate<'_>], now: Timestamp) -> Vec<Option<f64>> {
+    pub(super) fn costs(&self, candidates: &[Candidate<'_>], now: Timestamp) -> Vec<Option<f64>> {
         let demand = Demand {
             network: &self.order.value.delivery.network,
             payload_kg: self.order.value.delivery.payload_kg,
@@ -356,43 +336,6 @@ impl Waiting {
         let costs = rounds.map(|(round_m, drone)| Some(round_m? + holding.wait_m(drone)?));
         costs.collect()
     }
-}
-
-/// Which drones may be assigned, at which costs, and by order which of them is.
-type Best = (Vec<usize>, Vec<Vec<Option<f64>>>, Vec<Option<usize>>);
-
-async fn best(rows: &[Row], drones: usize) -> Result<Best, Refusal> {
-    let costs: Vec<&[Option<f64>]> = rows.iter().map(|row| &*row.costs).collect();
-    let (kept, costs) = nearest(&costs, drones);
-    let assigned = tokio::task::spawn_blocking(move || {
-        let assigned = assign(&costs);
-        (costs, assigned)
-    });
-    let (costs, assigned) = assigned
-        .await
-        .map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))?;
-    Ok((kept, costs, assigned))
-}
-
-/// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in
-/// no best assignment, as one of these would be left.
-fn nearest(costs: &[&[Option<f64>]], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
-    let mut is_kept = vec![false; drones];
-    for row in costs {
-        let possible = row.iter().enumerate();
-        let mut possible: Vec<(usize, f64)> = possible
-            .filter_map(|(drone, cost_m)| Some((drone, (*cost_m)?)))
-            .collect();
-        possible.sort_by(|one, other| one.1.total_cmp(&other.1));
-        for (drone, _) in possible.into_iter().take(costs.len()) {
-            is_kept[drone] = true;
-        }
-    }
-    let kept: Vec<usize> = (0..drones).filter(|&drone| is_kept[drone]).collect();
-    let rows = costs.iter();
-    let rows = rows.map(|row| kept.iter().map(|&drone| row[drone]).collect());
-    let rows = rows.collect();
-    (kept, rows)
 }
 
 /// A drone that is reserved for an order, to be committed: it is not where another order has got it.
@@ -447,38 +390,4 @@ fn explain(
         format!("the shortest flights for {together} orders together")
     };
     format!("{why}: {fetch_m:.0} m to the pickup, {cost_m:.0} m in all")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::network::Seeded;
-
-    /// How many orders have a drone, and what their flights cost.
-    fn told(costs: &[Vec<Option<f64>>]) -> (usize, f64) {
-        let assigned = assign(costs).into_iter().zip(costs);
-        let chosen: Vec<f64> = assigned.filter_map(|(column, row)| row[column?]).collect();
-        (chosen.len(), chosen.iter().sum())
-    }
-
-    #[test]
-    fn the_nearest_drones_are_as_good_as_all() {
-        for seed in 0..500 {
-            let mut seeded = Seeded::new(seed);
-            let orders = 1 + usize::from(seeded.below(6));
-            let drones = 1 + usize::from(seeded.below(20));
-            let costs: Vec<Vec<Option<f64>>> = (0..orders)
-                .map(|_| {
-                    let mut cost = || {
-                        let cost_m = seeded.between(0.0, 5_000.0).round();
-                        (seeded.below(4) > 0).then_some(cost_m)
-                    };
-                    (0..drones).map(|_| cost()).collect()
-                })
-                .collect();
-            let rows: Vec<&[Option<f64>]> = costs.iter().map(|row| &**row).collect();
-            let (_, kept) = nearest(&rows, drones);
-            assert_eq!(told(&kept), told(&costs), "seed {seed}");
-        }
-    }
 }

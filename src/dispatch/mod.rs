@@ -7,6 +7,7 @@ mod assigning;
 mod batch;
 mod calling_off;
 mod changes;
+mod choosing;
 mod deliveries;
 mod directory;
 mod edge_http;

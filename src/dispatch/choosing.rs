@@ -1,0 +1,98 @@
+//! Which drone flies which of the orders that wait at the same time.
+
+use super::batch::Waiting;
+use super::fleet::Candidate;
+use crate::market::allocation::assign;
+use crate::refusal::{Code, Refusal};
+use jiff::Timestamp;
+
+/// What it would cost to fly an order, by drone.
+pub(super) struct Row {
+    pub(super) costs: Vec<Option<f64>>,
+    /// How many free drones can fly it, and what it costs with the best of them.
+    pub(super) fitting: usize,
+    pub(super) cheapest_m: f64,
+}
+
+impl Row {
+    pub(super) fn of(order: &Waiting, free: &[Candidate<'_>], now: Timestamp) -> Self {
+        let costs = order.costs(free, now);
+        let possible = || costs.iter().flatten().copied();
+        Self {
+            fitting: possible().count(),
+            cheapest_m: possible().fold(f64::INFINITY, f64::min),
+            costs,
+        }
+    }
+}
+
+/// Which drones may be assigned, at which costs, and by order which of them is.
+pub(super) type Best = (Vec<usize>, Vec<Vec<Option<f64>>>, Vec<Option<usize>>);
+
+pub(super) async fn best(rows: &[Row], drones: usize) -> Result<Best, Refusal> {
+    let costs: Vec<&[Option<f64>]> = rows.iter().map(|row| &*row.costs).collect();
+    let (kept, costs) = nearest(&costs, drones);
+    let assigned = tokio::task::spawn_blocking(move || {
+        let assigned = assign(&costs);
+        (costs, assigned)
+    });
+    let (costs, assigned) = assigned
+        .await
+        .map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))?;
+    Ok((kept, costs, assigned))
+}
+
+/// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in
+/// no best assignment, as one of these would be left.
+fn nearest(costs: &[&[Option<f64>]], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
+    let mut is_kept = vec![false; drones];
+    for row in costs {
+        let possible = row.iter().enumerate();
+        let mut possible: Vec<(usize, f64)> = possible
+            .filter_map(|(drone, cost_m)| Some((drone, (*cost_m)?)))
+            .collect();
+        possible.sort_by(|one, other| one.1.total_cmp(&other.1));
+        for (drone, _) in possible.into_iter().take(costs.len()) {
+            is_kept[drone] = true;
+        }
+    }
+    let kept: Vec<usize> = (0..drones).filter(|&drone| is_kept[drone]).collect();
+    let rows = costs.iter();
+    let rows = rows.map(|row| kept.iter().map(|&drone| row[drone]).collect());
+    let rows = rows.collect();
+    (kept, rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::network::Seeded;
+
+    /// How many orders have a drone, and what their flights cost.
+    fn told(costs: &[Vec<Option<f64>>]) -> (usize, f64) {
+        let assigned = assign(costs).into_iter().zip(costs);
+        let chosen: Vec<f64> = assigned.filter_map(|(column, row)| row[column?]).collect();
+        (chosen.len(), chosen.iter().sum())
+    }
+
+    #[test]
+    fn the_nearest_drones_are_as_good_as_all() {
+        for seed in 0..500 {
+            let mut seeded = Seeded::new(seed);
+            let orders = 1 + usize::from(seeded.below(6));
+            let drones = 1 + usize::from(seeded.below(20));
+            let costs: Vec<Vec<Option<f64>>> = (0..orders)
+                .map(|_| {
+                    let mut cost = || {
+                        let cost_m = seeded.between(0.0, 5_000.0).round();
+                        (seeded.below(4) > 0).then_some(cost_m)
+                    };
+                    (0..drones).map(|_| cost()).collect()
+                })
+                .collect();
+            let rows: Vec<&[Option<f64>]> = costs.iter().map(|row| &**row).collect();
+            let (_, kept) = nearest(&rows, drones);
+            assert_eq!(told(&kept), told(&costs), "seed {seed}");
+        }
+    }
+}
