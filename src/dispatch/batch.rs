@@ -85,28 +85,25 @@ impl Dispatch {
             false => Vec::new(),
         };
         let flying = candidates_of(&flying, &ways, now);
-        for (order, row) in waiting.iter().zip(&mut rows) {
-            let held = order.costs_held((&candidates, &row.costs), &flying, now);
-            row.costs.extend(held);
+        let mut chosen = best(&rows, candidates.len()).await?;
+        if !flying.is_empty() {
+            for ((order, row), drone) in waiting.iter().zip(&mut rows).zip(chosen) {
+                let otherwise = drone.map(|drone| &candidates[drone]);
+                row.costs.extend(order.costs_held(otherwise, &flying, now));
+            }
+            candidates.extend(flying);
+            chosen = best(&rows, candidates.len()).await?;
         }
-        candidates.extend(flying);
-        let (kept, costs, assigned) = best(&rows, candidates.len()).await?;
         let together = waiting.len();
         let mut reservations = Vec::new();
-        let chosen = costs.iter().zip(&rows).zip(assigned);
-        for (order, ((costs, row), column)) in waiting.into_iter().zip(chosen) {
-            let Some((column, cost_m)) = column.and_then(|column| Some((column, costs[column]?)))
-            else {
+        for ((order, row), drone) in waiting.into_iter().zip(&rows).zip(chosen) {
+            let chosen = drone.and_then(|drone| Some((&candidates[drone], row.costs[drone]?)));
+            let Some((candidate, cost_m)) = chosen else {
                 self.note_waiting(order, row.fitting, now).await?;
                 continue;
             };
-            let candidate = &candidates[kept[column]];
             if candidate.free_s.is_some() {
-                match cost_m < row.cheapest_m {
-                    true => self.hold(order, now).await?,
-                    // The others have those that are free.
-                    false => self.note_waiting(order, row.fitting, now).await?,
-                }
+                self.hold(order, now).await?;
                 continue;
             }
             let explanation = explain(&order, candidate, cost_m, (row.fitting, together));
@@ -322,14 +319,15 @@ impl Waiting {
         costs.collect()
     }
 
-    /// The same of drones that fly, with what waiting for them counts.
+    /// The same of drones that fly, with what waiting for them counts, beside the free one that it would have otherwise.
     fn costs_held(
         &self,
-        (free, costs): (&[Candidate<'_>], &[Option<f64>]),
+        otherwise: Option<&Candidate<'_>>,
         flying: &[Candidate<'_>],
         now: Timestamp,
     ) -> Vec<Option<f64>> {
-        let Some(holding) = Holding::of(self, free, costs, now) else {
+        let holding = otherwise.and_then(|drone| Holding::of(self, drone, now));
+        let Some(holding) = holding else {
             return vec![None; flying.len()];
         };
         let rounds = self.costs(flying, now).into_iter().zip(flying);

@@ -9,37 +9,29 @@ use jiff::Timestamp;
 /// What it would cost to fly an order, by drone.
 pub(super) struct Row {
     pub(super) costs: Vec<Option<f64>>,
-    /// How many free drones can fly it, and what it costs with the best of them.
+    /// How many free drones can fly it.
     pub(super) fitting: usize,
-    pub(super) cheapest_m: f64,
 }
 
 impl Row {
     pub(super) fn of(order: &Waiting, free: &[Candidate<'_>], now: Timestamp) -> Self {
         let costs = order.costs(free, now);
-        let possible = || costs.iter().flatten().copied();
         Self {
-            fitting: possible().count(),
-            cheapest_m: possible().fold(f64::INFINITY, f64::min),
+            fitting: costs.iter().flatten().count(),
             costs,
         }
     }
 }
 
-/// Which drones may be assigned, at which costs, and by order which of them is.
-pub(super) type Best = (Vec<usize>, Vec<Vec<Option<f64>>>, Vec<Option<usize>>);
-
-pub(super) async fn best(rows: &[Row], drones: usize) -> Result<Best, Refusal> {
+/// By order the drone that is best for all together.
+pub(super) async fn best(rows: &[Row], drones: usize) -> Result<Vec<Option<usize>>, Refusal> {
     let costs: Vec<&[Option<f64>]> = rows.iter().map(|row| &*row.costs).collect();
     let (kept, costs) = nearest(&costs, drones);
-    let assigned = tokio::task::spawn_blocking(move || {
-        let assigned = assign(&costs);
-        (costs, assigned)
-    });
-    let (costs, assigned) = assigned
-        .await
+    let assigned = tokio::task::spawn_blocking(move || assign(&costs)).await;
+    let assigned = assigned
         .map_err(|error| Refusal::new(Code::Internal, format!("a computation failed: {error}")))?;
-    Ok((kept, costs, assigned))
+    let chosen = assigned.into_iter();
+    Ok(chosen.map(|column| Some(kept[column?])).collect())
 }
 
 /// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in

@@ -18,27 +18,20 @@ pub(super) struct Holding<'a> {
     until_s: f64,
     /// Since when it is held.
     held_s: f64,
-    /// From the free drone that is soonest there, and the way that follows.
-    nearest_s: f64,
+    /// From the free drone that it would have otherwise, and the way that follows.
+    otherwise_s: f64,
     carried_s: f64,
     /// When it may be picked up; none where that is promised.
     hours: Option<Hours>,
 }
 
 impl<'a> Holding<'a> {
-    /// What decides it, beside the drones that are free; none where none of them can fly the order.
+    /// What decides it, beside the free drone that it would have otherwise.
     pub(super) fn of(
         order: &'a Waiting,
-        free: &[Candidate<'_>],
-        costs: &[Option<f64>],
+        otherwise: &Candidate<'_>,
         now: Timestamp,
     ) -> Option<Self> {
-        let possible = free
-            .iter()
-            .zip(costs)
-            .filter(|(_, cost_m)| cost_m.is_some());
-        let fetches = possible.filter_map(|(drone, _)| order.errand.fetch_m(drone.home));
-        let nearest_m = fetches.min_by(f64::total_cmp)?;
         let from_now = |at: Timestamp| at.duration_since(now).as_secs_f64();
         let value = &order.order.value;
         let held_since = value.dispatch.holds_since_ms;
@@ -49,7 +42,7 @@ impl<'a> Holding<'a> {
             ready_s: from_now(value.start_time()),
             until_s: from_now(value.waits_until()),
             held_s: held_since.map_or(0.0, from_now),
-            nearest_s: nearest_m / SPEED_MPS,
+            otherwise_s: order.errand.fetch_m(otherwise.home)? / SPEED_MPS,
             carried_s: order.errand.length_m()? / SPEED_MPS,
             hours: if is_promised { None } else { hours() },
             order,
@@ -59,19 +52,19 @@ impl<'a> Holding<'a> {
 
     /// What waiting for a drone counts beside its way, in metres; none where the order is not held for it.
     ///
-    /// It is held where that one is sooner at the pickup than any that is free, or these can be sent in time once it is late.
+    /// It is held where that one is sooner at the pickup than the free one, or this can be sent in time once it is late.
     /// A fetch is flown there and back, so a second counts twice what is flown in one. It counts from when the order was first
     /// held, or the drone would have had to leave: so no order is held late for longer than a fetch takes.
     pub(super) fn wait_m(&self, drone: &Candidate<'_>) -> Option<f64> {
         let fetch_s = self.order.errand.fetch_m(drone.home)? / SPEED_MPS;
         let free_s = drone.free_s?.max(0.0);
         let there_s = self.ready_s.max(free_s + fetch_s);
-        let other_s = self.ready_s.max(self.nearest_s);
-        let can_be_late = LATE_MAX_S + self.nearest_s <= self.ready_s;
+        let other_s = self.ready_s.max(self.otherwise_s);
+        let can_be_late = LATE_MAX_S + self.otherwise_s <= self.ready_s;
         let is_sooner = there_s < other_s || (there_s <= self.ready_s && can_be_late);
-        // One that is free has to make it in place of one that does not come.
+        // The free one has to make it in place of one that does not come.
         let given_up_s = free_s + LATE_MAX_S;
-        let drops_s = there_s.max(given_up_s + self.nearest_s) + self.carried_s;
+        let drops_s = there_s.max(given_up_s + self.otherwise_s) + self.carried_s;
         if !is_sooner || drops_s > self.until_s || !self.is_open(given_up_s.max(self.ready_s)) {
             return None;
         }

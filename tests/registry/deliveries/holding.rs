@@ -3,6 +3,7 @@
 use super::world::{World, errand};
 use serde_json::json;
 use skyway::wire::{EndedAs, PlanState};
+use std::collections::BTreeMap;
 
 /// A drone at the shop that flies from there to the door for 188 s, one that is free elsewhere, and an order from the shop on
 /// which drones were looked for once.
@@ -35,6 +36,27 @@ async fn a_drone_that_is_sooner_back_than_another_is_there_is_waited_for() {
 
     let (world, does_not_wait) = with_one_away("hut").await;
     assert_eq!(world.drone_of(&does_not_wait).await, "swift:1");
+}
+
+#[tokio::test]
+async fn an_order_is_held_though_another_one_gets_the_drone_that_would_be_sooner() {
+    let world = World::with_drones(&["shop", "hut", "tower"]).await;
+    let first = world.order("shop", "door").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&first).await, "swift:0");
+    let together = [
+        world.order("shop", "door").await,
+        world.order("shop", "door").await,
+    ];
+    world.assign().await;
+    let mut reasons = BTreeMap::new();
+    for id in together {
+        reasons.insert(world.drone_of(&id).await, world.reason(&id).await);
+    }
+    let held = "it waits for a nearer drone that is soon back from another order";
+    let drones: Vec<&str> = reasons.keys().map(|drone| &**drone).collect();
+    assert_eq!(drones, ["", "swift:1"]);
+    assert_eq!(reasons[""], held);
 }
 
 #[tokio::test]
