@@ -40,7 +40,7 @@ async fn a_drone_that_is_sooner_back_than_another_is_there_is_waited_for() {
 
 #[tokio::test]
 async fn an_order_is_held_though_another_one_gets_the_drone_that_would_be_sooner() {
-    let world = World::with_drones(&["shop", "hut", "tower"]).await;
+    let world = World::with_drones(&["shop", "door", "tower"]).await;
     let first = world.order("shop", "door").await;
     world.assign().await;
     assert_eq!(world.drone_of(&first).await, "swift:0");
