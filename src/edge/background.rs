@@ -127,6 +127,8 @@ pub enum Background {
     Storing,
     /// Making tables: without one a search takes longer, and no request waits.
     Tables,
+    /// Looking for better plans, which nobody has asked for.
+    Offers,
 }
 
 impl Background {
@@ -136,7 +138,7 @@ impl Background {
         match self {
             Self::Replanning => 5,
             Self::Storing => 10,
-            Self::Tables => 19,
+            Self::Tables | Self::Offers => 19,
         }
     }
 

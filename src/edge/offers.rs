@@ -3,6 +3,7 @@
 //! No drone has to take an offer: the plan goes on being flown as it is, and the offer goes when its time is over.
 
 use super::Edge;
+use super::background::{Background, begin_turn};
 use super::commands::Command;
 use super::fleet::{self, Detour, DetourMeans};
 use super::opened::Listener;
@@ -46,7 +47,9 @@ impl Listener {
     pub(super) fn start(self, edge: Weak<Edge>) -> io::Result<()> {
         let builder = std::thread::Builder::new().name("skyway-offers".to_owned());
         builder.spawn(move || {
+            Background::Offers.step_back();
             while self.hear() {
+                begin_turn();
                 let Some(edge) = edge.upgrade() else {
                     return;
                 };
