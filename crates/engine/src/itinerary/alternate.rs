@@ -8,16 +8,11 @@ use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Objective, Step, Unproved, Value, close,
     reopen,
 };
-use super::rounds::{Most, has_spent};
+use super::rounds::{Most, is_last_of_few};
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::setting::FlightSetting;
 use super::trace::plan;
 use crate::network::NodeIx;
-
-/// As often an alternate whose way meets others is looked for again, before all others count.
-const ROUNDS: usize = 12;
-/// And for at most one part in so many of the labels and checks.
-const ROUNDS_SHARE: usize = 2;
 
 /// There is none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +105,7 @@ fn find_landing(
         if !found.answer.plan.as_ref().is_some_and(meets) {
             break Ok(found);
         }
-        if round >= ROUNDS || has_spent(effort, request.limits, ROUNDS_SHARE) {
+        if is_last_of_few(round, effort, request.limits) {
             // Who stands is safe without.
             if stands {
                 break Err(NoAlternate {

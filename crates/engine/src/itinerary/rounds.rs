@@ -2,6 +2,12 @@
 
 use super::request::{Effort, Limits};
 
+/// As often a plan that meets others is looked for again with those that it meets, before all others count.
+const ROUNDS_AMONG_FEW: usize = 12;
+/// For at most one part in so many of the labels and checks.
+const SHARE_AMONG_FEW: usize = 2;
+/// And as many checks: in dense traffic each round meets others again, and a search among all of them takes about so many.
+const CHECKS_AMONG_FEW: usize = 40_000;
 /// What is left of labels and checks for the search among all others, where one among fewer reaches a bound: one part in
 /// so many.
 const LAST_ROUND_SHARE: usize = 4;
@@ -38,7 +44,9 @@ impl Most {
     }
 }
 
-/// Whether one part in so many of the labels or checks is spent.
-pub(super) fn has_spent(effort: Effort, limits: Limits<'_>, share: usize) -> bool {
-    effort.checks >= limits.checks / share || effort.labels >= limits.labels / share
+/// Whether all others count from the next round on.
+pub(super) fn is_last_of_few(round: usize, effort: Effort, limits: Limits<'_>) -> bool {
+    let checks = CHECKS_AMONG_FEW.min(limits.checks / SHARE_AMONG_FEW);
+    let has_spent = effort.checks >= checks || effort.labels >= limits.labels / SHARE_AMONG_FEW;
+    round >= ROUNDS_AMONG_FEW || has_spent
 }

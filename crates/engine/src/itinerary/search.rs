@@ -8,17 +8,13 @@ use super::potentials::Potentials;
 use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Step, Unproved, Value, close, reopen,
 };
-use super::rounds::{Most, has_spent};
+use super::rounds::{Most, is_last_of_few};
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::trace::plan;
 use super::walk::{Along, From, append_steps, walk};
 
 /// Of labels and checks, each of the first two steps may take one part in so many.
 const STEP_SHARE: usize = 4;
-/// As often a plan that meets others is looked for again with those that it meets, before all others count.
-const ROUNDS: usize = 12;
-/// And for at most one part in so many of the labels and checks.
-const ROUNDS_SHARE: usize = 2;
 /// Labels of a first try of the second step: around one closure the way is found with a few, and often nothing was dropped
 /// that could be better.
 const PROBE_LABELS: usize = 64;
@@ -185,7 +181,7 @@ impl<'a, 's> Search<'a, 's> {
                 return answer;
             }
             self.least = answer.lower_bound;
-            if round >= ROUNDS || has_spent(self.effort, limits, ROUNDS_SHARE) {
+            if is_last_of_few(round, self.effort, limits) {
                 active.widen();
             }
             round += 1;
