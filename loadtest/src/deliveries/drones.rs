@@ -28,7 +28,7 @@ const OVER: [&str; 2] = ["not_found", "plan_state_conflict"];
 /// The numbers of landings begin here; those of acknowledgements at 0.
 const LANDINGS: u64 = ON_STREAM as u64;
 
-/// Who has flown each plan to its end, by its id.
+/// Who has flown each plan as far as its drop, by its id.
 pub(super) type Flown = Rc<RefCell<BTreeMap<String, Vec<String>>>>;
 
 /// Puts drones on the line of an edge, for as long as this program runs.
@@ -59,13 +59,13 @@ async fn on_line(edge: SocketAddr, drones: &mut [Drone], flown: &Flown) -> Resul
     loop {
         tokio::select! {
             told = session.next_answer() => take(&session, drones, told?, flown),
-            _ = tick.tick() => tell(&session, drones),
+            _ = tick.tick() => tell(&session, drones, flown),
         }
     }
 }
 
 /// Where those are that fly, what they have taken over, and who has landed.
-fn tell(session: &Session, drones: &mut [Drone]) {
+fn tell(session: &Session, drones: &mut [Drone], flown: &Flown) {
     let now_s = seconds(Timestamp::now());
     let positions = drones.iter().filter_map(|drone| drone.position(now_s));
     let positions = positions.collect();
@@ -74,6 +74,7 @@ fn tell(session: &Session, drones: &mut [Drone]) {
         Said::Telemetry(proto::ReportTelemetryRequest { positions }),
     );
     for (number, drone) in drones.iter_mut().enumerate() {
+        drone.counts(now_s, flown);
         let Some(flight) = &mut drone.flight else {
             continue;
         };
@@ -129,6 +130,8 @@ struct Flying {
     plan_id: String,
     token: (u64, u64, u32),
     pieces: Vec<Piece>,
+    /// When what it carries is handed over: at its last stop that is served, or at its end.
+    delivers_at_s: f64,
     lands_at_s: f64,
     has_landed: bool,
     is_acknowledged: bool,
@@ -269,14 +272,23 @@ impl Drone {
         }
     }
 
-    /// Where it has landed, its flight is over and counts.
+    /// Where it has landed, its flight is over.
     fn ends(&mut self, flown: &Flown) {
-        if let Some(flight) = self.flight.take_if(|flight| flight.has_landed) {
+        self.counts(seconds(Timestamp::now()), flown);
+        self.flight.take_if(|flight| flight.has_landed);
+    }
+
+    /// Its flight counts once, from its drop on: the way home may take it an hour more.
+    fn counts(&self, now_s: f64, flown: &Flown) {
+        let Some(flight) = &self.flight else {
+            return;
+        };
+        if now_s >= flight.delivers_at_s {
             let mut flown = flown.borrow_mut();
-            flown
-                .entry(flight.plan_id)
-                .or_default()
-                .push(self.id.clone());
+            let drones = flown.entry(flight.plan_id.clone()).or_default();
+            if !drones.contains(&self.id) {
+                drones.push(self.id.clone());
+            }
         }
     }
 }
@@ -302,10 +314,12 @@ impl Flying {
                 ends: [here; 2],
             });
         }
+        let lands_at_s = version.arrives_at.map_or(f64::INFINITY, proto_seconds);
         Self {
             plan_id,
             token: (version.token, version.epoch, version.version),
-            lands_at_s: version.arrives_at.map_or(f64::INFINITY, proto_seconds),
+            delivers_at_s: handed_over_s(version).unwrap_or(lands_at_s),
+            lands_at_s,
             pieces,
             has_landed: false,
             is_acknowledged: true,
@@ -354,6 +368,13 @@ impl Piece {
             ends: [[first.x, first.y], [last.x, last.y]],
         })
     }
+}
+
+/// When the last stop of a version that is served has been.
+fn handed_over_s(version: &PlanVersion) -> Option<f64> {
+    let served = |stop: &proto::Stop| Some(proto_seconds(stop.lands_at?) + stop.service_s?);
+    let flight = version.flight.as_ref()?;
+    flight.stops.iter().filter_map(served).next_back()
 }
 
 fn seconds(at: Timestamp) -> f64 {

@@ -20,7 +20,7 @@ pub(super) struct Judged {
     unended: usize,
     /// Ordered and not there, or there and not ordered.
     lost: usize,
-    /// Flown to the end more than once, or delivered and not flown.
+    /// Flown as far as the drop more than once, or delivered and not flown.
     flown_wrong: usize,
     /// Told in another order than that of their history, or not whole.
     told_wrong: usize,
@@ -58,7 +58,7 @@ pub(super) fn history(delivery: &Value) -> Vec<&str> {
         .collect()
 }
 
-/// The plans of a delivery that drones have flown to their end, each with its drone.
+/// The plans of a delivery that drones have flown as far as the drop, each with its drone.
 pub(super) fn flights(flown: &Flown, delivery: &str) -> Vec<String> {
     let prefix = format!("delivery-{delivery}-");
     let flown = flown.borrow();
@@ -148,7 +148,7 @@ impl Judged {
         if is_flown {
             rows.push(Row::none(
                 format!(
-                    "{what}: delivered and not flown once to the end, or flown and not delivered"
+                    "{what}: delivered and not flown there once, or flown there and not delivered"
                 ),
                 self.flown_wrong,
             ));

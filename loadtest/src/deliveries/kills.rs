@@ -28,8 +28,8 @@ const QUIET_S: [f64; 2] = [5.0, 20.0];
 const AWAY_S: [f64; 2] = [0.0, 2.0];
 /// How long the last deliveries may take, once daemons are killed no more: drones are far.
 const LAST_WITHIN: Duration = Duration::from_secs(3_600);
-/// How long drones may take to come home.
-const HOME_WITHIN: Duration = Duration::from_secs(3_600);
+/// How much later than the registry a drone may have counted its drop.
+const COUNTED_WITHIN: Duration = Duration::from_secs(60);
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
 struct Size {
@@ -79,7 +79,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> crate::Result<Ve
     let ordered = orders(&town, "quiet", size.quiet, &mut chance);
     let ordered = order(&town.client, ordered).await?;
     all_told(&town, &ordered, size.patience).await;
-    all_landed(&town, &ordered, &flown).await;
+    all_counted(&town, &ordered, &flown).await;
     let found = all(&town).await?;
     let judged = Judged::of(&town, &ordered, &found, Some(&flown));
     let what = format!("{} deliveries over two edges", judged.deliveries);
@@ -95,7 +95,7 @@ pub(super) async fn measure(arguments: &DeliveriesArguments) -> crate::Result<Ve
     town.receiver.fail(FAILS);
     let (ordered, kills) = killed(&mut town, &size, &mut chance).await?;
     let together: Vec<String> = before.into_iter().chain(ordered).collect();
-    all_landed(&town, &together, &flown).await;
+    all_counted(&town, &together, &flown).await;
     let judged = Judged::of(&town, &together, &all(&town).await?, Some(&flown));
     let (failed, repeated) = {
         let received = town.receiver.received();
@@ -162,11 +162,11 @@ pub(super) async fn all_told(town: &Town, ordered: &[String], patience: Duration
     false
 }
 
-/// Waits until the drones of all that were delivered are home, which takes them some minutes more.
-async fn all_landed(town: &Town, ordered: &[String], flown: &Flown) {
+/// Waits until the drones of all that were delivered have counted that.
+async fn all_counted(town: &Town, ordered: &[String], flown: &Flown) {
     let begun = Instant::now();
     let is_flown = |id: &String| !was_delivered(town, id) || !flights(flown, id).is_empty();
-    while !ordered.iter().all(is_flown) && begun.elapsed() < HOME_WITHIN {
+    while !ordered.iter().all(is_flown) && begun.elapsed() < COUNTED_WITHIN {
         sleep(LOOK_AGAIN).await;
     }
 }
