@@ -4,7 +4,7 @@ use super::agreement::Deviation;
 use super::drones::Sighting;
 use super::plan_entry::PlanEntry;
 use super::planner::{Planner, Version};
-use super::progress::{Known, spot_on};
+use super::progress::{Known, legs_at, spot_on};
 use super::stretches::fraction_of;
 use crate::compose::Leg;
 use crate::flight::LegCourse;
@@ -159,7 +159,8 @@ fn heights_near(
     Some(heights)
 }
 
-/// How a position deviates in time, where times are computed.
+/// How a position deviates in time, where times are computed: from all times at which the plan has the drone there, as a way back
+/// leads over the same legs.
 fn off_time(
     topology: &Topology,
     version: &Version,
@@ -167,20 +168,20 @@ fn off_time(
     sighting: &Sighting,
     planner: &dyn Planner,
 ) -> Option<Deviation> {
-    let leg = spot_on(topology, version, place, Known::NOTHING)?.leg?;
     let flown_s = |until: Timestamp| until.duration_since(version.departs_at).as_secs_f64();
     let seen_s = flown_s(sighting.seen_at);
-    let apart_s = planner.apart_s(topology, version, (leg, place), seen_s)?;
     let has_landed = sighting.airborne == Some(false);
-    // Above the node where it is to land it is only late.
-    let is_over_end = leg + 1 == version.composition.legs.len()
-        && version
-            .last_node()
-            .is_some_and(|end| topology.position(end).distance_m(place) <= ON_NODE_M);
-    let late_s = match is_over_end && !has_landed {
-        true => seen_s - flown_s(version.arrives_at()),
-        false => apart_s,
-    };
+    let is_over_end = version
+        .last_node()
+        .is_some_and(|end| topology.position(end).distance_m(place) <= ON_NODE_M);
+    let last = version.composition.legs.len().saturating_sub(1);
+    let late_s = legs_at(topology, version, place)
+        // Above the node where it is to land it is only late.
+        .map(|leg| match leg == last && is_over_end && !has_landed {
+            true => Some(seen_s - flown_s(version.arrives_at())),
+            false => planner.apart_s(topology, version, (leg, place), seen_s),
+        })
+        .try_fold(f64::INFINITY, |least, late_s| Some(least.min(late_s?)))?;
     let tolerance_s = (TIME_SHARE * seen_s).max(TIME_S);
-    (late_s > tolerance_s).then_some(Deviation::Time)
+    (late_s.is_finite() && late_s > tolerance_s).then_some(Deviation::Time)
 }

@@ -123,6 +123,22 @@ pub(super) fn spot_on(
     nearest
 }
 
+/// The legs of a version that are nearest to a place, one as near as the other; none where a drone there is on its first stretch.
+pub(super) fn legs_at(
+    topology: &Topology,
+    version: &Version,
+    place: Point,
+) -> impl Iterator<Item = usize> {
+    let nearest = spot_on(topology, version, place, Known::NOTHING);
+    let nearest = nearest.filter(|nearest| nearest.leg.is_some());
+    let legs = version.composition.legs.iter().enumerate();
+    legs.filter_map(move |(number, leg)| {
+        let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
+        let off_m = place.distance_m(from.towards(to, fraction_of(place, from, to)));
+        (off_m <= nearest?.off_m + AS_NEAR_M).then_some(number)
+    })
+}
+
 /// Where the drone of a plan is: by its telemetry, else by nominal times, and then somewhere on its leg.
 ///
 /// `None` when the plan has no leg left.

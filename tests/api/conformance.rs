@@ -263,6 +263,29 @@ async fn a_drone_that_falls_silent_is_asked_and_an_operator_is_alarmed() {
 }
 
 #[tokio::test]
+async fn a_drone_that_comes_back_the_way_it_went_conforms() {
+    let mut told = [Vec::new(), Vec::new()];
+    for (dialect, told) in DIALECTS.into_iter().zip(&mut told) {
+        let flight = FlightSettings::of(Airframe::phantom3());
+        let town = Town::listening(&street(), dialect, "10:00", Some(flight)).await;
+        let asked = json!({"id": "p", "drone_id": "d1", "source": "a", "destination": "a", "payload_kg": 0.1,
+            "stops": [{"node": "d", "service_s": 30}]});
+        let plan = town.deliver(asked).await.expect("a plan");
+        let arrives_at: Timestamp = plan.reported.arrives_at.parse().expect("an instant");
+        let mut now = at("10:00:05");
+        while now < arrives_at {
+            town.hand.set(now);
+            town.see(entry(planned(&plan, now))).await;
+            let state = town.plan("p").await.state;
+            assert_eq!(state, PlanState::Activated, "at {now}");
+            now += SignedDuration::from_secs(1);
+        }
+        note(told, &town.plan("p").await);
+    }
+    compare(&told);
+}
+
+#[tokio::test]
 async fn a_drone_that_sends_no_telemetry_is_not_silent() {
     let (town, _) = begun(Dialect::Rest).await;
     town.wait_until("10:03").await;

@@ -3,6 +3,9 @@
 use super::setting::FlightSetting;
 use crate::flight::{FlightPlan, Stop, StopKind, Tariff};
 
+/// Less is the rounding of its instants, in seconds.
+const LEAST_WAIT_S: f64 = 1e-6;
+
 /// A leg of a plan in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LegFigures {
@@ -86,10 +89,11 @@ impl FlightSetting {
         let stay_s = stop.takes_off_s - stop.lands_s;
         let charged = stop.battery_after - stop.battery_before;
         let needed_s = self.needed_stay_s(plan, stop, place, reserve);
+        let waits_s = stay_s - needed_s;
         StopFigures {
             stay_s,
             charged,
-            waits_s: (stay_s - needed_s).max(0.0),
+            waits_s: if waits_s < LEAST_WAIT_S { 0.0 } else { waits_s },
         }
     }
 
