@@ -3,7 +3,7 @@
 use super::batch::Waiting;
 use super::fleet::{Candidate, LATE_MAX_S};
 use crate::market::hours::Hours;
-use crate::market::matching::SPEED_MPS;
+use crate::market::matching::{SPEED_MPS, way_s};
 use jiff::{SignedDuration, Timestamp};
 
 /// What waiting for a drone that flies counts at least, in seconds: it may be late.
@@ -42,8 +42,8 @@ impl<'a> Holding<'a> {
             ready_s: from_now(value.start_time()),
             until_s: from_now(value.waits_until()),
             held_s: held_since.map_or(0.0, from_now),
-            otherwise_s: order.errand.fetch_m(otherwise.home)? / SPEED_MPS,
-            carried_s: order.errand.length_m()? / SPEED_MPS,
+            otherwise_s: way_s(order.errand.fetch_m(otherwise.home)?),
+            carried_s: way_s(order.errand.length_m()?),
             hours: if is_promised { None } else { hours() },
             order,
             now,
@@ -56,7 +56,7 @@ impl<'a> Holding<'a> {
     /// A fetch is flown there and back, so a second counts twice what is flown in one. It counts from when the order was first
     /// held, or the drone would have had to leave: so no order is held late for longer than a fetch takes.
     pub(super) fn wait_m(&self, drone: &Candidate<'_>) -> Option<f64> {
-        let fetch_s = self.order.errand.fetch_m(drone.home)? / SPEED_MPS;
+        let fetch_s = way_s(self.order.errand.fetch_m(drone.home)?);
         let free_s = drone.free_s?.max(0.0);
         let there_s = self.ready_s.max(free_s + fetch_s);
         let other_s = self.ready_s.max(self.otherwise_s);
