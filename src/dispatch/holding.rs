@@ -37,13 +37,14 @@ impl<'a> Holding<'a> {
         let held_since = value.dispatch.holds_since_ms;
         let held_since = held_since.and_then(|ms| Timestamp::from_millisecond(ms).ok());
         let is_promised = value.delivery.quote_id.is_some();
+        let fetch_m = order.errand.fetch_m(otherwise.home)?;
         let hours = || Hours::read(&order.service.time_zone, &order.service.hours).ok();
         Some(Self {
             ready_s: from_now(value.start_time()),
             until_s: from_now(value.waits_until()),
             held_s: held_since.map_or(0.0, from_now),
-            otherwise_s: way_s(order.errand.fetch_m(otherwise.home)?),
-            carried_s: way_s(order.errand.length_m()?),
+            otherwise_s: way_s(fetch_m),
+            carried_s: way_s(fetch_m + order.errand.length_m()?) - way_s(fetch_m),
             hours: if is_promised { None } else { hours() },
             order,
             now,

@@ -7,7 +7,7 @@ use super::offers::{Availability, Sellers, no_offer};
 use super::records::{Kept, absent, fresh, text, timed_id};
 use super::wanted::{START_AHEAD_MAX, Stated, Wanted};
 use crate::access::{Caller, Owners};
-use crate::market::matching::{Misfit, way_s};
+use crate::market::matching::{Misfit, SPEED_MPS};
 use crate::market::tariff::{Carriage, price};
 use crate::refusal::{Code, Refusal};
 use crate::registry::documents::{Commit, Committed, Document, DocumentKind};
@@ -205,7 +205,7 @@ impl Kept<Quote> {
 
 /// When a drone leaves home to be at the pickup when the parcel is ready, at the earliest now. An edge tells the exact times.
 pub(super) fn departure(ready_at: Timestamp, fetch_m: f64, now: Timestamp) -> Timestamp {
-    let fetch = SignedDuration::try_from_secs_f64(way_s(fetch_m)).unwrap_or_default();
+    let fetch = SignedDuration::try_from_secs_f64(fetch_m / SPEED_MPS).unwrap_or_default();
     ready_at.saturating_sub(fetch).unwrap_or(now).max(now)
 }
 

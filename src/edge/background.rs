@@ -125,10 +125,10 @@ pub enum Background {
     Replanning,
     /// Storing: the writer waits for it where it is behind.
     Storing,
+    /// Looking for better plans, which nobody has asked for. It shares locks with those that answer, so it has to go on.
+    Offers,
     /// Making tables: without one a search takes longer, and no request waits.
     Tables,
-    /// Looking for better plans, which nobody has asked for.
-    Offers,
 }
 
 impl Background {
@@ -137,8 +137,8 @@ impl Background {
     const fn steps(self) -> i32 {
         match self {
             Self::Replanning => 5,
-            Self::Storing => 10,
-            Self::Tables | Self::Offers => 19,
+            Self::Storing | Self::Offers => 10,
+            Self::Tables => 19,
         }
     }
 

@@ -4,7 +4,7 @@ use super::agreement::Deviation;
 use super::drones::Sighting;
 use super::plan_entry::PlanEntry;
 use super::planner::{Planner, Version};
-use super::progress::{Known, legs_at, spot_on};
+use super::progress::{Known, ON_NODE_M, legs_at, spot_on};
 use super::stretches::fraction_of;
 use crate::compose::Leg;
 use crate::flight::LegCourse;
@@ -19,8 +19,6 @@ const VERTICAL_M: f64 = 10.0;
 /// And so much earlier or later there than planned, in seconds; or this share of the time that it has flown.
 const TIME_S: f64 = 15.0;
 const TIME_SHARE: f64 = 0.1;
-/// So near to a node, in metres, a drone stands on it.
-const ON_NODE_M: f64 = 15.0;
 
 /// How a position of a drone in flight deviates from everything that it may be flying; in time from what it reported.
 pub(super) fn deviation(
@@ -174,13 +172,18 @@ fn off_time(
     let is_over_end = version
         .last_node()
         .is_some_and(|end| topology.position(end).distance_m(place) <= ON_NODE_M);
-    let last = version.composition.legs.len().saturating_sub(1);
-    let late_s = legs_at(topology, version, place)
+    let legs = &version.composition.legs;
+    let late_s = |leg: usize| {
+        let apart_s = planner.apart_s(topology, version, (leg, place), seen_s)?;
+        let is_on_last = leg + 1 == legs.len() && seen_s >= legs[leg].departure_s;
         // Above the node where it is to land it is only late.
-        .map(|leg| match leg == last && is_over_end && !has_landed {
-            true => Some(seen_s - flown_s(version.arrives_at())),
-            false => planner.apart_s(topology, version, (leg, place), seen_s),
+        Some(match is_on_last && is_over_end && !has_landed {
+            true => seen_s - flown_s(version.arrives_at()),
+            false => apart_s,
         })
+    };
+    let late_s = legs_at(topology, version, place)
+        .map(late_s)
         .try_fold(f64::INFINITY, |least, late_s| Some(least.min(late_s?)))?;
     let tolerance_s = (TIME_SHARE * seen_s).max(TIME_S);
     (late_s.is_finite() && late_s > tolerance_s).then_some(Deviation::Time)

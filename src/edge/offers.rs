@@ -87,9 +87,8 @@ impl Edge {
 
     /// Offers what is better now to plans that are flown as planned, until it is broken off.
     fn offer_better_plans(&self, breaks_off: impl Fn() -> bool) {
-        let snapshot = self.snapshot();
-        let now = self.clock.now();
-        let may_gain = |plan: &&Arc<PlanEntry>| {
+        let looked_at = self.snapshot();
+        let may_gain = |snapshot: &Snapshot, plan: &PlanEntry| {
             let is_pending = snapshot.pending.contains_key(&plan.id);
             self.planner
                 .minds(Concern::Improvement, Some(&plan.reported))
@@ -99,12 +98,19 @@ impl Edge {
                 && !is_pending
         };
         let after = self.offers().after.clone();
-        let plans = in_turn(&snapshot.plans, after.as_ref()).filter(may_gain);
+        let plans = in_turn(&looked_at.plans, after.as_ref());
+        let plans = plans.filter(|plan| may_gain(&looked_at, plan));
         for plan in plans.take(PLANS_MAX) {
             if breaks_off() {
                 return;
             }
             self.offers().after = Some(plan.id.clone());
+            // On busy cores a look at all of them takes long.
+            let (snapshot, now) = (self.snapshot(), self.clock.now());
+            let plan = snapshot.plans.get(&plan.id);
+            let Some(plan) = plan.filter(|plan| may_gain(&snapshot, plan)) else {
+                continue;
+            };
             let Some(version) = self.better(&snapshot, plan, now) else {
                 continue;
             };

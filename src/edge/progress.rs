@@ -20,6 +20,8 @@ const BEGINS_WITHIN_M: f64 = 50.0;
 
 /// So near to its way a drone may be on it, in metres.
 const ON_WAY_M: f64 = 50.0;
+/// A drone so near to a node is on it, in metres.
+pub(super) const ON_NODE_M: f64 = 15.0;
 
 /// How far a drone has come on a version of its plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +125,8 @@ pub(super) fn spot_on(
     nearest
 }
 
-/// The legs of a version that are nearest to a place, one as near as the other; none where a drone there is on its first stretch.
+/// The legs of a version that a drone at a place may be on: those that are nearest, one as near as the other, and those that begin
+/// or end there; none where it is on its first stretch.
 pub(super) fn legs_at(
     topology: &Topology,
     version: &Version,
@@ -135,7 +138,8 @@ pub(super) fn legs_at(
     legs.filter_map(move |(number, leg)| {
         let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
         let off_m = place.distance_m(from.towards(to, fraction_of(place, from, to)));
-        (off_m <= nearest?.off_m + AS_NEAR_M).then_some(number)
+        let is_at_end = place.distance_m(from).min(place.distance_m(to)) <= ON_NODE_M;
+        (off_m <= nearest?.off_m + AS_NEAR_M || is_at_end).then_some(number)
     })
 }
 

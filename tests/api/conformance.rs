@@ -262,25 +262,47 @@ async fn a_drone_that_falls_silent_is_asked_and_an_operator_is_alarmed() {
     compare(&told);
 }
 
+/// The street at ten, with a drone on its way from a to d and back.
+async fn there_and_back(dialect: Dialect) -> (Town, Plan<'static>) {
+    let flight = FlightSettings::of(Airframe::phantom3());
+    let town = Town::listening(&street(), dialect, "10:00", Some(flight)).await;
+    let asked = json!({"id": "p", "drone_id": "d1", "source": "a", "destination": "a", "payload_kg": 0.1,
+        "stops": [{"node": "d", "service_s": 30}]});
+    let plan = town.deliver(asked).await.expect("a plan");
+    (town, plan)
+}
+
 #[tokio::test]
 async fn a_drone_that_comes_back_the_way_it_went_conforms() {
     let mut told = [Vec::new(), Vec::new()];
     for (dialect, told) in DIALECTS.into_iter().zip(&mut told) {
-        let flight = FlightSettings::of(Airframe::phantom3());
-        let town = Town::listening(&street(), dialect, "10:00", Some(flight)).await;
-        let asked = json!({"id": "p", "drone_id": "d1", "source": "a", "destination": "a", "payload_kg": 0.1,
-            "stops": [{"node": "d", "service_s": 30}]});
-        let plan = town.deliver(asked).await.expect("a plan");
+        let (town, plan) = there_and_back(dialect).await;
         let arrives_at: Timestamp = plan.reported.arrives_at.parse().expect("an instant");
         let mut now = at("10:00:05");
         while now < arrives_at {
             town.hand.set(now);
-            town.see(entry(planned(&plan, now))).await;
+            let [x, y, height_m] = planned(&plan, now);
+            let errs_m = f64::from(now.as_second() as i32 % 3 - 1) * 3.0;
+            town.see(entry([x + errs_m, y + errs_m, height_m])).await;
             let state = town.plan("p").await.state;
             assert_eq!(state, PlanState::Activated, "at {now}");
             now += SignedDuration::from_secs(1);
         }
         note(told, &town.plan("p").await);
+    }
+    compare(&told);
+}
+
+#[tokio::test]
+async fn a_drone_that_hovers_over_its_home_instead_of_leaving_is_late() {
+    let mut told = [Vec::new(), Vec::new()];
+    for (dialect, told) in DIALECTS.into_iter().zip(&mut told) {
+        let (town, plan) = there_and_back(dialect).await;
+        let home = planned(&plan, at("10:00"));
+        flies(&town, &plan, ("10:00:05", "10:01:00"), |_| home).await;
+        let plan = town.plan("p").await;
+        assert_eq!(plan.state, PlanState::Nonconforming);
+        note(told, &plan);
     }
     compare(&told);
 }

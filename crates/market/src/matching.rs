@@ -14,7 +14,7 @@ pub const SPEED_MPS: f64 = 16.0;
 const CHARGES_AFTER_M: f64 = 10_000.0;
 const CHARGING_MPS: f64 = 5.5;
 
-/// How long a way takes from a full battery on, in seconds: an estimate, until an edge has composed a flight.
+/// How long a way takes from a full battery on, in seconds: an estimate by which drones are compared.
 pub fn way_s(length_m: f64) -> f64 {
     let beyond_m = (length_m - CHARGES_AFTER_M).max(0.0);
     (length_m - beyond_m) / SPEED_MPS + beyond_m / CHARGING_MPS
@@ -176,7 +176,7 @@ fn reopening(opens_at: Option<Timestamp>) -> String {
     }
 }
 
-/// Whether a service fits. Times are estimates by [`way_s`], prices those of the shortest way.
+/// Whether a service fits. Times are estimates at [`SPEED_MPS`], prices those of the shortest way.
 ///
 /// # Errors
 /// The first reason why it does not.
@@ -336,9 +336,9 @@ pub fn check_price(price: &Money, dearest: Option<&Money>) -> Result<(), Misfit>
     Ok(())
 }
 
-/// The instant after a way of some metres, to the second.
+/// The instant after a flight of some metres, to the second.
 fn after(from: Timestamp, length_m: f64) -> Timestamp {
-    let time = SignedDuration::try_from_secs_f64(way_s(length_m).ceil());
+    let time = SignedDuration::try_from_secs_f64((length_m / SPEED_MPS).ceil());
     let time = time.unwrap_or(SignedDuration::MAX);
     from.saturating_add(time).unwrap_or(Timestamp::MAX)
 }

@@ -11,7 +11,7 @@ use skyway::api::grpc::proto::{
     self, MessageKind, Place, PlanState, PlanVersion, PlanarPosition, place,
 };
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::rc::Rc;
 use std::time::Duration;
@@ -28,8 +28,14 @@ const OVER: [&str; 2] = ["not_found", "plan_state_conflict"];
 /// The numbers of landings begin here; those of acknowledgements at 0.
 const LANDINGS: u64 = ON_STREAM as u64;
 
-/// Who has flown each plan as far as its drop, by its id.
-pub(super) type Flown = Rc<RefCell<BTreeMap<String, Vec<String>>>>;
+/// What drones have flown, and fly.
+#[derive(Clone, Default)]
+pub(super) struct Flown {
+    /// Who has flown each plan as far as its drop, by its id.
+    pub(super) plans: Rc<RefCell<BTreeMap<String, Vec<String>>>>,
+    /// Who has its drop still before it.
+    pub(super) before: Rc<RefCell<BTreeSet<String>>>,
+}
 
 /// Puts drones on the line of an edge, for as long as this program runs.
 pub(super) fn fly(edge: SocketAddr, drones: &[String], flown: &Flown) {
@@ -130,8 +136,8 @@ struct Flying {
     plan_id: String,
     token: (u64, u64, u32),
     pieces: Vec<Piece>,
-    /// When what it carries is handed over: at its last stop that is served, or at its end.
-    delivers_at_s: f64,
+    /// When what it carries is handed over: at the last stop that is served, if any is to come.
+    delivers_at_s: Option<f64>,
     lands_at_s: f64,
     has_landed: bool,
     is_acknowledged: bool,
@@ -189,6 +195,7 @@ impl Drone {
                 self.is_assigned(Flying::of(message.plan_id, &version, None), flown);
             }
             (MessageKind::Version, Some(version)) => {
+                self.counts(seconds(Timestamp::now()), flown);
                 let flight = self.flight.as_ref();
                 let here = flight.and_then(|flight| flight.place(seconds(Timestamp::now())));
                 let newer = Flying {
@@ -205,6 +212,7 @@ impl Drone {
                 }
             }
             (MessageKind::Ended, _) => {
+                self.counts(seconds(Timestamp::now()), flown);
                 let flight = self.flight.take();
                 self.flight = flight.filter(|flight| flight.plan_id != message.plan_id);
             }
@@ -221,15 +229,6 @@ impl Drone {
     ///
     /// Messages come at least once: what it has flown is not new.
     fn is_assigned(&mut self, next: Flying, flown: &Flown) {
-        let has_flown = |drones: &Vec<String>| drones.contains(&self.id);
-        if flown.borrow().get(&next.plan_id).is_some_and(has_flown) {
-            let text = format!(
-                "{} is assigned {} again, which it has flown",
-                self.id, next.plan_id
-            );
-            eprintln_line(&text);
-            return;
-        }
         if let Some(flight) = &mut self.flight {
             flight.has_landed |= seconds(Timestamp::now()) >= flight.lands_at_s;
             let (flies, is_same) = (&flight.plan_id, flight.plan_id == next.plan_id);
@@ -243,6 +242,15 @@ impl Drone {
                 );
                 eprintln_line(&text);
             }
+        }
+        let has_flown = |drones: &Vec<String>| drones.contains(&self.id);
+        if flown.plans.borrow().get(&next.plan_id).is_some_and(has_flown) {
+            let text = format!(
+                "{} is assigned {} again, which it has flown",
+                self.id, next.plan_id
+            );
+            eprintln_line(&text);
+            return;
         }
         self.ends(flown);
         self.flight = Some(next);
@@ -272,23 +280,35 @@ impl Drone {
         }
     }
 
-    /// Where it has landed, its flight is over.
+    /// Where it has landed, its flight is over; it counts where it did not before.
     fn ends(&mut self, flown: &Flown) {
-        self.counts(seconds(Timestamp::now()), flown);
-        self.flight.take_if(|flight| flight.has_landed);
+        if let Some(flight) = self.flight.take_if(|flight| flight.has_landed) {
+            self.has_delivered(&flight.plan_id, flown);
+        }
     }
 
-    /// Its flight counts once, from its drop on: the way home may take it an hour more.
+    /// Its flight counts from its drop on: the way home may take it an hour more.
     fn counts(&self, now_s: f64, flown: &Flown) {
-        let Some(flight) = &self.flight else {
-            return;
-        };
-        if now_s >= flight.delivers_at_s {
-            let mut flown = flown.borrow_mut();
-            let drones = flown.entry(flight.plan_id.clone()).or_default();
-            if !drones.contains(&self.id) {
-                drones.push(self.id.clone());
+        let flight = self.flight.as_ref();
+        let drop = flight.and_then(|flight| Some((flight, flight.delivers_at_s?)));
+        match drop {
+            Some((flight, at_s)) if now_s >= at_s => self.has_delivered(&flight.plan_id, flown),
+            Some(_) => {
+                flown.before.borrow_mut().insert(self.id.clone());
             }
+            None => {
+                flown.before.borrow_mut().remove(&self.id);
+            }
+        }
+    }
+
+    /// Each plan counts once for a drone.
+    fn has_delivered(&self, plan_id: &str, flown: &Flown) {
+        flown.before.borrow_mut().remove(&self.id);
+        let mut plans = flown.plans.borrow_mut();
+        let drones = plans.entry(plan_id.to_owned()).or_default();
+        if !drones.contains(&self.id) {
+            drones.push(self.id.clone());
         }
     }
 }
@@ -314,12 +334,11 @@ impl Flying {
                 ends: [here; 2],
             });
         }
-        let lands_at_s = version.arrives_at.map_or(f64::INFINITY, proto_seconds);
         Self {
             plan_id,
             token: (version.token, version.epoch, version.version),
-            delivers_at_s: handed_over_s(version).unwrap_or(lands_at_s),
-            lands_at_s,
+            delivers_at_s: handed_over_s(version),
+            lands_at_s: version.arrives_at.map_or(f64::INFINITY, proto_seconds),
             pieces,
             has_landed: false,
             is_acknowledged: true,

@@ -61,7 +61,7 @@ pub(super) fn history(delivery: &Value) -> Vec<&str> {
 /// The plans of a delivery that drones have flown as far as the drop, each with its drone.
 pub(super) fn flights(flown: &Flown, delivery: &str) -> Vec<String> {
     let prefix = format!("delivery-{delivery}-");
-    let flown = flown.borrow();
+    let flown = flown.plans.borrow();
     let plans = flown.range(prefix.clone()..);
     let plans = plans.take_while(|(plan, _)| plan.starts_with(&prefix));
     let flights = plans

@@ -28,8 +28,8 @@ const QUIET_S: [f64; 2] = [5.0, 20.0];
 const AWAY_S: [f64; 2] = [0.0, 2.0];
 /// How long the last deliveries may take, once daemons are killed no more: drones are far.
 const LAST_WITHIN: Duration = Duration::from_secs(3_600);
-/// How much later than the registry a drone may have counted its drop.
-const COUNTED_WITHIN: Duration = Duration::from_secs(60);
+/// How long a second drone of a delivery may still be on its way to the drop.
+const COUNTED_WITHIN: Duration = Duration::from_secs(3_600);
 const LOOK_AGAIN: Duration = Duration::from_millis(500);
 
 struct Size {
@@ -162,11 +162,12 @@ pub(super) async fn all_told(town: &Town, ordered: &[String], patience: Duration
     false
 }
 
-/// Waits until the drones of all that were delivered have counted that.
+/// Waits until the drones of all that were delivered have counted that, and none has a drop before it.
 async fn all_counted(town: &Town, ordered: &[String], flown: &Flown) {
     let begun = Instant::now();
     let is_flown = |id: &String| !was_delivered(town, id) || !flights(flown, id).is_empty();
-    while !ordered.iter().all(is_flown) && begun.elapsed() < COUNTED_WITHIN {
+    let is_counted = || flown.before.borrow().is_empty() && ordered.iter().all(is_flown);
+    while !is_counted() && begun.elapsed() < COUNTED_WITHIN {
         sleep(LOOK_AGAIN).await;
     }
 }

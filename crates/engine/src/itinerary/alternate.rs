@@ -8,7 +8,7 @@ use super::request::{
     Effort, FlightAnswer, FlightRequest, FlightWorld, Objective, Step, Unproved, Value, close,
     reopen,
 };
-use super::rounds::{Most, is_last_of_few};
+use super::rounds::{Most, has_spent, is_last_of_few};
 use super::run::{Goal, Mode, Run, RunEnd};
 use super::setting::FlightSetting;
 use super::trace::plan;
@@ -105,13 +105,13 @@ fn find_landing(
         if !found.answer.plan.as_ref().is_some_and(meets) {
             break Ok(found);
         }
-        if is_last_of_few(round, effort, request.limits) {
-            // Who stands is safe without.
-            if stands {
-                break Err(NoAlternate {
-                    reason: Some(Unproved::Checks),
-                });
-            }
+        if stands && has_spent(round, effort, request.limits) {
+            // It is safe without.
+            break Err(NoAlternate {
+                reason: Some(Unproved::Checks),
+            });
+        }
+        if !stands && is_last_of_few(round, effort, request.limits) {
             active.widen();
         }
         round += 1;

@@ -6,7 +6,7 @@ use super::request::{Effort, Limits};
 const ROUNDS_AMONG_FEW: usize = 12;
 /// For at most one part in so many of the labels and checks.
 const SHARE_AMONG_FEW: usize = 2;
-/// And as many checks: in dense traffic each round meets others again, and a search among all of them takes about so many.
+/// And as many checks where all others count after that: in dense traffic each round meets others again, and a search among all of them takes about so many.
 const CHECKS_AMONG_FEW: usize = 40_000;
 /// What is left of labels and checks for the search among all others, where one among fewer reaches a bound: one part in
 /// so many.
@@ -46,7 +46,12 @@ impl Most {
 
 /// Whether all others count from the next round on.
 pub(super) fn is_last_of_few(round: usize, effort: Effort, limits: Limits<'_>) -> bool {
-    let checks = CHECKS_AMONG_FEW.min(limits.checks / SHARE_AMONG_FEW);
-    let has_spent = effort.checks >= checks || effort.labels >= limits.labels / SHARE_AMONG_FEW;
-    round >= ROUNDS_AMONG_FEW || has_spent
+    effort.checks >= CHECKS_AMONG_FEW || has_spent(round, effort, limits)
+}
+
+/// Whether rounds have taken all that they may.
+pub(super) fn has_spent(round: usize, effort: Effort, limits: Limits<'_>) -> bool {
+    round >= ROUNDS_AMONG_FEW
+        || effort.checks >= limits.checks / SHARE_AMONG_FEW
+        || effort.labels >= limits.labels / SHARE_AMONG_FEW
 }
