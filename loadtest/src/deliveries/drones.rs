@@ -244,7 +244,12 @@ impl Drone {
             }
         }
         let has_flown = |drones: &Vec<String>| drones.contains(&self.id);
-        if flown.plans.borrow().get(&next.plan_id).is_some_and(has_flown) {
+        if flown
+            .plans
+            .borrow()
+            .get(&next.plan_id)
+            .is_some_and(has_flown)
+        {
             let text = format!(
                 "{} is assigned {} again, which it has flown",
                 self.id, next.plan_id
