@@ -8,31 +8,19 @@
 //! positions are longitude first.
 
 #[cfg(feature = "edge")]
-pub mod access;
-#[cfg(feature = "edge")]
 pub mod api;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "edge")]
-pub mod clock;
-#[cfg(feature = "edge")]
-pub mod config;
-#[cfg(feature = "edge")]
 pub mod demo;
 #[cfg(feature = "edge")]
-pub mod dispatch;
-#[cfg(feature = "edge")]
-pub mod edge;
-#[cfg(feature = "edge")]
-pub mod intake;
-#[cfg(feature = "edge")]
 pub mod process;
-#[cfg(feature = "edge")]
-pub mod refusal;
-#[cfg(feature = "edge")]
-pub mod registry;
 
 pub use skyway_contract as wire;
+#[cfg(feature = "edge")]
+pub use skyway_dispatch as dispatch;
+#[cfg(feature = "edge")]
+pub use skyway_edge as edge;
 pub use skyway_engine::{
     airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
     routing, verify,
@@ -43,3 +31,7 @@ pub use skyway_maps::{buildings, draw};
 pub use skyway_market as market;
 pub use skyway_pack as pack;
 pub use skyway_planted as planted;
+#[cfg(feature = "edge")]
+pub use skyway_registry as registry;
+#[cfg(feature = "edge")]
+pub use skyway_service::{access, clock, config, intake, refusal};

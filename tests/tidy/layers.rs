@@ -3,7 +3,7 @@
 use crate::repository::File;
 use crate::rust::{macros_called, paths};
 
-/// Each module of the engine, of the maps and of `src/`, and every crate that is one layer, from the ground up, with those it may use.
+/// Each module of the engine, of the maps, of the service and of `src/`, and every crate that is one layer, from the ground up, with those it may use.
 ///
 /// The arrows go down only: what a row names stands in a row above it. `verify` and `checker` check the
 /// answers of `routing`, `itinerary` and `recompose`, and share no code with them, so that they cannot
@@ -90,6 +90,10 @@ const CRATES: &[(&str, &str)] = &[
     ("formats", "formats"),
     ("evaluation", "evaluate"),
     ("market", "market"),
+    ("service", "access refusal intake clock config"),
+    ("edge", "edge"),
+    ("registry", "registry"),
+    ("dispatch", "dispatch"),
 ];
 
 /// The modules above the pure line; every other one is free of what `IMPURE` and `PRINTING` name.

@@ -1,0 +1,297 @@
+//! All that is kept of a customer: told to it, and deleted when it wants that.
+//!
+//! Deleted are the customer, its quotes and webhooks, and the recipients of its parcels; of its deliveries what could name a person.
+//! The deliveries themselves stay, as its providers' accounts need them.
+
+use super::{DECISIONS, contended, etag, seen};
+use crate::Dispatch;
+use crate::access::{Caller, Role, is_tenant};
+use crate::intake::{Expected, PageRequest};
+use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, text};
+use crate::refusal::{Code, Refusal};
+use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use crate::wire::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// How many deliveries are told, and how many quotes.
+const TOLD_MAX: usize = 1_000;
+/// How many documents are read, or changed by one commit.
+const AT_ONCE: u64 = 200;
+/// What of a delivery may name a person.
+const PERSONAL: [&str; 2] = ["reference", "recipient"];
+/// What of its proof may.
+const PERSONAL_PROOF: [&str; 2] = ["photo", "code"];
+
+/// What of a delivery tells its service.
+#[derive(Deserialize)]
+struct OfService {
+    #[serde(default)]
+    service_id: Option<String>,
+}
+
+impl Dispatch {
+    /// All that is kept of a customer.
+    ///
+    /// # Errors
+    /// When it is not the caller's own, or the store does not answer.
+    pub async fn customer_data(&self, caller: &Caller, id: &str) -> Result<CustomerData, Refusal> {
+        own(caller, id)?;
+        let customer = self.documents.document(DocumentKind::Customer, id).await?;
+        let customer: Option<Kept<Customer>> = customer.map(Kept::read).transpose()?;
+        let mut recipients: BTreeMap<String, Recipient> = BTreeMap::new();
+        let (mut deliveries, mut is_cut_off) = (Vec::new(), false);
+        let mut pages = Pages::of(DocumentKind::Delivery, id);
+        'pages: while let Some(page) = pages.next(self).await? {
+            for document in page.into_iter().filter(|delivery| delivery.tenant == id) {
+                if deliveries.len() == TOLD_MAX {
+                    is_cut_off = true;
+                    break 'pages;
+                }
+                let is_reserving = document.state == RESERVING;
+                let mut delivery = Kept::<Delivery>::read(document)?.value;
+                if is_reserving {
+                    // Its edge may yet refuse.
+                    delivery.allocation = None;
+                }
+                deliveries.push(delivery);
+            }
+        }
+        let mut pages = Pages::of(DocumentKind::Recipient, id);
+        while let Some(page) = pages.next(self).await? {
+            for document in page {
+                let kept: Kept<Recipient> = Kept::read(document)?;
+                recipients.insert(kept.document.id, kept.value);
+            }
+        }
+        for delivery in &mut deliveries {
+            delivery.recipient = recipients.remove(&delivery.id);
+        }
+        let as_customer = Caller {
+            role: Role::Customer,
+            subject: caller.subject.clone(),
+            tenant: Arc::from(id),
+        };
+        let all = PageRequest {
+            size: Some(1_000),
+            token: None,
+        };
+        let (quotes, are_cut_off) = self.quotes_of(id).await?;
+        is_cut_off |= are_cut_off;
+        Ok(CustomerData {
+            customer: customer.map(|customer| customer.value),
+            deliveries,
+            quotes,
+            webhooks: self.webhooks(&as_customer, &all).await?.webhooks,
+            is_cut_off,
+        })
+    }
+
+    /// The first `TOLD_MAX` quotes of a customer, and whether there are more.
+    async fn quotes_of(&self, customer: &str) -> Result<(Vec<Quote>, bool), Refusal> {
+        let mut quotes = Vec::new();
+        let mut pages = Pages::of(DocumentKind::Quote, customer);
+        while let Some(page) = pages.next(self).await? {
+            for document in page.into_iter().filter(|quote| quote.tenant == customer) {
+                if quotes.len() == TOLD_MAX {
+                    return Ok((quotes, true));
+                }
+                quotes.push(Kept::<Quote>::read(document)?.value);
+            }
+        }
+        Ok((quotes, false))
+    }
+
+    /// Deletes what is kept of a customer, in the version of it that `If-Match` names.
+    ///
+    /// # Errors
+    /// When it is not the caller's own, it has another version, one of its deliveries is not over, or the store does not
+    /// answer.
+    pub async fn delete_customer_data(
+        &self,
+        caller: &Caller,
+        id: &str,
+        if_match: Option<String>,
+    ) -> Result<(), Refusal> {
+        own(caller, id)?;
+        let kind = DocumentKind::Customer;
+        let customer = self.documents.document(kind, id).await?;
+        // What was ordered may have to be deleted where nothing else is kept.
+        if let Some(customer) = &customer {
+            let expected = if_match.map_or(Expected::Anything, Expected::Tags);
+            expected.check(Some(&etag(customer)), kind.name(), id)?;
+        }
+        self.check_no_open_order(id).await?;
+        self.strip_deliveries(id).await?;
+        let kinds = [
+            DocumentKind::Quote,
+            DocumentKind::Recipient,
+            DocumentKind::Webhook,
+            DocumentKind::Customer,
+        ];
+        for kind in kinds {
+            let mut pages = Pages::of(kind, id);
+            while let Some(page) = pages.next(self).await? {
+                // Its party, a provider, may have the same id.
+                let deletes = page.into_iter().filter(|document| document.tenant == id);
+                let deletes = deletes.map(|document| (document.kind, document.id));
+                let commit = Commit {
+                    deletes: deletes.collect(),
+                    ..Commit::default()
+                };
+                self.documents.commit(&commit).await?;
+            }
+        }
+        Ok(())
+    }
+
+    async fn strip_deliveries(&self, customer: &str) -> Result<(), Refusal> {
+        let mut pages = Pages::of(DocumentKind::Delivery, customer);
+        while let Some(page) = pages.next(self).await? {
+            for document in page
+                .into_iter()
+                .filter(|delivery| delivery.tenant == customer)
+            {
+                self.strip(document).await?;
+            }
+        }
+        Ok(())
+    }
+
+    async fn strip(&self, mut document: Document) -> Result<(), Refusal> {
+        for _ in 0..DECISIONS {
+            let Some(body) = without_personal(&document)? else {
+                return Ok(());
+            };
+            let after = Document {
+                version: document.version + 1,
+                changed_ms: self.clock.now().as_millisecond(),
+                body,
+                ..document.clone()
+            };
+            let commit = Commit {
+                seen: vec![seen(&document)],
+                puts: vec![after],
+                ..Commit::default()
+            };
+            if self.documents.commit(&commit).await? != Committed::Moved {
+                return Ok(());
+            }
+            let found = self.documents.document(document.kind, &document.id).await?;
+            let Some(found) = found else {
+                return Ok(());
+            };
+            document = found;
+        }
+        Err(contended())
+    }
+
+    /// Checks that a customer has no delivery that is not over.
+    pub(super) async fn check_no_open_order(&self, customer: &str) -> Result<(), Refusal> {
+        let mut pages = Pages::open(customer);
+        while let Some(page) = pages.next(self).await? {
+            if let Some(open) = page.iter().find(|document| document.tenant == customer) {
+                return Err(in_use(&open.id));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a provider, or one of its services, has no delivery that is not over.
+    pub(super) async fn check_no_open_delivery(
+        &self,
+        provider: &str,
+        service: Option<&str>,
+    ) -> Result<(), Refusal> {
+        let mut pages = Pages::open(provider);
+        while let Some(page) = pages.next(self).await? {
+            for document in page {
+                let kept: Kept<OfService> = Kept::read(document)?;
+                let is_of = service.is_none_or(|id| kept.value.service_id.as_deref() == Some(id));
+                if kept.document.party == provider && is_of {
+                    return Err(in_use(&kept.document.id));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A caller asks for itself; for who acts for all, any tenant is one.
+fn own(caller: &Caller, id: &str) -> Result<(), Refusal> {
+    if is_tenant(id) && caller.acts_for(Some(id)).is_some() {
+        return Ok(());
+    }
+    Err(Refusal::not_found(DocumentKind::Customer.name(), id))
+}
+
+fn in_use(delivery: &str) -> Refusal {
+    let detail = format!("the delivery '{delivery}' is not over; call it off, or wait for its end");
+    Refusal::new(Code::InUse, detail)
+}
+
+/// The body of a delivery without what may name a person; none where it has nothing of it.
+fn without_personal(document: &Document) -> Result<Option<String>, Refusal> {
+    let mut body = Kept::<Value>::read(document.clone())?.value;
+    let mut is_changed = false;
+    if let Some(delivery) = body.as_object_mut() {
+        for name in PERSONAL {
+            is_changed |= delivery.remove(name).is_some();
+        }
+    }
+    if let Some(proof) = body.get_mut("proof").and_then(Value::as_object_mut) {
+        for name in PERSONAL_PROOF {
+            is_changed |= proof.remove(name).is_some();
+        }
+    }
+    Ok(is_changed.then(|| text(&body)))
+}
+
+/// The documents of a tenant, page by page.
+struct Pages {
+    query: Option<DocumentQuery>,
+}
+
+impl Pages {
+    fn of(kind: DocumentKind, tenant: &str) -> Self {
+        Self {
+            query: Some(DocumentQuery {
+                kind,
+                of: Some(tenant.to_owned()),
+                states: Vec::new(),
+                after: None,
+                limit: AT_ONCE,
+                is_newest_first: false,
+            }),
+        }
+    }
+
+    /// Deliveries that are not over, of which the tenant is customer or provider.
+    fn open(tenant: &str) -> Self {
+        let mut pages = Self::of(DocumentKind::Delivery, tenant);
+        let open = DeliveryStatus::ALL.into_iter();
+        let open = open.filter(|status| !status.is_final());
+        let states = open.map(DeliveryStatus::name);
+        if let Some(query) = &mut pages.query {
+            let states = states.chain([RESERVING, CALLING_OFF, GIVEN_UP]);
+            query.states = states.map(str::to_owned).collect();
+        }
+        pages
+    }
+
+    /// The next page; none after the last. Deliveries are on it too that a tenant is only party to.
+    async fn next(&mut self, dispatch: &Dispatch) -> Result<Option<Vec<Document>>, Refusal> {
+        let Some(query) = &mut self.query else {
+            return Ok(None);
+        };
+        let page = dispatch.documents.documents(query).await?;
+        let is_last = (page.len() as u64) < query.limit;
+        query.after = page.last().map(|last| last.id.clone());
+        if is_last {
+            self.query = None;
+        }
+        Ok((!page.is_empty()).then_some(page))
+    }
+}

@@ -1,0 +1,73 @@
+//! Providers: who runs drones and sells deliveries.
+
+use super::{CONTACT_BYTES_MAX, Checked, Entry, Place, check_name, check_repeated, tenant_named};
+use crate::Dispatch;
+use crate::access::{Caller, Role};
+use crate::intake::Faults;
+use crate::refusal::{Code, Refusal};
+use crate::registry::documents::DocumentKind;
+use crate::wire::{Provider, ProviderState};
+
+impl Entry for Provider {
+    const KIND: DocumentKind = DocumentKind::Provider;
+    const IS_OFFERED: bool = true;
+    const OF_TENANT_MAX: u64 = 1;
+    const MAX: u64 = 10_000;
+
+    fn tenant(&self, caller: &Caller, id: &str) -> Result<String, Refusal> {
+        tenant_named(caller, Self::KIND, id)
+    }
+
+    fn checked<'a>(
+        mut self,
+        _dispatch: &'a Dispatch,
+        place: Place<'a>,
+        _before: Option<&'a Self>,
+    ) -> Checked<'a, Self> {
+        let mut faults = Faults::default();
+        check_repeated(&mut faults, "/id", self.id.as_deref(), place.id);
+        check_name(&mut faults, &self.name);
+        faults.text("/contact", self.contact.as_deref(), CONTACT_BYTES_MAX);
+        self.id = Some(place.id.to_owned());
+        let checked = faults.check(Code::BodyInvalid, Self::KIND.name());
+        Box::pin(async move { checked.map(|()| self) })
+    }
+
+    fn state(&self) -> &'static str {
+        match self.state {
+            ProviderState::Active => "active",
+            ProviderState::Suspended => "suspended",
+        }
+    }
+
+    fn shown(mut self, caller: &Caller, tenant: &str) -> Self {
+        let is_told = match caller.role {
+            Role::Operator | Role::Anyone => true,
+            Role::Provider => *caller.tenant == *tenant,
+            Role::Customer | Role::Drone | Role::Edge | Role::Metrics => false,
+        };
+        if !is_told {
+            self.contact = None;
+        }
+        self
+    }
+
+    /// A provider that has drones or services still has something to deliver with.
+    fn check_unused<'a>(&'a self, dispatch: &'a Dispatch, place: Place<'a>) -> Checked<'a, ()> {
+        Box::pin(async move {
+            for kind in [DocumentKind::Drone, DocumentKind::Service] {
+                let count = dispatch.documents.count_documents(kind, Some(place.tenant));
+                let count = count.await?;
+                if count > 0 {
+                    let detail = format!(
+                        "provider '{}' has {count} {}s; delete those first",
+                        place.id,
+                        kind.name()
+                    );
+                    return Err(Refusal::new(Code::InUse, detail));
+                }
+            }
+            dispatch.check_no_open_delivery(place.tenant, None).await
+        })
+    }
+}

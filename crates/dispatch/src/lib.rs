@@ -1,0 +1,134 @@
+//! Deliveries: what providers offer, what customers order, which drone flies it, and who is told.
+//!
+//! It keeps everything in the registry's store of documents, so that several processes may serve one store. A failure
+//! report never passes through here: edges answer those, and tell afterwards what became of a flight.
+
+mod assigning;
+mod batch;
+mod calling_off;
+mod changes;
+mod choosing;
+mod deliveries;
+mod directory;
+mod edge_http;
+mod edges;
+mod fleet;
+mod holding;
+mod messages;
+mod news;
+mod offers;
+mod orders;
+mod pace;
+mod positions;
+mod quotes;
+mod reached;
+mod records;
+mod reliability;
+mod reserving;
+mod revoked_keys;
+mod statistics;
+mod tracks;
+mod views;
+mod wanted;
+mod ways;
+mod webhooks;
+
+pub use directory::{Entry, Listed, Place, Tagged};
+pub use edges::{
+    CalledOff, ComposedFlight, EdgeAddress, EdgeAnswer, EdgeClient, EdgeError, FlightRequest,
+};
+pub use positions::PositionsAsked;
+pub use webhooks::TaggedWebhook;
+
+use skyway_contract as wire;
+use skyway_engine::{network, routing};
+use skyway_market as market;
+use skyway_registry as registry;
+use skyway_service::{access, clock, intake, refusal};
+
+use crate::clock::Clock;
+use crate::registry::Registry;
+use crate::registry::documents::Documents;
+use edge_http::HttpEdges;
+use reliability::Measured;
+use std::sync::Arc;
+use tokio::sync::Notify;
+use tokio_util::sync::CancellationToken;
+use ways::KnownWays;
+
+/// What deliveries are dispatched with.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// The token that edges are asked with.
+    pub edge_token: Option<String>,
+    /// Whether webhooks may be called without encryption and at private addresses.
+    pub webhooks_anywhere: bool,
+}
+
+/// Everything behind the use cases of deliveries.
+#[derive(Debug)]
+pub struct Dispatch {
+    registry: Arc<Registry>,
+    documents: Arc<dyn Documents>,
+    clock: Clock,
+    settings: Settings,
+    edges: Arc<dyn EdgeClient>,
+    ways: KnownWays,
+    measured: Measured,
+    /// There may be something to assign.
+    orders: Notify,
+    /// There may be something to send.
+    messages: Notify,
+}
+
+impl Dispatch {
+    /// Dispatches deliveries over the networks of a registry.
+    pub fn new(
+        registry: Arc<Registry>,
+        documents: Arc<dyn Documents>,
+        settings: Settings,
+    ) -> Arc<Self> {
+        let edges = HttpEdges::new(settings.edge_token.clone());
+        Self::with_edges(registry, documents, settings, Arc::new(edges))
+    }
+
+    /// The same with another client of edges.
+    pub fn with_edges(
+        registry: Arc<Registry>,
+        documents: Arc<dyn Documents>,
+        settings: Settings,
+        edges: Arc<dyn EdgeClient>,
+    ) -> Arc<Self> {
+        Arc::new(Self {
+            clock: registry.clock().clone(),
+            registry,
+            documents,
+            settings,
+            edges,
+            ways: KnownWays::default(),
+            measured: Measured::default(),
+            orders: Notify::new(),
+            messages: Notify::new(),
+        })
+    }
+
+    /// The registry whose networks it dispatches over.
+    pub fn registry(&self) -> &Arc<Registry> {
+        &self.registry
+    }
+
+    /// Assigns drones and sends messages until it is stopped.
+    pub async fn run(self: Arc<Self>, stop: CancellationToken) {
+        let work = async {
+            tokio::join!(
+                self.assign_orders(),
+                self.send_messages(),
+                self.drop_what_is_old()
+            );
+        };
+        tokio::select! {
+            () = work => {}
+            () = stop.cancelled() => {}
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! The edge: use cases over one snapshot, and the single writer that makes the next.
+//!
+//! A request takes one [`Snapshot`] and keeps it from beginning to end; nothing it reads changes meanwhile.
+//! What changes the state is a command to the writer, which carries out commands in batches, publishes one
+//! snapshot for each batch, stores it and then acknowledges. Both dialects call the use cases here; nothing
+//! here knows HTTP or gRPC.
+
+mod agreement;
+mod alarms;
+mod answered;
+mod answered_lately;
+mod background;
+mod checking;
+mod claims;
+mod clock_steps;
+mod closures;
+mod commands;
+mod conformance;
+mod decisions;
+mod deviation;
+mod drones;
+mod effects;
+mod entries;
+mod events;
+mod failure_rates;
+mod failures;
+mod fleet;
+mod guard;
+mod line;
+mod mail_stream;
+mod mail_views;
+mod mailbox;
+mod metrics;
+mod network_documents;
+mod network_views;
+mod new_network;
+mod news;
+mod off_plan;
+mod offers;
+mod opened;
+mod opening;
+mod pack_ways;
+mod places;
+mod plan_entry;
+mod plan_packs;
+mod plan_reports;
+mod plan_ways;
+mod planner;
+mod plans;
+mod positions;
+mod progress;
+mod publication;
+mod published;
+mod recomposing;
+mod record_views;
+mod records;
+mod replanning;
+mod replies;
+mod reporter;
+mod scratches;
+mod served;
+mod sessions;
+mod settings;
+mod snapshot;
+mod standing;
+mod state;
+mod state_affected;
+mod state_airspace;
+mod state_alarms;
+mod state_checked;
+mod state_clock;
+mod state_doubted;
+mod state_ends;
+mod state_fleet;
+mod state_guarded;
+mod state_import;
+mod state_mail;
+mod state_migrated_ends;
+mod state_migrated_plans;
+mod state_news;
+mod state_outbox;
+mod state_pads;
+mod state_replanning;
+mod state_reviews;
+mod state_silence;
+mod state_store;
+mod state_sync;
+mod state_topology;
+mod state_versions;
+mod status;
+mod stops;
+mod store;
+mod stored_answer;
+mod stretches;
+pub mod sync;
+mod tables;
+mod telemetry;
+mod timers;
+mod traces;
+mod upstream;
+mod validity;
+mod views;
+mod waves;
+mod weather;
+mod words;
+mod writer;
+mod zone_import;
+mod zones;
+
+pub use crate::access::{Caller, Role};
+pub use crate::intake::PageRequest;
+pub use crate::refusal::{Code, Refusal};
+pub use alarms::AlarmFilter;
+pub use answered::{FullRecord, ReportResponse};
+pub use background::Background;
+pub use commands::Decision;
+pub use events::{EventRecord, EventStream};
+pub use mail_stream::{Mail, MailStream};
+pub use new_network::NewNetwork;
+pub use opening::{OpenError, Opening};
+pub use plan_reports::PlanWord;
+pub use plans::PlanFilter;
+pub use replies::Idempotency;
+pub use sessions::Session;
+pub use settings::{ClosureLives, FlightSettings, Settings};
+pub use snapshot::Snapshot;
+pub use status::Status;
+pub use store::{
+    Breakage, MemoryDisk, Pending, Row, SqliteFile, StoreFault, StoreFile, StoreStatus,
+    StoredDecision, Table, Transaction, read_decision, read_network,
+};
+pub use traces::TRACES_TARGET;
+pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
+pub use writer::WriterStep;
+pub use zone_import::{FEED_BYTES_MAX, FeedImport};
+pub use zones::ZoneWrite;
+
+use skyway_contract as wire;
+use skyway_engine::{
+    airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
+    routing,
+};
+use skyway_formats as formats;
+use skyway_pack as pack;
+use skyway_planted as planted;
+use skyway_service::{access, clock, config, intake, refusal};
+
+use crate::clock::Clock;
+use crate::config::PackKeys;
+use crate::network::Topology;
+use answered_lately::OffPlan;
+use arc_swap::{ArcSwap, ArcSwapOption};
+use background::{SearchTurns, Turns, in_place};
+use bytes::Bytes;
+use claims::Claims;
+use commands::{Command, Outcome};
+use drones::Drones;
+use events::Events;
+use guard::Guard;
+use line::Lines;
+use offers::Offers;
+use planner::Planner;
+use positions::Positions;
+use records::Records;
+use replies::{ReportReplies, WriteReplies};
+
+use standing::Staleness;
+use std::borrow::Cow;
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex, PoisonError};
+use store::Store;
+use sync::Contact;
+use tables::Tables;
+use tokio::task::{JoinError, JoinHandle};
+use writer::Writer;
+
+/// An edge: everything behind its use cases.
+pub struct Edge {
+    settings: Settings,
+    clock: Clock,
+    /// Random, made once.
+    id: String,
+    epoch: u64,
+    /// The epoch of the first start, which ids that outlive a start carry.
+    lineage: u64,
+    /// Whether everything happens on the caller's thread.
+    is_in_place: bool,
+    world: Arc<ArcSwap<Snapshot>>,
+    writer: Writer,
+    store: Store,
+    events: Arc<Events>,
+    lines: Arc<Lines>,
+    claims: Claims,
+    drones: Arc<Drones>,
+    /// Where they were, for the registry.
+    positions: Positions,
+    planner: Arc<dyn Planner>,
+    pack_keys: ArcSwap<PackKeys>,
+    /// What the registry told last of how often what fails.
+    failure_rates: ArcSwapOption<wire::NetworkStatistics>,
+    /// What the checker has not let pass.
+    guard: Arc<Guard>,
+    records: Records,
+    off_plan: OffPlan,
+    report_replies: ReportReplies,
+    write_replies: WriteReplies,
+    tables: Tables,
+    turns: SearchTurns,
+    next_number: AtomicU64,
+    contact: Contact,
+    offers: Mutex<Offers>,
+    /// The storekeeper, until it is waited for.
+    keeper: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Edge {
+    /// Starts an edge that forgets everything when it ends: its state, and the threads that keep it.
+    ///
+    /// `geojson` is the text that the topology was read from, which clients get. Over [`Topology::nothing`] an edge is
+    /// not ready until [`Edge::replace_network`] gives it one. `epoch` is to be greater than that of every start before, such as the time of the start.
+    ///
+    /// # Errors
+    /// When a thread cannot be started.
+    pub fn start(
+        topology: Arc<Topology>,
+        geojson: Bytes,
+        epoch: u64,
+        settings: Settings,
+        clock: Clock,
+    ) -> std::io::Result<Arc<Self>> {
+        Opening::new(topology, geojson, epoch, settings, clock).without_store()
+    }
+
+    /// Starts an edge that goes on where it ended: with all that its file has.
+    ///
+    /// # Errors
+    /// When the file cannot be read or written, is of another network, or a thread cannot be started.
+    pub async fn open(opening: Opening, file: Box<dyn StoreFile>) -> Result<Arc<Self>, OpenError> {
+        opening.with_store(file).await
+    }
+
+    /// Ends the edge's part in its file, once all is written that can be. The edge takes no more changes that
+    /// would survive it.
+    pub async fn end(&self) {
+        self.store.close();
+        let keeper = {
+            // It is taken whole or not at all.
+            let mut keeper = self.keeper.lock().unwrap_or_else(PoisonError::into_inner);
+            keeper.take()
+        };
+        if let Some(keeper) = keeper
+            && keeper.await.is_err()
+        {
+            tracing::error!("the storekeeper has failed");
+        }
+    }
+
+    /// The id of this edge: random, made once, and kept with what it knows.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// The state as it is now.
+    pub fn snapshot(&self) -> Arc<Snapshot> {
+        self.world.load_full()
+    }
+
+    /// The clock that all times of this edge come from.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The network; one without nodes while there is none.
+    pub fn topology(&self) -> Arc<Topology> {
+        self.world.load().topology().clone()
+    }
+
+    /// What answers say of the state as it is now.
+    pub fn stamp(&self) -> wire::Stamp<'static> {
+        self.stamp_of(&self.world.load_full())
+    }
+
+    fn stamp_of(&self, snapshot: &Snapshot) -> wire::Stamp<'static> {
+        let standing = self.standing(snapshot);
+        wire::Stamp {
+            revision: Cow::Owned(snapshot.revision.to_string()),
+            topology_revision: snapshot.airspace.topology_revision(),
+            registry_revision: standing.registry_revision,
+            registry_age_s: standing.registry_age_s,
+            freshness: standing.freshness,
+            clock: standing.clock,
+            network: words::network_name(snapshot.topology()).into_owned(),
+        }
+    }
+
+    /// How current the edge is. One that follows no registry is its own authority, and fresh while its clock can
+    /// be believed; one that has never read the registry that it is to follow knows nothing of it.
+    fn standing(&self, snapshot: &Snapshot) -> Staleness {
+        let settings = &self.settings;
+        let reading = self.clock.reading();
+        let cursor = snapshot.registry.as_deref();
+        let cursor = cursor.filter(|_| settings.follows_registry);
+        let age = cursor.and_then(|_| self.contact.age());
+        Staleness {
+            registry_revision: cursor.map(|cursor| wire::RegistryRevision {
+                epoch: cursor.epoch,
+                revision: cursor.revision,
+            }),
+            registry_age_s: age.map(|age| age.as_secs_f64()),
+            freshness: match cursor {
+                _ if reading.apart.is_some() || self.guard.is_degraded(reading.now) => {
+                    wire::Freshness::Degraded
+                }
+                Some(_) => self
+                    .contact
+                    .freshness(settings.stale_after, settings.degraded_after),
+                None if settings.follows_registry => wire::Freshness::Degraded,
+                None => wire::Freshness::Fresh,
+            },
+            clock: self.clock.kind(),
+        }
+    }
+
+    /// Events from after an id, or from now on.
+    ///
+    /// # Errors
+    /// When the id is none, or too old; when too many listen already.
+    pub fn events(&self, after: Option<&str>) -> Result<EventStream, Refusal> {
+        self.events.listen(after)
+    }
+
+    /// The id of the latest event, from which a listener that has just read a list goes on.
+    pub fn latest_event_id(&self) -> String {
+        self.events.latest_id()
+    }
+
+    /// Carries out what is due by now without waiting for the clock, as a clock moved by hand does, until the drones of all
+    /// plans have been told what to fly.
+    ///
+    /// # Errors
+    /// When the writer cannot take it.
+    pub async fn tick(&self) -> Result<(), Refusal> {
+        self.command(Command::Settle).await.map(drop)
+    }
+
+    async fn command(&self, command: Command) -> Result<(Outcome, Arc<Snapshot>), Refusal> {
+        let (is_change, told) = (command.changes_by_request(), command.told());
+        let (reply, snapshot) = self.writer.ask(command).await?;
+        let outcome = reply?;
+        if let Some(told) = told {
+            told.log();
+        }
+        match is_change && !outcome.durable && self.store.is_kept() {
+            true => Err(not_durable()),
+            false => Ok((outcome, snapshot)),
+        }
+    }
+
+    /// Does what takes a core for long, such as a search, when it is its turn.
+    async fn in_turn<T: Send + 'static>(
+        &self,
+        turns: &Turns,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        match self.is_in_place {
+            true => Ok(in_place(work)),
+            false => turns.work(work).await.map_err(|error| failed(&error)),
+        }
+    }
+
+    /// Does what may take long where blocking is allowed.
+    async fn aside<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Refusal> {
+        if self.is_in_place {
+            return Ok(in_place(work));
+        }
+        let done = tokio::task::spawn_blocking(work).await;
+        done.map_err(|error| failed(&error))
+    }
+}
+
+fn failed(error: &JoinError) -> Refusal {
+    Refusal::new(Code::Internal, format!("a computation failed: {error}"))
+}
+
+/// It is so, and may not be so after a restart.
+fn not_durable() -> Refusal {
+    let detail =
+        "it is in force here and could not be stored; it is stored as soon as the disk takes it";
+    Refusal {
+        enforced: true,
+        ..Refusal::new(Code::NotDurable, detail)
+    }
+}
+
+impl std::fmt::Debug for Edge {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Edge")
+            .field("epoch", &self.epoch)
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,260 @@
+//! What the drone of a plan is to fly when the world has changed, by the flight model.
+
+use super::known::assumed_of;
+use super::reported::ReportingDrone;
+use super::terms::DroneKind;
+use super::{Budget, Flights, FlownVersion, Ground};
+use crate::delivery::BatteryNow;
+use crate::drones::Sighting;
+use crate::flight::{Stop, StopKind};
+use crate::itinerary::{FlightCause, Objective};
+use crate::network::{NodeIx, Topology};
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Answer, Scene, Version, later};
+use crate::recompose::{Request, Severance};
+use jiff::Timestamp;
+use std::sync::Arc;
+
+/// A drone that was seen so near to a node, in metres, may stand on a pad there.
+pub(super) const AT_NODE_M: f64 = 50.0;
+
+/// One that says that it is in the air only lands so near to it.
+const ON_PAD_M: f64 = 15.0;
+
+/// A drone that stands on a pad, or has not left yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stand {
+    pub(super) node: NodeIx,
+    /// From when on it can do anything.
+    pub(super) from: Timestamp,
+    pub(super) battery: f64,
+}
+
+impl Flights {
+    /// What flies a plan.
+    pub(super) fn kind_of(&self, plan: &PlanEntry) -> DroneKind {
+        let named = plan.order.as_ref().map(|order| &*order.airframe);
+        let airspeed_mps = Some(plan.airspeed_mps);
+        let airframe = self.airframe(named, airspeed_mps);
+        // What the configuration does not have any more is flown as the default.
+        let airframe = airframe.unwrap_or_else(|| self.settings.airframe.clone());
+        DroneKind::new(airframe, plan.payload_kg)
+    }
+
+    /// Ids of the closures that a version of a plan meets from a leg on, at the times at which it is there.
+    pub(super) fn closures_met(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        (version, flown): (&Version, &FlownVersion),
+        from_leg: usize,
+    ) -> Vec<String> {
+        let (sky, setting) = self.bare(scene, &self.kind_of(plan));
+        let departs_s = self.seconds(version.departs_at);
+        let timed = flown.composition_at(departs_s);
+        let met = setting.in_the_way(&timed.plan, timed.began_s, from_leg);
+        let mut ids: Vec<String> = met
+            .iter()
+            .filter_map(|cause| match cause {
+                FlightCause::Closure(number) => sky.skies.cause_of(*number),
+                _ => None,
+            })
+            .filter_map(|severance| match severance {
+                Severance::Closure(id) => Some(id),
+                Severance::Report | Severance::Network => None,
+            })
+            .collect();
+        ids.sort_unstable();
+        ids.dedup();
+        ids
+    }
+
+    /// Whether the wind leaves a version of a plan short from a leg on, by more than telemetry may be off.
+    pub(super) fn exceeds_battery(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        (version, flown): (&Version, &FlownVersion),
+        from_leg: usize,
+    ) -> bool {
+        let compiled = self.compiled(scene, &self.kind_of(plan));
+        let timed = flown.composition_at(self.seconds(version.departs_at));
+        let least = (timed.reserve - self.settings.battery_tolerance).max(0.0);
+        compiled
+            .setting
+            .exceeds_battery(&timed.plan, from_leg, least)
+    }
+
+    /// Answers the drone of a plan that stands somewhere.
+    pub(super) fn answer_standing(
+        self: &Arc<Self>,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        (stand, sighting): (Stand, Option<&Sighting>),
+        request: &Request,
+    ) -> Answer {
+        let drone = ReportingDrone {
+            battery: BatteryNow::Given(stand.battery),
+            stand: Some(stand),
+            planned_stops: None,
+            ..self.drone_of(scene, plan, sighting)
+        };
+        self.answer_report(scene, drone, request)
+    }
+
+    /// Answers the drone of a plan by a request that says where it is: on a leg.
+    pub(super) fn answer_in_flight(
+        self: &Arc<Self>,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        request: &Request,
+        (leg, sighting): (usize, Option<&Sighting>),
+    ) -> Answer {
+        let drone = ReportingDrone {
+            battery: battery_of(plan, leg, sighting),
+            planned_stops: stops_ahead(plan, leg),
+            ..self.drone_of(scene, plan, sighting)
+        };
+        self.answer_report(scene, drone, request)
+    }
+
+    /// The drone of a plan, of which its plan says everything.
+    fn drone_of(
+        &self,
+        scene: Scene<'_>,
+        plan: &PlanEntry,
+        sighting: Option<&Sighting>,
+    ) -> ReportingDrone {
+        ReportingDrone {
+            kind: self.kind_of(plan),
+            battery: BatteryNow::Given(0.0),
+            assumed: assumed_of(Some(plan), sighting, scene.now),
+            objective: self.objective_of(plan),
+            deadline_s: self.deadline_s(plan, scene.now),
+            planned_stops: None,
+            stand: None,
+            landing: None,
+            budget: Budget::Wave,
+            plan: Some(plan.id.clone()),
+            drone_id: plan.drone_id.clone(),
+        }
+    }
+
+    /// What the drone of a plan flies in.
+    pub(super) fn ground_of(&self, scene: Scene<'_>, plan: &PlanEntry) -> Ground {
+        let own = scene.traffic.own_of_plan(plan);
+        self.ground(scene, &self.kind_of(plan), own, Budget::Wave)
+    }
+
+    pub(super) fn objective_of(&self, plan: &PlanEntry) -> Objective {
+        let order = plan.order.as_ref();
+        order.map_or(self.settings.objective, |order| order.objective)
+    }
+
+    /// The deadline that was stated, or that the plan has kept so far; none where that is over, or was never one.
+    pub(super) fn deadline_s(&self, plan: &PlanEntry, now: Timestamp) -> Option<f64> {
+        let stated = plan.order.as_ref().and_then(|order| order.deadline);
+        let flown = plan.reported.flight.as_deref();
+        let kept_s = flown
+            .map(|flown| self.seconds(plan.reported.departs_at) + flown.composition.deadline_s);
+        let deadline_s = stated.map(|deadline| self.seconds(deadline)).or(kept_s);
+        deadline_s.filter(|deadline_s| deadline_s.is_finite() && *deadline_s > self.seconds(now))
+    }
+
+    /// Where the drone of a plan stands, if it does.
+    pub(super) fn stand(
+        &self,
+        topology: &Topology,
+        plan: &PlanEntry,
+        sighting: Option<&Sighting>,
+        now: Timestamp,
+    ) -> Option<Stand> {
+        let version = &plan.reported;
+        let flown = version.flight.as_deref()?;
+        let start = &flown.composition.plan.start;
+        let now_s = now.duration_since(version.departs_at).as_secs_f64();
+        let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
+        if start.on_ground && now_s <= start.at_s {
+            return Some(Stand {
+                node: start.node,
+                from: later(version.departs_at, start.at_s),
+                battery: start.battery,
+            });
+        }
+        let waits_at = |node| Stand {
+            node,
+            from: now,
+            battery: seen
+                .and_then(Sighting::battery_here)
+                .unwrap_or(start.battery),
+        };
+        if let Some(node) = version.holds_at() {
+            return Some(waits_at(node));
+        }
+        let stops = &flown.composition.plan.stops;
+        let stop = stops
+            .iter()
+            .find(|stop| stop.lands_s <= now_s && now_s < stop.takes_off_s);
+        let Some(stop) = stop else {
+            return plan.waits_at().map(waits_at);
+        };
+        let landed_at = later(version.departs_at, stop.lands_s);
+        let seen = seen.filter(|sighting| sighting.seen_at >= landed_at);
+        let is_elsewhere = seen.is_some_and(|sighting| {
+            let place = sighting.position(topology.frame());
+            let off_m = place.distance_m(topology.position(stop.node));
+            let is_in_the_air = sighting.airborne == Some(true);
+            off_m > if is_in_the_air { ON_PAD_M } else { AT_NODE_M }
+        });
+        if is_elsewhere {
+            return None;
+        }
+        let seen_battery = seen.and_then(Sighting::battery_here);
+        Some(Stand {
+            node: stop.node,
+            from: now,
+            battery: seen_battery.unwrap_or_else(|| self.charged(plan, stop, now_s)),
+        })
+    }
+
+    /// The battery of a drone on a pad, as far as it has been charged by now.
+    fn charged(&self, plan: &PlanEntry, stop: &Stop, now_s: f64) -> f64 {
+        let handling_s = match stop.kind {
+            StopKind::Start => 0.0,
+            StopKind::Charge => self.settings.rules.stop_s,
+            StopKind::Swap => return stop.battery_before,
+        };
+        let charging_s = (now_s - stop.lands_s - handling_s).max(0.0);
+        let charging = self.kind_of(plan).airframe.charging();
+        charging.level_after(stop.battery_before, charging_s)
+    }
+}
+
+/// What is known of the battery of the drone of a plan.
+fn battery_of(plan: &PlanEntry, leg: usize, sighting: Option<&Sighting>) -> BatteryNow {
+    let version = &plan.reported;
+    let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
+    if let Some(battery) = seen.and_then(Sighting::battery_here) {
+        return BatteryNow::Given(battery);
+    }
+    let flown = version.flight.as_deref();
+    let leg = flown.and_then(|flown| flown.composition.plan.legs.get(leg));
+    match leg {
+        Some(leg) => BatteryNow::ByPlan {
+            before: leg.battery_before,
+            after: leg.battery_after,
+        },
+        None => {
+            let left = flown.map(|flown| flown.composition.plan.battery_at_arrival);
+            BatteryNow::Given(left.unwrap_or_default())
+        }
+    }
+}
+
+/// Where a plan was going to stop from a leg on.
+pub(super) fn stops_ahead(plan: &PlanEntry, leg: usize) -> Option<Vec<NodeIx>> {
+    let flown = plan.reported.flight.as_deref()?;
+    let stops = flown.composition.plan.stops.iter();
+    let ahead = stops.filter(|stop| stop.before_leg > leg);
+    Some(ahead.map(|stop| stop.node).collect())
+}

@@ -1,0 +1,129 @@
+//! The rows that make of one stored snapshot another. Maps of snapshots share what did not change, so this
+//! costs what did.
+
+use super::alarm_rows::write_alarm;
+use super::closure_rows::{
+    write_closure, write_cursor, write_hold, write_outbox, write_proposal, write_zone,
+};
+use super::codec::{Instant, number_key, write};
+use super::file::{Row, Table};
+use super::mail_rows::write_message;
+use super::news_rows::write_news;
+use super::opening::network_row;
+use super::plan_rows::write_plan;
+use crate::mailbox::MailKey;
+use crate::snapshot::Snapshot;
+use imbl::OrdMap;
+use imbl::ordmap::DiffItem;
+use std::sync::Arc;
+
+/// The fact of the cursor at the registry.
+pub(super) const REGISTRY: &str = "registry";
+/// The fact of the weather.
+pub(super) const WEATHER: &str = "weather";
+/// The fact of single numbers.
+pub(super) const COUNTS: &str = "counts";
+
+/// The rows that differ between what is stored and what is to be. On another network, all of them.
+pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
+    let topology = after.topology();
+    let is_anew = !Arc::ptr_eq(before.topology(), topology);
+    let mut changes = Changes {
+        rows: Vec::new(),
+        is_anew,
+    };
+    let text = |key: &Arc<str>| key.to_string();
+    let number = |key: &u64| number_key(*key);
+    changes.map(Table::Zones, &before.zones, &after.zones, text, write_zone);
+    let closures = (&before.closures, &after.closures);
+    changes.map(Table::Closures, closures.0, closures.1, text, |entry| {
+        write_closure(topology, entry)
+    });
+    let proposals = (&before.proposals, &after.proposals);
+    changes.map(
+        Table::Proposals,
+        proposals.0,
+        proposals.1,
+        number,
+        |entry| write_proposal(topology, entry),
+    );
+    changes.map(
+        Table::Holds,
+        &before.holds,
+        &after.holds,
+        number,
+        write_hold,
+    );
+    let alarms = (&before.alarms, &after.alarms);
+    changes.map(Table::Alarms, alarms.0, alarms.1, number, write_alarm);
+    changes.map(Table::Plans, &before.plans, &after.plans, text, |plan| {
+        write_plan(topology, plan)
+    });
+    let mail = (&before.mail, &after.mail);
+    let key = |(_, number): &MailKey| number_key(*number);
+    changes.map(Table::Mail, mail.0, mail.1, key, write_message);
+    let outbox = (&before.outbox, &after.outbox);
+    changes.map(Table::Outbox, outbox.0, outbox.1, number, write_outbox);
+    for (before, after) in before.news.parts().into_iter().zip(after.news.parts()) {
+        changes.map(Table::News, before, after, number, write_news);
+    }
+    let mut rows = changes.rows;
+    if is_anew {
+        rows.push(network_row(&after.network, topology));
+    }
+    if before.registry != after.registry {
+        rows.push(match &after.registry {
+            Some(cursor) => Row::put(Table::Facts, REGISTRY, write_cursor(cursor)),
+            None => Row::remove(Table::Facts, REGISTRY),
+        });
+    }
+    if before.weather != after.weather {
+        rows.push(match &after.weather {
+            Some(weather) => Row::put(Table::Facts, WEATHER, weather.to_string()),
+            None => Row::remove(Table::Facts, WEATHER),
+        });
+    }
+    if !rows.is_empty() || before.unacknowledged != after.unacknowledged {
+        // For which time all this is: when the edge starts again, what was due since happens first.
+        let as_of = Instant::from(after.airspace.as_of());
+        let counts = (after.unacknowledged, as_of);
+        rows.push(Row::put(Table::Facts, COUNTS, write(&counts)));
+    }
+    rows
+}
+
+struct Changes {
+    rows: Vec<Row>,
+    is_anew: bool,
+}
+
+impl Changes {
+    fn map<K: Ord, V: PartialEq>(
+        &mut self,
+        table: Table,
+        before: &OrdMap<K, Arc<V>>,
+        after: &OrdMap<K, Arc<V>>,
+        key: impl Fn(&K) -> String,
+        body: impl Fn(&V) -> String,
+    ) {
+        if self.is_anew {
+            let gone = before.keys().filter(|key| !after.contains_key(*key));
+            let gone = gone.map(|gone| Row::remove(table, key(gone)));
+            self.rows.extend(gone);
+            let all = after.iter();
+            self.rows
+                .extend(all.map(|(place, entry)| Row::put(table, key(place), body(entry))));
+            return;
+        }
+        for item in before.diff(after) {
+            self.rows.push(match item {
+                DiffItem::Add(place, entry)
+                | DiffItem::Update {
+                    new: (place, entry),
+                    ..
+                } => Row::put(table, key(place), body(entry)),
+                DiffItem::Remove(place, _) => Row::remove(table, key(place)),
+            });
+        }
+    }
+}

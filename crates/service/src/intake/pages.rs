@@ -1,0 +1,128 @@
+//! Pages of lists: `page_size` and an opaque `page_token`.
+
+use crate::refusal::{Code, Refusal};
+use crate::wire::Fault;
+use imbl::OrdMap;
+use std::ops::Bound;
+use std::sync::Arc;
+
+/// A page where none is asked for.
+const DEFAULT_SIZE: u32 = 100;
+/// The largest page.
+const MAX_SIZE: u32 = 1_000;
+
+/// Which page is asked for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PageRequest {
+    /// At most how many; 100 where none is given, at most 1,000.
+    pub size: Option<u32>,
+    /// Where the page begins: the `next_page_token` of the page before.
+    pub token: Option<String>,
+}
+
+/// A page request that has been checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page {
+    /// How many entries it has at most.
+    pub size: usize,
+    /// The key of the last entry of the page before.
+    pub after: Option<String>,
+}
+
+impl PageRequest {
+    /// Checks what is asked for.
+    pub fn check(&self) -> Result<Page, Refusal> {
+        let size = self.size.unwrap_or(DEFAULT_SIZE);
+        if size == 0 || size > MAX_SIZE {
+            return Err(invalid(
+                "?page_size",
+                format!("{size} is not between 1 and {MAX_SIZE}"),
+            ));
+        }
+        let after = match self.token.as_deref() {
+            None | Some("") => None,
+            Some(token) => Some(read_token(token).ok_or_else(|| {
+                invalid(
+                    "?page_token",
+                    "it is not a token that a page gave".to_owned(),
+                )
+            })?),
+        };
+        Ok(Page {
+            size: size as usize,
+            after,
+        })
+    }
+}
+
+/// The entries of a page of an ordered map, and the key of its last entry where more come after it.
+pub fn slice<V: Clone>(map: &OrdMap<Arc<str>, V>, page: &Page) -> (Vec<V>, Option<String>) {
+    filtered(map, page, |_| true)
+}
+
+/// The same of the entries that pass a test.
+pub fn filtered<V: Clone>(
+    map: &OrdMap<Arc<str>, V>,
+    page: &Page,
+    passes: impl Fn(&V) -> bool,
+) -> (Vec<V>, Option<String>) {
+    let after = page.after.as_deref().map(Arc::<str>::from);
+    let from = after.map_or(Bound::Unbounded, Bound::Excluded);
+    let mut entries = map
+        .range((from, Bound::Unbounded))
+        .filter(|(_, value)| passes(value));
+    let (mut told, mut last) = (Vec::new(), None);
+    for (key, value) in entries.by_ref().take(page.size) {
+        told.push(value.clone());
+        last = Some(key.to_string());
+    }
+    let has_more = entries.next().is_some();
+    (told, last.filter(|_| has_more))
+}
+
+fn invalid(pointer: &str, message: String) -> Refusal {
+    let fault = Fault {
+        code: "page_invalid".to_owned(),
+        pointer: pointer.to_owned(),
+        message,
+        hint: None,
+    };
+    Refusal::at(Code::ParameterInvalid, fault)
+}
+
+/// The token of the page after the entry of this key: opaque, so that no client builds on its form.
+pub fn token(key: &str) -> String {
+    use std::fmt::Write;
+    key.bytes().fold(String::new(), |mut text, byte| {
+        // Writing to text cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// The key of a token; none for what is no token.
+pub fn read_token(token: &str) -> Option<String> {
+    if !token.is_ascii() || !token.len().is_multiple_of(2) || token.len() > 2_000 {
+        return None;
+    }
+    let pairs = (0..token.len()).step_by(2).map(|at| &token[at..at + 2]);
+    let bytes: Option<Vec<u8>> = pairs
+        .map(|pair| u8::from_str_radix(pair, 16).ok())
+        .collect();
+    String::from_utf8(bytes?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_token_gives_its_key_back_and_nothing_else_is_one() {
+        for key in ["a", "zone/7 ü", ""] {
+            assert_eq!(read_token(&token(key)).as_deref(), Some(key));
+        }
+        for wrong in ["x", "zz", "ff", "é0"] {
+            assert_eq!(read_token(wrong), None, "{wrong}");
+        }
+    }
+}
