@@ -17,7 +17,7 @@ fn an_answer_is_explained_from_its_id_alone() {
     let store = desk.path("edge.db");
     let edge = Server::start(
         &desk,
-        &["edge", "--store", &store, "--log", "skyway::edge=debug"],
+        &["edge", "--store", &store, "--log", "skyway_edge=debug"],
     );
     let closed = r#"{"nodes":[450],"reason":"fire"}"#;
     let headers = "content-type: application/json\r\n";
