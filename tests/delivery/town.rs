@@ -33,6 +33,8 @@ pub(crate) struct Town {
     pub(crate) wind: Wind,
     pub(crate) rules: FlightRules,
     pub(crate) deadline_s: Option<f64>,
+    /// Of compositions.
+    pub(crate) limits: Limits<'static>,
 }
 
 impl Town {
@@ -71,6 +73,7 @@ impl Town {
                 ..FlightRules::default()
             },
             deadline_s: None,
+            limits: Limits::THOROUGH,
         }
     }
 
@@ -179,7 +182,10 @@ impl Town {
         let skies = self.skies();
         let setting = self.setting(&skies);
         let tables = FlightTables::new(1 << 20);
-        let world = world(&skies, &setting, &tables);
+        let world = DeliveryWorld {
+            limits: self.limits,
+            ..world(&skies, &setting, &tables)
+        };
         let request = DeliveryRequest {
             source: self.node(source),
             destination: self.node(destination),

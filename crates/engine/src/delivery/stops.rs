@@ -11,7 +11,9 @@ use super::contingency::contingencies_of;
 use super::flight_failure::FlightRecomposition;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FlightPlan, FlightStart, ServiceStop, Stop, StopKind};
-use crate::itinerary::{FlightCause, FlightRequest, Objective, Unproved, Value, find_alternate};
+use crate::itinerary::{
+    FlightCause, FlightRequest, NoAlternate, Objective, Unproved, Value, find_alternate,
+};
 use crate::network::NodeIx;
 use crate::recompose::{Outcome, Request, Warning};
 
@@ -54,11 +56,9 @@ pub fn compose_with_stops(
         service_s: 0.0,
     });
     let destination = match lands {
-        Lands::AtDestination => Some(request.destination),
-        Lands::OnNearestPad => nearest_pad(parts, &composition, last, scratch),
-    };
-    let Some(destination) = destination else {
-        return Err(no_pad(&composition, last.node));
+        Lands::AtDestination => request.destination,
+        Lands::OnNearestPad => nearest_pad(parts, &composition, last, scratch)
+            .map_err(|none| no_pad(&composition, last.node, none.reason.is_none()))?,
     };
     // Where nothing follows the last stop it is the end.
     if !stops.is_empty() && destination != last.node {
@@ -241,7 +241,7 @@ fn with_part(
         });
     };
     let joined = joined(world, &head.plan, &part, (here, &served));
-    let plan = joined.ok_or_else(|| no_pad(head, here.node))?;
+    let plan = joined.ok_or_else(|| no_pad(head, here.node, true))?;
     let proof = joint_proof(world, head, (here.node, next), proof);
     Ok(with_contingencies(world, &question, plan, proof, scratch))
 }
@@ -329,7 +329,7 @@ fn nearest_pad(
     composition: &FlightComposition,
     last: ServiceStop,
     scratch: &mut DeliveryScratch,
-) -> Option<NodeIx> {
+) -> Result<NodeIx, NoAlternate> {
     let starts = [Served::after(world, composition, last).start(last.node)];
     let request = FlightRequest {
         starts: &starts,
@@ -343,14 +343,14 @@ fn nearest_pad(
     };
     let stay_s = world.refuge_stay_s;
     let found = find_alternate(world.setting, &request, stay_s, &mut scratch.itinerary);
-    found.ok().map(|alternate| alternate.node)
+    found.map(|alternate| alternate.node)
 }
 
-fn no_pad(composition: &FlightComposition, node: NodeIx) -> NoDelivery {
+fn no_pad(composition: &FlightComposition, node: NodeIx, proved: bool) -> NoDelivery {
     NoDelivery {
         causes: vec![FlightCause::Pads(node)],
         opens: None,
         deadline_s: composition.deadline_s,
-        proved: true,
+        proved,
     }
 }
