@@ -13,10 +13,10 @@ use super::planner::Version;
 use super::plans::own_plan;
 use super::replies::Idempotency;
 use super::snapshot::Snapshot;
-use super::state_ends::{LANDED_WITHIN_M, landed_as};
 use super::telemetry::place_of;
 use crate::access::{Caller, Role};
 use crate::refusal::Refusal;
+use crate::state::ends::{LANDED_WITHIN_M, landed_as};
 use crate::wire::{self, EndedAs, Place};
 use std::sync::Arc;
 

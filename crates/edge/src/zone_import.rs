@@ -8,7 +8,6 @@ use super::entries::{ProposalEntry, ProposedBy};
 use super::fleet::Detour;
 use super::publication::hits_bytes;
 use super::snapshot::Snapshot;
-use super::state_import::{FeedChanges, FeedUpdate};
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
 use crate::access::Caller;
 use crate::airspace::{Airspace, Change, Closure, Zone};
@@ -17,6 +16,7 @@ use crate::formats::{
 };
 use crate::network::Topology;
 use crate::refusal::{Code, Refusal};
+use crate::state::import::{FeedChanges, FeedUpdate};
 use crate::wire::{self, Fault, ImportAction};
 use jiff::{SignedDuration, Timestamp};
 use std::borrow::Cow;

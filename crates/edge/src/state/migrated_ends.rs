@@ -1,10 +1,10 @@
 //! Plans that are over when the network changes: told of as long as their ways are there, with what
 //! they still take.
 
-use super::plan_entry::{LandedOn, PlanEntry};
-use super::state::State;
-use super::state_migrated_plans::{ends_over, sent_carried, version_carried};
+use super::State;
+use super::migrated_plans::{ends_over, sent_carried, version_carried};
 use crate::compose::Change;
+use crate::plan_entry::{LandedOn, PlanEntry};
 use std::sync::Arc;
 
 impl State {

@@ -3,17 +3,17 @@
 //! What a drone says is true: an acknowledgement of any version that was sent becomes what it reports. A version that was sent
 //! and not answered may be flown, so nothing of it is freed by the passing of its deadline.
 
-use super::commands::{DeclineReason, Done};
-use super::fleet::{self, Detour};
-use super::plan_entry::{PlanEntry, PlanFlags};
-use super::planner::Version;
-use super::progress;
-use super::state::State;
-use super::state_alarms::AFTER_RELIEF;
-use super::state_ends::only_quoted;
+use super::State;
+use super::alarms::AFTER_RELIEF;
+use super::ends::only_quoted;
 use crate::airspace::{Airspace, Change, Closure};
+use crate::commands::{DeclineReason, Done};
+use crate::fleet::{self, Detour};
 use crate::flight::FailureType;
 use crate::network::SegmentIx;
+use crate::plan_entry::{PlanEntry, PlanFlags};
+use crate::planner::Version;
+use crate::progress;
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
 use crate::wire::{AlarmKind, EventKind, PlanState};

@@ -1,29 +1,29 @@
 //! Plans when the network changes: flown on where their ways are as they were, else recomposed from where their
 //! drones are, or ended where their source or destination is gone.
 
-use super::commands::Command;
-use super::events::Happening;
-use super::fleet::{self, Detour};
-use super::mailbox::Content;
-use super::plan_entry::PlanEntry;
-use super::planner::{Displaced, Version};
-use super::progress;
-use super::served::begins_m;
-use super::snapshot::Snapshot;
-use super::state::State;
-use super::state_alarms::AT_THE_END;
-use super::stops;
-use super::views;
-use super::words;
+use super::State;
+use super::alarms::AT_THE_END;
 use crate::airspace::Airspace;
+use crate::commands::Command;
 use crate::compose::{Change, Composition};
+use crate::events::Happening;
+use crate::fleet::{self, Detour};
 use crate::flight::{Location, ServiceStop};
 use crate::formats::{Known, resolve_report};
 use crate::geo::Point;
 use crate::itinerary::Occupancy;
+use crate::mailbox::Content;
 use crate::network::{Correspondence, NodeIx, Topology};
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Displaced, Version};
+use crate::progress;
 use crate::recompose::{Outcome, Request};
+use crate::served::begins_m;
+use crate::snapshot::Snapshot;
+use crate::stops;
+use crate::views;
 use crate::wire::{self, AlarmKind, EventKind, PlanState};
+use crate::words;
 use jiff::Timestamp;
 use serde_json::json;
 use std::sync::Arc;
@@ -376,7 +376,7 @@ fn nothing_left_of(version: &Version) -> Version {
 fn place_of(
     plan: &PlanEntry,
     topology: &Topology,
-    drones: &super::drones::Drones,
+    drones: &crate::drones::Drones,
     now: Timestamp,
 ) -> Option<Point> {
     let version = &plan.reported;

@@ -1,16 +1,16 @@
 //! What closures and the wind do to plans: who is affected, what their drones are to fly instead, and who is free again.
 
-use super::fleet::{self, Detour, DetourMeans};
-use super::plan_entry::{PlanEntry, PlanFlags};
-use super::planner::{Concern, Occasion, Sent, Version};
-use super::progress::{self, Progress};
-use super::state::State;
-use super::state_alarms::AFTER_RELIEF;
-use super::timers::Due;
+use super::State;
+use super::alarms::AFTER_RELIEF;
 use crate::airspace::Airspace;
 use crate::checked::Known;
+use crate::fleet::{self, Detour, DetourMeans};
+use crate::plan_entry::{PlanEntry, PlanFlags};
+use crate::planner::{Concern, Occasion, Sent, Version};
 use crate::planted::{self, Bug};
+use crate::progress::{self, Progress};
 use crate::recompose::Outcome;
+use crate::timers::Due;
 use crate::wire::{EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;

@@ -1,21 +1,21 @@
 //! Plans and their versions as they come in, and where they are in the indices of a snapshot.
 
-use super::commands::Done;
-use super::events::Happening;
-use super::fleet::Detour;
-use super::mailbox::{Content, WITHOUT_WAY_TEXT};
-use super::plan_entry::PlanEntry;
-use super::planner::{Concern, Version, legs, stays};
-use super::plans::already_exists;
-use super::progress;
-use super::state::State;
-use super::state_alarms::WITHOUT_WAY;
-use super::timers::Due;
-use super::views;
-use super::words;
+use super::State;
+use super::alarms::WITHOUT_WAY;
+use crate::commands::Done;
+use crate::events::Happening;
+use crate::fleet::Detour;
+use crate::mailbox::{Content, WITHOUT_WAY_TEXT};
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Concern, Version, legs, stays};
+use crate::plans::already_exists;
+use crate::progress;
 use crate::recompose::Outcome;
 use crate::refusal::{Code, Refusal};
+use crate::timers::Due;
+use crate::views;
 use crate::wire::{EndedAs, EventKind};
+use crate::words;
 use serde_json::{Value, json};
 use std::sync::Arc;
 

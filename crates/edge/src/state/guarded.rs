@@ -2,13 +2,13 @@
 //! it reported, and where its own senses close a leg, the contingency of that leg. Until it is
 //! heard of both are taken.
 
-use super::plan_entry::PlanEntry;
-use super::planner::{Version, occupied};
-use super::progress;
-use super::state::State;
+use super::State;
 use crate::compose::{Leg, Occupation};
 use crate::itinerary::OccupiedLeg;
 use crate::network::{NodeIx, Topology};
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Version, occupied};
+use crate::progress;
 use std::sync::Arc;
 
 /// No version has this number: what is guarded beside all of them is of none.

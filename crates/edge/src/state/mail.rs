@@ -1,9 +1,9 @@
 //! The mailboxes in the state: what is put into them, what overtakes what, and what is taken out.
 
-use super::commands::Done;
-use super::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
-use super::plan_entry::PlanEntry;
-use super::state::State;
+use super::State;
+use crate::commands::Done;
+use crate::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
+use crate::plan_entry::PlanEntry;
 use std::sync::Arc;
 
 impl State {

@@ -1,10 +1,10 @@
 //! Drones that fall silent in flight. One of which nothing was ever heard on a plan is not silent: it sends no telemetry.
 
-use super::commands::Done;
-use super::mailbox::Content;
-use super::plan_entry::{PlanEntry, PlanFlags};
-use super::state::State;
-use super::timers::Due;
+use super::State;
+use crate::commands::Done;
+use crate::mailbox::Content;
+use crate::plan_entry::{PlanEntry, PlanFlags};
+use crate::timers::Due;
 use crate::wire::{AlarmKind, EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;

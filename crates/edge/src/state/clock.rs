@@ -4,11 +4,11 @@
 //! The time goes on as before the step. A window counts if it counts by the time or by the stepped clock; what ends
 //! by itself ends when both say so.
 
-use super::commands::Done;
-use super::events::Happening;
-use super::state::State;
-use super::timers::HeardClock;
+use super::State;
 use crate::clock::{Reading, STEP};
+use crate::commands::Done;
+use crate::events::Happening;
+use crate::timers::HeardClock;
 use crate::wire::EventKind;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
@@ -29,7 +29,7 @@ impl State {
     }
 
     /// Whether a reading of the clock is news.
-    pub(super) fn has_clock_news(&self, reading: &Reading) -> bool {
+    pub(crate) fn has_clock_news(&self, reading: &Reading) -> bool {
         match (self.clock.apart, reading.apart) {
             (Some(known), Some(apart)) => (apart - known).abs() > SAME,
             (None, None) => self.clock.confirmations != reading.confirmations,
@@ -38,7 +38,7 @@ impl State {
     }
 
     /// Takes a reading of the clock; to be called before orders are carried out at its time.
-    pub(super) fn hear_clock(&mut self, reading: &Reading) {
+    pub(crate) fn hear_clock(&mut self, reading: &Reading) {
         if !self.has_clock_news(reading) {
             return;
         }

@@ -1,18 +1,18 @@
 //! Commands that take over what the registry has: what is stricter is in force at once, many removals wait for
 //! an operator; where both sides changed one thing the stricter stays, see `state_reviews`.
 
-use super::background::give_way;
-use super::commands::Done;
-use super::entries::{ClosureEntry, ZoneEntry};
-use super::events::Happening;
-use super::published::{Published, Restriction, says_the_same};
-use super::state::State;
-use super::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
-use super::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
-use super::views;
+use super::State;
 use crate::airspace::{Change, Closure};
+use crate::background::give_way;
+use crate::commands::Done;
+use crate::entries::{ClosureEntry, ZoneEntry};
+use crate::events::Happening;
 use crate::planted::{self, Bug};
+use crate::published::{Published, Restriction, says_the_same};
 use crate::refusal::{Code, Refusal};
+use crate::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
+use crate::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
+use crate::views;
 use crate::wire::{ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
 use std::collections::BTreeSet;

@@ -3,20 +3,20 @@
 //! What closes is enforced before any plan is looked at. The plans that it meets are then found by the segments, nodes and
 //! pads that they take, shown as affected, and queued; between slices of the queue new orders are carried out.
 
-use super::events::Happening;
-use super::fleet::Detour;
-use super::mailbox::Content;
-use super::plan_entry::PlanEntry;
-use super::planner::{Concern, Version};
-use super::progress::{self, Progress};
-use super::replanning::Look;
-use super::replanning::{Place, Tally, Task, Turn};
-use super::snapshot::Snapshot;
-use super::state::State;
-use super::state_affected::{Affected, Found};
-use super::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
+use super::State;
+use super::affected::{Affected, Found};
 use crate::airspace::{Airspace, Closure};
+use crate::events::Happening;
+use crate::fleet::Detour;
+use crate::mailbox::Content;
 use crate::network::{NodeIx, SegmentIx};
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Concern, Version};
+use crate::progress::{self, Progress};
+use crate::replanning::Look;
+use crate::replanning::{Place, Tally, Task, Turn};
+use crate::snapshot::Snapshot;
+use crate::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
 use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
@@ -53,12 +53,12 @@ impl Snapshot {
     }
 
     /// Whether something that has closed meets a plan, whether its drone has been answered or not.
-    pub(super) fn is_affected(&self, plan: &PlanEntry) -> bool {
+    pub(crate) fn is_affected(&self, plan: &PlanEntry) -> bool {
         plan.flags.affected || self.pending.contains_key(&plan.id) || !self.shut(plan).is_empty()
     }
 
     /// The closures on the way of a quote: it is in no index, and no drone is told.
-    pub(super) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
+    pub(crate) fn shut(&self, plan: &PlanEntry) -> Vec<&str> {
         let way = &plan.reported.composition;
         let is_shut = || progress::is_blocked(&self.airspace, way, 0);
         if !plan.is_quote() || !plan.is_active() || !is_shut() {
@@ -70,7 +70,7 @@ impl Snapshot {
     }
 
     /// The closures that affect a plan, those included whose answer is pending.
-    pub(super) fn affecting<'a>(&'a self, plan: &'a PlanEntry) -> impl Iterator<Item = &'a String> {
+    pub(crate) fn affecting<'a>(&'a self, plan: &'a PlanEntry) -> impl Iterator<Item = &'a String> {
         let pending = self.pending.get(&plan.id).into_iter();
         let pending = pending.flat_map(|causes| causes.iter());
         let is_known = |cause: &&String| !plan.affected_by.contains(cause);
@@ -80,13 +80,13 @@ impl Snapshot {
 
 impl State {
     /// Whether any plan waits for its answer, or for its contingencies.
-    pub(super) fn has_waiting(&self) -> bool {
+    pub(crate) fn has_waiting(&self) -> bool {
         !self.queue.is_empty() || !self.lacking_contingencies.is_empty()
     }
 
     /// Finds the plans that something new meets and those that may be free again, and queues them. Nothing is
     /// recomposed yet. Tells whether plans wait now that did not before.
-    pub(super) fn look_up(&mut self, look: &Look, now: Timestamp) -> bool {
+    pub(crate) fn look_up(&mut self, look: &Look, now: Timestamp) -> bool {
         let before = self.queue.len();
         let airspace = self.next.airspace.clone();
         for id in std::mem::take(&mut self.touched_plans) {
@@ -241,7 +241,7 @@ impl State {
 
     /// The plans that are looked at next, on a state: those that something new meets, and only then those that lack
     /// contingencies. `None` where no plan waits.
-    pub(super) fn next_wave(&mut self, snapshot: Arc<Snapshot>, now: Timestamp) -> Option<Wave> {
+    pub(crate) fn next_wave(&mut self, snapshot: Arc<Snapshot>, now: Timestamp) -> Option<Wave> {
         let queue = &mut self.queue;
         let tasks = std::iter::from_fn(|| queue.pop());
         let mut jobs: Vec<Job> = tasks.take(WAVE_SIZE).map(Job::Replan).collect();
@@ -256,7 +256,7 @@ impl State {
     }
 
     /// What waves are worked on with.
-    pub(super) fn means_of_waves(&self) -> Means {
+    pub(crate) fn means_of_waves(&self) -> Means {
         Means {
             planner: self.planner.clone(),
             drones: self.drones.clone(),
@@ -264,7 +264,7 @@ impl State {
     }
 
     /// A wave on this thread, with all that comes of it. Gives what drones are told.
-    pub(super) fn replan(&mut self, now: Timestamp, told: &mut dyn FnMut()) -> Vec<Detour> {
+    pub(crate) fn replan(&mut self, now: Timestamp, told: &mut dyn FnMut()) -> Vec<Detour> {
         let mut detours = Vec::new();
         let Some(wave) = self.next_wave(Arc::new(self.next.clone()), now) else {
             return detours;
@@ -278,7 +278,7 @@ impl State {
     }
 
     /// Commits what a wave has found for one of its plans.
-    pub(super) fn commit(
+    pub(crate) fn commit(
         &mut self,
         wave: &Wave,
         number: usize,

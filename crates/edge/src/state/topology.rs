@@ -4,16 +4,16 @@
 //! what is left of what they name, plans are flown on where their ways are as they were. Requests under way keep the
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
-use super::commands::{Command, Done, Publication};
-use super::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
-use super::events::Happening;
-use super::new_network::{NewNetwork, Relay, Succession, not_laid};
-use super::snapshot::revision_text;
-use super::state::State;
+use super::State;
 use crate::airspace::Closure;
+use crate::commands::{Command, Done, Publication};
 use crate::compose;
+use crate::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
+use crate::events::Happening;
 use crate::network::{Correspondence, Topology};
+use crate::new_network::{NewNetwork, Relay, Succession, not_laid};
 use crate::refusal::{Code, Refusal};
+use crate::snapshot::revision_text;
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use serde_json::json;
@@ -74,7 +74,7 @@ impl State {
             "name": topology.name(),
             "nodes": topology.node_count(),
             "segments": topology.segment_count(),
-            "sha256": super::words::hex(topology.fingerprint()),
+            "sha256": crate::words::hex(topology.fingerprint()),
         });
         self.events
             .push(Happening::new(EventKind::NetworkChanged, data));

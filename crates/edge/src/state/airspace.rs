@@ -1,17 +1,17 @@
 //! Orders about zones, closures, proposals and holds.
 
-use super::commands::{Decision, Done, Publication};
-use super::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
-use super::events::Happening;
-use super::snapshot::Snapshot;
-use super::state::{State, check_expected};
-use super::timers::Due;
-use super::views;
-use super::words::weather_etag;
+use super::{State, check_expected};
 use crate::airspace::{Cause, Change, Closure, Window};
+use crate::commands::{Decision, Done, Publication};
+use crate::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
+use crate::events::Happening;
 use crate::intake::Expected;
 use crate::refusal::{Code, Refusal};
+use crate::snapshot::Snapshot;
+use crate::timers::Due;
+use crate::views;
 use crate::wire::{EventKind, ObjectKind};
+use crate::words::weather_etag;
 use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::{Value, json};

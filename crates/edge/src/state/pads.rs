@@ -5,11 +5,11 @@
 //! known to have left: by its telemetry, by the departure of its next plan, or because an operator
 //! says so.
 
-use super::plan_entry::{LandedOn, PlanEntry};
-use super::planner::{Concern, stays};
-use super::state::State;
+use super::State;
 use crate::itinerary::OccupiedPad;
 use crate::network::NodeIx;
+use crate::plan_entry::{LandedOn, PlanEntry};
+use crate::planner::{Concern, stays};
 use crate::wire::{AlarmKind, EndedAs};
 use jiff::Timestamp;
 use std::sync::Arc;

@@ -1,17 +1,17 @@
 //! The life of a plan from its departure to its end. Its planned times end nothing: what it takes stays taken until somebody
 //! says what became of it, or nobody has for long.
 
-use super::commands::{CancelledWhen, Done, Seen};
-use super::mailbox::Content;
-use super::plan_entry::{LandedOn, PlanEntry, PlanFlags};
-use super::planner::{Version, later};
-use super::state::State;
-use super::state_airspace::just_after;
-use super::state_alarms::AT_THE_END;
-use super::timers::Due;
+use super::State;
+use super::airspace::just_after;
+use super::alarms::AT_THE_END;
+use crate::commands::{CancelledWhen, Done, Seen};
 use crate::geo::Point;
+use crate::mailbox::Content;
 use crate::network::NodeIx;
+use crate::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use crate::planner::{Version, later};
 use crate::refusal::{Code, Refusal};
+use crate::timers::Due;
 use crate::wire::{AlarmKind, EndedAs, EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
@@ -26,7 +26,7 @@ const OVER_MAX: usize = 1_000;
 const CANCELLED_BEFORE_MAX: usize = 1_000;
 
 /// So near to a node, in metres, a drone that has landed is on it.
-pub(super) const LANDED_WITHIN_M: f64 = 50.0;
+pub(crate) const LANDED_WITHIN_M: f64 = 50.0;
 
 /// How many nodes are looked at for the nearest one.
 const NEIGHBOURS: usize = 4;
@@ -451,7 +451,7 @@ impl State {
 }
 
 /// How a plan ends whose drone has landed at the end of what it flies.
-pub(super) fn landed_as(plan: &PlanEntry) -> EndedAs {
+pub(crate) fn landed_as(plan: &PlanEntry) -> EndedAs {
     match plan.reported.last_node() == Some(plan.destination) {
         true => EndedAs::Delivered,
         false => EndedAs::Diverted,

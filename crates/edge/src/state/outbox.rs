@@ -4,11 +4,11 @@
 //! thing at most two wait: the first may be on its way already, and whatever comes after it takes the place of
 //! the second.
 
-use super::entries::{ClosureEntry, ZoneEntry};
-use super::events::Happening;
-use super::published::{closure_body, zone_body};
-use super::state::State;
-use super::upstream::{OutboxEntry, Upstream, is_after};
+use super::State;
+use crate::entries::{ClosureEntry, ZoneEntry};
+use crate::events::Happening;
+use crate::published::{closure_body, zone_body};
+use crate::upstream::{OutboxEntry, Upstream, is_after};
 use crate::wire::{Author, ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
 use std::sync::Arc;

@@ -1,17 +1,17 @@
 //! What the state has to do with the store: it begins with what is in it, and refuses what must not be lost
 //! while it fails.
 
-use super::commands::Command;
-use super::entries::{ClosureEntry, ProposalEntry};
-use super::mailbox::Content;
-use super::plan_entry::PlanEntry;
-use super::state::State;
-use super::state_airspace::just_after;
-use super::store::Restored;
-use super::timers::Due;
+use super::State;
+use super::airspace::just_after;
 use crate::airspace::{Change, Closure};
+use crate::commands::Command;
+use crate::entries::{ClosureEntry, ProposalEntry};
+use crate::mailbox::Content;
+use crate::plan_entry::PlanEntry;
 use crate::planted::{self, Bug};
 use crate::refusal::{Code, Refusal};
+use crate::store::Restored;
+use crate::timers::Due;
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ const ENDS_KEPT: SignedDuration = SignedDuration::from_hours(24);
 impl State {
     /// Takes up what was known when the edge ended, for the time at which it was known. What has become due
     /// since happens with the first batch.
-    pub(super) fn restore(&mut self, restored: Restored, now: Timestamp) {
+    pub(crate) fn restore(&mut self, restored: Restored, now: Timestamp) {
         let mut changes = Vec::with_capacity(restored.zones.len() + restored.closures.len());
         for (entry, closure) in restored.zones {
             let id = Arc::from(entry.zone.id());
@@ -34,7 +34,7 @@ impl State {
         }
         let as_of = restored.as_of.unwrap_or(now);
         let airspace = self.next.airspace.apply(&changes, as_of);
-        self.next.revision = super::snapshot::revision_text(self.next.epoch, airspace.revision());
+        self.next.revision = crate::snapshot::revision_text(self.next.epoch, airspace.revision());
         self.next.airspace = Arc::new(airspace);
         for proposal in restored.proposals {
             self.restore_proposal(proposal);

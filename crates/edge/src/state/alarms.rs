@@ -1,16 +1,16 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
-use super::commands::Done;
-use super::entries::{AlarmDraft, AlarmEntry};
-use super::events::Happening;
-use super::mailbox::Content;
-use super::plan_entry::PlanEntry;
-use super::planner::Version;
-use super::state::State;
-use super::views::{alarm_id, alarm_view};
+use super::State;
 use crate::airspace::Closure;
+use crate::commands::Done;
+use crate::entries::{AlarmDraft, AlarmEntry};
+use crate::events::Happening;
+use crate::mailbox::Content;
 use crate::network::NodeIx;
+use crate::plan_entry::PlanEntry;
+use crate::planner::Version;
 use crate::refusal::Refusal;
+use crate::views::{alarm_id, alarm_view};
 use crate::wire::{AlarmKind, EventKind, Flag};
 use jiff::Timestamp;
 use serde_json::json;

@@ -1,12 +1,12 @@
 //! What the drones of plans are to be told is shown to the checker before it becomes a version.
 
-use super::events::Happening;
-use super::fleet::Detour;
-use super::guard::{alarms_of, case_data};
-use super::plan_ways::PlanWays;
-use super::state::State;
+use super::State;
 use crate::airspace::Airspace;
 use crate::checked::{self, Known};
+use crate::events::Happening;
+use crate::fleet::Detour;
+use crate::guard::{alarms_of, case_data};
+use crate::plan_ways::PlanWays;
 use crate::wire::EventKind;
 use jiff::Timestamp;
 use std::sync::Arc;

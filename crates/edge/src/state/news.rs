@@ -3,16 +3,16 @@
 //! A plan may change several times before anybody sees a snapshot. What is told is how it stands in the snapshot, where
 //! that differs from how it stood in the one before; so both are stored together, or neither is.
 
-use super::commands::{Done, NewsOrder};
-use super::news::NEWS_MAX;
-use super::plan_entry::{FlownFor, PlanEntry};
-use super::planner::Version;
-use super::state::State;
-use super::timers::Due;
-use super::words;
+use super::State;
+use crate::commands::{Done, NewsOrder};
 use crate::network::NodeIx;
+use crate::news::NEWS_MAX;
+use crate::plan_entry::{FlownFor, PlanEntry};
+use crate::planner::Version;
 use crate::recompose::Outcome;
+use crate::timers::Due;
 use crate::wire::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
+use crate::words;
 use jiff::Timestamp;
 use std::sync::Arc;
 

@@ -3,12 +3,12 @@
 //! A zone that is in the feed but refused keeps its last version. Many removals at once wait for an operator, as those
 //! that a registry tells do.
 
-use super::commands::Done;
-use super::entries::{PendingReview, ProposalEntry, ProposedBy};
-use super::snapshot::{Snapshot, ZoneEntry};
-use super::state::State;
+use super::State;
 use crate::airspace::Closure;
+use crate::commands::Done;
+use crate::entries::{PendingReview, ProposalEntry, ProposedBy};
 use crate::refusal::{Code, Refusal};
+use crate::snapshot::{Snapshot, ZoneEntry};
 use crate::wire::{ImportAction, ObjectKind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -20,30 +20,30 @@ const PROPOSED_MAX: usize = 100;
 
 /// What a feed has now.
 #[derive(Debug)]
-pub(super) struct FeedUpdate {
+pub(crate) struct FeedUpdate {
     /// Its name.
-    pub(super) feed: Arc<str>,
+    pub(crate) feed: Arc<str>,
     /// Its zones, as the closures they cause.
-    pub(super) puts: Vec<Arc<Closure>>,
+    pub(crate) puts: Vec<Arc<Closure>>,
     /// The identifiers of its zones that are refused.
-    pub(super) refused: BTreeSet<String>,
+    pub(crate) refused: BTreeSet<String>,
     /// What can be read of its zones that are refused.
-    pub(super) outlines: Vec<ProposalEntry>,
+    pub(crate) outlines: Vec<ProposalEntry>,
     /// Whether a zone is refused of which nobody knows the identifier: any absent one may be it.
-    pub(super) has_nameless: bool,
+    pub(crate) has_nameless: bool,
 }
 
 /// What becomes of each zone.
 #[derive(Clone, Debug, Default)]
-pub(super) struct FeedChanges {
+pub(crate) struct FeedChanges {
     /// The zones that the feed brings, with their place in it.
-    pub(super) brought: Vec<(usize, ImportAction)>,
+    pub(crate) brought: Vec<(usize, ImportAction)>,
     /// The zones that came from it before and are not brought now.
-    pub(super) absent: Vec<(Arc<str>, ImportAction)>,
+    pub(crate) absent: Vec<(Arc<str>, ImportAction)>,
     /// The places of zones whose ids are those of something else.
-    pub(super) taken: Vec<usize>,
+    pub(crate) taken: Vec<usize>,
     /// The identifiers of refused zones whose outlines are proposed.
-    pub(super) proposed: BTreeSet<String>,
+    pub(crate) proposed: BTreeSet<String>,
     /// The places of the outlines that become proposals.
     new_proposals: Vec<usize>,
     /// Proposals of the feed that it makes no more.
@@ -51,13 +51,13 @@ pub(super) struct FeedChanges {
 }
 
 /// The feed that a hold is about; `None` where it is none of a feed.
-pub(super) fn feed_of(origin: &str) -> Option<&str> {
+pub(crate) fn feed_of(origin: &str) -> Option<&str> {
     origin.strip_prefix(FEED_ORIGIN)
 }
 
 impl FeedChanges {
     /// Works out what an update does to what stands.
-    pub(super) fn of(snapshot: &Snapshot, update: &FeedUpdate) -> Self {
+    pub(crate) fn of(snapshot: &Snapshot, update: &FeedUpdate) -> Self {
         let mut changes = Self::default();
         let mut ids: BTreeSet<&str> = BTreeSet::new();
         for (place, closure) in update.puts.iter().enumerate() {
@@ -151,7 +151,7 @@ impl FeedChanges {
     }
 
     /// To how many zones something is done.
-    pub(super) fn count(&self, wanted: ImportAction) -> usize {
+    pub(crate) fn count(&self, wanted: ImportAction) -> usize {
         let brought = self.brought.iter().map(|(_, action)| action);
         let absent = self.absent.iter().map(|(_, action)| action);
         brought

@@ -1,9 +1,9 @@
 //! What is taken over of a page of the registry that is in doubt: only what is surely stricter than what stands.
 
-use super::published::Published;
-use super::state::State;
-use super::state_sync::{Tally, namesake};
-use super::upstream::{RegistryCursor, is_after};
+use super::State;
+use super::sync::{Tally, namesake};
+use crate::published::Published;
+use crate::upstream::{RegistryCursor, is_after};
 
 impl State {
     /// Takes over what is surely stricter than what stands, and is of no change that waits here.

@@ -4,20 +4,20 @@
 //! in place of the newer version. Otherwise theirs takes the id, ours stays in force beside it under an id of the
 //! hold's, and an operator decides: to release writes ours in place of theirs, to reject drops ours.
 
-use super::commands::{Decision, Done};
-use super::entries::{ClosureEntry, Contested, PendingReview};
-use super::events::Happening;
-use super::published::{Published, Restriction, read_thing, says_the_same};
-use super::state::State;
-use super::state_import::feed_of;
-use super::state_outbox::Forward;
-use super::state_sync::namesake;
-use super::upstream::OutboxEntry;
-use super::views;
+use super::State;
+use super::import::feed_of;
+use super::outbox::Forward;
+use super::sync::namesake;
 use crate::airspace::{Cause, Closure};
+use crate::commands::{Decision, Done};
+use crate::entries::{ClosureEntry, Contested, PendingReview};
+use crate::events::Happening;
 use crate::formats::{ZoneId, zone_to_feature};
 use crate::intake::read_zone;
+use crate::published::{Published, Restriction, read_thing, says_the_same};
 use crate::refusal::{Code, Refusal};
+use crate::upstream::OutboxEntry;
+use crate::views;
 use crate::wire::{ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -167,12 +167,12 @@ impl State {
         match kind {
             ObjectKind::Zone => {
                 let entry = self.next.zones.get(id)?;
-                Some(super::published::zone_body(&entry.zone))
+                Some(crate::published::zone_body(&entry.zone))
             }
             ObjectKind::Closure => {
                 let entry = self.next.closures.get(id)?;
                 let topology = self.next.topology();
-                Some(super::published::closure_body(topology, entry))
+                Some(crate::published::closure_body(topology, entry))
             }
             ObjectKind::Network | ObjectKind::Weather => None,
         }

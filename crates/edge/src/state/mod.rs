@@ -4,26 +4,50 @@
 //! same state. A batch of commands makes one snapshot: what they change of the airspace is applied together,
 //! then plans are looked over once.
 
-use super::commands::{Command, Done, Outcome, Reply};
-use super::drones::Drones;
-use super::events::Happening;
-use super::fleet::Detour;
-use super::guard::Guard;
-use super::new_network::Succession;
-use super::news::Flights;
-use super::planner::{Concern, Planner};
-use super::replanning::Look;
-use super::replanning::{Queue, Tally};
-use super::settings::Settings;
-use super::snapshot::{Snapshot, revision_text};
-use super::store::Health;
-use super::timers::HeardClock;
-use super::timers::{Due, Timers};
-use super::upstream::{Ended, Told};
+mod affected;
+mod airspace;
+mod alarms;
+mod checked;
+mod clock;
+mod doubted;
+pub(crate) mod ends;
+mod fleet;
+mod guarded;
+pub(crate) mod import;
+mod mail;
+mod migrated_ends;
+mod migrated_plans;
+mod news;
+mod outbox;
+mod pads;
+mod replanning;
+mod reviews;
+mod silence;
+mod store;
+mod sync;
+mod topology;
+mod versions;
+
 use crate::airspace::{Airspace, Change, Closure};
+use crate::commands::{Command, Done, Outcome, Reply};
+use crate::drones::Drones;
+use crate::events::Happening;
+use crate::fleet::Detour;
+use crate::guard::Guard;
 use crate::intake::Expected;
 use crate::network::SegmentIx;
+use crate::new_network::Succession;
+use crate::news::Flights;
+use crate::planner::{Concern, Planner};
 use crate::refusal::Refusal;
+use crate::replanning::Look;
+use crate::replanning::{Queue, Tally};
+use crate::settings::Settings;
+use crate::snapshot::{Snapshot, revision_text};
+use crate::store::Health;
+use crate::timers::HeardClock;
+use crate::timers::{Due, Timers};
+use crate::upstream::{Ended, Told};
 use crate::wire::AlarmKind;
 use crate::wire::Author;
 use jiff::Timestamp;
@@ -32,82 +56,82 @@ use std::sync::Arc;
 
 /// What a batch of commands came to, before any plan was looked at.
 #[derive(Debug)]
-pub(super) struct Enforced {
+pub(crate) struct Enforced {
     /// One for each command, in their order.
-    pub(super) done: Vec<Result<Done, Refusal>>,
-    pub(super) airspace_changed: bool,
+    pub(crate) done: Vec<Result<Done, Refusal>>,
+    pub(crate) airspace_changed: bool,
     /// Whether something has ended before its time, or has become another thing.
-    pub(super) has_opened: bool,
+    pub(crate) has_opened: bool,
     /// What plans have to be looked at for.
-    pub(super) look: Look,
+    pub(crate) look: Look,
 }
 
 /// The state that the writer alone changes.
 #[derive(Debug)]
-pub(super) struct State {
-    pub(super) settings: Settings,
-    pub(super) next: Snapshot,
-    pub(super) drones: Arc<Drones>,
-    pub(super) planner: Arc<dyn Planner>,
+pub(crate) struct State {
+    pub(crate) settings: Settings,
+    pub(crate) next: Snapshot,
+    pub(crate) drones: Arc<Drones>,
+    pub(crate) planner: Arc<dyn Planner>,
     /// What the checker has not let pass.
-    pub(super) guard: Arc<Guard>,
+    pub(crate) guard: Arc<Guard>,
     /// How the store stands: what must not be lost is refused while it fails.
-    pub(super) store: Arc<Health>,
-    pub(super) timers: Timers,
+    pub(crate) store: Arc<Health>,
+    pub(crate) timers: Timers,
     /// The instant of the batch being carried out.
-    pub(super) now: Timestamp,
+    pub(crate) now: Timestamp,
     /// How many timers and windows came due in it.
-    pub(super) fired: u64,
+    pub(crate) fired: u64,
     /// Counts writes; versions of things are numbers of writes.
-    pub(super) writes: u64,
+    pub(crate) writes: u64,
     /// What the commands of this batch change of the airspace.
-    pub(super) changes: Vec<Change>,
-    pub(super) events: Vec<Happening>,
+    pub(crate) changes: Vec<Change>,
+    pub(crate) events: Vec<Happening>,
     /// Plans that are over, in the order they ended.
-    pub(super) over: VecDeque<Arc<str>>,
+    pub(crate) over: VecDeque<Arc<str>>,
     /// Plans that have to be looked over though no closure has changed.
-    pub(super) touched_plans: BTreeSet<Arc<str>>,
+    pub(crate) touched_plans: BTreeSet<Arc<str>>,
     /// Plans that are looked at again at an instant that is set.
-    pub(super) timed_looks: BTreeSet<Arc<str>>,
+    pub(crate) timed_looks: BTreeSet<Arc<str>>,
     /// Ids of plans that were cancelled and not known, the latest last.
-    pub(super) cancelled_before: VecDeque<Arc<str>>,
+    pub(crate) cancelled_before: VecDeque<Arc<str>>,
     /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
     /// plan.
-    pub(super) guarded: BTreeMap<Arc<str>, Vec<SegmentIx>>,
+    pub(crate) guarded: BTreeMap<Arc<str>, Vec<SegmentIx>>,
     /// Closures that close other things since the network changed in this batch.
-    pub(super) relaid: Vec<Arc<Closure>>,
+    pub(crate) relaid: Vec<Arc<Closure>>,
     /// The plans whose drones are to be answered.
-    pub(super) queue: Queue,
+    pub(crate) queue: Queue,
     /// How the plans of each closure have been answered so far.
-    pub(super) tallies: BTreeMap<String, Tally>,
+    pub(crate) tallies: BTreeMap<String, Tally>,
     /// Plans whose contingencies are to be worked out.
-    pub(super) lacking_contingencies: BTreeSet<Arc<str>>,
+    pub(crate) lacking_contingencies: BTreeSet<Arc<str>>,
     /// Plans that have taken something since the last wave began.
-    pub(super) occupied_since: BTreeSet<Arc<str>>,
+    pub(crate) occupied_since: BTreeSet<Arc<str>>,
     /// Whether a closure has been lifted or changed in this batch.
-    pub(super) has_opened: bool,
+    pub(crate) has_opened: bool,
     /// Whether the weather has changed in this batch.
-    pub(super) weather_turned: bool,
+    pub(crate) weather_turned: bool,
     /// The network before the one in service, and what of it is there still: for commands that were made on it.
-    pub(super) succession: Option<Succession>,
+    pub(crate) succession: Option<Succession>,
     /// The alarms that have not ended, by kind and by what they are about.
-    pub(super) open_alarms: BTreeMap<(AlarmKind, Arc<str>), u64>,
+    pub(crate) open_alarms: BTreeMap<(AlarmKind, Arc<str>), u64>,
     /// What was last heard of the clock.
-    pub(super) clock: HeardClock,
+    pub(crate) clock: HeardClock,
     /// The last versions at the registry that changes from here have made after the cursor.
-    pub(super) told: Told,
+    pub(crate) told: Told,
     /// Those that were taken from pages in doubt.
-    pub(super) doubted: Told,
+    pub(crate) doubted: Told,
     /// The versions at the registry of closures that have ended by themselves.
-    pub(super) ended: Ended,
+    pub(crate) ended: Ended,
     /// What the registry is to be told of plans.
-    pub(super) flights: Flights,
+    pub(crate) flights: Flights,
     /// Who has given the order that is being carried out, if anyone.
-    pub(super) author: Option<Arc<Author>>,
+    pub(crate) author: Option<Arc<Author>>,
 }
 
 impl State {
-    pub(super) fn new(
+    pub(crate) fn new(
         next: Snapshot,
         now: Timestamp,
         settings: Settings,
@@ -151,7 +175,7 @@ impl State {
     }
 
     /// The next instant at which something happens by itself.
-    pub(super) fn next_due(&self) -> Option<Timestamp> {
+    pub(crate) fn next_due(&self) -> Option<Timestamp> {
         // Until both clocks have come to it.
         let behind = -self.clock.behind();
         let own = self.timers.next();
@@ -161,7 +185,7 @@ impl State {
     }
 
     /// Carries out commands, then what is due by now. Nothing here depends on how many plans there are.
-    pub(super) fn enforce(&mut self, commands: Vec<Command>, now: Timestamp) -> Enforced {
+    pub(crate) fn enforce(&mut self, commands: Vec<Command>, now: Timestamp) -> Enforced {
         let revision = self.next.airspace.revision();
         self.now = now;
         self.fired = 0;
@@ -180,7 +204,7 @@ impl State {
     }
 
     /// The state as it is now, and what has happened since this was last asked.
-    pub(super) fn told(&mut self) -> (Arc<Snapshot>, Vec<Happening>) {
+    pub(crate) fn told(&mut self) -> (Arc<Snapshot>, Vec<Happening>) {
         self.tell_flights();
         (
             Arc::new(self.next.clone()),
@@ -189,7 +213,7 @@ impl State {
     }
 
     /// What is answered to commands, with what drones are told already.
-    pub(super) fn replies(
+    pub(crate) fn replies(
         &self,
         done: Vec<Result<Done, Refusal>>,
         detours: Vec<Detour>,
@@ -205,7 +229,7 @@ impl State {
         replies.collect()
     }
 
-    pub(super) fn carry_out(&mut self, order: Command, now: Timestamp) -> Result<Done, Refusal> {
+    pub(crate) fn carry_out(&mut self, order: Command, now: Timestamp) -> Result<Done, Refusal> {
         self.check_store(&order)?;
         match order {
             Command::PutZone { closure, expected } => self.put_zone(closure, &expected),
@@ -295,7 +319,7 @@ impl State {
     }
 
     /// The number of the next write.
-    pub(super) fn write_number(&mut self) -> u64 {
+    pub(crate) fn write_number(&mut self) -> u64 {
         self.writes += 1;
         self.writes
     }
@@ -423,7 +447,7 @@ fn newly_in_force(before: &Airspace, after: &Airspace) -> Vec<Arc<Closure>> {
 }
 
 /// Checks what a write expects against the version there is.
-pub(super) fn check_expected(
+pub(crate) fn check_expected(
     expected: &Expected,
     current: Option<u64>,
     epoch: u64,
