@@ -3,10 +3,10 @@
 use super::Dispatch;
 use super::changes::Change;
 use super::records::{Asking, CALLING_OFF, GIVEN_UP, Kept, Order, RESERVING};
-use crate::refusal::Refusal;
-use crate::registry::documents::{DocumentKind, DocumentQuery};
-use crate::wire::DeliveryStatus;
 use jiff::Timestamp;
+use skyway_contract::DeliveryStatus;
+use skyway_registry::documents::{DocumentKind, DocumentQuery};
+use skyway_service::refusal::Refusal;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;

@@ -10,10 +10,10 @@ use super::holding::Holding;
 use super::records::{Asking, Kept, Order};
 use super::wanted::Stated;
 use super::ways::{Errand, Ways};
-use crate::market::hours::Hours;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{AllocatedDrone, FleetDroneState, PublishedService};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{AllocatedDrone, FleetDroneState, PublishedService};
+use skyway_market::hours::Hours;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 

@@ -6,10 +6,10 @@ use super::deliveries::may_call_off;
 use super::edges::{CalledOff, EdgeError};
 use super::orders::{DECISIONS, contended};
 use super::records::{Asking, Kept, Order};
-use crate::access::Caller;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{Delivery, DeliveryStatus, FleetDroneState};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{Delivery, DeliveryStatus, FleetDroneState};
+use skyway_service::access::Caller;
+use skyway_service::refusal::{Code, Refusal};
 
 /// For how long an edge is asked to call a flight off.
 const ASKED_FOR: SignedDuration = SignedDuration::from_hours(24);

@@ -2,10 +2,10 @@
 
 use super::Dispatch;
 use super::records::{Kept, Order};
-use crate::refusal::Refusal;
-use crate::registry::documents::{Commit, Committed, DocumentKind};
-use crate::wire::{FleetDrone, FleetDroneState};
 use jiff::Timestamp;
+use skyway_contract::{FleetDrone, FleetDroneState};
+use skyway_registry::documents::{Commit, Committed, DocumentKind};
+use skyway_service::refusal::Refusal;
 
 /// A change of an order that was decided on what the store says.
 #[derive(Debug)]
@@ -107,9 +107,9 @@ fn together(changes: &[Change], now: Timestamp) -> Commit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registry::documents::Document;
     use serde::de::DeserializeOwned;
     use serde_json::{Value, json};
+    use skyway_registry::documents::Document;
 
     fn kept<T: DeserializeOwned>(kind: DocumentKind, number: u64, body: &Value) -> Kept<T> {
         let document = Document {

@@ -2,9 +2,9 @@
 
 use super::batch::Waiting;
 use super::fleet::Candidate;
-use crate::market::allocation::assign;
-use crate::refusal::{Code, Refusal};
 use jiff::Timestamp;
+use skyway_market::allocation::assign;
+use skyway_service::refusal::{Code, Refusal};
 
 /// What it would cost to fly an order, by drone.
 pub(super) struct Row {
@@ -58,7 +58,7 @@ fn nearest(costs: &[&[Option<f64>]], drones: usize) -> (Vec<usize>, Vec<Vec<Opti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::network::Seeded;
+    use skyway_engine::network::Seeded;
 
     /// How many orders have a drone, and what their flights cost.
     fn told(costs: &[Vec<Option<f64>>]) -> (usize, f64) {

@@ -4,11 +4,11 @@ use super::Dispatch;
 use super::orders::{DECISIONS, contended};
 use super::records::{Kept, Order};
 use super::views::{Eyes, view};
-use crate::access::{Caller, Owners, Role};
-use crate::intake::{Faults, PageRequest, token};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
-use crate::wire::{Deliveries, Delivery, DeliveryStatus, ProofOfDelivery, Recipient};
+use skyway_contract::{Deliveries, Delivery, DeliveryStatus, ProofOfDelivery, Recipient};
+use skyway_registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use skyway_service::access::{Caller, Owners, Role};
+use skyway_service::intake::{Faults, PageRequest, token};
+use skyway_service::refusal::{Code, Refusal};
 
 const WHAT: &str = "delivery";
 /// The longest reference to a photo, in bytes.

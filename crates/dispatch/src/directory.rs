@@ -10,13 +10,13 @@ mod services;
 
 use super::Dispatch;
 use super::records::{Kept, absent, fresh, text};
-use crate::access::{Caller, Owners, Role, TENANT_BYTES_MAX, is_tenant};
-use crate::intake::{Expected, Faults, PageRequest, token};
-use crate::network::Topology;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use skyway_engine::network::Topology;
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use skyway_service::access::{Caller, Owners, Role, TENANT_BYTES_MAX, is_tenant};
+use skyway_service::intake::{Expected, Faults, PageRequest, token};
+use skyway_service::refusal::{Code, Refusal};
 use std::pin::Pin;
 use std::sync::Arc;
 

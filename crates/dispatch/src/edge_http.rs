@@ -3,8 +3,8 @@
 use super::edges::{
     CalledOff, ComposedFlight, EdgeAddress, EdgeAnswer, EdgeClient, EdgeError, FlightRequest,
 };
-use crate::wire::{EndedAs, Plan, PlanState, Problem};
 use reqwest::{Client, ClientBuilder, Method, RequestBuilder, Response, StatusCode, Url};
+use skyway_contract::{EndedAs, Plan, PlanState, Problem};
 use std::sync::OnceLock;
 use std::time::Duration;
 

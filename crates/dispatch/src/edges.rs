@@ -3,8 +3,8 @@
 //! An edge decides; the registry never guesses. What it has refused is told apart from what it has not answered: then
 //! it is unknown whether it was done, and it is asked again under the same id.
 
-use crate::wire::{DeliveryRequest, EndedAs, Id, Plan, PlanState, ServiceStop};
 use jiff::Timestamp;
+use skyway_contract::{DeliveryRequest, EndedAs, Id, Plan, PlanState, ServiceStop};
 use std::fmt::Debug;
 use std::pin::Pin;
 use thiserror::Error;

@@ -4,11 +4,11 @@ use super::Dispatch;
 use super::records::{Kept, drone_state};
 use super::wanted::Wanted;
 use super::ways::Ways;
-use crate::network::NodeIx;
-use crate::refusal::Refusal;
-use crate::registry::documents::{DocumentKind, DocumentQuery};
-use crate::wire::{FleetDrone, FleetDroneState, PublishedService};
 use jiff::Timestamp;
+use skyway_contract::{FleetDrone, FleetDroneState, PublishedService};
+use skyway_engine::network::NodeIx;
+use skyway_registry::documents::{DocumentKind, DocumentQuery};
+use skyway_service::refusal::Refusal;
 use std::collections::BTreeSet;
 
 /// How many documents are read at once.

@@ -2,9 +2,9 @@
 
 use super::batch::Waiting;
 use super::fleet::{Candidate, LATE_MAX_S};
-use crate::market::hours::Hours;
-use crate::market::matching::{SPEED_MPS, way_s};
 use jiff::{SignedDuration, Timestamp};
+use skyway_market::hours::Hours;
+use skyway_market::matching::{SPEED_MPS, way_s};
 
 /// What waiting for a drone that flies counts at least, in seconds: it may be late.
 const UNSURE_S: f64 = 30.0;

@@ -40,17 +40,11 @@ pub use edges::{
 pub use positions::PositionsAsked;
 pub use webhooks::TaggedWebhook;
 
-use skyway_contract as wire;
-use skyway_engine::{network, routing};
-use skyway_market as market;
-use skyway_registry as registry;
-use skyway_service::{access, clock, intake, refusal};
-
-use crate::clock::Clock;
-use crate::registry::Registry;
-use crate::registry::documents::Documents;
 use edge_http::HttpEdges;
 use reliability::Measured;
+use skyway_registry::Registry;
+use skyway_registry::documents::Documents;
+use skyway_service::clock::Clock;
 use std::sync::Arc;
 use tokio::sync::Notify;
 use tokio_util::sync::CancellationToken;

@@ -3,9 +3,9 @@
 use super::Dispatch;
 use super::records::{Order, text};
 use super::webhooks::Telling;
-use crate::refusal::Refusal;
-use crate::registry::documents::Message;
 use serde_json::json;
+use skyway_registry::documents::Message;
+use skyway_service::refusal::Refusal;
 
 impl Dispatch {
     /// The messages that tell how an order stands since its last change; to be committed with that.

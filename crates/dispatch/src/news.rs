@@ -5,17 +5,17 @@
 
 use super::Dispatch;
 use super::records::{Asking, Kept, Order};
-use crate::intake::Faults;
-use crate::market::status::{Standing, Terms, fold};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{
-    Commit, Committed, Document, DocumentKind, FailureRow, Message, NewsMark,
-};
-use crate::wire::{
+use jiff::Timestamp;
+use skyway_contract::{
     DeliveryStatus, EdgeNews, EndedAs, FailureNews, FleetDrone, FlightNews, NewsEntry, NewsTaken,
     PlanState, ProofOfDelivery, RecomposedFlight,
 };
-use jiff::Timestamp;
+use skyway_market::status::{Standing, Terms, fold};
+use skyway_registry::documents::{
+    Commit, Committed, Document, DocumentKind, FailureRow, Message, NewsMark,
+};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

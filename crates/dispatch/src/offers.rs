@@ -4,15 +4,15 @@ use super::Dispatch;
 use super::fleet::{AT_ONCE, Demand};
 use super::records::Kept;
 use super::wanted::{Stated, Wanted};
-use crate::market::area::Area;
-use crate::market::matching::{Fit, Misfit, Supply, fit};
-use crate::market::ranking::rank;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{DocumentKind, DocumentQuery};
-use crate::wire::{
+use skyway_contract::{
     FleetDrone, FleetDroneState, PassedOver, Provider, ProviderState, PublishedService,
     ServiceOffer, ServiceOffers, ServiceSearch,
 };
+use skyway_market::area::Area;
+use skyway_market::matching::{Fit, Misfit, Supply, fit};
+use skyway_market::ranking::rank;
+use skyway_registry::documents::{DocumentKind, DocumentQuery};
+use skyway_service::refusal::{Code, Refusal};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
@@ -281,7 +281,7 @@ fn offer(id: &str, service: &PublishedService, fit: Fit, drones: u32) -> Service
 
 /// That nothing is offered, and why.
 pub(super) fn no_offer(passed_over: &[PassedOver]) -> Refusal {
-    let faults = passed_over.iter().map(|passed| crate::wire::Fault {
+    let faults = passed_over.iter().map(|passed| skyway_contract::Fault {
         code: passed.code.clone(),
         pointer: format!("/services/{}", passed.service_id),
         message: passed.text.clone(),

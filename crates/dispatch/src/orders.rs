@@ -6,16 +6,16 @@ use super::quotes::{ACCEPTED, forbidden};
 use super::records::{Kept, Order, Progress, absent, fresh, text, timed_id};
 use super::views::{Eyes, view};
 use super::wanted::Stated;
-use crate::access::{Caller, is_tenant};
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, DocumentKind};
-use crate::registry::store::{KeptReply, ReplyKey};
-use crate::registry::{Reply, WriteOptions};
-use crate::wire::{
+use jiff::Timestamp;
+use skyway_contract::{
     Delivery, DeliveryOrder, DeliveryStatus, Id, Money, PublishedService, Quote, Recipient,
 };
-use jiff::Timestamp;
+use skyway_registry::documents::{Commit, Committed, DocumentKind};
+use skyway_registry::store::{KeptReply, ReplyKey};
+use skyway_registry::{Reply, WriteOptions};
+use skyway_service::access::{Caller, is_tenant};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 
 /// How often something is decided anew because others got in between.
 pub(super) const DECISIONS: u32 = 16;

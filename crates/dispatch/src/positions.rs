@@ -1,12 +1,14 @@
 //! Where drones were: taken from edges, read by those whose drones they are, and dropped after a month.
 
 use super::Dispatch;
-use crate::access::Caller;
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::PositionRow;
-use crate::wire::{FleetPosition, PositionBatch, PositionEntry, PositionHistory, PositionsTaken};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{
+    FleetPosition, PositionBatch, PositionEntry, PositionHistory, PositionsTaken,
+};
+use skyway_registry::documents::PositionRow;
+use skyway_service::access::Caller;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 use std::time::Duration;
 

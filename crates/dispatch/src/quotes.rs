@@ -6,13 +6,13 @@ use super::fleet::Demand;
 use super::offers::{Availability, Sellers, no_offer};
 use super::records::{Kept, absent, fresh, text, timed_id};
 use super::wanted::{START_AHEAD_MAX, Stated, Wanted};
-use crate::access::{Caller, Owners};
-use crate::market::matching::{Misfit, SPEED_MPS};
-use crate::market::tariff::{Carriage, price};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, Document, DocumentKind};
-use crate::wire::{FleetDrone, FleetDroneState, Money, PublishedService, Quote, QuoteRequest};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{FleetDrone, FleetDroneState, Money, PublishedService, Quote, QuoteRequest};
+use skyway_market::matching::{Misfit, SPEED_MPS};
+use skyway_market::tariff::{Carriage, price};
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind};
+use skyway_service::access::{Caller, Owners};
+use skyway_service::refusal::{Code, Refusal};
 
 /// How long a quote holds: as long as the edge's own.
 const HOLDS_FOR: SignedDuration = SignedDuration::from_mins(5);

@@ -2,8 +2,8 @@
 
 use super::Dispatch;
 use super::edges::EdgeAddress;
-use crate::refusal::{Code, Refusal};
 use jiff::SignedDuration;
+use skyway_service::refusal::{Code, Refusal};
 
 /// An edge that was heard within this time is asked before others.
 const HEARD_WITHIN: SignedDuration = SignedDuration::from_secs(60);

@@ -1,12 +1,12 @@
 //! What documents of the market hold: read from the store, changed, and written back.
 
 use super::pace::pause_ms;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Document, DocumentKind, Seen};
-use crate::wire::{Delivery, DeliveryChange, DeliveryStatus, FleetDrone, FleetDroneState};
 use jiff::{SignedDuration, Timestamp};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use skyway_contract::{Delivery, DeliveryChange, DeliveryStatus, FleetDrone, FleetDroneState};
+use skyway_registry::documents::{Document, DocumentKind, Seen};
+use skyway_service::refusal::{Code, Refusal};
 
 /// The most changes of status that are kept of a delivery; of more, the oldest after the first go.
 const HISTORY_MAX: usize = 200;

@@ -1,10 +1,10 @@
 //! How reliable services are, as measured: the share of their deliveries that came in time.
 
 use super::Dispatch;
-use crate::access::Caller;
-use crate::refusal::Refusal;
-use crate::wire::Share;
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::Share;
+use skyway_service::access::Caller;
+use skyway_service::refusal::Refusal;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -11,9 +11,9 @@ use super::orders::{DECISIONS, contended};
 use super::pace::pause_ms;
 use super::quotes::departure;
 use super::records::{Asking, Kept, Order};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{DeliveryStatus, FleetDroneState, PlanState};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{DeliveryStatus, FleetDroneState, PlanState};
+use skyway_service::refusal::{Code, Refusal};
 
 /// For how long an edge is asked to take a flight on.
 const ASKED_FOR: SignedDuration = SignedDuration::from_mins(10);

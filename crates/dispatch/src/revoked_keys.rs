@@ -3,11 +3,11 @@
 use super::Dispatch;
 use super::directory::contended;
 use super::records::{Kept, absent, fresh, text};
-use crate::access::Caller;
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
-use crate::wire::{KeyRevocation, RevokedKey, RevokedKeys};
+use skyway_contract::{KeyRevocation, RevokedKey, RevokedKeys};
+use skyway_registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use skyway_service::access::Caller;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 
 /// The most of them: a list that every edge can be told at once.
 const REVOKED_MAX: u64 = 1_000;

@@ -3,16 +3,16 @@
 use super::Dispatch;
 use super::positions::shifted;
 use super::records::Kept;
-use crate::access::{Caller, Role};
-use crate::intake::Faults;
-use crate::market::{poisson_interval, wilson};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{DocumentKind, DocumentQuery, FailureCount};
-use crate::wire::{
+use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{
     Delivery, DeliveryStatus, FailureRate, FailureType, Lateness, NetworkStatistics,
     PublishedService,
 };
-use jiff::{SignedDuration, Timestamp};
+use skyway_market::{poisson_interval, wilson};
+use skyway_registry::documents::{DocumentKind, DocumentQuery, FailureCount};
+use skyway_service::access::{Caller, Role};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 
 /// The most failure rates that are told.

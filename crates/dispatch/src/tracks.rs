@@ -1,10 +1,10 @@
 //! What a customer sees of a flight while it is flown: how it stands, when it is expected, and where its drone is.
 
 use super::Dispatch;
-use crate::access::Caller;
-use crate::refusal::Refusal;
-use crate::wire::{DeliveryStatus, DeliveryTrack, FleetPosition};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{DeliveryStatus, DeliveryTrack, FleetPosition};
+use skyway_service::access::Caller;
+use skyway_service::refusal::Refusal;
 
 /// How old a position may be that is told as the last.
 const RECENT: SignedDuration = SignedDuration::from_secs(60);

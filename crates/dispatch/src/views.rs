@@ -1,8 +1,8 @@
 //! What of a delivery is told to whom.
 
 use super::records::{Asking, Order};
-use crate::access::{Caller, Role};
-use crate::wire::{Delivery, Recipient};
+use skyway_contract::{Delivery, Recipient};
+use skyway_service::access::{Caller, Role};
 
 /// With whose eyes a delivery is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use super::Dispatch;
 use super::ways::{Errand, Ways};
-use crate::intake::Faults;
-use crate::market::matching::Sought;
-use crate::market::money::is_currency;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{Id, Money};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{Id, Money};
+use skyway_market::matching::Sought;
+use skyway_market::money::is_currency;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// The heaviest payload, in kilograms; more is a slip of units.

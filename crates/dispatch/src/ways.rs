@@ -1,9 +1,9 @@
 //! How far it is over a network that the registry has: shortest ways on open skies. What is closed, edges know.
 
 use super::Dispatch;
-use crate::network::{NodeIx, Topology};
-use crate::refusal::{Code, Refusal};
-use crate::routing::{ClosureEpoch, DestinationTree, Searcher, TreeCache};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::routing::{ClosureEpoch, DestinationTree, Searcher, TreeCache};
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 

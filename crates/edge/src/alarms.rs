@@ -5,10 +5,10 @@ use super::commands::{Command, Done, unexpected};
 use super::entries::{AlarmDraft, AlarmEntry};
 use super::views;
 use super::views::{alarm_id, alarm_view};
-use crate::access::Caller;
-use crate::intake::{PageRequest, token};
-use crate::refusal::Refusal;
-use crate::wire::{self, AlarmKind};
+use skyway_contract::{self as wire, AlarmKind};
+use skyway_service::access::Caller;
+use skyway_service::intake::{PageRequest, token};
+use skyway_service::refusal::Refusal;
 use std::ops::Bound;
 use std::sync::Arc;
 

@@ -6,16 +6,16 @@ use super::records::AnswerRecord;
 use super::standing::Staleness;
 use super::stored_answer::StoredAnswer;
 use super::words::hex;
-use crate::access::{Caller, Role};
-use crate::airspace::Airspace;
-use crate::flight::FailureType;
-use crate::formats::{IntoTerm, read_flight_question, recorded_question, write_certificate};
-use crate::intake::{PageRequest, token};
-use crate::network::Topology;
-use crate::recompose::{Request, Scratch, Strategy, World, certify};
-use crate::refusal::{Code, Refusal};
-use crate::wire;
 use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::flight::FailureType;
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::{Request, Scratch, Strategy, World, certify};
+use skyway_formats::{IntoTerm, read_flight_question, recorded_question, write_certificate};
+use skyway_service::access::{Caller, Role};
+use skyway_service::intake::{PageRequest, token};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// An answer to a failure report.

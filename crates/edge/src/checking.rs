@@ -7,12 +7,12 @@ use super::plan_ways::PlanWays;
 use super::planner::Answer;
 use super::recomposing::{Case, Recomposed};
 use super::snapshot::Snapshot;
-use crate::checked::{self, FallenBackTo, Known};
-use crate::checker::Fault;
-use crate::flight::FailureType;
-use crate::formats::ReadWarning;
-use crate::wire::EventKind;
 use jiff::Timestamp;
+use skyway_contract::EventKind;
+use skyway_engine::checked::{self, FallenBackTo, Known};
+use skyway_engine::checker::Fault;
+use skyway_engine::flight::FailureType;
+use skyway_formats::ReadWarning;
 use std::sync::Arc;
 
 impl Edge {

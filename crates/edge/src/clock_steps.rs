@@ -3,11 +3,11 @@
 use super::Edge;
 use super::commands::{Command, Done, unexpected};
 use super::words;
-use crate::access::Caller;
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{self, ClockKind};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{self as wire, ClockKind};
+use skyway_service::access::Caller;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// A client moves the clock on by no more than this at once.

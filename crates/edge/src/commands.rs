@@ -10,15 +10,15 @@ use super::planner::Version;
 use super::reporter::author;
 use super::sync::followed::RegistryDelta;
 use super::upstream::Upstream;
-use crate::access::Caller;
-use crate::airspace::Closure;
-use crate::geo::Point;
-use crate::intake::Expected;
-use crate::network::Topology;
-use crate::refusal::{Code, Refusal};
 use crate::state::import::{FeedChanges, FeedUpdate};
-use crate::wire::{Author, EndedAs, FailureNews};
 use jiff::Timestamp;
+use skyway_contract::{Author, EndedAs, FailureNews};
+use skyway_engine::airspace::Closure;
+use skyway_engine::geo::Point;
+use skyway_engine::network::Topology;
+use skyway_service::access::Caller;
+use skyway_service::intake::Expected;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// What an operator decides.

@@ -10,10 +10,10 @@ use super::drones::{Drones, Flown, Rest, Sighting};
 use super::plan_entry::PlanEntry;
 use super::progress::{self, spot_on};
 use super::snapshot::Snapshot;
-use crate::network::{NodeIx, Topology};
 use crate::state::ends::LANDED_WITHIN_M;
-use crate::wire::PlanState;
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::PlanState;
+use skyway_engine::network::{NodeIx, Topology};
 use std::sync::Arc;
 
 /// What is farther off its way, in metres, says nothing of how far a drone has come.

@@ -4,11 +4,11 @@ use super::Edge;
 use super::commands::unexpected;
 use super::commands::{Command, Decision, Done};
 use super::views;
-use crate::access::Caller;
-use crate::intake::{Page, PageRequest, token};
-use crate::refusal::Refusal;
-use crate::wire;
 use imbl::OrdMap;
+use skyway_contract as wire;
+use skyway_service::access::Caller;
+use skyway_service::intake::{Page, PageRequest, token};
+use skyway_service::refusal::Refusal;
 use std::ops::Bound;
 use std::sync::Arc;
 

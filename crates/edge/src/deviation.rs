@@ -6,11 +6,11 @@ use super::plan_entry::PlanEntry;
 use super::planner::{Planner, Version};
 use super::progress::{Known, ON_NODE_M, legs_at, spot_on};
 use super::stretches::fraction_of;
-use crate::compose::Leg;
-use crate::flight::LegCourse;
-use crate::geo::{AltitudeReference, Point};
-use crate::network::{NodeIx, Topology};
 use jiff::Timestamp;
+use skyway_engine::compose::Leg;
+use skyway_engine::flight::LegCourse;
+use skyway_engine::geo::{AltitudeReference, Point};
+use skyway_engine::network::{NodeIx, Topology};
 
 /// So far from its way a drone may be, in metres over ground.
 const LATERAL_M: f64 = 30.0;

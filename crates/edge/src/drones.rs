@@ -1,8 +1,8 @@
 //! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
 
 use super::agreement::{Agreement, Conformance, Deviation};
-use crate::geo::{AltitudeReference, Frame, Point};
 use jiff::{SignedDuration, Timestamp};
+use skyway_engine::geo::{AltitudeReference, Frame, Point};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};

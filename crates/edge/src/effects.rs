@@ -4,9 +4,9 @@ use super::fleet::Detour;
 use super::snapshot::Snapshot;
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
 use super::words::{instant, node_ids, segment_ids};
-use crate::airspace::{Airspace, Closure};
-use crate::formats::miss_hint;
-use crate::wire;
+use skyway_contract as wire;
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_formats::miss_hint;
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -1,11 +1,11 @@
 //! What an edge keeps beside its airspace: zones and closures with their versions, and what waits for an operator.
 
 use super::upstream::Upstream;
-use crate::access::Role;
-use crate::airspace::{Closure, Window, Zone};
-use crate::flight::FailureType;
-use crate::wire::{self, AlarmKind, Fault};
 use jiff::Timestamp;
+use skyway_contract::{self as wire, AlarmKind, Fault};
+use skyway_engine::airspace::{Closure, Window, Zone};
+use skyway_engine::flight::FailureType;
+use skyway_service::access::Role;
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -4,10 +4,10 @@
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
 
 use super::background::give_way;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{self, ClockKind, EventKind};
 use jiff::Timestamp;
 use serde_json::Value;
+use skyway_contract::{self as wire, ClockKind, EventKind};
+use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::pin::Pin;

@@ -2,10 +2,10 @@
 //! the registry is away.
 
 use super::Edge;
-use crate::access::Caller;
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{FailureRate, FailureRates, NetworkStatistics};
+use skyway_contract::{FailureRate, FailureRates, NetworkStatistics};
+use skyway_service::access::Caller;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// The most rates that are kept; the most frequent come first.

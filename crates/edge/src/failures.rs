@@ -20,15 +20,15 @@ use super::store::Entry;
 use super::stored_answer::StoredAnswer;
 use super::stretches::Stretch;
 use super::traces;
-use crate::access::Caller;
-use crate::formats::{
+use jiff::Timestamp;
+use skyway_contract::{self as wire, AlarmKind};
+use skyway_engine::recompose::Outcome;
+use skyway_formats::{
     IntoTerm, Known, KnownPlan, ParsedReport, ReadWarning, ReportProblem, ResolvedReport, Unplaced,
     bounded, resolve_report,
 };
-use crate::recompose::Outcome;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{self, AlarmKind};
-use jiff::Timestamp;
+use skyway_service::access::Caller;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// Reports with longer ids are answered as if they had none.

@@ -6,14 +6,14 @@ use super::planner::{Answer, Planner, Scene, occupation};
 use super::progress::{Progress, ahead, leg_ahead, whole};
 use super::snapshot::Snapshot;
 use super::stops::onward;
-use crate::compose::{Conflict, conflicts};
-use crate::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
-use crate::geo::Point;
-use crate::network::Topology;
-use crate::recompose::{Outcome, Request};
-use crate::routing::Path;
 use jiff::Timestamp;
 use serde_json::Value;
+use skyway_engine::compose::{Conflict, conflicts};
+use skyway_engine::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
+use skyway_engine::geo::Point;
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::{Outcome, Request};
+use skyway_engine::routing::Path;
 use std::sync::Arc;
 
 /// What a plan's drone is told when something ahead has closed.
@@ -56,7 +56,7 @@ impl Detour {
     /// The least bad way, where there is no other.
     pub(super) fn unsafe_way(&self, topology: &Topology) -> Option<Value> {
         let way = self.answer.told().unsafe_way.as_ref()?;
-        serde_json::to_value(crate::formats::unsafe_way(topology, way)).ok()
+        serde_json::to_value(skyway_formats::unsafe_way(topology, way)).ok()
     }
 
     /// The way that it is to take; without nodes where there is none.

@@ -2,11 +2,11 @@
 
 use super::entries::AlarmDraft;
 use super::words;
-use crate::checked::Case;
-use crate::network::Topology;
-use crate::wire::{self, AlarmKind};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
+use skyway_contract::{self as wire, AlarmKind};
+use skyway_engine::checked::Case;
+use skyway_engine::network::Topology;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};

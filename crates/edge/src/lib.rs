@@ -84,9 +84,6 @@ mod writer;
 mod zone_import;
 mod zones;
 
-pub use crate::access::{Caller, Role};
-pub use crate::intake::PageRequest;
-pub use crate::refusal::{Code, Refusal};
 pub use alarms::AlarmFilter;
 pub use answered::{FullRecord, ReportResponse};
 pub use background::Background;
@@ -100,6 +97,9 @@ pub use plans::PlanFilter;
 pub use replies::Idempotency;
 pub use sessions::Session;
 pub use settings::{ClosureLives, FlightSettings, Settings};
+pub use skyway_service::access::{Caller, Role};
+pub use skyway_service::intake::PageRequest;
+pub use skyway_service::refusal::{Code, Refusal};
 pub use snapshot::Snapshot;
 pub use status::Status;
 pub use store::{
@@ -112,19 +112,6 @@ pub use writer::WriterStep;
 pub use zone_import::{FEED_BYTES_MAX, FeedImport};
 pub use zones::ZoneWrite;
 
-use skyway_contract as wire;
-use skyway_engine::{
-    airspace, checked, checker, compose, delivery, flight, geo, itinerary, network, recompose,
-    routing,
-};
-use skyway_formats as formats;
-use skyway_pack as pack;
-use skyway_planted as planted;
-use skyway_service::{access, clock, config, intake, refusal};
-
-use crate::clock::Clock;
-use crate::config::PackKeys;
-use crate::network::Topology;
 use answered_lately::OffPlan;
 use arc_swap::{ArcSwap, ArcSwapOption};
 use background::{SearchTurns, Turns, in_place};
@@ -140,6 +127,10 @@ use planner::Planner;
 use positions::Positions;
 use records::Records;
 use replies::{ReportReplies, WriteReplies};
+use skyway_contract as wire;
+use skyway_engine::network::Topology;
+use skyway_service::clock::Clock;
+use skyway_service::config::PackKeys;
 
 use standing::Staleness;
 use std::borrow::Cow;

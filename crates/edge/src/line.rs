@@ -6,9 +6,9 @@
 
 use super::mailbox::MailEntry;
 use super::snapshot::Snapshot;
-use crate::wire::{self, ClockKind};
 use arc_swap::ArcSwap;
 use imbl::ordmap::DiffItem;
+use skyway_contract::{self as wire, ClockKind};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Poll, Waker};

@@ -2,7 +2,7 @@
 
 use super::Edge;
 use super::line::{Line, Next};
-use crate::wire;
+use skyway_contract as wire;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};

@@ -4,9 +4,9 @@
 //! stays in its order. Messages refer to versions by their numbers, and are written out when they are told.
 
 use super::plan_entry::PlanEntry;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{AlarmKind, EndedAs, MessageKind};
 use jiff::Timestamp;
+use skyway_contract::{AlarmKind, EndedAs, MessageKind};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// What the drone of a plan is told to do where it has no way. It is never ordered to land.

@@ -1,9 +1,9 @@
 //! The network as text, written once.
 
 use super::words::{hex, node_id};
-use crate::network::Topology;
-use crate::wire;
 use bytes::Bytes;
+use skyway_contract as wire;
+use skyway_engine::network::Topology;
 use std::borrow::Cow;
 
 /// The network as text, written once.

@@ -5,10 +5,10 @@
 
 use super::network_documents::NetworkDocuments;
 use super::snapshot::Snapshot;
-use crate::airspace::{Closure, ZoneFault};
-use crate::network::{Correspondence, Topology};
-use crate::refusal::{Code, Refusal};
 use bytes::Bytes;
+use skyway_engine::airspace::{Closure, ZoneFault};
+use skyway_engine::network::{Correspondence, Topology};
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Weak};
 

@@ -5,8 +5,8 @@
 //! end.
 
 use super::plan_entry::PlanEntry;
-use crate::wire::NewsEntry;
 use imbl::OrdMap;
+use skyway_contract::NewsEntry;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -121,7 +121,7 @@ impl News {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::{FailureNews, FailureType, FlightNews, PlanState};
+    use skyway_contract::{FailureNews, FailureType, FlightNews, PlanState};
 
     fn entry(number: u64) -> NewsEntry {
         NewsEntry {

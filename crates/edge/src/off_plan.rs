@@ -8,10 +8,10 @@ use super::planner::Concern;
 use super::progress;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
-use crate::access::Caller;
-use crate::formats::ParsedReport;
-use crate::wire;
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract as wire;
+use skyway_formats::ParsedReport;
+use skyway_service::access::Caller;
 use std::sync::Arc;
 
 /// So often the drone of a plan is answered at most that is early, late or short of battery.

@@ -24,13 +24,13 @@ use super::store::{
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
 use super::writer::{Unanswered, Watch, WaveState, WhenIdle, Writer, WriterLoop, WriterStep};
-use crate::clock::Clock;
-use crate::config::PackKeys;
-use crate::network::Topology;
-use crate::wire::ClockKind;
 use arc_swap::{ArcSwap, ArcSwapOption};
 use bytes::Bytes;
 use jiff::Timestamp;
+use skyway_contract::ClockKind;
+use skyway_engine::network::Topology;
+use skyway_service::clock::Clock;
+use skyway_service::config::PackKeys;
 use std::io;
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};

@@ -3,14 +3,14 @@
 
 use super::planner::{DetourEnd, FlownVersion, Version, later};
 use super::snapshot::Snapshot;
-use crate::airspace::{Airspace, Closure};
-use crate::flight::{LegCourse, StopKind, crossing_height};
-use crate::geo::{AltitudeReference, total_m};
-use crate::network::{NodeIx, SegmentIx, Topology};
-use crate::pack::write::{Contingency, DraftHop, DraftWay};
-use crate::pack::{Node, State, Stop};
-use crate::recompose::Outcome;
 use jiff::Timestamp;
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_engine::flight::{LegCourse, StopKind, crossing_height};
+use skyway_engine::geo::{AltitudeReference, total_m};
+use skyway_engine::network::{NodeIx, SegmentIx, Topology};
+use skyway_engine::recompose::Outcome;
+use skyway_pack::write::{Contingency, DraftHop, DraftWay};
+use skyway_pack::{Node, State, Stop};
 use std::sync::Arc;
 
 /// By so much, in seconds, and this part of the flight, windows are taken to be wider, as the times of a contingency are those of
@@ -41,7 +41,10 @@ impl<'a> Closing<'a> {
             closures.filter(|(closure, in_force)| !in_force && !closure.windows.is_empty());
         let departs_at = version.departs_at;
         let ended = |closure: &&Arc<Closure>| {
-            let mut ends = closure.windows.iter().map(crate::airspace::Window::until);
+            let mut ends = closure
+                .windows
+                .iter()
+                .map(skyway_engine::airspace::Window::until);
             ends.all(|end| end.is_some_and(|end| end < departs_at.min(airspace.as_of())))
         };
         Self {

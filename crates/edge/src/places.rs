@@ -10,8 +10,8 @@ use super::drones::{Doubt, Sighting};
 use super::plan_entry::PlanEntry;
 use super::progress;
 use super::snapshot::Snapshot;
-use crate::flight::{ImpossiblePlace, LastPlace, check_place};
-use crate::network::Topology;
+use skyway_engine::flight::{ImpossiblePlace, LastPlace, check_place};
+use skyway_engine::network::Topology;
 use std::fmt;
 use std::sync::Arc;
 

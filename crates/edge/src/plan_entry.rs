@@ -2,9 +2,9 @@
 
 use super::planner::{FlightOrder, Version};
 use super::stretches::Stretch;
-use crate::network::NodeIx;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::network::NodeIx;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -14,10 +14,10 @@ use super::plans::own_plan;
 use super::replies::Idempotency;
 use super::snapshot::Snapshot;
 use super::telemetry::place_of;
-use crate::access::{Caller, Role};
-use crate::refusal::Refusal;
 use crate::state::ends::{LANDED_WITHIN_M, landed_as};
-use crate::wire::{self, EndedAs, Place};
+use skyway_contract::{self as wire, EndedAs, Place};
+use skyway_service::access::{Caller, Role};
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// Where a drone says that it is.

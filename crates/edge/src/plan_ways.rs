@@ -1,10 +1,10 @@
 //! What a plan has beside the search, for an answer that does not pass.
 
 use super::plan_entry::PlanEntry;
-use crate::checked::Alternatives;
-use crate::compose::Contingency;
-use crate::flight::FailureReport;
-use crate::network::NodeIx;
+use skyway_engine::checked::Alternatives;
+use skyway_engine::compose::Contingency;
+use skyway_engine::flight::FailureReport;
+use skyway_engine::network::NodeIx;
 
 /// The ways that a plan has beside the search, from the start of the leg that its drone is on.
 #[derive(Default)]

@@ -3,7 +3,7 @@
 //! The path of telemetry only appends. Where there are too many, every second position of each drone in the older half
 //! goes, so that a long time without a registry leaves fewer positions and no hole.
 
-use crate::wire::{PositionBatch, PositionEntry};
+use skyway_contract::{PositionBatch, PositionEntry};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -4,12 +4,12 @@ use super::drones::{Drones, Sighting};
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::stretches::{Stretch, fraction_of};
-use crate::airspace::{Airspace, Closure};
-use crate::compose::{Composition, Leg};
-use crate::flight::{Location, check_place};
-use crate::geo::{Point, total_m};
-use crate::network::{NodeIx, Topology};
 use jiff::Timestamp;
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_engine::compose::{Composition, Leg};
+use skyway_engine::flight::{Location, check_place};
+use skyway_engine::geo::{Point, total_m};
+use skyway_engine::network::{NodeIx, Topology};
 
 /// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
 const BACK_M: f64 = 15.0;

@@ -5,14 +5,14 @@ use super::entries::ClosureEntry;
 use super::entries::windows;
 use super::upstream::Upstream;
 use super::words;
-use crate::airspace::{Cause, Closure, Zone};
-use crate::flight::FailureType;
-use crate::formats::{ZoneId, zone_to_feature};
-use crate::intake::{ClosureIds, read_closure, read_weather, read_zone};
-use crate::network::Topology;
-use crate::refusal::Refusal;
-use crate::wire::{ClosureDraft, ObjectKind, PublishedCause, PublishedClosure, Weather};
 use jiff::Timestamp;
+use skyway_contract::{ClosureDraft, ObjectKind, PublishedCause, PublishedClosure, Weather};
+use skyway_engine::airspace::{Cause, Closure, Zone};
+use skyway_engine::flight::FailureType;
+use skyway_engine::network::Topology;
+use skyway_formats::{ZoneId, zone_to_feature};
+use skyway_service::intake::{ClosureIds, read_closure, read_weather, read_zone};
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// A zone or a closure that a registry has, worked out on a topology.

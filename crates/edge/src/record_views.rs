@@ -6,12 +6,12 @@ use super::standing::Staleness;
 use super::store::ReportReply;
 use super::views;
 use super::words::{self, hex};
-use crate::airspace::{Cause, Closure};
-use crate::flight::{FailureType, Location};
-use crate::formats::{answer, settled_report, zone_to_feature};
-use crate::network::Topology;
-use crate::wire;
 use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::airspace::{Cause, Closure};
+use skyway_engine::flight::{FailureType, Location};
+use skyway_engine::network::Topology;
+use skyway_formats::{answer, settled_report, zone_to_feature};
 use std::borrow::Cow;
 
 /// An answer as it is sent, borrowing what it can.

@@ -2,12 +2,12 @@
 
 use super::planner::{Answer, Version};
 use super::snapshot::Snapshot;
-use crate::airspace::Airspace;
-use crate::checked::Case;
-use crate::formats::{ReadWarning, ResolvedReport};
-use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::checked::Case;
+use skyway_formats::{ReadWarning, ResolvedReport};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -1,7 +1,7 @@
 //! The plans whose drones are to be answered, in the order in which that is done.
 
-use crate::airspace::Closure;
 use jiff::Timestamp;
+use skyway_engine::airspace::Closure;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

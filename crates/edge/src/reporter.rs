@@ -1,9 +1,9 @@
 //! Whose a report is: the drone or caller it counts for, and the plans its sender may speak for.
 
 use super::plan_entry::PlanEntry;
-use crate::access::{Caller, Role};
-use crate::formats::ReadWarning;
-use crate::wire;
+use skyway_contract as wire;
+use skyway_formats::ReadWarning;
+use skyway_service::access::{Caller, Role};
 use std::sync::Arc;
 
 /// Who a report is counted for: its drone where the caller may speak for it, else the caller.

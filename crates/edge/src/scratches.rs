@@ -1,7 +1,7 @@
 //! Scratch memory for searches, one for each that runs at the same time, used again and again.
 
-use crate::network::Topology;
-use crate::recompose::Scratch;
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::Scratch;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The most that are kept unused.

@@ -9,10 +9,10 @@ use super::plan_entry::{FlownFor, PlanEntry};
 use super::planner::{Version, later};
 use super::progress::{Known, Progress};
 use super::stops::onward;
-use crate::flight::{ServiceStop, Stop};
-use crate::network::{NodeIx, Topology};
-use crate::wire::EndedAs;
 use jiff::Timestamp;
+use skyway_contract::EndedAs;
+use skyway_engine::flight::{ServiceStop, Stop};
+use skyway_engine::network::{NodeIx, Topology};
 use std::sync::Arc;
 
 /// So near to the node of a stop, in metres, a drone is at it.

@@ -1,11 +1,11 @@
 //! The bounds and lives that the edge works with, already checked.
 
 use super::plan_entry::PRIORITY;
-use crate::airspace::DEFAULT_MARGIN_M;
-use crate::delivery::DEFAULT_REFUGE_STAY_S;
-use crate::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
-use crate::itinerary::{Limits, Objective};
 use jiff::SignedDuration;
+use skyway_engine::airspace::DEFAULT_MARGIN_M;
+use skyway_engine::delivery::DEFAULT_REFUGE_STAY_S;
+use skyway_engine::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
+use skyway_engine::itinerary::{Limits, Objective};
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -12,12 +12,12 @@ use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{Own, Scene, Traffic};
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor};
-use crate::airspace::Airspace;
-use crate::itinerary::Occupancy;
-use crate::network::Topology;
-use crate::wire;
 use imbl::OrdMap;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::itinerary::Occupancy;
+use skyway_engine::network::Topology;
 use std::sync::Arc;
 
 /// The topology revision of the network that an edge starts with.

@@ -1,6 +1,6 @@
 //! How current an edge is.
 
-use crate::wire;
+use skyway_contract as wire;
 
 /// How current the edge was when it answered.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,8 +5,8 @@ use super::snapshot::Snapshot;
 use super::store::StoreStatus;
 use super::sync::SyncStatus;
 use super::words::NO_AIRFRAME;
-use crate::wire;
 use serde::Serialize;
+use skyway_contract as wire;
 
 /// How the edge stands: counts and bounds, no ids and no places.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -3,11 +3,11 @@
 use super::plan_entry::PlanEntry;
 use super::planner::Version;
 use super::progress::Progress;
-use crate::flight::{Location, ServiceStop, Stop};
-use crate::intake::Faults;
-use crate::network::{NodeIx, Topology};
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::flight::{Location, ServiceStop, Stop};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_service::intake::Faults;
 
 /// So near to a node, in metres, a drone may stand on its pad.
 const AT_NODE_M: f64 = 50.0;

@@ -9,13 +9,13 @@ use super::store::ReportReply;
 use super::validity::first_stretch_is_clear;
 use super::words;
 use super::words::hex;
-use crate::flight::Location;
-use crate::formats::IntoTerm;
-use crate::geo::Point;
-use crate::recompose::Strategy;
-use crate::routing::Path;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::flight::Location;
+use skyway_engine::geo::Point;
+use skyway_engine::recompose::Strategy;
+use skyway_engine::routing::Path;
+use skyway_formats::IntoTerm;
 use std::sync::Arc;
 
 /// An answer that was given.

@@ -1,12 +1,14 @@
 //! First stretches of versions: a drone that takes a version over begins on the leg that it was on, and that is a leg of the
 //! version like others, of which only a part is flown.
 
-use crate::airspace::{Airspace, Closure};
-use crate::compose::Occupation;
-use crate::flight::{FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
-use crate::geo::Point;
-use crate::network::{Correspondence, NodeIx, Topology};
-use crate::recompose::Recomposition;
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_engine::compose::Occupation;
+use skyway_engine::flight::{
+    FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg,
+};
+use skyway_engine::geo::Point;
+use skyway_engine::network::{Correspondence, NodeIx, Topology};
+use skyway_engine::recompose::Recomposition;
 
 /// How the drone of a version comes to its first node.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,11 +6,11 @@
 //! airspace is worked into all tables, which with many destinations takes as long as hundreds of answers.
 
 use super::background::{Background, begin_turn, give_way};
-use crate::airspace::Airspace;
-use crate::compose::prepare_table;
-use crate::network::{NodeIx, Topology};
-use crate::recompose::World;
-use crate::routing::{Searcher, TreeCache};
+use skyway_engine::airspace::Airspace;
+use skyway_engine::compose::prepare_table;
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::World;
+use skyway_engine::routing::{Searcher, TreeCache};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 

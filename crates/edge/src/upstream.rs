@@ -1,7 +1,7 @@
 //! What an edge knows of the registry that it follows, and what it has to tell it.
 
-use crate::wire::{ChangeOperation, ObjectKind};
 use jiff::Timestamp;
+use skyway_contract::{ChangeOperation, ObjectKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

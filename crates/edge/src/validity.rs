@@ -5,10 +5,10 @@ use super::progress;
 use super::records::AnswerRecord;
 use super::snapshot::Snapshot;
 use super::stretches::Stretch;
-use crate::airspace::Airspace;
-use crate::flight::Location;
-use crate::routing::Path;
 use jiff::Timestamp;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::flight::Location;
+use skyway_engine::routing::Path;
 
 /// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
 pub(super) fn still_holds(

@@ -12,15 +12,15 @@ use super::words::{
     NO_AIRFRAME, instant, node_id, node_ids, outcome, outcome_name, path, reference_name,
     segment_ids, text, warning,
 };
-use crate::airspace::{Cause, Closure};
-use crate::compose::{Composition, Contingency};
-use crate::flight::{LegCourse, Reentry};
-use crate::formats::{waypoint, zone_to_feature};
-use crate::network::Topology;
-use crate::recompose::Outcome;
-use crate::wire;
 use jiff::Timestamp;
 use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::airspace::{Cause, Closure};
+use skyway_engine::compose::{Composition, Contingency};
+use skyway_engine::flight::{LegCourse, Reentry};
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::Outcome;
+use skyway_formats::{waypoint, zone_to_feature};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -98,8 +98,8 @@ pub(super) fn closure_of_zone(
         reported_by: None,
         by: None,
         confirmed: true,
-        from: only.and_then(crate::airspace::Window::from),
-        until: only.and_then(crate::airspace::Window::until),
+        from: only.and_then(skyway_engine::airspace::Window::from),
+        until: only.and_then(skyway_engine::airspace::Window::until),
         upstream: None,
     };
     closure(snapshot, &as_closure, now)
@@ -252,7 +252,7 @@ pub(super) fn legs(
 }
 
 fn first_stretch(topology: &Topology, reentry: &Reentry) -> wire::FirstStretch<'static> {
-    let told = crate::formats::first_stretch(topology, reentry);
+    let told = skyway_formats::first_stretch(topology, reentry);
     wire::FirstStretch {
         kind: told.kind,
         from: told.from.map(wire::Id::into_owned),

@@ -4,10 +4,10 @@ use super::Edge;
 use super::commands::{Command, Done, unexpected};
 use super::snapshot::Snapshot;
 use super::words::weather_etag;
-use crate::access::Caller;
-use crate::intake::{Expected, read_weather};
-use crate::refusal::{Code, Refusal};
-use crate::wire;
+use skyway_contract as wire;
+use skyway_service::access::Caller;
+use skyway_service::intake::{Expected, read_weather};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 impl Edge {

@@ -1,12 +1,12 @@
 //! Ids, instants and outcomes in the words of the wire.
 
-use crate::geo::AltitudeReference;
-use crate::network::{NodeIx, SegmentIx, Topology};
-use crate::recompose::Outcome;
-use crate::routing::Path;
-use crate::wire;
 use jiff::Timestamp;
 use sha2::{Digest, Sha256};
+use skyway_contract as wire;
+use skyway_engine::geo::AltitudeReference;
+use skyway_engine::network::{NodeIx, SegmentIx, Topology};
+use skyway_engine::recompose::Outcome;
+use skyway_engine::routing::Path;
 use std::borrow::Cow;
 
 /// The airframe of an edge that plans by distance, in answers and settings.

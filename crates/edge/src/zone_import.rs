@@ -9,16 +9,16 @@ use super::fleet::Detour;
 use super::publication::hits_bytes;
 use super::snapshot::Snapshot;
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
-use crate::access::Caller;
-use crate::airspace::{Airspace, Change, Closure, Zone};
-use crate::formats::{
+use crate::state::import::{FeedChanges, FeedUpdate};
+use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{self as wire, Fault, ImportAction};
+use skyway_engine::airspace::{Airspace, Change, Closure, Zone};
+use skyway_engine::network::Topology;
+use skyway_formats::{
     FeedNote, FeedTerms, FeedZone, MAX_FEED_BYTES, ZoneCode, ZoneFeed, read_feed, zone_to_feature,
 };
-use crate::network::Topology;
-use crate::refusal::{Code, Refusal};
-use crate::state::import::{FeedChanges, FeedUpdate};
-use crate::wire::{self, Fault, ImportAction};
-use jiff::{SignedDuration, Timestamp};
+use skyway_service::access::Caller;
+use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -13,13 +13,13 @@ use super::replies::Idempotency;
 use super::snapshot::Snapshot;
 use super::state::check_expected;
 use super::views;
-use crate::access::Caller;
-use crate::airspace::{Change, Closure, Hits, Zone};
-use crate::formats::{ZoneId, write_ed318, zone_to_feature};
-use crate::intake::{Expected, PageRequest, read_zone, slice, token};
-use crate::refusal::{Code, Refusal};
-use crate::wire;
 use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::airspace::{Change, Closure, Hits, Zone};
+use skyway_formats::{ZoneId, write_ed318, zone_to_feature};
+use skyway_service::access::Caller;
+use skyway_service::intake::{Expected, PageRequest, read_zone, slice, token};
+use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -350,7 +350,7 @@ impl Edge {
         changes: &[Change],
         closures: &[Arc<Closure>],
         now: jiff::Timestamp,
-    ) -> (Arc<crate::airspace::Airspace>, Vec<Detour>) {
+    ) -> (Arc<skyway_engine::airspace::Airspace>, Vec<Detour>) {
         let airspace = Arc::new(snapshot.airspace.apply(changes, now));
         let closures: Vec<Arc<Closure>> = closures
             .iter()

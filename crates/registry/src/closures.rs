@@ -4,9 +4,9 @@ use super::Registry;
 use super::objects::{Put, made_id};
 use super::topologies::aside;
 use super::writes::{Decision, Intent, Reply, WriteOptions};
-use crate::intake::{ClosureIds, Faults, read_closure};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{ClosureDraft, ObjectKind, PublishedCause, PublishedClosure};
+use skyway_contract::{ClosureDraft, ObjectKind, PublishedCause, PublishedClosure};
+use skyway_service::intake::{ClosureIds, Faults, read_closure};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// The longest id of a drone, in bytes.

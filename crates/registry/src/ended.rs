@@ -3,9 +3,9 @@
 use super::Registry;
 use super::store::{Append, Expectation, KeptReply, NetworkState, NewChange, ObjectsQuery};
 use super::topologies::version_of;
-use crate::refusal::Refusal;
-use crate::wire::{ChangeOperation, LoggedChange, ObjectKind, PublishedClosure};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{ChangeOperation, LoggedChange, ObjectKind, PublishedClosure};
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// How long a closure stays after its end: edges whose clocks differ still end it by themselves.

@@ -2,10 +2,10 @@
 
 use super::Registry;
 use super::store::{ChangesQuery, ChangesRead, Version};
-use crate::intake::Faults;
-use crate::planted::{self, Bug};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangeOperation, ChangesPage};
+use skyway_contract::{ChangeOperation, ChangesPage};
+use skyway_planted::{self as planted, Bug};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::time::Duration;
 use tokio::time::Instant;
 

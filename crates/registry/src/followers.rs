@@ -5,10 +5,10 @@
 
 use super::Registry;
 use super::store::{EdgeHeard, StoreError};
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{EdgeReport, EdgeStatus, EdgeStatuses};
 use jiff::Timestamp;
+use skyway_contract::{EdgeReport, EdgeStatus, EdgeStatuses};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -35,18 +35,12 @@ pub use sqlite::SqlStore as SqliteStore;
 pub use status::Status;
 pub use writes::{Reply, WriteOptions};
 
-use skyway_contract as wire;
-use skyway_engine::network;
-use skyway_formats as formats;
-use skyway_planted as planted;
-use skyway_service::{clock, intake, refusal};
-
-use crate::clock::Clock;
-use crate::planted::Bug;
 use documents::Documents;
 use followers::Followers;
 use heads::Heads;
 use probes::Probes;
+use skyway_planted::{self as planted, Bug};
+use skyway_service::clock::Clock;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;

@@ -4,17 +4,17 @@ use super::Registry;
 use super::store::{Expectation, NewChange, ObjectsQuery, Version};
 use super::topologies::{Composed, Made, aside};
 use super::writes::{Decision, Intent, Reply, WriteOptions};
-use crate::formats::{
-    LoadError, ZoneId, fingerprint, patch_network, read_network, write_network, zone_from_feature,
-};
-use crate::intake::{Expected, Faults, network_refusal, network_rejected, read_weather};
-use crate::network::{NetworkDraft, Topology};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{
+use serde_json::Value;
+use skyway_contract::{
     ChangeOperation, LoggedChange, NetworkPatch, NetworkSummaries, NetworkSummary, ObjectKind,
     PublishedClosure,
 };
-use serde_json::Value;
+use skyway_engine::network::{NetworkDraft, Topology};
+use skyway_formats::{
+    LoadError, ZoneId, fingerprint, patch_network, read_network, write_network, zone_from_feature,
+};
+use skyway_service::intake::{Expected, Faults, network_refusal, network_rejected, read_weather};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// How many objects are looked at between two questions to the store.

@@ -5,11 +5,11 @@ use super::ended::is_over;
 use super::store::{Expectation, NetworkState, NewChange, ObjectsQuery, Version};
 use super::topologies::{aside, version_of};
 use super::writes::{Decision, Intent, Reply, WriteOptions};
-use crate::formats::{ZoneId, zone_to_feature};
-use crate::intake::{Expected, Faults, PageRequest, read_weather, read_zone, token};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangeOperation, ObjectKind, PublishedClosure, PublishedObjects, Weather};
 use serde_json::Value;
+use skyway_contract::{ChangeOperation, ObjectKind, PublishedClosure, PublishedObjects, Weather};
+use skyway_formats::{ZoneId, zone_to_feature};
+use skyway_service::intake::{Expected, Faults, PageRequest, read_weather, read_zone, token};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// An object as it is told. Ids of nodes are text, though older versions kept them as integers; the log, whose

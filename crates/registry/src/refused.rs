@@ -1,7 +1,7 @@
 //! What a store says, as a refusal for the caller.
 
 use super::store::StoreError;
-use crate::refusal::{Code, Refusal};
+use skyway_service::refusal::{Code, Refusal};
 
 /// When to try again after the store did not answer, in seconds.
 const RETRY_AFTER_S: u32 = 1;

@@ -3,9 +3,9 @@
 use super::Registry;
 use super::store::{ObjectsQuery, Version};
 use super::topologies::Composed;
-use crate::intake::{read_token, token};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{Fault, LoggedChange, ObjectKind, RegistrySnapshot, SnapshotObject};
+use skyway_contract::{Fault, LoggedChange, ObjectKind, RegistrySnapshot, SnapshotObject};
+use skyway_service::intake::{read_token, token};
+use skyway_service::refusal::{Code, Refusal};
 
 /// The most objects in a page.
 const OBJECTS_MAX: u64 = 2_000;

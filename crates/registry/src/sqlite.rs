@@ -53,7 +53,7 @@ mod upkeep;
 use super::sql::Trouble;
 use super::sql::schema::STEPS;
 use super::store::StoreError;
-use crate::intake::{StoreLook, look_at_store};
+use skyway_service::intake::{StoreLook, look_at_store};
 use sqlx::pool::{PoolConnection, PoolOptions};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteRow, SqliteSynchronous};
 use sqlx::{Connection as _, Pool, Sqlite, SqliteConnection, Transaction};

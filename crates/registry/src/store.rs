@@ -6,7 +6,7 @@
 //! decided: where one has moved since, nothing is written.
 
 use super::documents::Documents;
-use crate::wire::{ChangeOperation, LoggedChange, Nack, ObjectKind};
+use skyway_contract::{ChangeOperation, LoggedChange, Nack, ObjectKind};
 use std::fmt::Debug;
 use std::pin::Pin;
 use thiserror::Error;
@@ -54,13 +54,13 @@ pub enum StoreError {
         message: String,
     },
     /// Its file is there, and has nothing in it.
-    #[error("{name}: {}", crate::intake::EMPTY_STORE)]
+    #[error("{name}: {}", skyway_service::intake::EMPTY_STORE)]
     Empty {
         /// The name.
         name: String,
     },
     /// Its file is a database of something else.
-    #[error("{name}: {}", crate::intake::FOREIGN_STORE)]
+    #[error("{name}: {}", skyway_service::intake::FOREIGN_STORE)]
     Foreign {
         /// The name.
         name: String,

@@ -2,10 +2,10 @@
 
 use super::Registry;
 use super::store::{NetworkParts, NetworkState, StoreError, Version};
-use crate::formats::{fingerprint, patch_network, read_network, write_network};
-use crate::network::{NetworkDraft, Topology};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{ChangeOperation, LoggedChange, NetworkPatch};
+use skyway_contract::{ChangeOperation, LoggedChange, NetworkPatch};
+use skyway_engine::network::{NetworkDraft, Topology};
+use skyway_formats::{fingerprint, patch_network, read_network, write_network};
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::runtime::{Handle, RuntimeFlavor};

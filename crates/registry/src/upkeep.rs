@@ -2,7 +2,7 @@
 
 use super::Registry;
 use super::store::{Compaction, NetworkState};
-use crate::refusal::Refusal;
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;

@@ -5,10 +5,10 @@ use super::store::{
 };
 use super::topologies::{Made, aside};
 use super::{Registry, count};
-use crate::planted::{self, Bug};
-use crate::refusal::{Code, Refusal};
-use crate::wire::{NetworkPatch, ObjectKind, PublishedClosure, Weather, Written};
 use serde_json::Value;
+use skyway_contract::{NetworkPatch, ObjectKind, PublishedClosure, Weather, Written};
+use skyway_planted::{self as planted, Bug};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::{Arc, PoisonError};
 
 /// How often a write is decided anew because others got in between.

@@ -2,11 +2,11 @@
 
 use super::{CONTACT_BYTES_MAX, Checked, Entry, Place, check_name, check_repeated, tenant_named};
 use crate::Dispatch;
-use crate::access::{Caller, Role};
-use crate::intake::Faults;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::DocumentKind;
-use crate::wire::Customer;
+use skyway_contract::Customer;
+use skyway_registry::documents::DocumentKind;
+use skyway_service::access::{Caller, Role};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 
 impl Entry for Customer {
     const KIND: DocumentKind = DocumentKind::Customer;

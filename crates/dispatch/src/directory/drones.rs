@@ -5,12 +5,12 @@ use super::{
     tenant_before_colon,
 };
 use crate::Dispatch;
-use crate::access::Caller;
-use crate::intake::{Faults, PageRequest};
 use crate::records::drone_state;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::DocumentKind;
-use crate::wire::{FleetDrone, FleetDroneState};
+use skyway_contract::{FleetDrone, FleetDroneState};
+use skyway_registry::documents::DocumentKind;
+use skyway_service::access::Caller;
+use skyway_service::intake::{Faults, PageRequest};
+use skyway_service::refusal::{Code, Refusal};
 
 impl Entry for FleetDrone {
     const KIND: DocumentKind = DocumentKind::Drone;

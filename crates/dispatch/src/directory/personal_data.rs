@@ -5,14 +5,14 @@
 
 use super::{DECISIONS, contended, etag, seen};
 use crate::Dispatch;
-use crate::access::{Caller, Role, is_tenant};
-use crate::intake::{Expected, PageRequest};
 use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, text};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
-use crate::wire::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
 use serde::Deserialize;
 use serde_json::Value;
+use skyway_contract::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway_service::access::{Caller, Role, is_tenant};
+use skyway_service::intake::{Expected, PageRequest};
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

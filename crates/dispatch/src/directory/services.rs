@@ -5,15 +5,15 @@ use super::{
     tenant_before_colon,
 };
 use crate::Dispatch;
-use crate::access::{Caller, Role};
-use crate::intake::Faults;
-use crate::market::area::Area;
-use crate::market::hours::{Hours, HoursError};
-use crate::market::tariff::{self, TariffError};
-use crate::network::Topology;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::DocumentKind;
-use crate::wire::{PublishedService, ServiceQuality};
+use skyway_contract::{PublishedService, ServiceQuality};
+use skyway_engine::network::Topology;
+use skyway_market::area::Area;
+use skyway_market::hours::{Hours, HoursError};
+use skyway_market::tariff::{self, TariffError};
+use skyway_registry::documents::DocumentKind;
+use skyway_service::access::{Caller, Role};
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 
 /// How late a delivery may be and count as in time, at most, in seconds.
 const TOLERANCE_MAX_S: f64 = 86_400.0;

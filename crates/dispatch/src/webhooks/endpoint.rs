@@ -1,11 +1,11 @@
 //! What is kept of a webhook, as a document.
 
 use super::secret::Secret;
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Document, DocumentKind};
-use crate::wire::{Webhook, WebhookDraft, WebhookState};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use skyway_contract::{Webhook, WebhookDraft, WebhookState};
+use skyway_registry::documents::{Document, DocumentKind};
+use skyway_service::refusal::{Code, Refusal};
 
 /// For so long a secret that was replaced signs, too.
 const FORMER_SIGNS_MS: i64 = 24 * 3_600_000;

@@ -1,7 +1,7 @@
 //! What became of messages, written together: what comes while a write is under way waits for the next one.
 
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Documents, Settlement};
+use skyway_registry::documents::{Documents, Settlement};
+use skyway_service::refusal::{Code, Refusal};
 use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::oneshot;

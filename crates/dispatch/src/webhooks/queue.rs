@@ -2,12 +2,12 @@
 
 use super::endpoint::{Endpoint, state_name};
 use crate::Dispatch;
-use crate::access::Caller;
-use crate::intake::{PageRequest, token};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{DocumentKind, DocumentQuery, Message, Settlement};
-use crate::wire::{Fault, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState};
 use jiff::Timestamp;
+use skyway_contract::{Fault, WebhookMessage, WebhookMessageState, WebhookMessages, WebhookState};
+use skyway_registry::documents::{DocumentKind, DocumentQuery, Message, Settlement};
+use skyway_service::access::Caller;
+use skyway_service::intake::{PageRequest, token};
+use skyway_service::refusal::{Code, Refusal};
 use std::slice;
 
 /// More than a tenant may have.

@@ -5,12 +5,12 @@
 use super::endpoint::Endpoint;
 use super::guard::{GuardedNames, UnfitUrl};
 use crate::Dispatch;
-use crate::access::{Caller, Owners};
 use crate::directory::{contended, etag, tenant_before_colon};
-use crate::intake::{Expected, PageRequest, token};
-use crate::refusal::{Code, Refusal};
-use crate::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
-use crate::wire::{DeliveryStatus, Fault, Webhook, WebhookDraft, Webhooks};
+use skyway_contract::{DeliveryStatus, Fault, Webhook, WebhookDraft, Webhooks};
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use skyway_service::access::{Caller, Owners};
+use skyway_service::intake::{Expected, PageRequest, token};
+use skyway_service::refusal::{Code, Refusal};
 
 /// The most webhooks of a tenant.
 const WEBHOOKS_MAX: u64 = 32;

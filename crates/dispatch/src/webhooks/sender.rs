@@ -10,13 +10,13 @@ use super::notes::Notes;
 use super::outgoing::{Outcome, Outgoing, Signed};
 use super::pace::{ATTEMPTS_MAX, wait_after};
 use super::queue::{DELIVERED, GIVEN_UP};
-use crate::clock::Clock;
-use crate::refusal::Refusal;
-use crate::registry::documents::{
+use jiff::Timestamp;
+use skyway_contract::WebhookState;
+use skyway_registry::documents::{
     Commit, Committed, DocumentKind, Documents, Message, Seen, Settlement,
 };
-use crate::wire::WebhookState;
-use jiff::Timestamp;
+use skyway_service::clock::Clock;
+use skyway_service::refusal::Refusal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem;
 use std::sync::Arc;

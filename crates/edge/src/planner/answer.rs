@@ -2,14 +2,14 @@
 
 use super::flown::{Flight, FlownVersion};
 use super::{Version, later};
-use crate::compose::{Composition, flight_time_s};
-use crate::flight::ServiceStop;
-use crate::formats::{IntoTerm, ReadWarning, warning_text};
-use crate::network::Topology;
-use crate::recompose::{Fallback, Outcome, Recomposition, Strategy};
 use crate::stretches::Stretch;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::compose::{Composition, flight_time_s};
+use skyway_engine::flight::ServiceStop;
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::{Fallback, Outcome, Recomposition, Strategy};
+use skyway_formats::{IntoTerm, ReadWarning, warning_text};
 use std::sync::Arc;
 
 /// What is flown: legs with their contingencies, and with times, battery and pads where those are computed.

@@ -3,27 +3,31 @@
 use super::{
     Answer, Asked, Course, Displaced, Occasion, Own, Planner, Scene, Stated, Terms, Version, Wanted,
 };
-use crate::airspace::{Airspace, Change, Closure};
-use crate::checked::{self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer};
-use crate::checker::Fault;
-use crate::compose::{compose, with_contingencies};
 use crate::drones::Sighting;
-use crate::flight::{FailureReport, FailureType, Location, Reentry, ServiceStop};
-use crate::formats::ReadWarning;
-use crate::intake::Faults;
-use crate::network::{NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
-use crate::planted;
 use crate::progress::{self, Ahead};
-use crate::recompose::{Outcome, Recomposition, Request, Scratch, Strategy, World, recompose};
-use crate::refusal::{Code, Refusal};
-use crate::routing::Path;
 use crate::scratches::Scratches;
 use crate::stops::{with_end, without_end};
 use crate::stretches::Stretch;
 use crate::tables::Tables;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::airspace::{Airspace, Change, Closure};
+use skyway_engine::checked::{
+    self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer,
+};
+use skyway_engine::checker::Fault;
+use skyway_engine::compose::{compose, with_contingencies};
+use skyway_engine::flight::{FailureReport, FailureType, Location, Reentry, ServiceStop};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::{
+    Outcome, Recomposition, Request, Scratch, Strategy, World, recompose,
+};
+use skyway_engine::routing::Path;
+use skyway_formats::ReadWarning;
+use skyway_planted as planted;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// Airspeed where nobody gives one, in metres per second.

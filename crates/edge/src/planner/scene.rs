@@ -2,14 +2,14 @@
 
 use super::Traffic;
 use super::flown::FlightTerms;
-use crate::airspace::Airspace;
 use crate::drones::{Drones, Sighting};
-use crate::flight::ServiceStop;
-use crate::network::{NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
-use crate::recompose::Request;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::flight::ServiceStop;
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::Request;
 use std::sync::Arc;
 
 /// Where, when and among whom a drone flies.

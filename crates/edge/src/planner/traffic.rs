@@ -1,13 +1,13 @@
 //! What plans take of the air and of the pads, and whether one more would meet them.
 
 use super::Version;
-use crate::compose::{Occupation, conflicts};
-use crate::flight::Reservation;
-use crate::itinerary::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy};
-use crate::network::{NodeIx, SegmentIx};
 use crate::plan_entry::PlanEntry;
 use imbl::OrdMap;
 use jiff::Timestamp;
+use skyway_engine::compose::{Occupation, conflicts};
+use skyway_engine::flight::Reservation;
+use skyway_engine::itinerary::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy};
+use skyway_engine::network::{NodeIx, SegmentIx};
 use std::sync::Arc;
 
 /// Stays on a pad that overlap by less, in seconds, are one behind the other: instants are rounded.

@@ -1,12 +1,12 @@
 //! A version of a plan: the way that its drone flies, when, and with what.
 
 use super::FlownVersion;
-use crate::compose::{Change, Composition, Migrated, Occupation};
-use crate::flight::{Reservation, ServiceStop};
-use crate::network::NodeIx;
 use crate::stretches::Stretch;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::compose::{Change, Composition, Migrated, Occupation};
+use skyway_engine::flight::{Reservation, ServiceStop};
+use skyway_engine::network::NodeIx;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ pub(crate) struct Version {
     /// When its drone could first be told of it.
     pub(crate) sent_at: Timestamp,
     /// `None` for a first version; what its drone was told for a recomposed one.
-    pub(crate) outcome: Option<crate::recompose::Outcome>,
+    pub(crate) outcome: Option<skyway_engine::recompose::Outcome>,
     pub(crate) composition: Composition,
     /// How it is flown, where the flight model made it; the composition is derived from that.
     pub(crate) flight: Option<Arc<FlownVersion>>,
@@ -148,12 +148,12 @@ impl Version {
 
     /// Whether its drone was told to land where it was not to go.
     pub(crate) fn is_diversion(&self) -> bool {
-        self.outcome == Some(crate::recompose::Outcome::Diverted)
+        self.outcome == Some(skyway_engine::recompose::Outcome::Diverted)
     }
 
     /// The node at which its drone holds on the ground until there is a way.
     pub(crate) fn holds_at(&self) -> Option<NodeIx> {
-        let waits = self.outcome == Some(crate::recompose::Outcome::Hold);
+        let waits = self.outcome == Some(skyway_engine::recompose::Outcome::Hold);
         self.last_node()
             .filter(|_| waits && self.composition.legs.is_empty())
     }
@@ -161,7 +161,7 @@ impl Version {
     /// Until when its drone waits on a pad before it flies; the end of time where there is no way yet, `None` where it does not
     /// hold.
     pub(crate) fn holds_until(&self) -> Option<Timestamp> {
-        if self.outcome != Some(crate::recompose::Outcome::Hold) {
+        if self.outcome != Some(skyway_engine::recompose::Outcome::Hold) {
             return None;
         }
         if self.composition.legs.is_empty() {

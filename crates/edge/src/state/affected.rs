@@ -2,17 +2,17 @@
 
 use super::State;
 use super::alarms::AFTER_RELIEF;
-use crate::airspace::Airspace;
-use crate::checked::Known;
 use crate::fleet::{self, Detour, DetourMeans};
 use crate::plan_entry::{PlanEntry, PlanFlags};
 use crate::planner::{Concern, Occasion, Sent, Version};
-use crate::planted::{self, Bug};
 use crate::progress::{self, Progress};
-use crate::recompose::Outcome;
 use crate::timers::Due;
-use crate::wire::{EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{EventKind, PlanState};
+use skyway_engine::airspace::Airspace;
+use skyway_engine::checked::Known;
+use skyway_engine::recompose::Outcome;
+use skyway_planted::{self as planted, Bug};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 

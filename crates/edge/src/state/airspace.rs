@@ -1,20 +1,20 @@
 //! Orders about zones, closures, proposals and holds.
 
 use super::{State, check_expected};
-use crate::airspace::{Cause, Change, Closure, Window};
 use crate::commands::{Decision, Done, Publication};
 use crate::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
 use crate::events::Happening;
-use crate::intake::Expected;
-use crate::refusal::{Code, Refusal};
 use crate::snapshot::Snapshot;
 use crate::timers::Due;
 use crate::views;
-use crate::wire::{EventKind, ObjectKind};
 use crate::words::weather_etag;
 use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::{Value, json};
+use skyway_contract::{EventKind, ObjectKind};
+use skyway_engine::airspace::{Cause, Change, Closure, Window};
+use skyway_service::intake::Expected;
+use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,19 +1,19 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
 use super::State;
-use crate::airspace::Closure;
 use crate::commands::Done;
 use crate::entries::{AlarmDraft, AlarmEntry};
 use crate::events::Happening;
 use crate::mailbox::Content;
-use crate::network::NodeIx;
 use crate::plan_entry::PlanEntry;
 use crate::planner::Version;
-use crate::refusal::Refusal;
 use crate::views::{alarm_id, alarm_view};
-use crate::wire::{AlarmKind, EventKind, Flag};
 use jiff::Timestamp;
 use serde_json::json;
+use skyway_contract::{AlarmKind, EventKind, Flag};
+use skyway_engine::airspace::Closure;
+use skyway_engine::network::NodeIx;
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// At most this many alarms are kept, those that have ended included.

@@ -1,14 +1,14 @@
 //! What the drones of plans are to be told is shown to the checker before it becomes a version.
 
 use super::State;
-use crate::airspace::Airspace;
-use crate::checked::{self, Known};
 use crate::events::Happening;
 use crate::fleet::Detour;
 use crate::guard::{alarms_of, case_data};
 use crate::plan_ways::PlanWays;
-use crate::wire::EventKind;
 use jiff::Timestamp;
+use skyway_contract::EventKind;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::checked::{self, Known};
 use std::sync::Arc;
 
 impl State {

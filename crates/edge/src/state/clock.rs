@@ -5,13 +5,13 @@
 //! by itself ends when both say so.
 
 use super::State;
-use crate::clock::{Reading, STEP};
 use crate::commands::Done;
 use crate::events::Happening;
 use crate::timers::HeardClock;
-use crate::wire::EventKind;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
+use skyway_contract::EventKind;
+use skyway_service::clock::{Reading, STEP};
 use std::sync::Arc;
 
 /// A stepped clock that has moved on by less than this is where it was.

@@ -5,15 +5,15 @@ use super::State;
 use super::airspace::just_after;
 use super::alarms::AT_THE_END;
 use crate::commands::{CancelledWhen, Done, Seen};
-use crate::geo::Point;
 use crate::mailbox::Content;
-use crate::network::NodeIx;
 use crate::plan_entry::{LandedOn, PlanEntry, PlanFlags};
 use crate::planner::{Version, later};
-use crate::refusal::{Code, Refusal};
 use crate::timers::Due;
-use crate::wire::{AlarmKind, EndedAs, EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{AlarmKind, EndedAs, EventKind, PlanState};
+use skyway_engine::geo::Point;
+use skyway_engine::network::NodeIx;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// So long after its arrival a plan that has not ended is overdue.

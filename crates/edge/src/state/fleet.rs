@@ -10,13 +10,13 @@ use crate::plan_entry::PlanEntry;
 use crate::planner::{Concern, Version, legs, stays};
 use crate::plans::already_exists;
 use crate::progress;
-use crate::recompose::Outcome;
-use crate::refusal::{Code, Refusal};
 use crate::timers::Due;
 use crate::views;
-use crate::wire::{EndedAs, EventKind};
 use crate::words;
 use serde_json::{Value, json};
+use skyway_contract::{EndedAs, EventKind};
+use skyway_engine::recompose::Outcome;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// What is told of a version whose pad another plan has too.

@@ -3,12 +3,12 @@
 //! heard of both are taken.
 
 use super::State;
-use crate::compose::{Leg, Occupation};
-use crate::itinerary::OccupiedLeg;
-use crate::network::{NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
 use crate::planner::{Version, occupied};
 use crate::progress;
+use skyway_engine::compose::{Leg, Occupation};
+use skyway_engine::itinerary::OccupiedLeg;
+use skyway_engine::network::{NodeIx, Topology};
 use std::sync::Arc;
 
 /// No version has this number: what is guarded beside all of them is of none.

@@ -4,12 +4,12 @@
 //! that a registry tells do.
 
 use super::State;
-use crate::airspace::Closure;
 use crate::commands::Done;
 use crate::entries::{PendingReview, ProposalEntry, ProposedBy};
-use crate::refusal::{Code, Refusal};
 use crate::snapshot::{Snapshot, ZoneEntry};
-use crate::wire::{ImportAction, ObjectKind};
+use skyway_contract::{ImportAction, ObjectKind};
+use skyway_engine::airspace::Closure;
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 

@@ -3,8 +3,8 @@
 
 use super::State;
 use super::migrated_plans::{ends_over, sent_carried, version_carried};
-use crate::compose::Change;
 use crate::plan_entry::{LandedOn, PlanEntry};
+use skyway_engine::compose::Change;
 use std::sync::Arc;
 
 impl State {

@@ -3,29 +3,29 @@
 
 use super::State;
 use super::alarms::AT_THE_END;
-use crate::airspace::Airspace;
 use crate::commands::Command;
-use crate::compose::{Change, Composition};
 use crate::events::Happening;
 use crate::fleet::{self, Detour};
-use crate::flight::{Location, ServiceStop};
-use crate::formats::{Known, resolve_report};
-use crate::geo::Point;
-use crate::itinerary::Occupancy;
 use crate::mailbox::Content;
-use crate::network::{Correspondence, NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
 use crate::planner::{Displaced, Version};
 use crate::progress;
-use crate::recompose::{Outcome, Request};
 use crate::served::begins_m;
 use crate::snapshot::Snapshot;
 use crate::stops;
 use crate::views;
-use crate::wire::{self, AlarmKind, EventKind, PlanState};
 use crate::words;
 use jiff::Timestamp;
 use serde_json::json;
+use skyway_contract::{self as wire, AlarmKind, EventKind, PlanState};
+use skyway_engine::airspace::Airspace;
+use skyway_engine::compose::{Change, Composition};
+use skyway_engine::flight::{Location, ServiceStop};
+use skyway_engine::geo::Point;
+use skyway_engine::itinerary::Occupancy;
+use skyway_engine::network::{Correspondence, NodeIx, Topology};
+use skyway_engine::recompose::{Outcome, Request};
+use skyway_formats::{Known, resolve_report};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -361,7 +361,7 @@ pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Ver
 fn nothing_left_of(version: &Version) -> Version {
     Version {
         composition: Composition {
-            way: crate::routing::Path::default(),
+            way: skyway_engine::routing::Path::default(),
             legs: Vec::new(),
             length_m: 0.0,
             flight_time_s: 0.0,

@@ -28,18 +28,14 @@ mod sync;
 mod topology;
 mod versions;
 
-use crate::airspace::{Airspace, Change, Closure};
 use crate::commands::{Command, Done, Outcome, Reply};
 use crate::drones::Drones;
 use crate::events::Happening;
 use crate::fleet::Detour;
 use crate::guard::Guard;
-use crate::intake::Expected;
-use crate::network::SegmentIx;
 use crate::new_network::Succession;
 use crate::news::Flights;
 use crate::planner::{Concern, Planner};
-use crate::refusal::Refusal;
 use crate::replanning::Look;
 use crate::replanning::{Queue, Tally};
 use crate::settings::Settings;
@@ -48,9 +44,13 @@ use crate::store::Health;
 use crate::timers::HeardClock;
 use crate::timers::{Due, Timers};
 use crate::upstream::{Ended, Told};
-use crate::wire::AlarmKind;
-use crate::wire::Author;
 use jiff::Timestamp;
+use skyway_contract::AlarmKind;
+use skyway_contract::Author;
+use skyway_engine::airspace::{Airspace, Change, Closure};
+use skyway_engine::network::SegmentIx;
+use skyway_service::intake::Expected;
+use skyway_service::refusal::Refusal;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
@@ -384,7 +384,7 @@ impl State {
         if !began.is_empty() || !ended.is_empty() {
             self.fired += (began.len() + ended.len()) as u64;
             let data = serde_json::json!({"began": began, "ended": ended});
-            let kind = crate::wire::EventKind::WindowsTurned;
+            let kind = skyway_contract::EventKind::WindowsTurned;
             self.events.push(Happening::new(kind, data));
         }
     }

@@ -5,15 +5,15 @@
 
 use super::State;
 use crate::commands::{Done, NewsOrder};
-use crate::network::NodeIx;
 use crate::news::NEWS_MAX;
 use crate::plan_entry::{FlownFor, PlanEntry};
 use crate::planner::Version;
-use crate::recompose::Outcome;
 use crate::timers::Due;
-use crate::wire::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
 use crate::words;
 use jiff::Timestamp;
+use skyway_contract::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
+use skyway_engine::network::NodeIx;
+use skyway_engine::recompose::Outcome;
 use std::sync::Arc;
 
 /// One warning for this many entries that have made room.

@@ -9,8 +9,8 @@ use crate::entries::{ClosureEntry, ZoneEntry};
 use crate::events::Happening;
 use crate::published::{closure_body, zone_body};
 use crate::upstream::{OutboxEntry, Upstream, is_after};
-use crate::wire::{Author, ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
+use skyway_contract::{Author, ChangeOperation, EventKind, ObjectKind};
 use std::sync::Arc;
 
 /// A change that is to be told to the registry.

@@ -6,12 +6,12 @@
 //! says so.
 
 use super::State;
-use crate::itinerary::OccupiedPad;
-use crate::network::NodeIx;
 use crate::plan_entry::{LandedOn, PlanEntry};
 use crate::planner::{Concern, stays};
-use crate::wire::{AlarmKind, EndedAs};
 use jiff::Timestamp;
+use skyway_contract::{AlarmKind, EndedAs};
+use skyway_engine::itinerary::OccupiedPad;
+use skyway_engine::network::NodeIx;
 use std::sync::Arc;
 
 /// How long a pad stays taken that is not known to be free, in seconds.

@@ -5,11 +5,9 @@
 
 use super::State;
 use super::affected::{Affected, Found};
-use crate::airspace::{Airspace, Closure};
 use crate::events::Happening;
 use crate::fleet::Detour;
 use crate::mailbox::Content;
-use crate::network::{NodeIx, SegmentIx};
 use crate::plan_entry::PlanEntry;
 use crate::planner::{Concern, Version};
 use crate::progress::{self, Progress};
@@ -17,9 +15,11 @@ use crate::replanning::Look;
 use crate::replanning::{Place, Tally, Task, Turn};
 use crate::snapshot::Snapshot;
 use crate::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
-use crate::wire::{EventKind, PlanState};
 use jiff::Timestamp;
 use serde_json::json;
+use skyway_contract::{EventKind, PlanState};
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_engine::network::{NodeIx, SegmentIx};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

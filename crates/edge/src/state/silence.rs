@@ -5,8 +5,8 @@ use crate::commands::Done;
 use crate::mailbox::Content;
 use crate::plan_entry::{PlanEntry, PlanFlags};
 use crate::timers::Due;
-use crate::wire::{AlarmKind, EventKind, PlanState};
 use jiff::{SignedDuration, Timestamp};
+use skyway_contract::{AlarmKind, EventKind, PlanState};
 use std::sync::Arc;
 
 impl State {

@@ -3,16 +3,16 @@
 
 use super::State;
 use super::airspace::just_after;
-use crate::airspace::{Change, Closure};
 use crate::commands::Command;
 use crate::entries::{ClosureEntry, ProposalEntry};
 use crate::mailbox::Content;
 use crate::plan_entry::PlanEntry;
-use crate::planted::{self, Bug};
-use crate::refusal::{Code, Refusal};
 use crate::store::Restored;
 use crate::timers::Due;
 use jiff::{SignedDuration, Timestamp};
+use skyway_engine::airspace::{Change, Closure};
+use skyway_planted::{self as planted, Bug};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// So long the drone of a forgotten plan may be away and is told that it has ended.

@@ -2,19 +2,19 @@
 //! an operator; where both sides changed one thing the stricter stays, see `state_reviews`.
 
 use super::State;
-use crate::airspace::{Change, Closure};
 use crate::background::give_way;
 use crate::commands::Done;
 use crate::entries::{ClosureEntry, ZoneEntry};
 use crate::events::Happening;
-use crate::planted::{self, Bug};
 use crate::published::{Published, Restriction, says_the_same};
-use crate::refusal::{Code, Refusal};
 use crate::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
 use crate::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
 use crate::views;
-use crate::wire::{ChangeOperation, EventKind, ObjectKind};
 use serde_json::json;
+use skyway_contract::{ChangeOperation, EventKind, ObjectKind};
+use skyway_engine::airspace::{Change, Closure};
+use skyway_planted::{self as planted, Bug};
+use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

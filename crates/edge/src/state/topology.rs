@@ -5,18 +5,18 @@
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
 use super::State;
-use crate::airspace::Closure;
 use crate::commands::{Command, Done, Publication};
-use crate::compose;
 use crate::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use crate::events::Happening;
-use crate::network::{Correspondence, Topology};
 use crate::new_network::{NewNetwork, Relay, Succession, not_laid};
-use crate::refusal::{Code, Refusal};
 use crate::snapshot::revision_text;
-use crate::wire::EventKind;
 use jiff::Timestamp;
 use serde_json::json;
+use skyway_contract::EventKind;
+use skyway_engine::airspace::Closure;
+use skyway_engine::compose;
+use skyway_engine::network::{Correspondence, Topology};
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 impl State {

@@ -6,18 +6,18 @@
 use super::State;
 use super::alarms::AFTER_RELIEF;
 use super::ends::only_quoted;
-use crate::airspace::{Airspace, Change, Closure};
 use crate::commands::{DeclineReason, Done};
 use crate::fleet::{self, Detour};
-use crate::flight::FailureType;
-use crate::network::SegmentIx;
 use crate::plan_entry::{PlanEntry, PlanFlags};
 use crate::planner::Version;
 use crate::progress;
-use crate::recompose::Outcome;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{AlarmKind, EventKind, PlanState};
 use jiff::Timestamp;
+use skyway_contract::{AlarmKind, EventKind, PlanState};
+use skyway_engine::airspace::{Airspace, Change, Closure};
+use skyway_engine::flight::FailureType;
+use skyway_engine::network::SegmentIx;
+use skyway_engine::recompose::Outcome;
+use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
 
 /// So many declined versions are answered by another one; then an operator is called.

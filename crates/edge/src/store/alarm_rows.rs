@@ -3,8 +3,8 @@
 use super::codec::{Instant, read, write};
 use super::file::StoreFault;
 use crate::entries::{AlarmDraft, AlarmEntry};
-use crate::wire::AlarmKind;
 use serde::{Deserialize, Serialize};
+use skyway_contract::AlarmKind;
 use std::sync::Arc;
 
 #[derive(Serialize, Deserialize)]

@@ -2,17 +2,17 @@
 
 use super::codec::{Instant, Names, read, write};
 use super::file::StoreFault;
-use crate::airspace::{Cause, Closure, Hits, Window, Zone};
 use crate::entries::{
     ClosureEntry, Contested, PendingReview, ProposalEntry, ProposedBy, ZoneEntry,
 };
-use crate::flight::FailureType;
-use crate::formats::{ZoneId, zone_from_feature, zone_to_feature};
-use crate::network::Topology;
 use crate::upstream::{OutboxEntry, RegistryCursor, Upstream};
-use crate::wire::{Author, ChangeOperation, Fault, ObjectKind};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use skyway_contract::{Author, ChangeOperation, Fault, ObjectKind};
+use skyway_engine::airspace::{Cause, Closure, Hits, Window, Zone};
+use skyway_engine::flight::FailureType;
+use skyway_engine::network::Topology;
+use skyway_formats::{ZoneId, zone_from_feature, zone_to_feature};
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -3,11 +3,11 @@
 //! Places in a network change with its next version; the ids of its nodes and segments do not.
 
 use super::file::StoreFault;
-use crate::network::{NodeIx, SegmentIx, Topology};
 use jiff::Timestamp;
 use rustc_hash::FxHashMap;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use skyway_engine::network::{NodeIx, SegmentIx, Topology};
 
 /// The JSON of something stored.
 pub(super) fn write<T: Serialize>(stored: &T) -> String {

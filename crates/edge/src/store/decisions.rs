@@ -8,9 +8,9 @@ use super::worlds::closures_of;
 use crate::record_views::wire_record;
 use crate::records::AnswerRecord;
 use crate::standing::Staleness;
-use crate::wire;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
+use skyway_contract as wire;
 
 /// A decision as it is read back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -47,13 +47,13 @@ pub enum StoreFault {
         message: String,
     },
     /// It is there, and has nothing in it.
-    #[error("{name}: {}", crate::intake::EMPTY_STORE)]
+    #[error("{name}: {}", skyway_service::intake::EMPTY_STORE)]
     Empty {
         /// The name.
         name: String,
     },
     /// It is a database of something else.
-    #[error("{name}: {}", crate::intake::FOREIGN_STORE)]
+    #[error("{name}: {}", skyway_service::intake::FOREIGN_STORE)]
     Foreign {
         /// The name.
         name: String,

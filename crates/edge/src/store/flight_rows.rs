@@ -3,15 +3,15 @@
 use super::codec::{Dictionary, Instant, Names, Places};
 use super::detour_rows::StoredEnd;
 use super::file::StoreFault;
-use crate::compose::Leg;
-use crate::delivery::{FlightComposition, Hold, Proof};
-use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop, StopKind};
-use crate::itinerary::{
-    Effort, LegFigures, Objective, PlanFigures, Step, StopFigures, Unproved, Value,
-};
-use crate::network::Topology;
 use crate::planner::{Assumed, FlightOrder, FlownVersion, LegEnds};
 use serde::{Deserialize, Serialize};
+use skyway_engine::compose::Leg;
+use skyway_engine::delivery::{FlightComposition, Hold, Proof};
+use skyway_engine::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop, StopKind};
+use skyway_engine::itinerary::{
+    Effort, LegFigures, Objective, PlanFigures, Step, StopFigures, Unproved, Value,
+};
+use skyway_engine::network::Topology;
 use std::sync::Arc;
 
 /// What was asked for.

@@ -1,7 +1,7 @@
 //! How the store stands: whether it takes what it is given, for those who decide, count or look on.
 
-use crate::clock::{Clock, Stopwatch};
 use serde::Serialize;
+use skyway_service::clock::{Clock, Stopwatch};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;

@@ -3,8 +3,8 @@
 use super::codec::{Instant, read, write};
 use super::file::StoreFault;
 use crate::mailbox::{Content, MailEntry};
-use crate::wire::{AlarmKind, EndedAs};
 use serde::{Deserialize, Serialize};
+use skyway_contract::{AlarmKind, EndedAs};
 use std::sync::Arc;
 
 #[derive(Serialize, Deserialize)]

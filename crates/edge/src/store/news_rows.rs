@@ -2,7 +2,7 @@
 
 use super::codec::{read, write};
 use super::file::StoreFault;
-use crate::wire::NewsEntry;
+use skyway_contract::NewsEntry;
 
 pub(super) fn write_news(entry: &NewsEntry) -> String {
     write(entry)

@@ -3,14 +3,14 @@
 use super::codec::{read, write};
 use super::difference::REGISTRY;
 use super::file::{Row, StoreFault, Table};
-use crate::formats::load_network;
-use crate::network::Topology;
 use crate::network_documents::NetworkDocuments;
-use crate::planted::{self, Bug};
-use crate::wire::ClockKind;
 use crate::words::hex;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
+use skyway_contract::ClockKind;
+use skyway_engine::network::Topology;
+use skyway_formats::load_network;
+use skyway_planted::{self as planted, Bug};
 use std::sync::Arc;
 
 const EDGE: &str = "edge";

@@ -6,15 +6,15 @@ use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
-use crate::compose::{Alternate, Composition, Contingency, Leg};
-use crate::flight::ServiceStop;
-use crate::network::Topology;
 use crate::plan_entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use crate::planner::Version;
-use crate::recompose::Outcome;
-use crate::routing::Path;
-use crate::wire::{EndedAs, Flag, PlanState};
 use serde::{Deserialize, Serialize};
+use skyway_contract::{EndedAs, Flag, PlanState};
+use skyway_engine::compose::{Alternate, Composition, Contingency, Leg};
+use skyway_engine::flight::ServiceStop;
+use skyway_engine::network::Topology;
+use skyway_engine::recompose::Outcome;
+use skyway_engine::routing::Path;
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -2,11 +2,11 @@
 
 use super::codec::{Instant, number_key, read, write};
 use super::file::{Row, StoreFault, Table};
-use crate::wire;
 use crate::words::hex;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use skyway_contract as wire;
 
 /// What a report with an id was answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -12,16 +12,16 @@ use super::news_rows::read_news;
 use super::opening::fact;
 use super::plan_rows::read_plan;
 use super::reply_rows::{Reply, read_reply};
-use crate::airspace::Closure;
 use crate::entries::AlarmEntry;
 use crate::entries::{ClosureEntry, PendingReview, ProposalEntry, ZoneEntry};
 use crate::mailbox::MailEntry;
-use crate::network::Topology;
 use crate::plan_entry::PlanEntry;
 use crate::upstream::{OutboxEntry, RegistryCursor};
-use crate::wire::NewsEntry;
 use jiff::Timestamp;
 use rayon::prelude::*;
+use skyway_contract::NewsEntry;
+use skyway_engine::airspace::Closure;
+use skyway_engine::network::Topology;
 use std::sync::Arc;
 
 /// What an edge knew when it ended.

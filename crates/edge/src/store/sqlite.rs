@@ -6,9 +6,9 @@
 //! is copied into the file proper, with pages that the system has to write again.
 
 use super::file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
-use crate::intake::{StoreLook, look_at_store};
-use crate::planted::{self, Bug};
 use sha2::{Digest, Sha256};
+use skyway_planted::{self as planted, Bug};
+use skyway_service::intake::{StoreLook, look_at_store};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
 use sqlx::{Connection, QueryBuilder, Row as _, Sqlite, SqliteConnection};
 use std::path::{Path, PathBuf};

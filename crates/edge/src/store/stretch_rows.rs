@@ -2,10 +2,10 @@
 
 use super::codec::{Dictionary, Places};
 use super::file::StoreFault;
-use crate::flight::{FirstStretch, Reentry, StretchKind, StretchLeg};
-use crate::network::Topology;
 use crate::stretches::Stretch;
 use serde::{Deserialize, Serialize};
+use skyway_engine::flight::{FirstStretch, Reentry, StretchKind, StretchLeg};
+use skyway_engine::network::Topology;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

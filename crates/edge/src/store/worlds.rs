@@ -6,13 +6,13 @@
 
 use super::codec::{number_key, number_of, read, write};
 use super::file::{Row, StoreFault, StoreFile, Table};
-use crate::airspace::{Airspace, Closure};
-use crate::network::Topology;
 use crate::record_views::recorded_closure;
-use crate::wire::RecordedClosure;
 use crate::words::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use skyway_contract::RecordedClosure;
+use skyway_engine::airspace::{Airspace, Closure};
+use skyway_engine::network::Topology;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 

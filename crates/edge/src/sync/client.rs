@@ -1,6 +1,6 @@
 //! What an edge asks of its registry, whatever carries it there.
 
-use crate::wire::{
+use skyway_contract::{
     ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ObjectKind,
     PositionBatch, RegistrySnapshot, Written,
 };

@@ -1,11 +1,11 @@
 //! How current the edge is: when it last had all that the registry has, and what went wrong since.
 
 use super::client::ClientError;
-use crate::clock::{Clock, Stopwatch};
-use crate::wire::{self, Nack};
 use arc_swap::ArcSwapOption;
 use jiff::SignedDuration;
 use serde::Serialize;
+use skyway_contract::{self as wire, Nack};
+use skyway_service::clock::{Clock, Stopwatch};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

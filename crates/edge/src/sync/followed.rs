@@ -3,8 +3,8 @@
 use super::super::new_network::NewNetwork;
 use super::super::published::Published;
 use super::super::upstream::{RegistryCursor, Upstream};
-use crate::network::Topology;
-use crate::wire::{ChangeOperation, Nack, ObjectKind};
+use skyway_contract::{ChangeOperation, Nack, ObjectKind};
+use skyway_engine::network::Topology;
 use std::sync::Arc;
 
 /// How much of what the registry has a batch tells.

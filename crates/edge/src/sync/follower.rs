@@ -11,8 +11,8 @@ use super::followed::{
     Rejected, Superseded, Tombstone, Verdict,
 };
 use super::ground::BaseNetwork;
-use crate::planted::{self, Bug};
-use crate::wire::{ChangeOperation, ChangesPage, LoggedChange, Nack, ObjectKind};
+use skyway_contract::{ChangeOperation, ChangesPage, LoggedChange, Nack, ObjectKind};
+use skyway_planted::{self as planted, Bug};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

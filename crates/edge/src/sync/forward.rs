@@ -8,7 +8,7 @@ use super::super::commands::Command;
 use super::super::upstream::{OutboxEntry, Upstream};
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use super::task::Sync;
-use crate::wire::{ChangeOperation, RegistryRevision, Written};
+use skyway_contract::{ChangeOperation, RegistryRevision, Written};
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -3,10 +3,10 @@
 use super::super::new_network::NewNetwork;
 use super::super::published::BodyFault;
 
-use crate::formats::{fingerprint, patch_network, read_network, write_network};
-use crate::network::{NetworkDraft, Topology};
-use crate::wire::{ChangeOperation, NetworkPatch, ObjectKind};
 use bytes::Bytes;
+use skyway_contract::{ChangeOperation, NetworkPatch, ObjectKind};
+use skyway_engine::network::{NetworkDraft, Topology};
+use skyway_formats::{fingerprint, patch_network, read_network, write_network};
 use std::sync::Arc;
 
 /// A network with what it was read from.

@@ -1,10 +1,6 @@
 //! The registry over HTTP, encrypted where its address says https: what encrypts there is a proxy in front of it.
 
 use super::client::{ClientError, RegistryClient, RegistryWrite};
-use crate::wire::{
-    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ON_BEHALF_OF,
-    ObjectKind, PositionBatch, PositionsTaken, Problem, RegistrySnapshot, Written,
-};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use reqwest::header::{
@@ -12,6 +8,10 @@ use reqwest::header::{
 };
 use reqwest::{Certificate, Method, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
+use skyway_contract::{
+    ChangesPage, EdgeNews, EdgeNoted, EdgeReport, NetworkStatistics, NewsTaken, ON_BEHALF_OF,
+    ObjectKind, PositionBatch, PositionsTaken, Problem, RegistrySnapshot, Written,
+};
 use std::io;
 use std::sync::Arc;
 use std::time::Duration;

@@ -7,8 +7,8 @@ use super::followed::Verdict;
 use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::task::Sync;
-use crate::refusal::Refusal;
-use crate::wire::{ChangesPage, RegistrySnapshot};
+use skyway_contract::{ChangesPage, RegistrySnapshot};
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// A page with fewer bytes of bodies is judged at once.

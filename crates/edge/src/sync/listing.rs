@@ -7,8 +7,8 @@ use super::followed::{
 };
 use super::follower::{Fault, Follower, bounded, named};
 use super::ground::BaseNetwork;
-use crate::planted::{self, Bug};
-use crate::wire::{ChangeOperation, Nack, ObjectKind, RegistrySnapshot, SnapshotObject};
+use skyway_contract::{ChangeOperation, Nack, ObjectKind, RegistrySnapshot, SnapshotObject};
+use skyway_planted::{self as planted, Bug};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

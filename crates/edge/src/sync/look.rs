@@ -3,9 +3,9 @@
 
 use super::client::RegistryClient;
 use super::task::Sync;
-use crate::wire::{EdgeReport, EventKind};
 use jiff::SignedDuration;
 use serde_json::json;
+use skyway_contract::{EdgeReport, EventKind};
 use std::time::Duration;
 
 /// How often the edge looks.

@@ -5,7 +5,7 @@
 use super::super::commands::{Command, NewsOrder};
 use super::client::{ClientError, RegistryClient};
 use super::task::Sync;
-use crate::wire::{EdgeNews, NewsTaken};
+use skyway_contract::{EdgeNews, NewsTaken};
 use std::time::Duration;
 
 /// The most entries in one batch.

@@ -2,7 +2,6 @@
 //! in between.
 
 use super::{Connection, SqlStore, positions, statements, upkeep};
-use crate::planted::{self, Bug};
 use crate::sql::Trouble;
 use crate::sql::schema::{FACTS, STEPS};
 use crate::sql::transactions::{asking, reading, writing};
@@ -11,7 +10,8 @@ use crate::store::{
     KeptReply, NetworkParts, NetworkState, NewChange, ObjectsQuery, ObjectsRead, Store, StoreError,
     Version,
 };
-use crate::wire::{ChangeOperation, LoggedChange, ObjectKind};
+use skyway_contract::{ChangeOperation, LoggedChange, ObjectKind};
+use skyway_planted::{self as planted, Bug};
 use std::pin::Pin;
 
 impl SqlStore {

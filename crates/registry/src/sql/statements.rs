@@ -1,13 +1,13 @@
 //! What is asked of the database, one function for each question, on a connection within a transaction.
 
 use super::{Connection, Row, trouble};
-use crate::planted::{self, Bug};
 use crate::sql::{Trouble, signed, unsigned};
 use crate::store::{
     Append, ChangesQuery, Expectation, Identity, NetworkState, NewChange, ObjectsQuery, StoreError,
     Version,
 };
-use crate::wire::{ChangeOperation, LoggedChange, ObjectKind};
+use skyway_contract::{ChangeOperation, LoggedChange, ObjectKind};
+use skyway_planted::{self as planted, Bug};
 use sqlx::Row as _;
 use std::time::Duration;
 use tokio_stream::StreamExt;

@@ -87,7 +87,7 @@ macro_rules! in_time {
 /// Does something in a transaction that writes, again where others got in between.
 macro_rules! writing {
     ($store:expr, |$connection:ident| $work:expr) => {{
-        use $crate::planted;
+        use skyway_planted as planted;
         use $crate::sql::{Trouble, transactions};
         use $crate::store::StoreError;
         // Writes of this process one after the other: they would only get in each other's way.

@@ -3,7 +3,7 @@
 use super::{Connection, trouble};
 use crate::sql::{Trouble, signed, unsigned};
 use crate::store::{Compaction, EdgeHeard, KeptReply, ReplyKey, StoreError};
-use crate::wire::LoggedChange;
+use skyway_contract::LoggedChange;
 use sqlx::Row as _;
 use tokio_stream::StreamExt;
 

@@ -357,10 +357,8 @@ fn flight(file: &str) -> String {
 
 #[test]
 fn what_flies_is_named_once_and_can_be_read() {
-    let m100 = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../data/airframes/m100.json"
-    );
+    let root = env!("CARGO_MANIFEST_DIR");
+    let m100 = format!("{root}/../../data/airframes/m100.json");
     let good = format!("[flight]\nairframe = \"phantom3\"\nairframes = \" {m100},\"\n");
     assert_eq!(
         flight(&good).lines().next(),

@@ -1,10 +1,10 @@
 //! Documents and messages in memory, as far as webhooks need them.
 
-use crate::registry::documents::{
+use skyway_registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, Documents, FailureCount, Followers,
     Message, PositionRow, Settlement,
 };
-use crate::registry::store::{Answer, KeptReply, StoreError};
+use skyway_registry::store::{Answer, KeptReply, StoreError};
 use std::collections::BTreeMap;
 use std::mem;
 use std::sync::{Mutex, MutexGuard, PoisonError};

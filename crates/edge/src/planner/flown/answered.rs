@@ -1,9 +1,9 @@
 //! An answer in the terms that those without a flight have, too.
 
 use super::Ground;
-use crate::delivery::{FlightRecomposition, severance};
-use crate::recompose::{Recomposition, Severance};
-use crate::routing::Path;
+use skyway_engine::delivery::{FlightRecomposition, severance};
+use skyway_engine::recompose::{Recomposition, Severance};
+use skyway_engine::routing::Path;
 
 /// An answer in the terms that those without a flight have, too.
 pub(super) fn without_flight(ground: &Ground, told: &FlightRecomposition) -> Recomposition {

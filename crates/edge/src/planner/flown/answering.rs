@@ -4,15 +4,15 @@ use super::known::assumed_of;
 use super::reported::ReportingDrone;
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
-use crate::delivery::BatteryNow;
 use crate::drones::Sighting;
-use crate::flight::{Stop, StopKind};
-use crate::itinerary::{FlightCause, Objective};
-use crate::network::{NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
 use crate::planner::{Answer, Scene, Version, later};
-use crate::recompose::{Request, Severance};
 use jiff::Timestamp;
+use skyway_engine::delivery::BatteryNow;
+use skyway_engine::flight::{Stop, StopKind};
+use skyway_engine::itinerary::{FlightCause, Objective};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::{Request, Severance};
 use std::sync::Arc;
 
 /// A drone that was seen so near to a node, in metres, may stand on a pad there.

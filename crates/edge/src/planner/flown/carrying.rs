@@ -1,11 +1,11 @@
 //! Flights when the network changes: flown on as they are timed where their ways are as they were.
 
 use super::FlownVersion;
-use crate::compose::{Change, Composition};
-use crate::delivery::{FlightComposition, Hold};
-use crate::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop};
-use crate::itinerary::PlanFigures;
-use crate::network::NodeIx;
+use skyway_engine::compose::{Change, Composition};
+use skyway_engine::delivery::{FlightComposition, Hold};
+use skyway_engine::flight::{FlightPlan, FlightStart, FlownLeg, Reservation, Stop};
+use skyway_engine::itinerary::PlanFigures;
+use skyway_engine::network::NodeIx;
 use std::ops::Range;
 
 impl FlownVersion {

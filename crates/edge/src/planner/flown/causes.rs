@@ -1,13 +1,13 @@
 //! What keeps a drone from its destination, in the words of the wire.
 
 use super::Ground;
-use crate::delivery::{NoDelivery, severance};
-use crate::formats::flight_cause_text;
-use crate::itinerary::{FlightCause, FlightOpening};
-use crate::recompose::Severance;
-use crate::refusal::{Code, Refusal};
-use crate::wire::{self, Fault};
 use crate::words::{instant, node_id, text};
+use skyway_contract::{self as wire, Fault};
+use skyway_engine::delivery::{NoDelivery, severance};
+use skyway_engine::itinerary::{FlightCause, FlightOpening};
+use skyway_engine::recompose::Severance;
+use skyway_formats::flight_cause_text;
+use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 
 /// Instants are told to the microsecond.

@@ -2,14 +2,14 @@
 
 use super::terms::DroneKind;
 use super::{Flight, Flights, FlownVersion};
-use crate::checked::{FlightWorld, Known, check_answer, claim_of_flight};
-use crate::checker::Fault;
-use crate::delivery::with_airframe;
-use crate::flight::{Aloft, Reentry, Reservation};
-use crate::network::NodeIx;
 use crate::planner::{Own, Scene, Traffic};
-use crate::recompose::{Recomposition, Request};
 use jiff::Timestamp;
+use skyway_engine::checked::{FlightWorld, Known, check_answer, claim_of_flight};
+use skyway_engine::checker::Fault;
+use skyway_engine::delivery::with_airframe;
+use skyway_engine::flight::{Aloft, Reentry, Reservation};
+use skyway_engine::network::NodeIx;
+use skyway_engine::recompose::{Recomposition, Request};
 
 impl Flights {
     /// What is known of who asked, with what is known of its flight.

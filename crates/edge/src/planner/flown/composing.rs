@@ -5,13 +5,13 @@ use super::kept::Told;
 use super::known::SEEN_WITHIN;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
 use super::{Budget, Flights, FlownVersion};
-use crate::delivery::{DeliveryRequest, Lands, compose_with_stops};
-use crate::intake::Faults;
-use crate::itinerary::Objective;
 use crate::planner::{Course, Scene, Stated, Wanted};
-use crate::refusal::Refusal;
 use crate::stops::{with_end, without_end};
-use crate::wire;
+use skyway_contract as wire;
+use skyway_engine::delivery::{DeliveryRequest, Lands, compose_with_stops};
+use skyway_engine::itinerary::Objective;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 impl Flights {

@@ -1,10 +1,10 @@
 //! What is kept of a plan that is flown: times count from its departure, so that it means the same in every state of the edge.
 
 use super::assumed::Assumed;
-use crate::delivery::{FlightComposition, Hold};
-use crate::flight::Reservation;
-use crate::itinerary::Value;
-use crate::network::NodeIx;
+use skyway_engine::delivery::{FlightComposition, Hold};
+use skyway_engine::flight::Reservation;
+use skyway_engine::itinerary::Value;
+use skyway_engine::network::NodeIx;
 use std::sync::Arc;
 
 /// A stay on a pad of a contingency.

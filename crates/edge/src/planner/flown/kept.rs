@@ -4,12 +4,12 @@ use super::assumed::Assumed;
 use super::flown_version::later_by;
 use super::terms::DroneKind;
 use super::{DetourEnd, DetourStop, FlownVersion, Ground, LegEnds};
-use crate::compose::{Composition, Leg};
-use crate::delivery::{FlightComposition, FlightRecomposition, Hold, LegContingency};
-use crate::flight::{FlightPlan, Reservation, Stop};
-use crate::recompose::Outcome;
-use crate::routing::Path;
 use jiff::Timestamp;
+use skyway_engine::compose::{Composition, Leg};
+use skyway_engine::delivery::{FlightComposition, FlightRecomposition, Hold, LegContingency};
+use skyway_engine::flight::{FlightPlan, Reservation, Stop};
+use skyway_engine::recompose::Outcome;
+use skyway_engine::routing::Path;
 use std::sync::Arc;
 
 /// What a drone is told beside its plan.

@@ -27,18 +27,18 @@ pub(crate) use reported::Flight;
 pub(crate) use terms::{FlightOrder, FlightTerms};
 
 use super::{Own, Scene};
-use crate::airspace::Airspace;
 use crate::background::give_way;
-use crate::checker::ClosedTimes;
-use crate::delivery::{
-    DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
-};
-use crate::flight::{Airframe, Situation, WindField};
-use crate::formats::wind_field;
-use crate::itinerary::{FlightSetting, Limits, Objective, OthersOccupancy};
-use crate::network::{NodeIx, Topology};
 use crate::settings::{FlightSettings, Settings};
 use jiff::Timestamp;
+use skyway_engine::airspace::Airspace;
+use skyway_engine::checker::ClosedTimes;
+use skyway_engine::delivery::{
+    DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightTables, OtherPlans,
+};
+use skyway_engine::flight::{Airframe, Situation, WindField};
+use skyway_engine::itinerary::{FlightSetting, Limits, Objective, OthersOccupancy};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_formats::wind_field;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use terms::DroneKind;

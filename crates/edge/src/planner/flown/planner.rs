@@ -2,33 +2,33 @@
 
 use super::answering::Stand;
 use super::{FlightTerms, Flights, LegEnds};
-use crate::airspace::Closure;
-use crate::checked::{Alternatives, Case, Known};
-use crate::checker::Fault;
-use crate::delivery::contingencies_of;
 use crate::drones::Sighting;
-use crate::flight::{Location, ServiceStop};
-use crate::formats::ReadWarning;
-use crate::geo::Point;
-use crate::intake::Faults;
-use crate::itinerary::Objective;
-use crate::network::{NodeIx, Topology};
 use crate::plan_entry::PlanEntry;
 use crate::planner::by_distance::{ByDistance, as_asked, standing_at};
 use crate::planner::{
     Answer, Asked, Concern, Course, Displaced, FlownVersion, Occasion, Own, Planner, Scene, Stated,
     Terms, Version, Wanted, later,
 };
-use crate::planted;
 use crate::progress::{self, Ahead, Progress};
-use crate::recompose::{Outcome, Request, Strategy};
-use crate::refusal::Refusal;
-use crate::routing::Path;
 use crate::settings::Settings;
 use crate::stops::without_end;
 use crate::stretches::Stretch;
-use crate::wire;
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::airspace::Closure;
+use skyway_engine::checked::{Alternatives, Case, Known};
+use skyway_engine::checker::Fault;
+use skyway_engine::delivery::contingencies_of;
+use skyway_engine::flight::{Location, ServiceStop};
+use skyway_engine::geo::Point;
+use skyway_engine::itinerary::Objective;
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::{Outcome, Request, Strategy};
+use skyway_engine::routing::Path;
+use skyway_formats::ReadWarning;
+use skyway_planted as planted;
+use skyway_service::intake::Faults;
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 
 /// A way that is shorter by less, in metres, is not better.

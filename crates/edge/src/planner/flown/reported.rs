@@ -7,24 +7,24 @@ use super::kept::Told;
 use super::known::{assumed_of, seen_lately};
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
-use crate::compose::Composition;
-use crate::delivery::{
+use crate::drones::Sighting;
+use crate::plan_entry::PlanEntry;
+use crate::planner::{Answer, Asked, Own, Scene};
+use crate::progress::progress;
+use jiff::Timestamp;
+use serde_json::Value;
+use skyway_contract as wire;
+use skyway_engine::compose::Composition;
+use skyway_engine::delivery::{
     self, BatteryNow, DeliveryWorld, FlightFailure, FlightRecomposition, Landing, ReportedFigures,
     Trouble, answer_failure,
 };
-use crate::drones::Sighting;
-use crate::flight::{Aloft, Location};
-use crate::formats::{FlightQuestion, ReadWarning, write_flight_question};
-use crate::itinerary::{Limits, Objective};
-use crate::network::{NodeIx, Topology};
-use crate::plan_entry::PlanEntry;
-use crate::planner::{Answer, Asked, Own, Scene};
-use crate::planted::{self, Bug};
-use crate::progress::progress;
-use crate::recompose::{Outcome, Request};
-use crate::wire;
-use jiff::Timestamp;
-use serde_json::Value;
+use skyway_engine::flight::{Aloft, Location};
+use skyway_engine::itinerary::{Limits, Objective};
+use skyway_engine::network::{NodeIx, Topology};
+use skyway_engine::recompose::{Outcome, Request};
+use skyway_formats::{FlightQuestion, ReadWarning, write_flight_question};
+use skyway_planted::{self as planted, Bug};
 use std::sync::Arc;
 
 /// The heaviest payload that is believed, in kilograms.

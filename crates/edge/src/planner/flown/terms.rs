@@ -1,9 +1,9 @@
 //! What flies, and what is asked for of a flight.
 
 use super::assumed::Assumed;
-use crate::flight::Airframe;
-use crate::itinerary::Objective;
 use jiff::Timestamp;
+use skyway_engine::flight::Airframe;
+use skyway_engine::itinerary::Objective;
 use std::sync::Arc;
 
 /// Grams in a kilogram.

@@ -1,13 +1,13 @@
 //! How a version of a plan is flown, in the words of the wire.
 
 use super::{DetourEnd, FlownVersion};
-use crate::flight::StopKind;
-use crate::itinerary::{Objective, Value};
-use crate::network::Topology;
 use crate::planner::later;
-use crate::wire;
 use crate::words::{instant, node_id, text};
 use jiff::Timestamp;
+use skyway_contract as wire;
+use skyway_engine::flight::StopKind;
+use skyway_engine::itinerary::{Objective, Value};
+use skyway_engine::network::Topology;
 use std::borrow::Cow;
 
 impl FlownVersion {
