@@ -2,9 +2,9 @@
 
 use super::files;
 use super::stop::Stop;
+use crate::wire::Problem;
 use reqwest::header::{ETAG, IF_MATCH};
 use reqwest::{RequestBuilder, Response, StatusCode};
-use serde_json::Value;
 use std::path::Path;
 use std::time::Duration;
 
@@ -168,9 +168,9 @@ impl Remote {
         if status.is_success() {
             return Ok(body);
         }
-        let problem: Value = serde_json::from_slice(&body).unwrap_or_default();
-        let detail = problem["detail"].as_str().unwrap_or_default();
-        Err(Stop::failed(format!("{url} answers {status}: {detail}")))
+        let problem = serde_json::from_slice::<Problem>(&body);
+        let told = problem.map_or_else(|_| String::new(), |problem| told(&problem));
+        Err(Stop::failed(format!("{url} answers {status}{told}")))
     }
 
     fn unreachable(&self, url: &str, error: &reqwest::Error) -> Stop {
@@ -224,4 +224,20 @@ fn root_of(error: &reqwest::Error) -> String {
         root = source;
     }
     root.to_string()
+}
+
+/// What a problem says, with a line for each fault: its place in what was sent, and what would set it right.
+fn told(problem: &Problem) -> String {
+    let mut told = format!(": {}", problem.detail);
+    for fault in &problem.errors {
+        let place = match fault.pointer.as_str() {
+            "" => "the whole",
+            pointer => pointer,
+        };
+        told += &format!("\n  {place}: {}", fault.message);
+        if let Some(hint) = &fault.hint {
+            told += &format!("; {hint}");
+        }
+    }
+    told
 }

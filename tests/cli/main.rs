@@ -23,5 +23,6 @@ mod logs;
 mod networks;
 mod packs;
 mod requests;
+mod services;
 #[cfg(feature = "edge")]
 mod traces;
