@@ -131,7 +131,6 @@ use skyway_contract as wire;
 use skyway_engine::network::Topology;
 use skyway_service::clock::Clock;
 use skyway_service::config::PackKeys;
-
 use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
