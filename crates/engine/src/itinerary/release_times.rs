@@ -9,8 +9,9 @@ use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
 use super::forbidden_times::ForbiddenTimes;
-use super::request::{Objective, Value};
-use super::way_on::{Opening, ROUNDING_M, ROUNDING_S, There, WayOn, list_stops_s};
+use super::opening::{At, Opening, ROUNDING_S, there};
+use super::request::Value;
+use super::way_on::{WayOn, list_stops_s};
 use crate::network::{NodeIx, SegmentIx};
 use std::ops::Range;
 
@@ -142,7 +143,7 @@ impl ReleaseTimes {
             return range.start as usize..range.end as usize;
         }
         let first = self.openings.len();
-        if let Some(at) = At::of(wanted, node) {
+        if let Some(at) = At::of(wanted.terms, wanted.best, node) {
             self.collect_entries(wanted, &at);
             self.collect_take_offs(wanted, &at);
             self.collect_pads(wanted, &at);
@@ -396,73 +397,6 @@ impl ReleaseTimes {
     }
 }
 
-/// A node at which something may open.
-struct At {
-    node: NodeIx,
-    is_start: bool,
-    /// Nobody is there earlier.
-    earliest_s: f64,
-    /// Of no use later, for a stop of no time.
-    latest_s: f64,
-    there: There,
-}
-
-impl At {
-    /// `None` where nothing better could come by the node.
-    fn of(wanted: &Wanted<'_>, node: NodeIx) -> Option<Self> {
-        let Wanted { terms, best, .. } = *wanted;
-        let request = terms.request;
-        if !may_lead_on(terms, best, node) {
-            return None;
-        }
-        let there = there(terms, node);
-        let by_s = request.starts.iter().map(|start| {
-            let straight_m = terms
-                .world
-                .topology
-                .position(start.node)
-                .distance_m(there.place);
-            start.at_s + (straight_m - ROUNDING_M).max(0.0) / terms.world.legs.fastest_mps()
-        });
-        let latest_s = request.deadline_s.min(match request.objective {
-            Objective::Time => best.arrives_s,
-            Objective::Distance | Objective::Energy => f64::INFINITY,
-        });
-        Some(Self {
-            node,
-            is_start: request.starts.iter().any(|start| start.node == node),
-            earliest_s: by_s.fold(f64::INFINITY, f64::min),
-            latest_s: latest_s - there.time_s,
-            there,
-        })
-    }
-
-    /// An opening that can be reached before the deadline.
-    fn opening(&self, (shuts_s, at_s): (f64, f64), stop_s: f64) -> Option<Opening> {
-        let is_in_time = at_s.is_finite() && at_s + stop_s <= self.latest_s;
-        (is_in_time && self.earliest_s <= at_s).then_some(Opening {
-            shuts_s,
-            at_s,
-            there: Some(There {
-                stop_s,
-                ..self.there
-            }),
-        })
-    }
-}
-
-/// A node with what is left from there at least.
-fn there(terms: &Expander<'_>, node: NodeIx) -> There {
-    let remaining = terms.potentials.from(node);
-    There {
-        place: terms.world.topology.position(node),
-        weight: remaining.weight,
-        time_s: remaining.time_s,
-        energy: remaining.energy,
-        stop_s: 0.0,
-    }
-}
-
 /// The times at which an opening can be of use.
 fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
     let starts = terms.request.starts.iter().map(|start| start.at_s);
@@ -470,15 +404,4 @@ fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
         starts.fold(f64::INFINITY, f64::min),
         terms.request.deadline_s,
     )
-}
-
-/// True where something better could come by a node: by the straight line from a start and the
-/// tables.
-fn may_lead_on(terms: &Expander<'_>, best: Value, node: NodeIx) -> bool {
-    let remaining = terms.potentials.from(node);
-    let place = terms.world.topology.position(node);
-    terms.request.starts.iter().any(|start| {
-        let straight_m = terms.world.topology.position(start.node).distance_m(place) - ROUNDING_M;
-        straight_m * terms.weight_per_m() + remaining.weight <= best.weight
-    })
 }

@@ -2,15 +2,11 @@
 
 use super::charging_label::ChargingLabel;
 use super::expander::Expander;
+use super::opening::{Opening, ROUNDING_M, ROUNDING_S, There};
 use super::request::{Objective, Value};
 use crate::geo::Point;
 use crate::network::NodeIx;
 
-/// Lengths are rounded in the table of legs; straight lines are shortened by this, in metres, to
-/// stay below them.
-pub(super) const ROUNDING_M: f64 = 1e-3;
-/// Sums of times in another order differ by less than this, in seconds.
-pub(super) const ROUNDING_S: f64 = 1e-3;
 /// Sums of weights of energies differ by less than this, as a fraction of a battery.
 const ROUNDING_ENERGY: f64 = 1e-9;
 
@@ -18,29 +14,6 @@ const ROUNDING_ENERGY: f64 = 1e-9;
 /// many.
 const STOPS_STEPS: f64 = 64.0;
 const STOPS_ENTRIES: usize = 256;
-
-/// Something opens at a node: a leg from it, a pad, or everything where the wind changes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Opening {
-    /// Who is there at this instant or before finds it open, too; minus infinity for pads and the
-    /// wind.
-    pub(super) shuts_s: f64,
-    pub(super) at_s: f64,
-    /// `None` for everywhere.
-    pub(super) there: Option<There>,
-}
-
-/// Where something opens.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct There {
-    pub(super) place: Point,
-    /// What is left from there at least.
-    pub(super) weight: f64,
-    pub(super) time_s: f64,
-    pub(super) energy: f64,
-    /// What a stop there takes at least, in seconds; 0 for a leg.
-    pub(super) stop_s: f64,
-}
 
 /// Two families at a node that fly on.
 pub(super) struct WayOn<'a> {
