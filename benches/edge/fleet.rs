@@ -5,7 +5,7 @@ use crate::percentiles::Percentiles;
 use crate::world::World;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::clock::Clock;
+use skyway::clock::{Clock, ManualClock};
 use skyway::edge::{
     Caller, Edge, EventStream, FeedImport, FlightSettings, Idempotency, Opening, Settings,
     ZoneWrite,
@@ -20,7 +20,6 @@ use tokio_stream::StreamExt;
 
 const DAWN: &str = "2026-11-21T06:00:00Z";
 const EPOCH: u64 = 1;
-const DEPARTURES_S: f64 = 12_000.0;
 
 /// Times of one kind of request.
 #[derive(Default)]
@@ -63,20 +62,32 @@ impl Waves {
     }
 }
 
+/// A plan that was put.
+struct Put {
+    id: String,
+    drone: String,
+    /// The nodes of its way.
+    nodes: Vec<String>,
+}
+
 /// An edge and its plans.
 pub(crate) struct Fleet {
     world: World,
+    /// Plans depart within this time.
+    departures_s: f64,
     edge: Arc<Edge>,
+    hand: ManualClock,
     caller: Caller,
-    /// The ways of the plans that were put.
+    put: Vec<Put>,
+    /// Their ways.
     ways: Vec<Vec<NodeIx>>,
     refused: usize,
     asked: usize,
 }
 
 impl Fleet {
-    pub(crate) fn over(world: World) -> Result<Self> {
-        let (clock, _) = Clock::by_hand(DAWN.parse()?);
+    pub(crate) fn over(world: World, departures_s: f64) -> Result<Self> {
+        let (clock, hand) = Clock::by_hand(DAWN.parse()?);
         let settings = Settings {
             closed_fraction_max: 1.0,
             flight: Some(FlightSettings::of(Airframe::phantom3())),
@@ -88,7 +99,10 @@ impl Fleet {
         Ok(Self {
             edge: opening.without_store()?,
             world,
+            departures_s,
+            hand,
             caller: Caller::anyone(),
+            put: Vec::new(),
             ways: Vec::new(),
             refused: 0,
             asked: 0,
@@ -103,6 +117,12 @@ impl Fleet {
         self.refused
     }
 
+    /// Lets time pass for all drones.
+    pub(crate) async fn fly_for(&self, time: SignedDuration) -> Result<()> {
+        self.hand.advance(time);
+        self.settle().await
+    }
+
     /// Until every plan is answered that something met, and has its contingencies.
     pub(crate) async fn settle(&self) -> Result<()> {
         Ok(self.edge.tick().await?)
@@ -113,7 +133,7 @@ impl Fleet {
         self.asked += 1;
         let [source, destination] = self.world.ends();
         let dawn: Timestamp = DAWN.parse()?;
-        let after_s = 60.0 + self.world.share() * DEPARTURES_S;
+        let after_s = 60.0 + self.world.share() * self.departures_s;
         let start = dawn + SignedDuration::from_secs_f64(after_s);
         let request = json!({
             "source": source, "destination": destination,
@@ -138,10 +158,21 @@ impl Fleet {
     pub(crate) async fn put(&mut self) -> Result<()> {
         match self.compose().await?.0 {
             Some(plan) => {
-                let nodes = plan.reported.path.nodes.iter();
+                let nodes = plan
+                    .reported
+                    .path
+                    .nodes
+                    .iter()
+                    .map(|id| id.text().to_owned());
+                let nodes: Vec<String> = nodes.collect();
                 let topology = &self.world.topology;
                 self.ways
-                    .push(nodes.filter_map(|id| topology.node(id.text())).collect());
+                    .push(nodes.iter().filter_map(|id| topology.node(id)).collect());
+                self.put.push(Put {
+                    id: plan.id.into_owned(),
+                    drone: plan.drone_id.unwrap_or_default().into_owned(),
+                    nodes,
+                });
             }
             None => self.refused += 1,
         }
@@ -182,13 +213,35 @@ impl Fleet {
                 "location": {"node": source}, "destination": destination,
                 "drone": {"id": "bystander", "battery_fraction": 0.9},
             });
-            let parsed = parse_report(report.to_string().as_bytes())?;
-            let begun = Instant::now();
-            let answered = self.edge.report_failure(&self.caller, parsed).await;
-            times.add(begun.elapsed());
-            answered?;
+            times.add(self.answer(&report).await?);
         }
         Ok(times)
+    }
+
+    /// Dry runs of drones that cannot fly a leg of their plans.
+    pub(crate) async fn recompositions_of_plans(&mut self, count: usize) -> Result<Times> {
+        let mut times = Times::default();
+        for _ in 0..count {
+            let plan = &self.put[self.world.below(self.put.len())];
+            let leg = self.world.below(plan.nodes.len() - 1);
+            let report = json!({
+                "type": "navigational", "dry_run": true,
+                "service": {"plan_id": plan.id, "leg": leg},
+                "location": {"node": plan.nodes[leg]}, "drone": {"id": plan.drone},
+            });
+            times.add(self.answer(&report).await?);
+        }
+        Ok(times)
+    }
+
+    /// How long the answer to a report takes.
+    async fn answer(&self, report: &Value) -> Result<Duration> {
+        let parsed = parse_report(report.to_string().as_bytes())?;
+        let begun = Instant::now();
+        let answered = self.edge.report_failure(&self.caller, parsed).await;
+        let took = begun.elapsed();
+        answered?;
+        Ok(took)
     }
 
     /// Zones one after the other, each lifted again.

@@ -1,4 +1,4 @@
-//! The generated network, and what is drawn over it from one seed.
+//! A network, and what is drawn over it from one seed.
 
 use crate::Result;
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::{Value, json};
 use skyway::edge::NewNetwork;
 use skyway::formats::{load_network, write_network};
-use skyway::network::{Components, Generated, Joining, NodeIx, Topology};
+use skyway::geo::Point;
+use skyway::network::{Components, Generated, Joining, NodeIx, Topology, bundled};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -26,7 +27,8 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(nodes: usize) -> Result<Self> {
+    /// So many nodes on a square, joined with those that are near.
+    pub(crate) fn generated(nodes: usize) -> Result<Self> {
         let generated = Generated {
             nodes,
             max_neighbours: 10,
@@ -35,7 +37,15 @@ impl World {
             joining: Joining::Nearest,
             seed: SEED,
         };
-        let text = write_network(&generated.network()?);
+        Self::of(write_network(&generated.network()?))
+    }
+
+    /// The rooftops of Sydney.
+    pub(crate) fn sydney() -> Result<Self> {
+        Self::of(bundled::SYDNEY_CBD.to_owned())
+    }
+
+    fn of(text: String) -> Result<Self> {
         let topology = Arc::new(load_network(&text)?.topology);
         Ok(Self {
             joined: Components::of(&topology).largest().collect(),
@@ -68,21 +78,21 @@ impl World {
     /// The zone over the middle of a leg.
     pub(crate) fn over_leg(&self, leg: &[NodeIx]) -> Value {
         let ends = [leg[0], leg[leg.len() - 1]].map(|node| self.topology.position(node));
-        let centre = [(ends[0].x + ends[1].x) / 2.0, (ends[0].y + ends[1].y) / 2.0];
-        circle(centre, 10.0)
+        let middle = Point::new((ends[0].x + ends[1].x) / 2.0, (ends[0].y + ends[1].y) / 2.0);
+        self.circle(middle, 10.0)
     }
 
     /// The zone about a place near the middle that half of these ways come into.
     pub(crate) fn over_half(&mut self, ways: &[Vec<NodeIx>]) -> Value {
-        let centre = [0, 1].map(|_| MAP_SIZE_M * (0.4 + 0.2 * self.share()));
+        let centre = self.place(0.4, 0.6);
         let distance = |way: &Vec<NodeIx>| {
             let nodes = way.iter().map(|&node| self.topology.position(node));
-            let distances = nodes.map(|at| (at.x - centre[0]).hypot(at.y - centre[1]));
+            let distances = nodes.map(|at| at.distance_m(centre));
             distances.fold(f64::INFINITY, f64::min)
         };
         let mut distances: Vec<f64> = ways.iter().map(distance).collect();
         distances.sort_by(f64::total_cmp);
-        circle(centre, distances[distances.len() / 2].max(1.0))
+        self.circle(centre, distances[distances.len() / 2].max(1.0))
     }
 
     /// The text of a feed of polygons about places that are drawn.
@@ -92,16 +102,15 @@ impl World {
     }
 
     fn polygon(&mut self, number: usize) -> Value {
-        let centre = [0, 1].map(|_| MAP_SIZE_M * self.share());
+        let centre = self.place(0.0, 1.0);
         let radius_m = 50.0 + 250.0 * self.share();
         let mut ring: Vec<[f64; 2]> = (0..VERTICES)
             .map(|corner| {
                 let (sine, cosine) = (TAU * corner as f64 / VERTICES as f64).sin_cos();
                 let distance_m = radius_m * (0.8 + 0.2 * self.share());
-                [
-                    centre[0] + distance_m * cosine,
-                    centre[1] + distance_m * sine,
-                ]
+                let corner =
+                    Point::new(centre.x + distance_m * cosine, centre.y + distance_m * sine);
+                self.topology.frame().from_plane(corner)
             })
             .collect();
         ring.push(ring[0]);
@@ -111,12 +120,20 @@ impl World {
             "properties": {"margin_m": MARGIN_M, "upper_m": 120},
         })
     }
-}
 
-fn circle(centre: [f64; 2], radius_m: f64) -> Value {
-    json!({
-        "type": "Feature", "id": "z",
-        "geometry": {"type": "Point", "coordinates": centre},
-        "properties": {"radius_m": radius_m, "margin_m": MARGIN_M},
-    })
+    /// A place between two parts of the width and the height.
+    fn place(&mut self, from: f64, until: f64) -> Point {
+        let bounds = self.topology.bounds();
+        let [x, y] = [0, 1].map(|_| from + (until - from) * self.share());
+        let (width_m, height_m) = (bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y);
+        Point::new(bounds.min.x + x * width_m, bounds.min.y + y * height_m)
+    }
+
+    fn circle(&self, centre: Point, radius_m: f64) -> Value {
+        json!({
+            "type": "Feature", "id": "z",
+            "geometry": {"type": "Point", "coordinates": self.topology.frame().from_plane(centre)},
+            "properties": {"radius_m": radius_m, "margin_m": MARGIN_M},
+        })
+    }
 }
