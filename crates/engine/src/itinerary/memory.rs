@@ -223,6 +223,15 @@ impl ItineraryScratch {
         }
     }
 
+    /// Takes a label out of its node's list, wherever it is in that.
+    pub(super) fn remove(&mut self, label: u32) {
+        let (mut before, mut other) = (NO_LABEL, self.head(self.labels[label as usize].node));
+        while other != NO_LABEL && other != label {
+            (before, other) = (other, self.labels[other as usize].next);
+        }
+        self.unlink(before, label);
+    }
+
     /// Adds a label to its node's list and to the queue.
     pub(super) fn push(&mut self, mut label: Label, key: Value) {
         let place = self.labels.len() as u32;
