@@ -6,8 +6,10 @@ use super::request::{Effort, Limits};
 const ROUNDS_AMONG_FEW: usize = 12;
 /// For at most one part in so many of the labels and checks.
 const SHARE_AMONG_FEW: usize = 2;
-/// And as many checks where all others count after that: in dense traffic each round meets others again, and a search among all of them takes about so many.
-const CHECKS_AMONG_FEW: usize = 40_000;
+/// And as many checks at most where so many are left that a search among all others most often ends: in dense traffic each round
+/// meets others again.
+const CHECKS_AMONG_FEW: usize = 10_000;
+const CHECKS_AMONG_ALL: usize = 100_000;
 /// What is left of labels and checks for the search among all others, where one among fewer reaches a bound: one part in
 /// so many.
 const LAST_ROUND_SHARE: usize = 4;
@@ -46,7 +48,9 @@ impl Most {
 
 /// Whether all others count from the next round on.
 pub(super) fn is_last_of_few(round: usize, effort: Effort, limits: Limits<'_>) -> bool {
-    effort.checks >= CHECKS_AMONG_FEW || has_spent(round, effort, limits)
+    let may_end_among_all = limits.checks >= effort.checks + CHECKS_AMONG_ALL;
+    let has_tried = may_end_among_all && effort.checks >= CHECKS_AMONG_FEW;
+    has_tried || has_spent(round, effort, limits)
 }
 
 /// Whether rounds have taken all that they may.
