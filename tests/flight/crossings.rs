@@ -4,7 +4,7 @@ use crate::stories::{begin, plan};
 use crate::world::{Kind, World, crowded, world};
 use skyway::flight::{Corner, Crossings, LegCourse, TrafficLeg, Vertical};
 use skyway::geo::Point;
-use skyway::itinerary::{Objective, Occupancy, OccupiedLeg, OthersOccupancy, Separation};
+use skyway::itinerary::{Objective, Occupancy, OccupiedLeg, OthersOccupancy, Owner, Separation};
 use skyway::network::{NetworkDraft, NodeDraft, NodeIx, SegmentDraft, SegmentIx, Topology};
 use std::sync::Arc;
 
@@ -120,7 +120,7 @@ fn where_it_is_unknown_when_a_drone_is_at_a_crossing_it_may_be_there_all_the_tim
     for (is_uncertain, met) in [(false, 0), (true, 1)] {
         let mut occupancy = Occupancy::default();
         let slow = OccupiedLeg {
-            plan: Arc::from("slow"),
+            plan: Owner::from(Arc::from("slow")),
             version: 1,
             leg: 0,
             from: node("s"),

@@ -14,6 +14,7 @@ mod decisions;
 mod events;
 mod forbidden;
 mod grid;
+mod kept;
 mod margins;
 mod model;
 mod optimality;

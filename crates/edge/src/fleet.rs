@@ -204,12 +204,12 @@ pub(super) fn conflicts_of(
     let mut found: Vec<PlanConflict> = Vec::new();
     for own in plan.versions().flat_map(|version| version.occupations()) {
         let there = snapshot.traffic().on(own.segment).iter();
-        for taken in there.filter(|taken| taken.plan != plan.id) {
+        for taken in there.filter(|taken| *taken.plan != *plan.id) {
             let other = occupation(own.segment, taken);
             let [own, other] = [std::slice::from_ref(&own), std::slice::from_ref(&other)];
             let met = conflicts(own, other, headway_s).into_iter();
             let met = met.map(|conflict| PlanConflict {
-                plan: taken.plan.clone(),
+                plan: taken.plan.id().clone(),
                 conflict,
             });
             for conflict in met {

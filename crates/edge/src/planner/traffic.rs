@@ -6,7 +6,7 @@ use imbl::OrdMap;
 use jiff::Timestamp;
 use skyway_engine::compose::{Occupation, conflicts};
 use skyway_engine::flight::Reservation;
-use skyway_engine::itinerary::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy};
+use skyway_engine::itinerary::{Occupancy, OccupiedLeg, OccupiedPad, OthersOccupancy, Owner};
 use skyway_engine::network::{NodeIx, SegmentIx};
 use std::sync::Arc;
 
@@ -18,13 +18,13 @@ pub(crate) fn legs(
     plan: &Arc<str>,
     version: &Version,
 ) -> impl Iterator<Item = (SegmentIx, OccupiedLeg)> {
-    let (plan, number) = (plan.clone(), version.number);
+    let (plan, number) = (Owner::from(plan.clone()), version.number);
     let all = version.occupations().into_iter();
     all.map(move |leg| (leg.segment, occupied(&leg, plan.clone(), number)))
 }
 
 /// A leg as plans take it.
-pub(crate) fn occupied(leg: &Occupation, plan: Arc<str>, version: u32) -> OccupiedLeg {
+pub(crate) fn occupied(leg: &Occupation, plan: Owner, version: u32) -> OccupiedLeg {
     OccupiedLeg {
         plan,
         version,

@@ -36,7 +36,7 @@ impl State {
             let taken = OccupiedLeg {
                 // Of what it would do only the first and the last instant are known.
                 is_uncertain: true,
-                ..occupied(&leg, plan.id.clone(), OF_NO_VERSION)
+                ..occupied(&leg, plan.id.clone().into(), OF_NO_VERSION)
             };
             self.next.occupancy.put_leg(leg.segment, taken);
             segments.push(leg.segment);

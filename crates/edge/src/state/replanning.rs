@@ -43,7 +43,7 @@ impl Snapshot {
         let mut plans = BTreeSet::new();
         for segment in segments {
             let there = self.traffic().on(segment).iter();
-            plans.extend(there.map(|leg| leg.plan.clone()));
+            plans.extend(there.map(|leg| leg.plan.id().clone()));
         }
         for &node in &closure.pads {
             let there = self.traffic().stays_at(node).iter();

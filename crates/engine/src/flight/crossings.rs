@@ -34,6 +34,11 @@ pub struct Stretch {
 }
 
 impl Stretch {
+    /// Where a leg is entered, whichever end that is.
+    pub(crate) const ENTRY: Self = Self {
+        enters: 0.0,
+        leaves: 0.0,
+    };
     /// All of a leg.
     pub const WHOLE: Self = Self {
         enters: 0.0,
@@ -120,6 +125,11 @@ impl SharedCrossings {
     pub fn of(&self, topology: &Topology, vertical: &Vertical, horizontal_m: f64) -> &Crossings {
         let find = || Crossings::of(topology, vertical, horizontal_m);
         self.0.get_or_init(find)
+    }
+
+    /// Whether both are those of one network.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 

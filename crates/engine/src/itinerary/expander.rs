@@ -363,13 +363,7 @@ impl<'a> Expander<'a> {
                 // Who hovers there leaves as it likes.
                 takes_off: false,
             };
-            let within_s = (entered_s, f64::INFINITY);
-            room.forbid(self, (entry, leg, 0), within_s);
-            for &(from_s, until_s) in room.intervals.iter() {
-                if from_s < entered_s && entered_s < until_s {
-                    entered_s = until_s;
-                }
-            }
+            entered_s = self.open_from_s((entry, leg), entered_s, room);
         }
         let latest_s = self.latest_s(flight.to);
         if entered_s + cost.time_s > latest_s {
@@ -392,6 +386,28 @@ impl<'a> Expander<'a> {
         if let Some(mut flown) = flown.filter(|flown| flown.lo_s <= latest_s) {
             flown.weight += self.leg_weight(flight.length_m, cost.energy);
             room.offers.push((flown, How::Leg { leg, period: 0 }));
+        }
+    }
+
+    /// The first instant from one on at which a leg may be entered.
+    fn open_from_s(
+        &self,
+        (entry, leg): (Entry, u32),
+        mut entered_s: f64,
+        room: &mut SearchBuffers<'_>,
+    ) -> f64 {
+        loop {
+            // What forbids it later is looked up only where it is not open before.
+            let known_s = entered_s;
+            room.forbid(self, (entry, leg, 0), (known_s, known_s));
+            for &(from_s, until_s) in room.intervals.iter() {
+                if from_s < entered_s && entered_s < until_s {
+                    entered_s = until_s;
+                }
+            }
+            if entered_s == known_s || entered_s == f64::INFINITY {
+                return entered_s;
+            }
         }
     }
 

@@ -1,15 +1,20 @@
 //! When legs may not be entered by who flies past their first node, kept while a request is searched.
 //!
 //! Where traffic is dense, a search looks at a leg for many labels, and each look at all that comes near the leg takes long.
-//! So the second look keeps what forbids the leg at any time, and those that follow find their times in it. When others pass a
-//! node is the same for all legs that lead there: the first of them keeps it.
+//! So the second look keeps what forbids the leg, and those that follow find their times in it. When others pass a
+//! node is the same for all legs that lead there: the first of them keeps it. Most labels are soon after the start, so what is
+//! kept reaches as far as has been asked for, in a few steps.
 
 use super::active_traffic::ActiveTraffic;
 use super::entry::{Entry, Leaving};
+use super::near_traffic::NearTraffic;
 use super::obstacles::join;
 use super::request::{FlightRequest, FlightWorld};
 use crate::network::{NodeIx, SegmentIx};
 use std::ops::Range;
+
+/// So far after the start of a request are the times that are kept, in seconds; or they are all.
+const AHEAD_S: [f64; 2] = [128.0, 1_024.0];
 
 /// A request in its world.
 type InWorld<'a> = (&'a FlightWorld<'a>, &'a FlightRequest<'a>);
@@ -21,6 +26,8 @@ struct Known {
     generation: u32,
     /// Where others count: on the segment, and at its last node.
     others: (bool, bool),
+    /// Until when, in seconds.
+    until_s: f64,
     /// `None` after the first look.
     intervals: Option<Range<u32>>,
 }
@@ -30,6 +37,8 @@ struct Known {
 struct Passes {
     /// The request that it is known for.
     generation: u32,
+    /// Until when, in seconds.
+    until_s: f64,
     intervals: Range<u32>,
 }
 
@@ -40,6 +49,7 @@ pub(super) struct ForbiddenTimes {
     legs: Vec<Known>,
     /// By node.
     passes: Vec<Passes>,
+    near: NearTraffic,
     intervals: Vec<(f64, f64)>,
     /// Those of a leg that is being looked at.
     found: Vec<(f64, f64)>,
@@ -77,19 +87,21 @@ impl ForbiddenTimes {
             intervals.sort_by(|one, other| one.0.total_cmp(&other.0));
             return;
         }
-        let known = self.always((world, request), active, (entry, leg, period));
+        let until_s = known_until_s(request, within_s.1);
+        let known = self.known_times((world, request), active, (entry, leg, period), until_s);
         let first = known.partition_point(|&(_, until_s)| until_s < within_s.0);
         let met = known[first..].iter();
         intervals.extend(met.take_while(|&&(from_s, _)| from_s <= within_s.1));
     }
 
-    /// The times, from the earliest start of the request on, at which a leg may not be entered by who flies past its first
-    /// node: joined, in order.
-    pub(super) fn always(
+    /// The times, from the earliest start of the request until an instant, at which a leg may not be entered by who flies past
+    /// its first node: joined, in order. One that ends later than the instant may go on for longer.
+    pub(super) fn known_times(
         &mut self,
         (world, request): InWorld<'_>,
         active: &ActiveTraffic,
         (entry, leg, period): (Entry, u32, usize),
+        until_s: f64,
     ) -> &[(f64, f64)] {
         let generation = self.generation;
         let others = (
@@ -98,12 +110,14 @@ impl ForbiddenTimes {
         );
         let known = self.known(world, leg, period);
         let kept = known.intervals.clone();
-        let kept = kept.filter(|_| (known.generation, known.others) == (generation, others));
-        let range = kept.unwrap_or_else(|| {
-            let range = self.look((world, request), active, entry);
+        let is_known = (known.generation, known.others) == (generation, others);
+        let is_far = known.until_s >= until_s;
+        let range = kept.filter(|_| is_known && is_far).unwrap_or_else(|| {
+            let range = self.look((world, request), active, entry, until_s);
             *self.known(world, leg, period) = Known {
                 generation,
                 others,
+                until_s,
                 intervals: Some(range.clone()),
             };
             range
@@ -133,16 +147,17 @@ impl ForbiddenTimes {
         is_first
     }
 
-    /// Keeps what forbids a leg at any time.
+    /// Keeps what forbids a leg until an instant.
     fn look(
         &mut self,
         (world, request): InWorld<'_>,
         active: &ActiveTraffic,
         entry: Entry,
+        until_s: f64,
     ) -> Range<u32> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        let within_s = from_the_start(request);
+        let within_s = (earliest_start_s(request), until_s);
         self.add((world, request), (entry, active), within_s, &mut found);
         let range = self.keep(&mut found);
         self.found = found;
@@ -170,17 +185,15 @@ impl ForbiddenTimes {
             return;
         }
         if active.has_segment(SegmentIx(entry.segment)) {
-            let (separation, others) = (world.separation(), obstacles.others());
-            separation.on_segment(others, entry, within_s, &mut |near| {
-                take(near.from_s, near.until_s);
-            });
+            self.near.on_segment(world, entry, within_s, &mut take);
         }
         let lands = active.has_node(entry.to);
         let lands = lands.then_some((entry.to, entry.time_s));
         let takes_off = entry.takes_off && active.has_node(entry.from);
         let takes_off = takes_off.then_some((entry.from, 0.0));
         for (node, after_s) in lands.into_iter().chain(takes_off) {
-            let passes = self.passes((world, request), node);
+            let until_s = known_until_s(request, within_s.1 + after_s);
+            let passes = self.passes((world, request), node, until_s);
             let first = passes.partition_point(|&(_, until_s)| until_s - after_s < within_s.0);
             let before = passes[first..]
                 .iter()
@@ -189,21 +202,30 @@ impl ForbiddenTimes {
         }
     }
 
-    /// When nobody may be above a node as others are, from the earliest start of the request on: joined, in order.
-    pub(super) fn passes(&mut self, (world, request): InWorld<'_>, node: NodeIx) -> &[(f64, f64)] {
+    /// When nobody may be above a node as others are, from the earliest start of the request until an instant: joined, in order.
+    /// One that ends later than the instant may go on for longer.
+    pub(super) fn passes(
+        &mut self,
+        (world, request): InWorld<'_>,
+        node: NodeIx,
+        until_s: f64,
+    ) -> &[(f64, f64)] {
         if node.at() >= self.passes.len() {
             let node_count = world.topology.node_count();
             self.passes.resize(node_count, Passes::default());
         }
-        if self.passes[node.at()].generation != self.generation {
+        let known = &self.passes[node.at()];
+        if known.generation != self.generation || known.until_s < until_s {
             let mut found = std::mem::take(&mut self.passing);
             found.clear();
-            let (separation, others) = (world.separation(), world.obstacles.others());
-            separation.at_node(others, (node, 0.0), from_the_start(request), &mut |near| {
-                found.push((near.from_s, near.until_s));
-            });
+            let within_s = (earliest_start_s(request), until_s);
+            let mut take = |from_s, until_s| found.push((from_s, until_s));
+            if world.rules.node_headway_s > 0.0 {
+                self.near.above(world, node, within_s, &mut take);
+            }
             self.passes[node.at()] = Passes {
                 generation: self.generation,
+                until_s,
                 intervals: self.keep(&mut found),
             };
             self.passing = found;
@@ -221,8 +243,19 @@ impl ForbiddenTimes {
     }
 }
 
-/// From the earliest start of a request on.
-fn from_the_start(request: &FlightRequest<'_>) -> (f64, f64) {
+/// When the first start of a request is, in seconds.
+fn earliest_start_s(request: &FlightRequest<'_>) -> f64 {
     let starts = request.starts.iter().map(|start| start.at_s);
-    (starts.fold(f64::INFINITY, f64::min), f64::INFINITY)
+    starts.fold(f64::INFINITY, f64::min)
+}
+
+/// Until when times are looked up that are asked for until an instant: few different ones, so that what is kept is seldom not far
+/// enough.
+pub(super) fn known_until_s(request: &FlightRequest<'_>, until_s: f64) -> f64 {
+    let start_s = earliest_start_s(request);
+    let ahead = AHEAD_S.iter().map(|ahead_s| start_s + ahead_s);
+    ahead.fold(f64::INFINITY, |best, end_s| match end_s >= until_s {
+        true => best.min(end_s),
+        false => best,
+    })
 }

@@ -3,6 +3,7 @@
 //! A change costs what it changes: the entries of the segments and nodes of one version of a plan. A
 //! search borrows the maps, leaves out its own plan, and copies nothing.
 
+use super::owner::Owner;
 use super::pad_stays::PadStays;
 use crate::airspace::Bits;
 use crate::flight::{Reservation, TrafficLeg};
@@ -14,7 +15,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccupiedLeg {
     /// Whose it is.
-    pub plan: Arc<str>,
+    pub plan: Owner,
     /// Which version of the plan.
     pub version: u32,
     /// Which leg of the version, counted from 0.
@@ -48,7 +49,7 @@ pub struct OccupiedPad {
 
 /// The legs on one segment.
 #[derive(Clone, Debug, Default)]
-struct SegmentLegs {
+pub(super) struct SegmentLegs {
     /// By when they are entered.
     by_entry: Vec<OccupiedLeg>,
     /// None of them takes longer, in seconds.
@@ -60,6 +61,11 @@ impl SegmentLegs {
         self.by_entry.retain(|leg| stays(leg));
         let times_s = self.by_entry.iter().map(|leg| leg.leaves_s - leg.enters_s);
         self.longest_s = times_s.fold(0.0, f64::max);
+    }
+
+    /// By when they are entered.
+    pub(super) fn by_entry(&self) -> &[OccupiedLeg] {
+        &self.by_entry
     }
 
     /// Those of which part may lie between two instants.
@@ -82,6 +88,8 @@ pub struct Occupancy {
     legs: Vector<Option<Arc<SegmentLegs>>>,
     /// How many segments have some.
     taken_segments: usize,
+    /// Another one whenever any leg changes.
+    state_of_legs: Arc<()>,
     stays: OrdMap<u32, Arc<PadStays>>,
     /// The segments that have legs, as searches ask for each leg they look at.
     busy: Arc<Bits>,
@@ -92,6 +100,7 @@ pub struct Occupancy {
 impl Occupancy {
     /// Adds a leg on a segment, in place of the one that this version has under its number.
     pub fn put_leg(&mut self, segment: SegmentIx, leg: OccupiedLeg) {
+        self.state_of_legs = Arc::default();
         while self.legs.len() <= segment.at() {
             self.legs.push_back(None);
         }
@@ -121,6 +130,7 @@ impl Occupancy {
         let is_it = |other: &OccupiedLeg| {
             other.version == version && other.leg == leg && *other.plan == *plan
         };
+        self.state_of_legs = Arc::default();
         if there.by_entry.iter().any(is_it) {
             Arc::make_mut(there).retain(|other| !is_it(other));
         }
@@ -180,8 +190,9 @@ impl Occupancy {
         self.stays.get(&node.0).map_or(&[], |stays| stays.all())
     }
 
-    fn legs_of(&self, segment: SegmentIx) -> Option<&SegmentLegs> {
-        self.legs.get(segment.at())?.as_deref()
+    fn legs_of(&self, segment: SegmentIx) -> Option<&Arc<SegmentLegs>> {
+        let is_busy = self.is_busy(segment);
+        is_busy.then(|| self.legs.get(segment.at())?.as_ref())?
     }
 
     /// Whether a segment has legs.
@@ -197,6 +208,16 @@ impl Occupancy {
 }
 
 impl OccupiedLeg {
+    /// In seconds from an instant.
+    pub(super) fn since(&self, segment: SegmentIx, zero_s: f64) -> TrafficLeg {
+        TrafficLeg {
+            segment,
+            from: self.from,
+            enters_s: self.enters_s - zero_s,
+            leaves_s: self.leaves_s - zero_s,
+        }
+    }
+
     fn is_same(&self, other: &Self) -> bool {
         (self.version, self.leg) == (other.version, other.leg) && self.plan == other.plan
     }
@@ -206,7 +227,7 @@ impl OccupiedLeg {
 #[derive(Clone, Debug, Default)]
 pub struct OthersOccupancy {
     occupancy: Occupancy,
-    own: [Option<Arc<str>>; 2],
+    own: [Option<Owner>; 2],
     /// Second 0 of the search on the clock of the occupancy.
     zero_s: f64,
 }
@@ -216,7 +237,7 @@ impl OthersOccupancy {
     pub fn of(occupancy: Occupancy, own: [Option<Arc<str>>; 2], zero_s: f64) -> Self {
         Self {
             occupancy,
-            own,
+            own: own.map(|plan| plan.map(Owner::from)),
             zero_s,
         }
     }
@@ -224,7 +245,7 @@ impl OthersOccupancy {
     /// Plain facts, none of them the drone's own, in the seconds of the search.
     pub fn from_facts(reservations: &[Reservation], traffic: &[TrafficLeg]) -> Self {
         let mut occupancy = Occupancy::default();
-        let plan: Arc<str> = Arc::from("");
+        let plan = Owner::from(Arc::from(""));
         for (number, leg) in (0..).zip(traffic) {
             let occupied = OccupiedLeg {
                 plan: plan.clone(),
@@ -277,6 +298,18 @@ impl OthersOccupancy {
         self.own.iter().flatten().any(|own| **own == *plan)
     }
 
+    /// False where no plan of the drone's own has this hash.
+    #[inline]
+    pub(super) fn may_be_own(&self, hash: u64) -> bool {
+        self.own.iter().flatten().any(|own| own.hash() == hash)
+    }
+
+    /// Whether a leg is of a plan of the drone's own.
+    #[inline]
+    fn owns(&self, leg: &OccupiedLeg) -> bool {
+        self.own.iter().flatten().any(|own| *own == leg.plan)
+    }
+
     /// Whether any plan is in the air at some time, be it the drone's own.
     #[inline]
     pub fn is_in_the_air(&self) -> bool {
@@ -291,7 +324,7 @@ impl OthersOccupancy {
     /// The legs of others on a segment, by when they are entered.
     pub fn legs_on(&self, segment: SegmentIx) -> impl Iterator<Item = TrafficLeg> + '_ {
         let there = self.occupancy.legs_on(segment).iter();
-        let others = there.filter(|leg| !self.is_own(&leg.plan));
+        let others = there.filter(|leg| !self.owns(leg));
         others.map(move |leg| self.in_seconds(segment, leg))
     }
 
@@ -302,31 +335,35 @@ impl OthersOccupancy {
         segment: SegmentIx,
         (from_s, until_s): (f64, f64),
     ) -> impl Iterator<Item = (&OccupiedLeg, TrafficLeg)> {
-        let is_busy = self.occupancy.is_busy(segment);
-        let there = is_busy.then(|| self.occupancy.legs_of(segment)).flatten();
+        let there = self.occupancy.legs_of(segment);
         let (from_s, until_s) = (from_s + self.zero_s, until_s + self.zero_s);
         let near = there
             .into_iter()
             .flat_map(move |there| there.between(from_s, until_s));
-        let others = near.filter(|leg| !self.is_own(&leg.plan));
+        let others = near.filter(|leg| !self.owns(leg));
         others.map(move |leg| (leg, self.in_seconds(segment, leg)))
     }
 
+    /// The same one as long as no leg of any plan has changed.
+    pub(super) fn state_of_legs(&self) -> &Arc<()> {
+        &self.occupancy.state_of_legs
+    }
+
+    /// The legs of all plans on a segment, the drone's own included, on the clock of the occupancy.
+    pub(super) fn all_on(&self, segment: SegmentIx) -> Option<&Arc<SegmentLegs>> {
+        self.occupancy.legs_of(segment)
+    }
+
     fn in_seconds(&self, segment: SegmentIx, leg: &OccupiedLeg) -> TrafficLeg {
-        TrafficLeg {
-            segment,
-            from: leg.from,
-            enters_s: leg.enters_s - self.zero_s,
-            leaves_s: leg.leaves_s - self.zero_s,
-        }
+        leg.since(segment, self.zero_s)
     }
 
     /// The plan that flies a leg.
     pub fn plan_of(&self, leg: &TrafficLeg) -> Option<&Arc<str>> {
         let mut there = self.occupancy.legs_on(leg.segment).iter();
-        let found = there
-            .find(|other| !self.is_own(&other.plan) && self.in_seconds(leg.segment, other) == *leg);
-        found.map(|other| &other.plan)
+        let found =
+            there.find(|other| !self.owns(other) && self.in_seconds(leg.segment, other) == *leg);
+        found.map(|other| other.plan.id())
     }
 
     /// The stays of others at a node.
@@ -376,7 +413,7 @@ mod tests {
 
     fn leg(plan: &str, version: u32, enters_s: f64) -> OccupiedLeg {
         OccupiedLeg {
-            plan: Arc::from(plan),
+            plan: Owner::from(Arc::from(plan)),
             version,
             leg: 0,
             from: NodeIx(0),

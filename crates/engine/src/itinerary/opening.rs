@@ -38,7 +38,9 @@ pub(super) struct At {
     pub(super) node: NodeIx,
     pub(super) is_start: bool,
     /// Nobody is there earlier.
-    earliest_s: f64,
+    pub(super) earliest_s: f64,
+    /// Until then all that opens is known.
+    pub(super) known_until_s: f64,
     /// Of no use later, for a stop of no time.
     latest_s: f64,
     there: There,
@@ -46,7 +48,12 @@ pub(super) struct At {
 
 impl At {
     /// `None` where nothing better could come by the node.
-    pub(super) fn of(terms: &Expander<'_>, best: Value, node: NodeIx) -> Option<Self> {
+    pub(super) fn of(
+        terms: &Expander<'_>,
+        best: Value,
+        node: NodeIx,
+        known_until_s: f64,
+    ) -> Option<Self> {
         let request = terms.request;
         if !may_lead_on(terms, best, node) {
             return None;
@@ -68,6 +75,7 @@ impl At {
             node,
             is_start: request.starts.iter().any(|start| start.node == node),
             earliest_s: by_s.fold(f64::INFINITY, f64::min),
+            known_until_s,
             latest_s: latest_s - there.time_s,
             there,
         })
@@ -75,7 +83,8 @@ impl At {
 
     /// An opening that can be reached before the deadline.
     pub(super) fn opening(&self, (shuts_s, at_s): (f64, f64), stop_s: f64) -> Option<Opening> {
-        let is_in_time = at_s.is_finite() && at_s + stop_s <= self.latest_s;
+        let is_known = at_s.is_finite() && at_s <= self.known_until_s;
+        let is_in_time = is_known && at_s + stop_s <= self.latest_s;
         (is_in_time && self.earliest_s <= at_s).then_some(Opening {
             shuts_s,
             at_s,

@@ -8,7 +8,7 @@ use super::active_traffic::ActiveTraffic;
 use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::expander::Expander;
-use super::forbidden_times::ForbiddenTimes;
+use super::forbidden_times::{ForbiddenTimes, known_until_s};
 use super::opening::{At, Opening, ROUNDING_S, there};
 use super::request::Value;
 use super::way_on::{WayOn, list_stops_s};
@@ -27,8 +27,8 @@ const PARTED_BY: usize = 64;
 #[derive(Debug)]
 pub(super) struct ReleaseTimes {
     openings: Vec<Opening>,
-    /// By node: where its openings are, by time, in a generation.
-    of_nodes: Vec<(u32, Range<u32>)>,
+    /// By node.
+    of_nodes: Vec<Collected>,
     generation: u32,
     /// The nodes at which something may open, and where what opens everywhere is, once they are listed.
     nodes: Vec<NodeIx>,
@@ -48,6 +48,16 @@ pub(super) struct ReleaseTimes {
     stops_s: Vec<f64>,
 }
 
+/// The openings at a node, in a generation.
+#[derive(Clone, Debug, Default)]
+struct Collected {
+    generation: u32,
+    /// Until when they are all there, in seconds.
+    until_s: f64,
+    /// Where they are, by time.
+    range: Range<u32>,
+}
+
 /// What openings are collected for.
 struct Wanted<'a> {
     terms: &'a Expander<'a>,
@@ -62,7 +72,7 @@ impl ReleaseTimes {
     pub(super) fn for_nodes(node_count: usize) -> Self {
         Self {
             openings: Vec::new(),
-            of_nodes: vec![(0, 0..0); node_count],
+            of_nodes: vec![Collected::default(); node_count],
             generation: 1,
             nodes: Vec::new(),
             everywhere: 0..0,
@@ -87,7 +97,7 @@ impl ReleaseTimes {
         self.is_complete = false;
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
-            self.of_nodes.fill((0, 0..0));
+            self.of_nodes.fill(Collected::default());
             self.generation = 1;
         }
     }
@@ -125,7 +135,7 @@ impl ReleaseTimes {
         self.is_complete = true;
         let nodes = std::mem::take(&mut self.nodes);
         for &node in &nodes {
-            self.collect_at(wanted, node);
+            self.collect_at(wanted, node, f64::INFINITY);
         }
         self.nodes = nodes;
         self.by_time.clear();
@@ -136,22 +146,35 @@ impl ReleaseTimes {
             .sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
     }
 
-    /// Collects what opens at a node, once; gives where it is.
-    fn collect_at(&mut self, wanted: &mut Wanted<'_>, node: NodeIx) -> Range<usize> {
-        let (generation, range) = &self.of_nodes[node.at()];
-        if *generation == self.generation {
-            return range.start as usize..range.end as usize;
+    /// Collects what opens at a node until an instant; gives where it is, and until when all of it is there.
+    fn collect_at(
+        &mut self,
+        wanted: &mut Wanted<'_>,
+        node: NodeIx,
+        until_s: f64,
+    ) -> (Range<usize>, f64) {
+        let there = &self.of_nodes[node.at()];
+        if there.generation == self.generation && there.until_s >= until_s {
+            let range = there.range.start as usize..there.range.end as usize;
+            return (range, there.until_s);
         }
         let first = self.openings.len();
-        if let Some(at) = At::of(wanted.terms, wanted.best, node) {
+        let at = At::of(wanted.terms, wanted.best, node, until_s);
+        // Where nothing better could come by, nothing ever opens.
+        let until_s = at.as_ref().map_or(f64::INFINITY, |_| until_s);
+        if let Some(at) = at {
             self.collect_entries(wanted, &at);
             self.collect_take_offs(wanted, &at);
             self.collect_pads(wanted, &at);
             self.openings[first..].sort_unstable_by(|one, other| one.at_s.total_cmp(&other.at_s));
         }
         let range = first..self.openings.len();
-        self.of_nodes[node.at()] = (self.generation, range.start as u32..range.end as u32);
-        range
+        self.of_nodes[node.at()] = Collected {
+            generation: self.generation,
+            until_s,
+            range: range.start as u32..range.end as u32,
+        };
+        (range, until_s)
     }
 
     /// Legs that lead from a node.
@@ -159,7 +182,7 @@ impl ReleaseTimes {
         let (terms, active) = (wanted.terms, wanted.active);
         let world = terms.world;
         let mut intervals = std::mem::take(&mut self.intervals);
-        let within_s = usable_s(terms);
+        let within_s = (at.earliest_s, at.known_until_s);
         for leg in world.legs.from(at.node) {
             let flight = world.legs.leg(leg);
             let obstacles = world.obstacles;
@@ -183,7 +206,7 @@ impl ReleaseTimes {
                 if !at.is_start {
                     let forbidden = wanted
                         .forbidden
-                        .always((world, terms.request), active, flight)
+                        .known_times((world, terms.request), active, flight, at.known_until_s)
                         .iter();
                     self.openings
                         .extend(forbidden.filter_map(|&forbidden| at.opening(forbidden, 0.0)));
@@ -213,7 +236,10 @@ impl ReleaseTimes {
             return;
         }
         let request = (world, wanted.terms.request);
-        let passes = wanted.forbidden.passes(request, at.node).iter();
+        let passes = wanted
+            .forbidden
+            .passes(request, at.node, at.known_until_s)
+            .iter();
         let opens = passes.map(|&(_, until_s)| (f64::NEG_INFINITY, until_s));
         self.openings
             .extend(opens.filter_map(|opening| at.opening(opening, 0.0)));
@@ -334,17 +360,27 @@ impl ReleaseTimes {
         looked_at: &mut usize,
     ) -> Option<u32> {
         let (first_s, last_s) = way_on.usable_s();
-        let range = self.collect_at(wanted, node);
-        let there = &self.openings[range.clone()];
-        let first = there.partition_point(|opening| opening.at_s <= first_s);
-        let mut within = there[first..]
-            .iter()
-            .take_while(|opening| opening.at_s <= last_s);
-        let place = within.position(|opening| {
-            *looked_at += 1;
-            way_on.may_use(opening)
-        })?;
-        Some((range.start + first + place) as u32)
+        let mut from_s = first_s;
+        loop {
+            let until_s = known_until_s(wanted.terms.request, from_s.next_up());
+            let (range, known_until_s) = self.collect_at(wanted, node, until_s);
+            let there = &self.openings[range.clone()];
+            let first = there.partition_point(|opening| opening.at_s <= from_s);
+            let mut within = there[first..]
+                .iter()
+                .take_while(|opening| opening.at_s <= last_s);
+            let place = within.position(|opening| {
+                *looked_at += 1;
+                way_on.may_use(opening)
+            });
+            if let Some(place) = place {
+                return Some((range.start + first + place) as u32);
+            }
+            if last_s <= known_until_s {
+                return None;
+            }
+            from_s = known_until_s;
+        }
     }
 
     /// One at the nodes that are the fewest legs away.
@@ -395,13 +431,4 @@ impl ReleaseTimes {
         let mut everywhere = self.everywhere.clone();
         found.or_else(|| everywhere.find(|&turn| way_on.may_use(&self.openings[turn as usize])))
     }
-}
-
-/// The times at which an opening can be of use.
-fn usable_s(terms: &Expander<'_>) -> (f64, f64) {
-    let starts = terms.request.starts.iter().map(|start| start.at_s);
-    (
-        starts.fold(f64::INFINITY, f64::min),
-        terms.request.deadline_s,
-    )
 }

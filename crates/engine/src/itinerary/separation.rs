@@ -9,7 +9,7 @@
 use super::active_traffic::ActiveTraffic;
 use super::entry::{Entry, Leaving};
 use super::occupancy::{OccupiedLeg, OthersOccupancy};
-use crate::flight::{Crossings, FlightPlan, FlightRules, Stretch, TrafficLeg};
+use crate::flight::{Crossing, Crossings, FlightPlan, FlightRules, Stretch, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx, Topology};
 
 /// Entries within the headway of another plan's, the headway itself included, conflict; this much more, in
@@ -27,6 +27,43 @@ pub struct Separation<'a> {
     pub crossings: &'a Crossings,
     /// How far apart.
     pub rules: &'a FlightRules,
+}
+
+/// From which end of its segment a leg is entered that another plan is in the way of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Entered {
+    Either,
+    First,
+    Last,
+}
+
+/// How another plan comes near a leg: it forbids entries between two instants, ends excluded, which are the earlier the longer
+/// the leg takes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Approach {
+    /// For a leg that takes no time, in seconds.
+    pub(super) from_s: f64,
+    pub(super) until_s: f64,
+    /// Where the leg is near the other plan: from its first node on, or as it is entered where that tells which entries it is of.
+    own: Stretch,
+    entered: Entered,
+}
+
+impl Approach {
+    /// What it forbids of entries from the first node of the segment, or from the last, where the leg takes so long; `None` for
+    /// none.
+    #[inline]
+    pub(super) fn of_entry(&self, from_first: bool, time_s: f64) -> Option<(f64, f64)> {
+        let own = match (self.entered, from_first) {
+            (Entered::Either, false) => self.own.reversed(),
+            (Entered::Either, true) | (Entered::First, true) | (Entered::Last, false) => self.own,
+            (Entered::First, false) | (Entered::Last, true) => return None,
+        };
+        Some((
+            self.from_s - own.leaves * time_s,
+            self.until_s - own.enters * time_s,
+        ))
+    }
 }
 
 /// Another plan that forbids an entry between two instants, ends excluded.
@@ -71,53 +108,121 @@ impl Separation<'_> {
     ) {
         let segment = SegmentIx(entry.segment);
         let reach_s = self.reach_s(entry, within_s);
-        for (other, leg) in others.legs_between(segment, reach_s) {
-            let apart_s = self.rules.headway_s + HEADWAY_STEP_S;
-            let (from_s, until_s) = match (leg.from == entry.from, other.is_uncertain) {
-                (true, false) => (leg.enters_s - apart_s, leg.enters_s + apart_s),
-                (true, true) => (
-                    leg.enters_s - entry.time_s - apart_s,
-                    leg.leaves_s + apart_s,
-                ),
-                (false, _) => (leg.enters_s - entry.time_s, leg.leaves_s),
-            };
-            take(Nearness {
-                other,
-                leg,
-                from_s,
-                until_s,
-                passed_s: entry.time_s,
-            });
-        }
         let first_node = self.topology.segment(segment).from;
+        let from_first = first_node == entry.from;
+        for (other, leg) in others.legs_between(segment, reach_s) {
+            let approaches = self.along(first_node, &leg, other.is_uncertain);
+            for approach in approaches {
+                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s) {
+                    take(Nearness {
+                        other,
+                        leg,
+                        from_s,
+                        until_s,
+                        passed_s: entry.time_s,
+                    });
+                }
+            }
+        }
         for crossing in self.crossings.on(segment) {
-            let own = match first_node == entry.from {
+            let own = match from_first {
                 true => crossing.own,
                 false => crossing.own.reversed(),
             };
-            let apart_s = match crossing.is_at_node {
-                true => self.rules.node_headway_s,
-                false => 0.0,
-            };
-            let first_node = self.topology.segment(crossing.other).from;
+            let passed_s = own.leaves * entry.time_s + self.apart_s(crossing);
             for (other, leg) in others.legs_between(crossing.other, reach_s) {
-                let near = match first_node == leg.from {
-                    _ if other.is_uncertain => Stretch::WHOLE,
-                    true => crossing.others,
-                    false => crossing.others.reversed(),
-                };
-                let time_s = leg.leaves_s - leg.enters_s;
-                take(Nearness {
-                    other,
-                    leg,
-                    from_s: leg.enters_s + near.enters * time_s
-                        - own.leaves * entry.time_s
-                        - apart_s,
-                    until_s: leg.enters_s + near.leaves * time_s - own.enters * entry.time_s
-                        + apart_s,
-                    passed_s: own.leaves * entry.time_s + apart_s,
-                });
+                let approach = self.across(crossing, &leg, other.is_uncertain);
+                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s) {
+                    take(Nearness {
+                        other,
+                        leg,
+                        from_s,
+                        until_s,
+                        passed_s,
+                    });
+                }
             }
+        }
+    }
+
+    /// How a leg comes near others on its segment, whose first node this is: near those from the same end, and near those from
+    /// the other.
+    pub(super) fn along(
+        &self,
+        first_node: NodeIx,
+        leg: &TrafficLeg,
+        is_uncertain: bool,
+    ) -> [Approach; 2] {
+        let apart_s = self.rules.headway_s + HEADWAY_STEP_S;
+        let (same, opposite) = match leg.from == first_node {
+            true => (Entered::First, Entered::Last),
+            false => (Entered::Last, Entered::First),
+        };
+        let behind = match is_uncertain {
+            true => Approach {
+                from_s: leg.enters_s - apart_s,
+                until_s: leg.leaves_s + apart_s,
+                own: Stretch::WHOLE,
+                entered: same,
+            },
+            false => Approach {
+                from_s: leg.enters_s - apart_s,
+                until_s: leg.enters_s + apart_s,
+                own: Stretch::ENTRY,
+                entered: same,
+            },
+        };
+        let head_on = Approach {
+            from_s: leg.enters_s,
+            until_s: leg.leaves_s,
+            own: Stretch::WHOLE,
+            entered: opposite,
+        };
+        [behind, head_on]
+    }
+
+    /// How a leg comes near those on a segment that crosses its own.
+    pub(super) fn across(
+        &self,
+        crossing: &Crossing,
+        leg: &TrafficLeg,
+        is_uncertain: bool,
+    ) -> Approach {
+        let near = match self.topology.segment(crossing.other).from == leg.from {
+            _ if is_uncertain => Stretch::WHOLE,
+            true => crossing.others,
+            false => crossing.others.reversed(),
+        };
+        let time_s = leg.leaves_s - leg.enters_s;
+        let apart_s = self.apart_s(crossing);
+        Approach {
+            from_s: leg.enters_s + near.enters * time_s - apart_s,
+            until_s: leg.enters_s + near.leaves * time_s + apart_s,
+            own: crossing.own,
+            entered: Entered::Either,
+        }
+    }
+
+    /// How much later or earlier a drone keeps off a crossing, in seconds.
+    fn apart_s(&self, crossing: &Crossing) -> f64 {
+        match crossing.is_at_node {
+            true => self.rules.node_headway_s,
+            false => 0.0,
+        }
+    }
+
+    /// How a leg that begins or ends at a node comes near those who pass it.
+    pub(super) fn above(&self, node: NodeIx, leg: &TrafficLeg, is_uncertain: bool) -> Approach {
+        let passes_s = match leg.from == node {
+            _ if is_uncertain => (leg.enters_s, leg.leaves_s),
+            true => (leg.enters_s, leg.enters_s),
+            false => (leg.leaves_s, leg.leaves_s),
+        };
+        Approach {
+            from_s: passes_s.0 - self.rules.node_headway_s,
+            until_s: passes_s.1 + self.rules.node_headway_s,
+            own: Stretch::ENTRY,
+            entered: Entered::Either,
         }
     }
 
@@ -139,16 +244,14 @@ impl Separation<'_> {
         );
         for arc in self.topology.arcs(node) {
             for (other, leg) in others.legs_between(arc.segment, reach_s) {
-                let passes_s = match leg.from == node {
-                    _ if other.is_uncertain => (leg.enters_s, leg.leaves_s),
-                    true => (leg.enters_s, leg.enters_s),
-                    false => (leg.leaves_s, leg.leaves_s),
-                };
+                let Approach {
+                    from_s, until_s, ..
+                } = self.above(node, &leg, other.is_uncertain);
                 take(Nearness {
                     other,
                     leg,
-                    from_s: passes_s.0 - headway_s - after_s,
-                    until_s: passes_s.1 + headway_s - after_s,
+                    from_s: from_s - after_s,
+                    until_s: until_s - after_s,
                     passed_s: after_s + headway_s,
                 });
             }
