@@ -30,8 +30,9 @@ struct Kept {
 /// What comes near a segment, or above a node.
 #[derive(Debug, Default)]
 struct Near {
-    /// The generation in which it was last found to hold.
-    generation: u32,
+    /// The last generation in which it holds, and that in which it was last looked at.
+    holds_in: u32,
+    looked_at_in: u32,
     /// The legs on the segments that it is of.
     parts: Vec<Option<Arc<SegmentLegs>>>,
     /// By when they begin.
@@ -100,13 +101,17 @@ impl NearTraffic {
         }
         let near = &mut self.segments[segment.at()];
         let others = world.obstacles.others();
-        if near.generation != self.generation {
-            near.generation = self.generation;
+        if near.holds_in != self.generation {
             let separation = world.separation();
             let crossings = separation.crossings.on(segment);
             let across = crossings.iter().map(|crossing| crossing.other);
             let parts = std::iter::once(segment).chain(across);
             if !near.holds(others, parts.clone()) {
+                if near.is_first_look(self.generation) {
+                    return separation.on_segment(others, entry, within_s, &mut |near| {
+                        take(near.from_s, near.until_s);
+                    });
+                }
                 self.kept -= near.all.len();
                 let first_node = world.topology.segment(segment).from;
                 near.gather(others, parts, |part, (leg, is_uncertain), put| {
@@ -122,6 +127,7 @@ impl NearTraffic {
                 });
                 self.kept += near.all.len();
             }
+            near.holds_in = self.generation;
         }
         let from_first = world.topology.segment(segment).from == entry.from;
         near.each(others, (from_first, entry.time_s), within_s, take);
@@ -142,23 +148,33 @@ impl NearTraffic {
         }
         let near = &mut self.nodes[node.at()];
         let others = world.obstacles.others();
-        if near.generation != self.generation {
-            near.generation = self.generation;
+        if near.holds_in != self.generation {
             let separation = world.separation();
             let parts = world.topology.arcs(node).iter().map(|arc| arc.segment);
             if !near.holds(others, parts.clone()) {
+                if near.is_first_look(self.generation) {
+                    return separation.at_node(others, (node, 0.0), within_s, &mut |near| {
+                        take(near.from_s, near.until_s);
+                    });
+                }
                 self.kept -= near.all.len();
                 near.gather(others, parts, |_, (leg, is_uncertain), put| {
                     put(separation.above(node, leg, is_uncertain));
                 });
                 self.kept += near.all.len();
             }
+            near.holds_in = self.generation;
         }
         near.each(others, (true, 0.0), within_s, take);
     }
 }
 
 impl Near {
+    /// Whether it has not been looked at since legs have changed. One look is not worth gathering all.
+    fn is_first_look(&mut self, generation: u32) -> bool {
+        std::mem::replace(&mut self.looked_at_in, generation) != generation
+    }
+
     /// Whether the segments have the very legs that they had.
     fn holds(
         &self,
