@@ -9,16 +9,16 @@ use skyway::network::{SegmentIx, Topology};
 use std::sync::Arc;
 
 const PLANS: [&str; 3] = ["own", "one", "other"];
-/// Second 0 of the searches, on the clock of the plans.
-const ZERO_S: f64 = 1_000.0;
+/// Second 0 of the searches, on the clock of the plans: as of today it has few digits after the point.
+const ZERO_S: f64 = 1_795_860_000.3;
 
 fn drawn_leg(draw: &mut Draw, topology: &Topology, segment: SegmentIx) -> OccupiedLeg {
     let ends = topology.segment(segment);
-    let enters_s = ZERO_S + draw.between(-100.0, 2_000.0);
+    let enters_s = ZERO_S + draw.between(-100.0, 4_000.0);
     OccupiedLeg {
         plan: Owner::from(Arc::from(PLANS[draw.below(PLANS.len())])),
         version: 1,
-        leg: draw.below(4) as u32,
+        leg: draw.below(20) as u32,
         from: [ends.from, ends.to][draw.below(2)],
         enters_s,
         leaves_s: enters_s + draw.between(30.0, 300.0),
@@ -47,18 +47,20 @@ fn legs_that_come_and_go_between_searches_leave_nothing_behind() {
         let mut kept = ItineraryScratch::new(topology);
         let mut before = None;
         for step in 0..30 {
-            let segment = SegmentIx(draw.below(topology.segment_count()) as u32);
-            let leg = drawn_leg(&mut draw, topology, segment);
-            let is_own = *leg.plan == *PLANS[0];
-            let puts = draw.chance(0.7);
-            let concerned = [
-                Some(&mut occupancy),
-                Some(&mut of_others).filter(|_| !is_own),
-            ];
-            for occupancy in concerned.into_iter().flatten() {
-                match puts {
-                    true => occupancy.put_leg(segment, leg.clone()),
-                    false => occupancy.remove_leg(segment, &leg.plan, 1, leg.leg),
+            for _ in 0..if step == 0 { 200 } else { 3 } {
+                let segment = SegmentIx(draw.below(topology.segment_count()) as u32);
+                let leg = drawn_leg(&mut draw, topology, segment);
+                let is_own = *leg.plan == *PLANS[0];
+                let puts = draw.chance(0.7);
+                let concerned = [
+                    Some(&mut occupancy),
+                    Some(&mut of_others).filter(|_| !is_own),
+                ];
+                for occupancy in concerned.into_iter().flatten() {
+                    match puts {
+                        true => occupancy.put_leg(segment, leg.clone()),
+                        false => occupancy.remove_leg(segment, &leg.plan, 1, leg.leg),
+                    }
                 }
             }
             let own = Some(Arc::from(PLANS[0]));

@@ -6,6 +6,7 @@
 
 use super::entry::Entry;
 use super::occupancy::{OthersOccupancy, SegmentLegs};
+use super::opening::ROUNDING_S;
 use super::request::FlightWorld;
 use super::separation::Approach;
 use crate::flight::{SharedCrossings, TrafficLeg};
@@ -18,7 +19,6 @@ const MOST_KEPT: usize = 500_000;
 /// An approach, and whose leg it is.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
-    /// On the clock of the occupancy.
     approach: Approach,
     /// Of the plan whose leg it is.
     hash: u64,
@@ -109,7 +109,9 @@ impl NearTraffic {
             if !near.holds(others, parts.clone()) {
                 if near.is_first_look(self.generation) {
                     return separation.on_segment(others, entry, within_s, &mut |near| {
-                        take(near.from_s, near.until_s);
+                        if meets((near.from_s, near.until_s), within_s) {
+                            take(near.from_s, near.until_s);
+                        }
                     });
                 }
                 self.kept -= near.all.len();
@@ -154,7 +156,9 @@ impl NearTraffic {
             if !near.holds(others, parts.clone()) {
                 if near.is_first_look(self.generation) {
                     return separation.at_node(others, (node, 0.0), within_s, &mut |near| {
-                        take(near.from_s, near.until_s);
+                        if meets((near.from_s, near.until_s), within_s) {
+                            take(near.from_s, near.until_s);
+                        }
                     });
                 }
                 self.kept -= near.all.len();
@@ -211,7 +215,7 @@ impl Near {
             for (leg, place) in legs.zip(0..) {
                 let flown = leg.since(segment, 0.0);
                 approaches(part, (&flown, leg.is_uncertain), &mut |approach| {
-                    *longest_s = longest_s.max(approach.until_s - approach.from_s);
+                    *longest_s = longest_s.max(approach.lasts_s());
                     all.push(Kept {
                         approach,
                         hash: leg.plan.hash(),
@@ -222,7 +226,7 @@ impl Near {
             }
             parts.push(there);
         }
-        let begins_s = |kept: &Kept| kept.approach.from_s;
+        let begins_s = |kept: &Kept| kept.approach.begins_s();
         self.all
             .sort_unstable_by(|one, other| begins_s(one).total_cmp(&begins_s(other)));
     }
@@ -236,19 +240,17 @@ impl Near {
         take: &mut impl FnMut(f64, f64),
     ) {
         let zero_s = others.zero_s();
-        let earliest_s = within_s.0 + zero_s - self.longest_s;
-        let latest_s = within_s.1 + zero_s + time_s;
+        let earliest_s = within_s.0 + zero_s - self.longest_s - ROUNDING_S;
+        let latest_s = within_s.1 + zero_s + time_s + ROUNDING_S;
         self.seek(earliest_s);
         for kept in &self.all[self.first..] {
-            if kept.approach.from_s > latest_s {
+            if kept.approach.begins_s() > latest_s {
                 break;
             }
-            let Some((from_s, until_s)) = kept.approach.of_entry(from_first, time_s) else {
+            let Some((from_s, until_s)) = kept.approach.of_entry(from_first, time_s, zero_s) else {
                 continue;
             };
-            let (from_s, until_s) = (from_s - zero_s, until_s - zero_s);
-            let meets = from_s <= within_s.1 && until_s >= within_s.0;
-            if meets && !self.is_own(others, kept) {
+            if meets((from_s, until_s), within_s) && !self.is_own(others, kept) {
                 take(from_s, until_s);
             }
         }
@@ -256,7 +258,7 @@ impl Near {
 
     /// Finds the first that begins at an instant or later.
     fn seek(&mut self, from_s: f64) {
-        let is_before = |kept: &Kept| kept.approach.from_s < from_s;
+        let is_before = |kept: &Kept| kept.approach.begins_s() < from_s;
         let mut first = self.first.min(self.all.len());
         while first > 0 && !is_before(&self.all[first - 1]) {
             first -= 1;
@@ -276,4 +278,10 @@ impl Near {
         let part = self.parts[usize::from(kept.part)].as_ref();
         part.is_some_and(|legs| others.is_own(&legs.by_entry()[kept.leg as usize].plan))
     }
+}
+
+/// Whether an interval, ends included, has an instant of a stretch of time.
+#[inline]
+fn meets((from_s, until_s): (f64, f64), within_s: (f64, f64)) -> bool {
+    from_s <= within_s.1 && until_s >= within_s.0
 }

@@ -41,27 +41,47 @@ enum Entered {
 /// the leg takes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Approach {
-    /// For a leg that takes no time, in seconds.
-    pub(super) from_s: f64,
-    pub(super) until_s: f64,
+    /// When the other plan enters its leg, on the clock of that, in seconds.
+    entered_s: f64,
+    /// What it forbids, from then on, of a leg that takes no time. Apart from the instant, which has few digits after the point
+    /// on the clock of plans: so it is the same to the last bit on any clock.
+    from_s: f64,
+    until_s: f64,
     /// Where the leg is near the other plan: from its first node on, or as it is entered where that tells which entries it is of.
     own: Stretch,
     entered: Entered,
 }
 
 impl Approach {
-    /// What it forbids of entries from the first node of the segment, or from the last, where the leg takes so long; `None` for
-    /// none.
+    /// When it begins at the latest, on the clock of the other plan, but for rounding.
     #[inline]
-    pub(super) fn of_entry(&self, from_first: bool, time_s: f64) -> Option<(f64, f64)> {
+    pub(super) fn begins_s(&self) -> f64 {
+        self.entered_s + self.from_s
+    }
+
+    /// How long it lasts, where the leg takes no time.
+    pub(super) fn lasts_s(&self) -> f64 {
+        self.until_s - self.from_s
+    }
+
+    /// What it forbids of entries from the first node of the segment, or from the last, in seconds from an instant on the clock
+    /// of the other plan, where the leg takes so long; `None` for none.
+    #[inline]
+    pub(super) fn of_entry(
+        &self,
+        from_first: bool,
+        time_s: f64,
+        zero_s: f64,
+    ) -> Option<(f64, f64)> {
         let own = match (self.entered, from_first) {
             (Entered::Either, false) => self.own.reversed(),
             (Entered::Either, true) | (Entered::First, true) | (Entered::Last, false) => self.own,
             (Entered::First, false) | (Entered::Last, true) => return None,
         };
+        let entered_s = self.entered_s - zero_s;
         Some((
-            self.from_s - own.leaves * time_s,
-            self.until_s - own.enters * time_s,
+            entered_s + self.from_s - own.leaves * time_s,
+            entered_s + self.until_s - own.enters * time_s,
         ))
     }
 }
@@ -113,7 +133,7 @@ impl Separation<'_> {
         for (other, leg) in others.legs_between(segment, reach_s) {
             let approaches = self.along(first_node, &leg, other.is_uncertain);
             for approach in approaches {
-                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s) {
+                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s, 0.0) {
                     take(Nearness {
                         other,
                         leg,
@@ -132,7 +152,7 @@ impl Separation<'_> {
             let passed_s = own.leaves * entry.time_s + self.apart_s(crossing);
             for (other, leg) in others.legs_between(crossing.other, reach_s) {
                 let approach = self.across(crossing, &leg, other.is_uncertain);
-                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s) {
+                if let Some((from_s, until_s)) = approach.of_entry(from_first, entry.time_s, 0.0) {
                     take(Nearness {
                         other,
                         leg,
@@ -158,23 +178,27 @@ impl Separation<'_> {
             true => (Entered::First, Entered::Last),
             false => (Entered::Last, Entered::First),
         };
+        let time_s = leg.leaves_s - leg.enters_s;
         let behind = match is_uncertain {
             true => Approach {
-                from_s: leg.enters_s - apart_s,
-                until_s: leg.leaves_s + apart_s,
+                entered_s: leg.enters_s,
+                from_s: -apart_s,
+                until_s: time_s + apart_s,
                 own: Stretch::WHOLE,
                 entered: same,
             },
             false => Approach {
-                from_s: leg.enters_s - apart_s,
-                until_s: leg.enters_s + apart_s,
+                entered_s: leg.enters_s,
+                from_s: -apart_s,
+                until_s: apart_s,
                 own: Stretch::ENTRY,
                 entered: same,
             },
         };
         let head_on = Approach {
-            from_s: leg.enters_s,
-            until_s: leg.leaves_s,
+            entered_s: leg.enters_s,
+            from_s: 0.0,
+            until_s: time_s,
             own: Stretch::WHOLE,
             entered: opposite,
         };
@@ -196,8 +220,9 @@ impl Separation<'_> {
         let time_s = leg.leaves_s - leg.enters_s;
         let apart_s = self.apart_s(crossing);
         Approach {
-            from_s: leg.enters_s + near.enters * time_s - apart_s,
-            until_s: leg.enters_s + near.leaves * time_s + apart_s,
+            entered_s: leg.enters_s,
+            from_s: near.enters * time_s - apart_s,
+            until_s: near.leaves * time_s + apart_s,
             own: crossing.own,
             entered: Entered::Either,
         }
@@ -213,12 +238,14 @@ impl Separation<'_> {
 
     /// How a leg that begins or ends at a node comes near those who pass it.
     pub(super) fn above(&self, node: NodeIx, leg: &TrafficLeg, is_uncertain: bool) -> Approach {
+        let time_s = leg.leaves_s - leg.enters_s;
         let passes_s = match leg.from == node {
-            _ if is_uncertain => (leg.enters_s, leg.leaves_s),
-            true => (leg.enters_s, leg.enters_s),
-            false => (leg.leaves_s, leg.leaves_s),
+            _ if is_uncertain => (0.0, time_s),
+            true => (0.0, 0.0),
+            false => (time_s, time_s),
         };
         Approach {
+            entered_s: leg.enters_s,
             from_s: passes_s.0 - self.rules.node_headway_s,
             until_s: passes_s.1 + self.rules.node_headway_s,
             own: Stretch::ENTRY,
@@ -244,16 +271,16 @@ impl Separation<'_> {
         );
         for arc in self.topology.arcs(node) {
             for (other, leg) in others.legs_between(arc.segment, reach_s) {
-                let Approach {
-                    from_s, until_s, ..
-                } = self.above(node, &leg, other.is_uncertain);
-                take(Nearness {
-                    other,
-                    leg,
-                    from_s: from_s - after_s,
-                    until_s: until_s - after_s,
-                    passed_s: after_s + headway_s,
-                });
+                let approach = self.above(node, &leg, other.is_uncertain);
+                if let Some((from_s, until_s)) = approach.of_entry(true, 0.0, 0.0) {
+                    take(Nearness {
+                        other,
+                        leg,
+                        from_s: from_s - after_s,
+                        until_s: until_s - after_s,
+                        passed_s: after_s + headway_s,
+                    });
+                }
             }
         }
     }
