@@ -2,10 +2,13 @@
 
 use crate::events::{Events, Outcome, beats};
 use crate::grid::Grid;
+use crate::stories::begin;
 use crate::world::{Draw, Kind, World, crowded, large_world, world};
 use skyway::flight::TimedClosure;
 use skyway::itinerary::{FlightAnswer, Limits, Objective, Step, Value};
+use skyway::network::{NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Worlds of each kind per run; `SKYWAY_CASES` multiplies them.
 const WORLDS: u64 = 100;
@@ -176,6 +179,72 @@ fn with_swaps_alone_the_grid_has_the_best_plan() {
     assert!(found > 0);
 }
 
+/// A crowd in a wind that changes.
+fn crowded_in_wind(seed: u64, world: World) -> World {
+    let wind = world.wind.clone();
+    World {
+        wind,
+        ..crowded(seed, world)
+    }
+}
+
+/// What flies the one way has to leave it early, and both are there at the same time: one of them is enough, and one is kept.
+#[test]
+fn of_two_ways_that_are_alike_the_one_that_stays_open_is_kept() {
+    let places = [
+        ("s", 0.0, 0.0),
+        ("a", 500.0, 300.0),
+        ("b", 500.0, -300.0),
+        ("d", 1_000.0, 0.0),
+    ];
+    let node = |(id, x, y): (&str, f64, f64)| NodeDraft {
+        id: id.to_owned(),
+        position: [x, y],
+        pads: 1,
+        ..NodeDraft::default()
+    };
+    let street = |from: &str, to: &str| SegmentDraft {
+        from: from.to_owned(),
+        to: to.to_owned(),
+        ..SegmentDraft::default()
+    };
+    for [first, second] in [["a", "b"], ["b", "a"]] {
+        let ways = [("s", first), ("s", second), (first, "d"), (second, "d")];
+        let draft = NetworkDraft {
+            name: "diamond".to_owned(),
+            nodes: places.map(node).to_vec(),
+            segments: ways.map(|(from, to)| street(from, to)).to_vec(),
+            ..NetworkDraft::default()
+        };
+        let topology = Arc::new(Topology::build(draft, [0; 32]).expect("a valid network"));
+        let at = |id: &str| topology.node(id).expect("a node");
+        let mut world = begin(at("s"), 0.0);
+        world.destination = at("d");
+        world.topology = topology.clone();
+        world.starts[0].battery = 1.0;
+        for closed in ["a", "b"] {
+            let mut world = world.clone();
+            world.situation.closures.push(TimedClosure {
+                from_s: 1_000.0,
+                until_s: f64::INFINITY,
+                segments: topology
+                    .segment_between(at("s"), at(closed))
+                    .into_iter()
+                    .collect(),
+                nodes: Vec::new(),
+                pads: Vec::new(),
+                widened: false,
+            });
+            for objective in Objective::ALL {
+                let plain = world.answer(objective, true);
+                let case = format!("{first} first, {closed} closes, {}", objective.name());
+                assert!(plain.plan.is_some(), "{case}");
+                assert_eq!(plain.value, world.answer(objective, false).value, "{case}");
+            }
+        }
+    }
+}
+
 #[test]
 fn plain_label_setting_gives_the_same_values() {
     for seed in seeds() {
@@ -184,6 +253,7 @@ fn plain_label_setting_gives_the_same_values() {
             world(seed, Kind::Grid),
             crowded(seed, world(seed, Kind::Continuous)),
             closed_for_good(seed, world(seed, Kind::Continuous)),
+            crowded_in_wind(seed, world(seed, Kind::Continuous)),
         ];
         for (number, world) in worlds.into_iter().enumerate() {
             for objective in Objective::ALL {

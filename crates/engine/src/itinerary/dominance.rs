@@ -99,13 +99,9 @@ impl Run<'_, '_> {
                     true => self.dominance((&there, &label), nearest_before.is_later(&there)),
                     false => Dominance::Fails,
                 };
-                match by_it {
-                    Dominance::Holds => {
-                        self.note_tie(&there, &label);
-                        return;
-                    }
-                    Dominance::UnlessParted => nearest_before = Nearest::of(&there, other),
-                    Dominance::Fails => {}
+                if by_it == Dominance::Holds {
+                    self.note_tie(&there, &label);
+                    return;
                 }
                 let of_it = match may_stand_for {
                     true => self.dominance((&label, &there), nearest_after.is_earlier(&there)),
@@ -120,6 +116,10 @@ impl Run<'_, '_> {
                     }
                     Dominance::UnlessParted => nearest_after = Nearest::of(&there, other),
                     Dominance::Fails => {}
+                }
+                // Not one that has just been dropped for this label: both would be lost.
+                if by_it == Dominance::UnlessParted {
+                    nearest_before = Nearest::of(&there, other);
                 }
             }
             (before, other) = (other, after);

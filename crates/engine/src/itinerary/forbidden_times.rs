@@ -26,6 +26,8 @@ struct Known {
     generation: u32,
     /// Where others count: on the segment, and at its last node.
     others: (bool, bool),
+    /// How long the leg takes, which is less where hovering is free than where the wind counts that blows then.
+    time_s: f64,
     /// Until when, in seconds.
     until_s: f64,
     /// `None` after the first look.
@@ -61,6 +63,7 @@ pub(super) struct ForbiddenTimes {
 impl ForbiddenTimes {
     /// Forgets the request before.
     pub(super) fn clear(&mut self) {
+        self.near.begin_request();
         self.intervals.clear();
         self.generation = self.generation.wrapping_add(1);
         if self.generation == 0 {
@@ -110,13 +113,15 @@ impl ForbiddenTimes {
         );
         let known = self.known(world, leg, period);
         let kept = known.intervals.clone();
-        let is_known = (known.generation, known.others) == (generation, others);
+        let is_known =
+            (known.generation, known.others, known.time_s) == (generation, others, entry.time_s);
         let is_far = known.until_s >= until_s;
         let range = kept.filter(|_| is_known && is_far).unwrap_or_else(|| {
             let range = self.look((world, request), active, entry, until_s);
             *self.known(world, leg, period) = Known {
                 generation,
                 others,
+                time_s: entry.time_s,
                 until_s,
                 intervals: Some(range.clone()),
             };

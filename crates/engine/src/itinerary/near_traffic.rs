@@ -13,7 +13,7 @@ use crate::flight::{SharedCrossings, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx};
 use std::sync::Arc;
 
-/// So many approaches are kept at most, which takes about 32 MB.
+/// After a request with which more approaches and segments of lists are kept, all are forgotten: they take about 40 MB.
 const MOST_KEPT: usize = 500_000;
 
 /// An approach, and whose leg it is.
@@ -23,7 +23,7 @@ struct Kept {
     /// Of the plan whose leg it is.
     hash: u64,
     /// Which of the segments that the list is of, and which of the legs on it.
-    part: u16,
+    part: u32,
     leg: u32,
 }
 
@@ -54,11 +54,18 @@ pub(super) struct NearTraffic {
     /// As long as no leg changes.
     generation: u32,
     state_of_legs: Arc<()>,
-    /// How many approaches are kept.
+    /// How many approaches, and segments of lists, are kept.
     kept: usize,
 }
 
 impl NearTraffic {
+    /// Begins a request, with no more kept than there may be.
+    pub(super) fn begin_request(&mut self) {
+        if self.kept > MOST_KEPT {
+            self.forget();
+        }
+    }
+
     fn forget(&mut self) {
         self.segments.clear();
         self.nodes.clear();
@@ -77,7 +84,7 @@ impl NearTraffic {
         }
         self.state_of_legs = state_of_legs.clone();
         self.generation = self.generation.wrapping_add(1);
-        if !is_there || self.generation == 0 || self.kept > MOST_KEPT {
+        if !is_there || self.generation == 0 {
             self.forget();
             self.crossings = world.crossings.clone();
             self.headways_s = headways_s;
@@ -114,7 +121,7 @@ impl NearTraffic {
                         }
                     });
                 }
-                self.kept -= near.all.len();
+                self.kept -= near.kept();
                 let first_node = world.topology.segment(segment).from;
                 near.gather(others, parts, |part, (leg, is_uncertain), put| {
                     match part.checked_sub(1) {
@@ -127,7 +134,7 @@ impl NearTraffic {
                         }
                     }
                 });
-                self.kept += near.all.len();
+                self.kept += near.kept();
             }
             near.holds_in = self.generation;
         }
@@ -161,11 +168,11 @@ impl NearTraffic {
                         }
                     });
                 }
-                self.kept -= near.all.len();
+                self.kept -= near.kept();
                 near.gather(others, parts, |_, (leg, is_uncertain), put| {
                     put(separation.above(node, leg, is_uncertain));
                 });
-                self.kept += near.all.len();
+                self.kept += near.kept();
             }
             near.holds_in = self.generation;
         }
@@ -174,6 +181,10 @@ impl NearTraffic {
 }
 
 impl Near {
+    fn kept(&self) -> usize {
+        self.all.len() + self.parts.len()
+    }
+
     /// Whether it has not been looked at since legs have changed. One look is not worth gathering all.
     fn is_first_look(&mut self, generation: u32) -> bool {
         std::mem::replace(&mut self.looked_at_in, generation) != generation
@@ -219,7 +230,7 @@ impl Near {
                     all.push(Kept {
                         approach,
                         hash: leg.plan.hash(),
-                        part: part as u16,
+                        part: part as u32,
                         leg: place,
                     });
                 });
@@ -275,7 +286,7 @@ impl Near {
         if !others.may_be_own(kept.hash) {
             return false;
         }
-        let part = self.parts[usize::from(kept.part)].as_ref();
+        let part = self.parts[kept.part as usize].as_ref();
         part.is_some_and(|legs| others.is_own(&legs.by_entry()[kept.leg as usize].plan))
     }
 }

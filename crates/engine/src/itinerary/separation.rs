@@ -44,7 +44,7 @@ pub(super) struct Approach {
     /// When the other plan enters its leg, on the clock of that, in seconds.
     entered_s: f64,
     /// What it forbids, from then on, of a leg that takes no time. Apart from the instant, which has few digits after the point
-    /// on the clock of plans: so it is the same to the last bit on any clock.
+    /// on the clock of plans: so it is the same to the last bit in the seconds of a search.
     from_s: f64,
     until_s: f64,
     /// Where the leg is near the other plan: from its first node on, or as it is entered where that tells which entries it is of.
@@ -266,8 +266,8 @@ impl Separation<'_> {
             return;
         }
         let reach_s = (
-            within_s.0 + after_s - headway_s,
-            within_s.1 + after_s + headway_s,
+            within_s.0 + after_s - headway_s - HEADWAY_STEP_S,
+            within_s.1 + after_s + headway_s + HEADWAY_STEP_S,
         );
         for arc in self.topology.arcs(node) {
             for (other, leg) in others.legs_between(arc.segment, reach_s) {
