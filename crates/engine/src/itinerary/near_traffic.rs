@@ -6,12 +6,14 @@
 
 use super::entry::Entry;
 use super::occupancy::{OthersOccupancy, SegmentLegs};
-use super::opening::ROUNDING_S;
 use super::request::FlightWorld;
 use super::separation::Approach;
 use crate::flight::{SharedCrossings, TrafficLeg};
 use crate::network::{NodeIx, SegmentIx};
 use std::sync::Arc;
+
+/// An instant on the clock of plans is rounded by less, in seconds.
+const ROUNDING_S: f64 = 1e-3;
 
 /// After a request with which more approaches and segments of lists are kept, all are forgotten: they take about 40 MB.
 const MOST_KEPT: usize = 500_000;
