@@ -66,8 +66,7 @@ impl Waves {
 struct Put {
     id: String,
     drone: String,
-    /// The nodes of its way.
-    nodes: Vec<String>,
+    way: Vec<NodeIx>,
 }
 
 /// An edge and its plans.
@@ -78,9 +77,7 @@ pub(crate) struct Fleet {
     edge: Arc<Edge>,
     hand: ManualClock,
     caller: Caller,
-    put: Vec<Put>,
-    /// Their ways.
-    ways: Vec<Vec<NodeIx>>,
+    plans: Vec<Put>,
     refused: usize,
     asked: usize,
 }
@@ -102,15 +99,14 @@ impl Fleet {
             departures_s,
             hand,
             caller: Caller::anyone(),
-            put: Vec::new(),
-            ways: Vec::new(),
+            plans: Vec::new(),
             refused: 0,
             asked: 0,
         })
     }
 
-    pub(crate) fn plans(&self) -> &[Vec<NodeIx>] {
-        &self.ways
+    pub(crate) fn plan_count(&self) -> usize {
+        self.plans.len()
     }
 
     pub(crate) fn refused(&self) -> usize {
@@ -158,20 +154,13 @@ impl Fleet {
     pub(crate) async fn put(&mut self) -> Result<()> {
         match self.compose().await?.0 {
             Some(plan) => {
-                let nodes = plan
-                    .reported
-                    .path
-                    .nodes
-                    .iter()
-                    .map(|id| id.text().to_owned());
-                let nodes: Vec<String> = nodes.collect();
                 let topology = &self.world.topology;
-                self.ways
-                    .push(nodes.iter().filter_map(|id| topology.node(id)).collect());
-                self.put.push(Put {
+                let nodes = plan.reported.path.nodes.iter();
+                let way = nodes.filter_map(|id| topology.node(id.text())).collect();
+                self.plans.push(Put {
                     id: plan.id.into_owned(),
                     drone: plan.drone_id.unwrap_or_default().into_owned(),
-                    nodes,
+                    way,
                 });
             }
             None => self.refused += 1,
@@ -222,12 +211,13 @@ impl Fleet {
     pub(crate) async fn recompositions_of_plans(&mut self, count: usize) -> Result<Times> {
         let mut times = Times::default();
         for _ in 0..count {
-            let plan = &self.put[self.world.below(self.put.len())];
-            let leg = self.world.below(plan.nodes.len() - 1);
+            let plan = &self.plans[self.world.below(self.plans.len())];
+            let leg = self.world.below(plan.way.len() - 1);
+            let node = self.world.topology.node_id(plan.way[leg]);
             let report = json!({
                 "type": "navigational", "dry_run": true,
                 "service": {"plan_id": plan.id, "leg": leg},
-                "location": {"node": plan.nodes[leg]}, "drone": {"id": plan.drone},
+                "location": {"node": node}, "drone": {"id": plan.drone},
             });
             times.add(self.answer(&report).await?);
         }
@@ -305,16 +295,18 @@ impl Fleet {
 
     fn zone(&mut self, size: &str) -> Value {
         if size == "large" {
-            return self.world.over_half(&self.ways);
+            return self
+                .world
+                .over_half(self.plans.iter().map(|plan| plan.way.as_slice()));
         }
-        if self.ways.is_empty() {
+        if self.plans.is_empty() {
             let [one, _] = self.world.ends();
             let node = self.world.topology.node(&one);
             return self.world.over_leg(&node.into_iter().collect::<Vec<_>>());
         }
-        let plan = self.world.below(self.ways.len());
-        let leg = self.world.below(self.ways[plan].len() - 1);
-        self.world.over_leg(&self.ways[plan][leg..leg + 2])
+        let plan = &self.plans[self.world.below(self.plans.len())];
+        let leg = self.world.below(plan.way.len() - 1);
+        self.world.over_leg(&plan.way[leg..leg + 2])
     }
 }
 

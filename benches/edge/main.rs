@@ -101,14 +101,14 @@ fn main() -> Result<()> {
 
 async fn measure(mut fleet: Fleet, network: &str, extent: Extent, plans: usize) -> Result<()> {
     let begun = Instant::now();
-    while fleet.plans().len() < plans && begun.elapsed() < FILL_WITHIN {
+    while fleet.plan_count() < plans && begun.elapsed() < FILL_WITHIN {
         fleet.put().await?;
     }
     let took_s = begun.elapsed().as_secs_f64();
     fleet.settle().await?;
     println!(
         "\n### {} active plans of {plans}, {network}\n\nPut in {took_s:.0} s, {} requests refused.\n",
-        fleet.plans().len(),
+        fleet.plan_count(),
         fleet.refused(),
     );
     println!("| | count | p50 ms | p99 ms | slowest ms |\n|---|---:|---:|---:|---:|");

@@ -83,14 +83,14 @@ impl World {
     }
 
     /// The zone about a place near the middle that half of these ways come into.
-    pub(crate) fn over_half(&mut self, ways: &[Vec<NodeIx>]) -> Value {
+    pub(crate) fn over_half<'w>(&mut self, ways: impl Iterator<Item = &'w [NodeIx]>) -> Value {
         let centre = self.place(0.4, 0.6);
-        let distance = |way: &Vec<NodeIx>| {
+        let distance = |way: &[NodeIx]| {
             let nodes = way.iter().map(|&node| self.topology.position(node));
             let distances = nodes.map(|at| at.distance_m(centre));
             distances.fold(f64::INFINITY, f64::min)
         };
-        let mut distances: Vec<f64> = ways.iter().map(distance).collect();
+        let mut distances: Vec<f64> = ways.map(distance).collect();
         distances.sort_by(f64::total_cmp);
         self.circle(centre, distances[distances.len() / 2].max(1.0))
     }

@@ -408,7 +408,7 @@ fn flight(
 /// at this moment must not be bound by that for good.
 fn checks_per_s() -> f64 {
     let usual = Limits::CHECKS_PER_S;
-    let Ok(mut yardstick) = Yardstick::new() else {
+    let Ok(yardstick) = Yardstick::new() else {
         return usual;
     };
     // The first one touches its memory.
