@@ -6,7 +6,6 @@ use crate::airspace::{Airspace, Closed, Closure};
 use crate::flight::Reentry;
 use crate::network::{NodeIx, SegmentIx};
 use crate::routing::Searcher;
-use std::collections::BTreeSet;
 
 /// The causes that close a segment, or its far node, on the rim of what can be reached from the starts.
 ///
@@ -19,8 +18,8 @@ pub(super) fn severances(
 ) -> Vec<Severance> {
     searcher.nearest(closed, starts, |_| false);
     let topology = closed.topology();
-    let mut segments = BTreeSet::new();
-    let mut nodes = BTreeSet::new();
+    let mut segments: Vec<SegmentIx> = Vec::new();
+    let mut nodes: Vec<NodeIx> = Vec::new();
     let mut by_report = false;
     for (node, _) in searcher.settled_nodes(topology) {
         for arc in topology.arcs(node) {
@@ -28,18 +27,16 @@ pub(super) fn severances(
                 continue;
             }
             by_report |= closed.request_blocks(arc.segment);
-            segments.insert(arc.segment);
+            segments.push(arc.segment);
             nodes.extend([node, arc.to]);
         }
     }
+    segments.sort_unstable();
+    nodes.sort_unstable();
+    nodes.dedup();
     let is_cause = |closure: &&std::sync::Arc<Closure>| {
         let hits = &closure.hits;
-        segments
-            .iter()
-            .any(|found: &SegmentIx| hits.segments.binary_search(found).is_ok())
-            || nodes
-                .iter()
-                .any(|found: &NodeIx| hits.nodes.binary_search(found).is_ok())
+        share_any(&hits.segments, &segments) || share_any(&hits.nodes, &nodes)
     };
     let standing = airspace.in_force().filter(is_cause);
     let mut causes: Vec<Severance> = by_report.then_some(Severance::Report).into_iter().collect();
@@ -48,6 +45,16 @@ pub(super) fn severances(
         causes.push(Severance::Network);
     }
     causes
+}
+
+/// Whether two sorted lists have anything in common: each of the shorter one is sought in the other, as a thousand small
+/// closures and a long rim are as usual as the reverse.
+fn share_any<T: Ord>(one: &[T], other: &[T]) -> bool {
+    let (short, long) = match one.len() <= other.len() {
+        true => (one, other),
+        false => (other, one),
+    };
+    short.iter().any(|it| long.binary_search(it).is_ok())
 }
 
 /// All that closes the leg of a request or its ends; the network where nothing does.
