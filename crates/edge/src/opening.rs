@@ -18,8 +18,8 @@ use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
 use super::store::{
-    Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
-    airframe_row, check_clock, open_identity, restore, stored_network,
+    Identity, Keeper, Reply, Row, StatesAhead, Store, StoreFault, StoreFile, Table, Transaction,
+    Waiting, airframe_row, check_clock, open_identity, restore, stored_network,
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
@@ -236,10 +236,7 @@ impl Opening {
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
         events.add(told, now, &snapshot.revision);
-        store.publish(Waiting {
-            answers: Vec::new(),
-            snapshot,
-        });
+        store.publish(Waiting::nobody(snapshot));
         if !self.is_in_place {
             let world = world.clone();
             maker.start(move || world.load().airspace().clone())?;
@@ -258,6 +255,7 @@ impl Opening {
             wave: WaveState::default(),
             when_idle: WhenIdle::default(),
             waiting: Unanswered::default(),
+            states_ahead: StatesAhead::default(),
         };
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),

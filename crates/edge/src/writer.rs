@@ -10,7 +10,7 @@ use super::events::Events;
 use super::opened::Opened;
 use super::snapshot::Snapshot;
 use super::state::State;
-use super::store::{Store, Waiting};
+use super::store::{StatesAhead, Store, Waiting};
 use super::tables::Tables;
 use super::waves::{Wave, Workers};
 use arc_swap::ArcSwap;
@@ -36,6 +36,8 @@ pub(super) enum Letter {
     Command(QueuedCommand),
     /// The wave that was begun has ended.
     WaveEnded,
+    /// The store has come near to what is in force.
+    Stored,
 }
 
 /// A command, and who waits for what becomes of it.
@@ -105,6 +107,8 @@ pub(super) struct WriterLoop {
     pub(super) wave: WaveState,
     pub(super) when_idle: WhenIdle,
     pub(super) waiting: Unanswered,
+    /// What is in force and not stored yet.
+    pub(super) states_ahead: StatesAhead,
 }
 
 /// What is done once no plan waits for the cores.
@@ -168,6 +172,13 @@ impl Writer {
                 let _ = writer.send(Letter::WaveEnded);
             }
         })?);
+        let writer = Arc::downgrade(&commands);
+        desk.states_ahead = StatesAhead::new(move || {
+            // A writer that is behind with its letters looks by itself.
+            if let Some(writer) = writer.upgrade() {
+                let _ = writer.try_send(Letter::Stored);
+            }
+        });
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
         builder.spawn(move || desk.work(&inbox))?;
         Ok(Self::Thread(commands))
@@ -246,6 +257,7 @@ impl WriterLoop {
                 match letter {
                     Letter::Command(command) => commands.push(command),
                     Letter::WaveEnded => self.end_wave(),
+                    Letter::Stored => {}
                 }
             }
             let reading = self.clock.reading();
@@ -262,7 +274,9 @@ impl WriterLoop {
     fn patience(&self) -> Duration {
         match self.wave {
             WaveState::Committing(..) => return Duration::ZERO,
-            WaveState::Idle if self.state.has_waiting() => return Duration::ZERO,
+            WaveState::Idle if self.state.has_waiting() && !self.states_ahead.are_many() => {
+                return Duration::ZERO;
+            }
             WaveState::Idle | WaveState::Begun(_) => {}
         }
         let due = self.state.next_due();
@@ -373,6 +387,9 @@ impl WriterLoop {
         let Some(workers) = &self.workers else {
             return;
         };
+        if self.states_ahead.are_many() {
+            return;
+        }
         let now = self.clock.reading().now;
         if let Some(wave) = self.state.next_wave(self.world.load_full(), now) {
             let wave = Arc::new(wave);
@@ -454,6 +471,7 @@ impl WriterLoop {
             }
         }
         self.store.publish(Waiting {
+            ahead: self.states_ahead.one_more(),
             answers,
             snapshot: snapshot.clone(),
         });

@@ -11,6 +11,7 @@ use super::mail_rows::write_message;
 use super::news_rows::write_news;
 use super::opening::network_row;
 use super::plan_rows::write_plan;
+use crate::background::give_way;
 use crate::mailbox::MailKey;
 use crate::snapshot::Snapshot;
 use imbl::OrdMap;
@@ -116,6 +117,7 @@ impl Changes {
             return;
         }
         for item in before.diff(after) {
+            give_way();
             self.rows.push(match item {
                 DiffItem::Add(place, entry)
                 | DiffItem::Update {

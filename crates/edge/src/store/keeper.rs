@@ -1,11 +1,13 @@
 //! The storekeeper: a task that writes what has changed, and then lets acknowledgements go.
 
+use super::ahead::Ahead;
 use super::decisions::{StoredDecision, read_decision};
 use super::difference::difference;
 use super::file::{StoreFault, StoreFile, Transaction};
 use super::health::{Health, StoreStatus};
 use super::journal::{ENTRIES_MAX, Entry, Journal};
 use super::patience::{patiently, sleep};
+use crate::background::begin_turn;
 use crate::commands::{Outcome, Reply};
 use crate::line::Lines;
 use crate::records::AnswerRecord;
@@ -31,9 +33,20 @@ pub(crate) type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
 pub(crate) struct Waiting {
     pub(crate) answers: Vec<(Asker, Reply)>,
     pub(crate) snapshot: Arc<Snapshot>,
+    /// Given back once the snapshot is stored, or nobody waits for that any more.
+    pub(crate) ahead: Ahead,
 }
 
 impl Waiting {
+    /// A snapshot for which nobody waits.
+    pub(crate) fn nobody(snapshot: Arc<Snapshot>) -> Self {
+        Self {
+            answers: Vec::new(),
+            snapshot,
+            ahead: Ahead::default(),
+        }
+    }
+
     /// Gives the answers, each with whether it survives a restart.
     pub(super) fn release(self, durable: bool) {
         for (asker, reply) in self.answers {
@@ -41,6 +54,7 @@ impl Waiting {
             // The caller may have gone at its deadline.
             let _ = asker.send((reply, self.snapshot.clone()));
         }
+        drop(self.ahead);
     }
 }
 
@@ -178,7 +192,7 @@ impl Store {
         inbox.newest = Some(waiting.snapshot.clone());
         if planted::is(Bug::AcknowledgeBeforeCommit) {
             waiting.release(true);
-        } else if !waiting.answers.is_empty() {
+        } else {
             inbox.waiting.push(waiting);
         }
         drop(inbox);
@@ -312,6 +326,7 @@ impl Keeper {
                 self.newest = newest;
             }
             self.gather(taken.journal);
+            begin_turn();
             if planted::is(Bug::AcknowledgeBeforeCommit) {
                 tokio::time::sleep(planted::COMMITS_LATER).await;
             }

@@ -6,6 +6,7 @@
 //! hangs or is full, the writer goes on, and what could not be stored goes with the next transaction that
 //! succeeds. Nothing is queued for that, so a disk that is mended needs no restart.
 
+mod ahead;
 mod alarm_rows;
 mod closure_rows;
 mod codec;
@@ -29,6 +30,7 @@ mod sqlite;
 mod stretch_rows;
 mod worlds;
 
+pub(super) use ahead::StatesAhead;
 pub use decisions::{StoredDecision, read_decision, read_network};
 pub use file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
 pub(super) use health::Health;

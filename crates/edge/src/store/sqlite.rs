@@ -17,6 +17,8 @@ use std::time::Duration;
 
 /// How long a transaction waits for another process that has the file.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
+/// Pages that may be kept in memory: 32 MiB.
+const CACHE: &str = "-32768";
 /// Rows in one statement.
 const ROWS_IN_STATEMENT: usize = 64;
 /// The schema that this version knows.
@@ -53,6 +55,9 @@ impl SqliteFile {
             .create_if_missing(true)
             .journal_mode(SqliteJournalMode::Wal)
             .synchronous(SqliteSynchronous::Full)
+            // A thousand plans in one transaction stay in memory, with what undoes a statement, until they are committed.
+            .pragma("cache_size", CACHE)
+            .pragma("temp_store", "MEMORY")
             .busy_timeout(BUSY_TIMEOUT);
         let mut connection = connect(path, &options).await?;
         check_engine(path, &mut connection).await?;

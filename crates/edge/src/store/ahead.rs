@@ -1,0 +1,80 @@
+//! How far what is in force is ahead of the store.
+//!
+//! A plan that is replanned is a row to be written, and its drone is told once it is stored. Waves that run ahead of the store
+//! tell no drone sooner: they make its next transaction longer, and whoever posts a zone waits for that.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// At most so many states may not be stored where a wave begins.
+const MOST: usize = 8;
+
+/// Counts the states that are not stored.
+#[derive(Clone, Default)]
+pub(crate) struct StatesAhead {
+    count: Arc<AtomicUsize>,
+    /// Told when waves may begin again.
+    wake: Option<Arc<dyn Fn() + Send + Sync>>,
+}
+
+/// One of them, until this is dropped.
+#[derive(Debug, Default)]
+pub(crate) struct Ahead(Option<StatesAhead>);
+
+impl StatesAhead {
+    pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self {
+            wake: Some(Arc::new(wake)),
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn one_more(&self) -> Ahead {
+        self.count.fetch_add(1, Ordering::AcqRel);
+        Ahead(Some(self.clone()))
+    }
+
+    /// Whether the store is to come nearer before a wave begins.
+    pub(crate) fn are_many(&self) -> bool {
+        self.count.load(Ordering::Acquire) >= MOST
+    }
+}
+
+impl std::fmt::Debug for StatesAhead {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "StatesAhead({:?})", self.count)
+    }
+}
+
+impl Drop for Ahead {
+    fn drop(&mut self) {
+        let Some(states) = &self.0 else { return };
+        let is_first_few = states.count.fetch_sub(1, Ordering::AcqRel) == MOST;
+        if let Some(wake) = states.wake.as_ref().filter(|_| is_first_few) {
+            wake();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waves_wait_until_the_store_comes_near_and_are_told_once() {
+        let woken = Arc::new(AtomicUsize::new(0));
+        let count = woken.clone();
+        let states = StatesAhead::new(move || {
+            count.fetch_add(1, Ordering::Relaxed);
+        });
+        let mut ahead: Vec<Ahead> = (1..MOST).map(|_| states.one_more()).collect();
+        assert!(!states.are_many());
+        ahead.extend([states.one_more(), states.one_more()]);
+        ahead.pop();
+        assert!(states.are_many());
+        assert_eq!(woken.load(Ordering::Relaxed), 0);
+        drop(ahead);
+        assert!(!states.are_many());
+        assert_eq!(woken.load(Ordering::Relaxed), 1);
+    }
+}
