@@ -6,8 +6,8 @@ use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::ManualClock;
 use skyway::edge::{
-    Caller, Edge, EventRecord, FeedImport, Idempotency, MemoryDisk, PageRequest, PlanFilter,
-    Settings, WriterStep, ZoneWrite,
+    Caller, Edge, EventRecord, FeedImport, MemoryDisk, PageRequest, PlanFilter, Settings,
+    WriterStep, ZoneWrite,
 };
 use skyway::formats::parse_report;
 #[cfg(feature = "planted")]
@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::task::{Context, Poll, Waker};
 use tokio_stream::StreamExt;
 
-fn by_distance() -> Settings {
+pub(crate) fn by_distance() -> Settings {
     Settings {
         closed_fraction_max: 0.2,
         ..Settings::default()
@@ -26,7 +26,7 @@ fn by_distance() -> Settings {
 }
 
 /// What a future gives that waits for nothing.
-fn at_once<T>(future: impl Future<Output = T>) -> T {
+pub(crate) fn at_once<T>(future: impl Future<Output = T>) -> T {
     let mut future = pin!(future);
     match future
         .as_mut()
@@ -46,7 +46,7 @@ fn bystander(edge: &Arc<Edge>) -> Vec<String> {
     names(&answered.to_wire().answer.path.nodes)
 }
 
-fn affected_by(edge: &Arc<Edge>, closure: &str) -> usize {
+pub(crate) fn affected_by(edge: &Arc<Edge>, closure: &str) -> usize {
     let page = PageRequest {
         size: Some(1_000),
         token: None,
@@ -401,45 +401,6 @@ async fn what_a_drone_has_passed_before_its_turn_came_is_named_too() {
 }
 
 #[tokio::test]
-async fn a_plan_without_a_way_is_told_why_and_what_to_do() {
-    let stage = Stage::set();
-    stage.compose("p", "d", "a0", "a7").await;
-    stage.pass(SignedDuration::from_secs(3)).await;
-    stage.see("d", 30.0, 0.0).await;
-    let topology = stage.edge.topology();
-    let nodes: Vec<&str> = topology
-        .nodes()
-        .map(|node| topology.node_id(node))
-        .collect();
-    let draft = serde_json::from_value(json!({"id": "all", "nodes": nodes})).expect("a draft");
-    let closed = stage
-        .edge
-        .close(&stage.caller, draft, Idempotency::default());
-    closed.await.expect("a closure");
-    let told = told(&stage.edge).await;
-    let affected = of_kind(&told, EventKind::PlanAffected);
-    assert_eq!(affected.len(), 1, "{affected:?}");
-    let data = affected[0];
-    assert_eq!(
-        (&data["outcome"], &data["causes"]),
-        (&json!("no_route"), &json!(["all"]))
-    );
-    assert!(
-        data["what_to_do"].is_string() && data.get("unsafe_way").is_some(),
-        "{data}"
-    );
-    let raised = of_kind(&told, EventKind::AlarmRaised);
-    assert_eq!(
-        (&raised[0]["alarm"]["kind"], &raised[0]["alarm"]["plan_id"]),
-        (&json!("no_route"), &json!("p"))
-    );
-    assert_eq!(
-        of_kind(&told, EventKind::Replanned)[0]["outcomes"],
-        json!({"no_route": 1})
-    );
-}
-
-#[tokio::test]
 async fn plans_that_were_met_and_not_told_are_found_again_after_a_restart() {
     let disk = MemoryDisk::default();
     let stage = Stage::over(disk.open()).await;
@@ -469,31 +430,4 @@ async fn plans_that_were_met_and_not_told_are_found_again_after_a_restart() {
         .expect("plans");
     let told = plans.plans.iter().filter(|plan| plan.wanted.is_some());
     assert_eq!(told.count(), 150);
-}
-
-#[tokio::test]
-async fn a_plan_without_a_way_gets_one_as_soon_as_there_is_one() {
-    let stage = Stage::set();
-    stage.compose("p", "d", "a0", "a7").await;
-    stage.pass(SignedDuration::from_secs(3)).await;
-    stage.see("d", 30.0, 0.0).await;
-    stage.zone(circle("z", 300.0, 0.0, 10.0)).await;
-    let topology = stage.edge.topology();
-    let nodes: Vec<&str> = topology
-        .nodes()
-        .map(|node| topology.node_id(node))
-        .collect();
-    let draft = serde_json::from_value(json!({"id": "all", "nodes": nodes})).expect("a draft");
-    let closed = stage
-        .edge
-        .close(&stage.caller, draft, Idempotency::default());
-    let etag = closed.await.expect("a closure").etag.into_owned();
-    assert!(stage.plan("p").wanted.is_none());
-    let lifted = stage
-        .edge
-        .lift_closure(&stage.caller, "all", Some(etag), None);
-    lifted.await.expect("lifted");
-    stage.settle().await;
-    let wanted = stage.plan("p").wanted.expect("a way around the zone");
-    assert_eq!(wanted.outcome, "rerouted");
 }

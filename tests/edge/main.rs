@@ -25,6 +25,7 @@ mod imports;
 mod journal;
 mod mailboxes;
 mod network_in_flight;
+mod no_way;
 mod offers;
 mod older_rows;
 mod packs;

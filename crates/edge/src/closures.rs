@@ -83,7 +83,7 @@ impl Edge {
             let Done::Closure(entry) = outcome.done else {
                 return Err(unexpected());
             };
-            Ok(told(&snapshot, &entry, &outcome.detours))
+            Ok(told(&snapshot, &entry, (&outcome.detours, outcome.pending)))
         };
         let now = self.clock.now();
         self.write_replies
@@ -124,7 +124,7 @@ impl Edge {
         let Done::Closure(entry) = outcome.done else {
             return Err(unexpected());
         };
-        Ok(told(&snapshot, &entry, &outcome.detours))
+        Ok(told(&snapshot, &entry, (&outcome.detours, outcome.pending)))
     }
 
     /// Lifts a closure; what it closed alone opens again.
@@ -208,7 +208,11 @@ fn closure_view(
     Some(views::closure(snapshot, entry, now))
 }
 
-fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::Closure<'static> {
+fn told(
+    snapshot: &Snapshot,
+    entry: &ClosureEntry,
+    (detours, pending): (&[Detour], usize),
+) -> wire::Closure<'static> {
     let closure = &entry.closure;
     let met: Vec<&Detour> = detours
         .iter()
@@ -216,7 +220,11 @@ fn told(snapshot: &Snapshot, entry: &ClosureEntry, detours: &[Detour]) -> wire::
         .collect();
     let now = snapshot.airspace.as_of();
     wire::Closure {
-        effect: Some(effects::effect_with_pending(snapshot, closure, &met)),
+        effect: Some(effects::effect_with_pending(
+            &snapshot.airspace,
+            closure,
+            (&met, pending),
+        )),
         ..views::closure(snapshot, entry, now)
     }
 }

@@ -338,6 +338,8 @@ pub(super) enum Done {
 #[derive(Clone, Debug)]
 pub(super) struct Outcome {
     pub(super) done: Done,
+    /// The plans that wait for their answer because of what was put.
+    pub(super) pending: usize,
     pub(super) durable: bool,
     pub(super) detours: Arc<Vec<Detour>>,
 }

@@ -1,24 +1,20 @@
 //! What a zone or closure closes and which plans it meets, as clients see it.
 
 use super::fleet::Detour;
-use super::snapshot::Snapshot;
 use super::views::{IDS_MAX, PLANS_TOLD_MAX, affected_plan};
 use super::words::{instant, node_ids, segment_ids};
 use skyway_contract as wire;
 use skyway_engine::airspace::{Airspace, Closure};
 use skyway_formats::miss_hint;
 use std::borrow::Cow;
-use std::sync::Arc;
 
 /// What a closure that has been put closes, and whom it meets: those whose drones were told something, and how many wait.
 pub(super) fn effect_with_pending(
-    snapshot: &Snapshot,
+    airspace: &Airspace,
     closure: &Closure,
-    detours: &[&Detour],
+    (detours, pending): (&[&Detour], usize),
 ) -> wire::ZoneEffect<'static> {
-    let waits = |causes: &&Arc<[String]>| causes.contains(&closure.id);
-    let pending = snapshot.pending.values().filter(waits).count();
-    let effect = effect(&snapshot.airspace, closure, detours);
+    let effect = effect(airspace, closure, detours);
     let plan_count = effect.plan_count + pending;
     let rest = format!("/v1/plans?affected_by={}", escaped(&closure.id));
     wire::ZoneEffect {

@@ -30,12 +30,15 @@ pub(super) struct Place {
     pub(super) plan: Arc<str>,
 }
 
+/// Ids of closures, each once. A thousand of them may meet one plan, so that nothing goes through them one by one.
+pub(super) type Causes = Arc<BTreeSet<Arc<str>>>;
+
 /// What is to be found out about a plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Task {
     pub(super) place: Place,
-    /// Ids of the new closures that meet it.
-    pub(super) causes: Vec<String>,
+    /// The new closures that meet it.
+    pub(super) causes: Causes,
     /// How often what was found for it had been overtaken.
     pub(super) lost: u8,
 }
@@ -65,9 +68,9 @@ impl Queue {
 
     /// Queues a plan; one that waits already keeps the earlier place, and has the causes of both. Gives the causes
     /// that are new to it.
-    pub(super) fn add(&mut self, task: Task) -> Vec<String> {
+    pub(super) fn add(&mut self, task: Task) -> Vec<Arc<str>> {
         let Some(waiting) = self.tasks.get_mut(&task.place.plan) else {
-            let causes = task.causes.clone();
+            let causes = task.causes.iter().cloned().collect();
             self.order.insert(task.place.clone());
             self.tasks.insert(task.place.plan.clone(), task);
             return causes;
@@ -77,18 +80,12 @@ impl Queue {
             self.order.insert(task.place.clone());
             waiting.place = task.place;
         }
-        let causes = task.causes.into_iter();
-        let new: Vec<String> = causes
-            .filter(|cause| !waiting.causes.contains(cause))
-            .collect();
-        waiting.causes.extend(new.iter().cloned());
+        let new: Vec<Arc<str>> = task.causes.difference(&waiting.causes).cloned().collect();
+        if !new.is_empty() {
+            Arc::make_mut(&mut waiting.causes).extend(new.iter().cloned());
+        }
         waiting.lost = waiting.lost.max(task.lost);
         new
-    }
-
-    /// The causes for which a plan waits.
-    pub(super) fn causes(&self, plan: &str) -> Option<&[String]> {
-        self.tasks.get(plan).map(|task| &*task.causes)
     }
 
     /// Takes the first.
@@ -120,7 +117,7 @@ mod tests {
                 departs_at: Timestamp::UNIX_EPOCH,
                 plan: Arc::from(plan),
             },
-            causes: causes.iter().map(|cause| (*cause).to_owned()).collect(),
+            causes: Arc::new(causes.iter().map(|cause| Arc::from(*cause)).collect()),
             lost: 0,
         }
     }
@@ -148,9 +145,10 @@ mod tests {
     #[test]
     fn a_plan_waits_once_at_its_earliest_place_for_all_its_causes() {
         let mut queue = Queue::default();
-        assert_eq!(queue.add(task(Turn::InTheAir, 9, "a", &["z1"])), ["z1"]);
-        let new = queue.add(task(Turn::InTheAir, 3, "a", &["z1", "z2"]));
-        assert_eq!(new, ["z2"]);
+        let add = |queue: &mut Queue, task| queue.add(task).join(" ");
+        assert_eq!(add(&mut queue, task(Turn::InTheAir, 9, "a", &["z1"])), "z1");
+        let twice = task(Turn::InTheAir, 3, "a", &["z1", "z2"]);
+        assert_eq!(add(&mut queue, twice), "z2");
         assert!(queue.add(task(Turn::MayBeFree, 0, "a", &[])).is_empty());
         let popped = queue.pop().expect("one");
         assert_eq!((popped.place.left_s, popped.causes.len()), (3, 2));

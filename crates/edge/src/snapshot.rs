@@ -10,6 +10,7 @@ use super::network_documents::NetworkDocuments;
 use super::news::News;
 use super::plan_entry::{LandedOn, PlanEntry};
 use super::planner::{Own, Scene, Traffic};
+use super::replanning::Causes;
 use super::settings::Settings;
 use super::upstream::{OutboxEntry, RegistryCursor};
 use imbl::OrdMap;
@@ -44,7 +45,7 @@ pub struct Snapshot {
     pub(super) plans: OrdMap<Arc<str>, Arc<PlanEntry>>,
     /// The plans that something new meets and whose drones have not been answered yet, with the closures that do. Not
     /// stored: an edge that starts looks at every plan.
-    pub(super) pending: OrdMap<Arc<str>, Arc<[String]>>,
+    pub(super) pending: OrdMap<Arc<str>, Causes>,
     /// The active plan of each drone.
     pub(super) flown_by: OrdMap<Arc<str>, Arc<str>>,
     /// The ended plan with which each drone has landed that still stands on its pad.

@@ -357,7 +357,7 @@ pub(super) fn plan(
         node: node_id(topology, stop.node),
         service_s: stop.service_s,
     });
-    let affecting = snapshot.affecting(entry).map(String::as_str);
+    let affecting = snapshot.affecting(entry);
     let affecting = affecting.chain(snapshot.shut(entry));
     wire::Plan {
         id: text(&entry.id),

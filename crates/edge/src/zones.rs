@@ -271,6 +271,7 @@ impl Edge {
             done: Done::Zone { entry, created },
             durable,
             detours,
+            pending,
         } = outcome
         else {
             return Err(unexpected());
@@ -284,7 +285,7 @@ impl Edge {
                 ..(*closure).clone()
             })
         });
-        let ack = self.ack(&entry, &held, &snapshot, durable, &detours);
+        let ack = self.ack(&entry, &held, &snapshot, durable, (&detours, pending));
         Ok((ack, created))
     }
 
@@ -294,7 +295,7 @@ impl Edge {
         closure: &Closure,
         snapshot: &Snapshot,
         durable: bool,
-        detours: &[Detour],
+        (detours, pending): (&[Detour], usize),
     ) -> wire::ZoneAck<'static> {
         let met: Vec<&Detour> = detours
             .iter()
@@ -305,7 +306,7 @@ impl Edge {
             etag: Some(Cow::Owned(snapshot.etag(entry.version))),
             enforced: true,
             durable,
-            effect: effects::effect_with_pending(snapshot, closure, &met),
+            effect: effects::effect_with_pending(&snapshot.airspace, closure, (&met, pending)),
             stamp: self.stamp_of(snapshot),
         }
     }

@@ -6,6 +6,7 @@ use super::{
 use crate::drones::Sighting;
 use crate::plan_entry::PlanEntry;
 use crate::progress::{self, Ahead};
+use crate::replanning::Causes;
 use crate::scratches::Scratches;
 use crate::stops::{with_end, without_end};
 use crate::stretches::Stretch;
@@ -28,6 +29,7 @@ use skyway_formats::ReadWarning;
 use skyway_planted as planted;
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Airspeed where nobody gives one, in metres per second.
@@ -297,24 +299,22 @@ impl Planner for ByDistance {
         plan: &PlanEntry,
         (from_leg, stretch): Ahead<'_>,
         _obstruction: Option<Vec<String>>,
-        causes: &[String],
+        causes: &Causes,
     ) -> Vec<String> {
         let airspace = scene.airspace;
         let is_met = |closure: &Closure| {
             progress::is_hit(closure, &plan.reported.composition, from_leg)
                 || progress::is_on_stretch(stretch, closure, airspace.topology())
         };
-        let known = plan.affected_by.iter().chain(causes);
-        let mut ids: Vec<String> = Vec::new();
-        for id in known {
-            let closure = airspace.closure(id);
-            let counts = closure.is_some_and(|closure| {
-                airspace.is_in_force(id) && (plan.affected_by.contains(id) || is_met(closure))
-            });
-            if counts && !ids.contains(id) {
-                ids.push(id.clone());
-            }
-        }
+        let known: BTreeSet<&str> = plan.affected_by.iter().map(String::as_str).collect();
+        let still = plan.affected_by.iter().map(String::as_str);
+        let still = still.filter(|id| airspace.is_in_force(id));
+        let new = causes.iter().map(|cause| &**cause);
+        let new = new.filter(|id| {
+            let closure = airspace.closure(id).filter(|_| !known.contains(id));
+            airspace.is_in_force(id) && closure.is_some_and(|closure| is_met(closure))
+        });
+        let mut ids: Vec<String> = still.chain(new).map(str::to_owned).collect();
         if ids.is_empty() {
             let all = airspace.in_force();
             let met = all.filter(|closure| is_met(closure));

@@ -20,6 +20,7 @@ pub(super) use version::{Version, later};
 use super::drones::Sighting;
 use super::plan_entry::PlanEntry;
 use super::progress::{Ahead, Progress};
+use super::replanning::Causes;
 use super::settings::Settings;
 use super::tables::Tables;
 use by_distance::ByDistance;
@@ -162,7 +163,7 @@ pub(super) trait Planner: Debug + Send + Sync {
         plan: &PlanEntry,
         ahead: Ahead<'_>,
         obstruction: Option<Vec<String>>,
-        causes: &[String],
+        causes: &Causes,
     ) -> Vec<String>;
 
     /// Whether a closure meets a plan from a place on.

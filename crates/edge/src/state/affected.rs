@@ -6,6 +6,7 @@ use crate::fleet::{self, Detour, DetourMeans};
 use crate::plan_entry::{PlanEntry, PlanFlags};
 use crate::planner::{Concern, Occasion, Sent, Version};
 use crate::progress::{self, Progress};
+use crate::replanning::Causes;
 use crate::timers::Due;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{EventKind, PlanState};
@@ -13,6 +14,7 @@ use skyway_engine::airspace::Airspace;
 use skyway_engine::checked::Known;
 use skyway_engine::recompose::Outcome;
 use skyway_planted::{self as planted, Bug};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -58,7 +60,7 @@ impl State {
         &mut self,
         plan: &Arc<PlanEntry>,
         airspace: &Arc<Airspace>,
-        (causes, found): (&[String], Option<Found>),
+        (causes, found): (&Causes, Option<Found>),
         now: Timestamp,
     ) -> Affected {
         let topology = airspace.topology();
@@ -81,17 +83,13 @@ impl State {
         let is_wanted = obstructed.wanted_by.is_some();
         // What meets only the way that its drone is to take over is named, too.
         let met = obstructed.wanted_by.into_iter().flatten();
-        let met = met.chain(
-            causes
-                .iter()
-                .filter(|cause| is_wanted && airspace.is_in_force(cause))
-                .cloned(),
-        );
-        for id in met {
-            if !affected_by.contains(&id) {
-                affected_by.push(id);
-            }
-        }
+        let in_force = causes
+            .iter()
+            .filter(|cause| is_wanted && airspace.is_in_force(cause));
+        let met = met.chain(in_force.map(|cause| cause.to_string()));
+        let known: BTreeSet<String> = affected_by.iter().cloned().collect();
+        let also: BTreeSet<String> = met.filter(|id| !known.contains(id)).collect();
+        affected_by.extend(also);
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !is_wanted) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
@@ -125,9 +123,13 @@ impl State {
     /// the checker would refuse: that is no fault of the search.
     fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>) -> Option<Detour> {
         let detour = *found.detour?;
-        let is_same_airspace = Arc::ptr_eq(&found.airspace, &self.next.airspace);
-        let has_way = !detour.way().nodes.is_empty();
-        if !Arc::ptr_eq(&detour.plan, plan) || !(is_same_airspace || has_way) {
+        let (then, airspace) = (&found.airspace, &self.next.airspace);
+        let is_same_airspace = Arc::ptr_eq(then, airspace);
+        // Where no way was open, none is where more has closed.
+        let has_only_closed = then.opened_at() == airspace.opened_at()
+            && Arc::ptr_eq(then.topology(), airspace.topology());
+        let stands = has_only_closed || !detour.way().nodes.is_empty();
+        if !Arc::ptr_eq(&detour.plan, plan) || !stands {
             return None;
         }
         if is_same_airspace && self.occupied_since.is_empty() {

@@ -9,6 +9,7 @@ mod airspace;
 mod alarms;
 mod checked;
 mod clock;
+mod contingencies;
 mod doubted;
 pub(crate) mod ends;
 mod fleet;
@@ -103,7 +104,7 @@ pub(crate) struct State {
     /// The plans whose drones are to be answered.
     pub(crate) queue: Queue,
     /// How the plans of each closure have been answered so far.
-    pub(crate) tallies: BTreeMap<String, Tally>,
+    pub(crate) tallies: BTreeMap<Arc<str>, Tally>,
     /// Plans whose contingencies are to be worked out.
     pub(crate) lacking_contingencies: BTreeSet<Arc<str>>,
     /// Plans that have taken something since the last wave began.
@@ -221,6 +222,7 @@ impl State {
         let detours = Arc::new(detours);
         let replies = done.into_iter().map(|done| {
             done.map(|done| Outcome {
+                pending: self.pending_of(&done),
                 done: self.refreshed(done),
                 durable: false,
                 detours: detours.clone(),
@@ -415,6 +417,16 @@ impl State {
     }
 
     /// What was done as the end of the batch has it: plans may have been looked over since.
+    /// How many plans wait for their answer because of what was put.
+    fn pending_of(&self, done: &Done) -> usize {
+        let put = match done {
+            Done::Zone { entry, .. } => entry.zone.id(),
+            Done::Closure(entry) => &entry.closure.id,
+            _ => return 0,
+        };
+        self.tallies.get(put).map_or(0, |tally| tally.left)
+    }
+
     fn refreshed(&self, done: Done) -> Done {
         match done {
             Done::Plan(plan) => {

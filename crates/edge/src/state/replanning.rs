@@ -5,21 +5,20 @@
 
 use super::State;
 use super::affected::{Affected, Found};
+use crate::background::give_way;
 use crate::events::Happening;
 use crate::fleet::Detour;
-use crate::mailbox::Content;
 use crate::plan_entry::PlanEntry;
-use crate::planner::{Concern, Version};
+use crate::planner::Concern;
 use crate::progress::{self, Progress};
-use crate::replanning::Look;
-use crate::replanning::{Place, Tally, Task, Turn};
+use crate::replanning::{Causes, Look, Place, Tally, Task, Turn};
 use crate::snapshot::Snapshot;
 use crate::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway_contract::{EventKind, PlanState};
 use skyway_engine::airspace::{Airspace, Closure};
-use skyway_engine::network::{NodeIx, SegmentIx};
+use skyway_engine::network::SegmentIx;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -70,11 +69,12 @@ impl Snapshot {
     }
 
     /// The closures that affect a plan, those included whose answer is pending.
-    pub(crate) fn affecting<'a>(&'a self, plan: &'a PlanEntry) -> impl Iterator<Item = &'a String> {
+    pub(crate) fn affecting<'a>(&'a self, plan: &'a PlanEntry) -> impl Iterator<Item = &'a str> {
+        let known: BTreeSet<&str> = plan.affected_by.iter().map(String::as_str).collect();
         let pending = self.pending.get(&plan.id).into_iter();
-        let pending = pending.flat_map(|causes| causes.iter());
-        let is_known = |cause: &&String| !plan.affected_by.contains(cause);
-        plan.affected_by.iter().chain(pending.filter(is_known))
+        let pending = pending.flat_map(|causes| causes.iter().map(|cause| &**cause));
+        let pending = pending.filter(move |cause| !known.contains(cause));
+        plan.affected_by.iter().map(String::as_str).chain(pending)
     }
 }
 
@@ -92,14 +92,16 @@ impl State {
         for id in std::mem::take(&mut self.touched_plans) {
             self.look_at_touched(&id, &airspace, now);
         }
-        let mut met: BTreeMap<Arc<str>, Vec<&Arc<Closure>>> = BTreeMap::new();
+        let mut met: BTreeMap<Arc<str>, Vec<(Arc<str>, &Closure)>> = BTreeMap::new();
         for closure in look.in_force.iter().chain(&look.announced) {
+            let id: Arc<str> = Arc::from(&*closure.id);
             for plan in self.next.plans_on(closure) {
-                met.entry(plan).or_default().push(closure);
+                met.entry(plan).or_default().push((id.clone(), closure));
             }
         }
         for (id, closures) in met {
             self.look_at_met(&id, &closures, &airspace, now);
+            give_way();
         }
         if look.has_opened || look.announcements || look.has_turned_wind {
             self.look_at_others(look);
@@ -120,7 +122,7 @@ impl State {
         };
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();
         if has_no_answer || self.is_cut(&plan, &progress, airspace, now) {
-            self.queue_plan(&plan, progress.leg, Some(&progress), Vec::new(), now);
+            self.queue_plan(&plan, progress.leg, Some(&progress), Causes::default(), now);
             self.next.pending.entry(plan.id.clone()).or_default();
         }
     }
@@ -129,7 +131,7 @@ impl State {
     fn look_at_met(
         &mut self,
         id: &str,
-        closures: &[&Arc<Closure>],
+        closures: &[(Arc<str>, &Closure)],
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) {
@@ -144,8 +146,8 @@ impl State {
             return;
         };
         let mut nearest: Option<usize> = None;
-        let mut causes = Vec::new();
-        for closure in closures {
+        let mut causes = BTreeSet::new();
+        for (id, closure) in closures {
             let scene = self.next.scene_in(airspace, now);
             let ahead = progress::ahead(&plan, &progress);
             let planner = &self.planner;
@@ -158,18 +160,14 @@ impl State {
             let wanted = wanted.map(|leg| progress.leg + leg);
             if let Some(leg) = [reported, wanted].into_iter().flatten().min() {
                 nearest = Some(nearest.map_or(leg, |known| known.min(leg)));
-                causes.push(closure.id.clone());
+                causes.insert(id.clone());
             }
         }
         if let Some(leg) = nearest {
-            self.queue_plan(&plan, leg, Some(&progress), causes, now);
-            let known = self.next.pending.get(&plan.id);
-            let mut known: Vec<String> = known.map_or_else(Vec::new, |known| known.to_vec());
-            let waiting = self.queue.causes(&plan.id).unwrap_or_default().iter();
-            let new = waiting.filter(|cause| !known.contains(cause)).cloned();
-            let new: Vec<String> = new.collect();
-            known.extend(new);
-            self.next.pending.insert(plan.id.clone(), Arc::from(known));
+            let causes = Arc::new(causes);
+            self.queue_plan(&plan, leg, Some(&progress), causes.clone(), now);
+            let shown = self.next.pending.entry(plan.id.clone()).or_default();
+            Arc::make_mut(shown).extend(causes.iter().cloned());
         }
     }
 
@@ -198,7 +196,7 @@ impl State {
                     left_s: i64::MAX,
                     ..place_of(&plan)
                 },
-                causes: Vec::new(),
+                causes: Causes::default(),
                 lost: 0,
             });
         }
@@ -209,7 +207,7 @@ impl State {
         plan: &PlanEntry,
         leg: usize,
         progress: Option<&Progress>,
-        causes: Vec<String>,
+        causes: Causes,
         now: Timestamp,
     ) {
         let left_s = progress.map_or(0.0, |progress| time_left_s(plan, progress, leg, now));
@@ -225,17 +223,6 @@ impl State {
             let tally = self.tallies.entry(cause).or_default();
             tally.plan_count += 1;
             tally.left += 1;
-        }
-    }
-
-    /// Notes whether the contingencies of a plan are still to be worked out.
-    pub(super) fn note_contingencies(&mut self, plan: &PlanEntry) {
-        let versions = std::iter::once(&plan.reported).chain(&plan.wanted);
-        let mut lacking = versions.filter(|version| version.composition.lacks_contingencies());
-        if plan.is_active() && lacking.next().is_some() {
-            self.lacking_contingencies.insert(plan.id.clone());
-        } else {
-            self.lacking_contingencies.remove(&plan.id);
         }
     }
 
@@ -318,7 +305,7 @@ impl State {
         let shown = self.next.pending.remove(&task.place.plan);
         let plan = self.next.plans.get(&task.place.plan).cloned();
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
-            self.settle(&task.causes, "ended");
+            self.settle(&*task.causes, "ended");
             return;
         };
         let affected = match task.may_be_cut() {
@@ -331,8 +318,8 @@ impl State {
                 if plan.flags.affected && self.relieve(&plan, airspace, now) {
                     told_of.clone_from(&plan.affected_by);
                 } else if shown.is_some() && !plan.flags.affected {
-                    self.tell_relieved(&plan, &task.causes);
-                    told_of.clone_from(&task.causes);
+                    told_of = task.causes.iter().map(|cause| cause.to_string()).collect();
+                    self.tell_relieved(&plan, &told_of);
                 }
                 "unaffected"
             }
@@ -350,18 +337,24 @@ impl State {
         };
         // What the drone is told names the closures that are in its way: others of its task have not met it after all.
         let told = self.next.plans.get(&task.place.plan);
-        let is_named = |cause: &String| told.is_some_and(|plan| plan.affected_by.contains(cause));
-        let (named, not_met): (Vec<String>, Vec<String>) =
-            task.causes.iter().cloned().partition(is_named);
-        self.settle(&named, outcome);
-        self.settle(&not_met, "unaffected");
-        let mut passed = not_met;
-        passed.retain(|cause| !told_of.contains(cause));
+        let named: BTreeSet<&str> = told
+            .into_iter()
+            .flat_map(|plan| plan.affected_by.iter().map(String::as_str))
+            .collect();
+        let (named, not_met): (Vec<&Arc<str>>, Vec<&Arc<str>>) = task
+            .causes
+            .iter()
+            .partition(|cause| named.contains(&***cause));
+        self.settle(named, outcome);
+        self.settle(not_met.iter().copied(), "unaffected");
+        let told_of: BTreeSet<&str> = told_of.iter().map(String::as_str).collect();
+        let passed = not_met.iter().filter(|cause| !told_of.contains(&****cause));
+        let passed: Vec<String> = passed.map(|cause| cause.to_string()).collect();
         self.tell_passed(&plan.id, &passed);
     }
 
     /// Queues a plan again whose finding was overtaken; it stays shown as it was.
-    fn queue_again(&mut self, task: &Task, shown: Option<Arc<[String]>>) {
+    fn queue_again(&mut self, task: &Task, shown: Option<Causes>) {
         if let Some(shown) = shown {
             self.next.pending.insert(task.place.plan.clone(), shown);
         }
@@ -379,48 +372,12 @@ impl State {
         }
     }
 
-    /// Puts contingencies beside the legs of the versions that lacked them, unless what has closed since meets one: then
-    /// they are worked out again.
-    fn take_contingencies(&mut self, plan: &Arc<str>, versions: Vec<Version>, on: &Arc<Airspace>) {
-        let Some(plan) = self.next.plans.get(plan).cloned() else {
-            return;
-        };
-        let airspace = self.next.airspace.clone();
-        let is_same_airspace = Arc::ptr_eq(&airspace, on);
-        if !Arc::ptr_eq(airspace.topology(), on.topology()) {
-            // On another network the same numbers are other nodes. Where the plan lacks some there, it waits for them again.
-            return;
-        }
-        let mut filled = (*plan).clone();
-        let mut told = None;
-        for version in versions {
-            if !is_same_airspace && crosses_closed(&airspace, &version) {
-                continue;
-            }
-            let is_it = |kept: &Version| {
-                let is_same = (kept.number, kept.epoch) == (version.number, version.epoch);
-                is_same && kept.composition.way == version.composition.way
-            };
-            let number = version.number;
-            if is_it(&filled.reported) {
-                filled.reported = Arc::new(version);
-            } else if filled.wanted.as_deref().is_some_and(is_it) {
-                filled.wanted = Some(Arc::new(version));
-            } else {
-                continue;
-            }
-            told = told.max(Some(number));
-        }
-        // What is taken for a drone that is not heard of is taken for its new contingencies.
-        self.guard_no_more(&filled.id);
-        let plan = self.keep_plan(filled);
-        if let Some(number) = told {
-            self.post(&plan, &[], Content::Contingencies(number));
-        }
-    }
-
     /// Counts an answer for the closures that asked for it, and tells when all have theirs.
-    fn settle<'a>(&mut self, causes: impl IntoIterator<Item = &'a String>, outcome: &'static str) {
+    fn settle<'a>(
+        &mut self,
+        causes: impl IntoIterator<Item = &'a Arc<str>>,
+        outcome: &'static str,
+    ) {
         for cause in causes {
             let Some(tally) = self.tallies.get_mut(cause) else {
                 continue;
@@ -437,7 +394,7 @@ impl State {
             }) = self.tallies.remove(cause)
             {
                 let data = json!({
-                    "closure_id": cause,
+                    "closure_id": &**cause,
                     "plan_count": plan_count,
                     "outcomes": outcomes,
                 });
@@ -445,23 +402,6 @@ impl State {
             }
         }
     }
-}
-
-/// Whether a contingency of a version crosses something that is closed.
-fn crosses_closed(airspace: &Airspace, version: &Version) -> bool {
-    let topology = airspace.topology();
-    let is_closed = |nodes: &[NodeIx]| {
-        nodes.windows(2).any(|ends| {
-            let segment = topology.segment_between(ends[0], ends[1]);
-            segment.is_none_or(|segment| airspace.closed().blocks(segment))
-        })
-    };
-    let legs = version.composition.legs.iter();
-    let ways = legs.flat_map(|leg| {
-        let detour = leg.if_closed.iter().map(|detour| &detour.nodes);
-        detour.chain(leg.safe.iter().map(|safe| &safe.nodes))
-    });
-    ways.into_iter().any(|nodes| is_closed(nodes))
 }
 
 /// The place of a plan whose drone is at what has closed.

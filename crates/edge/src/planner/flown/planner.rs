@@ -6,8 +6,8 @@ use crate::drones::Sighting;
 use crate::plan_entry::PlanEntry;
 use crate::planner::by_distance::{ByDistance, as_asked, standing_at};
 use crate::planner::{
-    Answer, Asked, Concern, Course, Displaced, FlownVersion, Occasion, Own, Planner, Scene, Stated,
-    Terms, Version, Wanted, later,
+    Answer, Asked, Causes, Concern, Course, Displaced, FlownVersion, Occasion, Own, Planner, Scene,
+    Stated, Terms, Version, Wanted, later,
 };
 use crate::progress::{self, Ahead, Progress};
 use crate::settings::Settings;
@@ -361,7 +361,7 @@ impl Planner for Flown {
         plan: &PlanEntry,
         ahead: Ahead<'_>,
         obstruction: Option<Vec<String>>,
-        causes: &[String],
+        causes: &Causes,
     ) -> Vec<String> {
         match plan.reported.flight {
             Some(_) => obstruction.unwrap_or_default(),
