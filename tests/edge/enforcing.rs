@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::task::{Context, Poll, Waker};
 use tokio_stream::StreamExt;
 
-pub(crate) fn by_distance() -> Settings {
+fn by_distance() -> Settings {
     Settings {
         closed_fraction_max: 0.2,
         ..Settings::default()
@@ -26,7 +26,7 @@ pub(crate) fn by_distance() -> Settings {
 }
 
 /// What a future gives that waits for nothing.
-pub(crate) fn at_once<T>(future: impl Future<Output = T>) -> T {
+fn at_once<T>(future: impl Future<Output = T>) -> T {
     let mut future = pin!(future);
     match future
         .as_mut()
@@ -46,7 +46,7 @@ fn bystander(edge: &Arc<Edge>) -> Vec<String> {
     names(&answered.to_wire().answer.path.nodes)
 }
 
-pub(crate) fn affected_by(edge: &Arc<Edge>, closure: &str) -> usize {
+fn affected_by(edge: &Arc<Edge>, closure: &str) -> usize {
     let page = PageRequest {
         size: Some(1_000),
         token: None,
@@ -324,6 +324,37 @@ async fn new_orders_are_in_force_between_two_plans() {
         "the report's closure is in force before the next plan: {seen:?}"
     );
     assert_eq!(affected_by(&stage.edge, "z"), 40);
+}
+
+#[tokio::test]
+async fn what_meets_plans_while_they_are_looked_at_is_shown_until_they_are_looked_at_again() {
+    let shown: Arc<Mutex<Vec<usize>>> = Arc::default();
+    let noted = shown.clone();
+    let stage = Stage::watched(by_distance(), false, move |edge, step| {
+        if step != WriterStep::LookedAtPlan || !edge.snapshot().airspace().is_in_force("z") {
+            return;
+        }
+        let mut noted = noted.lock().expect("whole");
+        if noted.is_empty() {
+            let body = json!({"type": "navigational", "service": {"plan_id": "p9", "leg": 6}, "drone": {"id": "d9"}});
+            let parsed = parse_report(body.to_string().as_bytes()).expect("a report");
+            at_once(edge.report_failure(&Caller::anyone(), parsed)).expect("an outcome");
+        }
+        noted.push(affected_by(edge, "report:a6-a7"));
+    });
+    for number in 0..20 {
+        let (plan, drone) = (format!("p{number}"), format!("d{number}"));
+        stage.compose(&plan, &drone, "a0", "a7").await;
+    }
+    stage.settle().await;
+    stage.zone(circle("z", 250.0, 0.0, 10.0)).await;
+    stage.settle().await;
+    let shown = shown.lock().expect("whole").clone();
+    assert_eq!(affected_by(&stage.edge, "report:a6-a7"), 20);
+    let met = shown.iter().skip_while(|count| **count == 0);
+    assert!(met.clone().count() >= 20, "{shown:?}");
+    // The first has been told already, and meets the leg on its new way, too.
+    assert!(met.clone().all(|count| *count == 20), "{shown:?}");
 }
 
 #[tokio::test]

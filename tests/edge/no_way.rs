@@ -1,13 +1,11 @@
-//! Plans that have no way: what they are told, when they are looked at again, and that they get one once there is one.
+//! Plans that have no way: what they are told, and that they get one once there is one.
 
-use crate::enforcing::{affected_by, at_once, by_distance, of_kind, told};
+use crate::enforcing::{of_kind, told};
 use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::json;
-use skyway::edge::{Caller, Idempotency, WriterStep};
-use skyway::formats::parse_report;
+use skyway::edge::Idempotency;
 use skyway::wire::EventKind;
-use std::sync::{Arc, Mutex};
 
 /// Closes all nodes; gives the etag of what does.
 async fn close_all(stage: &Stage) -> String {
@@ -21,43 +19,6 @@ async fn close_all(stage: &Stage) -> String {
         .edge
         .close(&stage.caller, draft, Idempotency::default());
     closed.await.expect("a closure").etag.into_owned()
-}
-
-/// Without a way one looks no second time only because even more has closed since.
-#[tokio::test]
-async fn that_there_is_no_way_stands_where_more_has_closed() {
-    let looked: Arc<Mutex<usize>> = Arc::default();
-    let noted = looked.clone();
-    let stage = Stage::watched(by_distance(), false, move |edge, step| {
-        let is_closed = edge.snapshot().airspace().is_in_force("all");
-        if step != WriterStep::LookedAtPlan || !is_closed {
-            return;
-        }
-        let count = {
-            let mut noted = noted.lock().expect("whole");
-            *noted += 1;
-            *noted
-        };
-        if count == 1 {
-            let body = json!({"type": "navigational", "service": {"from": "b0", "to": "b1"}, "location": {"node": "b0"},
-                "drone": {"id": "by"}});
-            let parsed = parse_report(body.to_string().as_bytes()).expect("a report");
-            at_once(edge.report_failure(&Caller::anyone(), parsed)).expect("an outcome");
-        }
-    });
-    for number in 0..20 {
-        let (plan, drone) = (format!("p{number}"), format!("d{number}"));
-        stage.compose(&plan, &drone, "a0", "a7").await;
-        stage.see(&drone, 30.0, 0.0).await;
-    }
-    stage.see("by", 2.0, 100.0).await;
-    stage.settle().await;
-    close_all(&stage).await;
-    stage.settle().await;
-    let closures = stage.edge.snapshot().airspace().closure_count();
-    assert_eq!(closures, 2, "the report closes its segment");
-    assert_eq!(*looked.lock().expect("whole"), 20);
-    assert_eq!(affected_by(&stage.edge, "all"), 20);
 }
 
 #[tokio::test]

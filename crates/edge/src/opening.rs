@@ -18,8 +18,8 @@ use super::settings::Settings;
 use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
 use super::state::State;
 use super::store::{
-    Identity, Keeper, Reply, Row, StatesAhead, Store, StoreFault, StoreFile, Table, Transaction,
-    Waiting, airframe_row, check_clock, open_identity, restore, stored_network,
+    Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
+    WavesAhead, airframe_row, check_clock, open_identity, restore, stored_network,
 };
 use super::sync::Contact;
 use super::tables::{TableMaker, Tables};
@@ -255,7 +255,7 @@ impl Opening {
             wave: WaveState::default(),
             when_idle: WhenIdle::default(),
             waiting: Unanswered::default(),
-            states_ahead: StatesAhead::default(),
+            waves_ahead: WavesAhead::default(),
         };
         let edge = Arc::new(Edge {
             contact: Contact::new(&clock),

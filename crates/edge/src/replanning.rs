@@ -67,7 +67,7 @@ impl Queue {
     }
 
     /// Queues a plan; one that waits already keeps the earlier place, and has the causes of both. Gives the causes
-    /// that are new to it.
+    /// that are new to it, in their order.
     pub(super) fn add(&mut self, task: Task) -> Vec<Arc<str>> {
         let Some(waiting) = self.tasks.get_mut(&task.place.plan) else {
             let causes = task.causes.iter().cloned().collect();
@@ -86,6 +86,11 @@ impl Queue {
         }
         waiting.lost = waiting.lost.max(task.lost);
         new
+    }
+
+    /// The causes for which a plan waits.
+    pub(super) fn causes(&self, plan: &str) -> Option<&Causes> {
+        self.tasks.get(plan).map(|task| &task.causes)
     }
 
     /// Takes the first.

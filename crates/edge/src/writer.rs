@@ -10,7 +10,7 @@ use super::events::Events;
 use super::opened::Opened;
 use super::snapshot::Snapshot;
 use super::state::State;
-use super::store::{StatesAhead, Store, Waiting};
+use super::store::{Ahead, Store, Waiting, WavesAhead};
 use super::tables::Tables;
 use super::waves::{Wave, Workers};
 use arc_swap::ArcSwap;
@@ -107,8 +107,8 @@ pub(super) struct WriterLoop {
     pub(super) wave: WaveState,
     pub(super) when_idle: WhenIdle,
     pub(super) waiting: Unanswered,
-    /// What is in force and not stored yet.
-    pub(super) states_ahead: StatesAhead,
+    /// The waves that are not stored yet.
+    pub(super) waves_ahead: WavesAhead,
 }
 
 /// What is done once no plan waits for the cores.
@@ -173,7 +173,7 @@ impl Writer {
             }
         })?);
         let writer = Arc::downgrade(&commands);
-        desk.states_ahead = StatesAhead::new(move || {
+        desk.waves_ahead = WavesAhead::new(move || {
             // A writer that is behind with its letters looks by itself.
             if let Some(writer) = writer.upgrade() {
                 let _ = writer.try_send(Letter::Stored);
@@ -274,7 +274,7 @@ impl WriterLoop {
     fn patience(&self) -> Duration {
         match self.wave {
             WaveState::Committing(..) => return Duration::ZERO,
-            WaveState::Idle if self.state.has_waiting() && !self.states_ahead.are_many() => {
+            WaveState::Idle if self.state.has_waiting() && !self.waves_ahead.are_many() => {
                 return Duration::ZERO;
             }
             WaveState::Idle | WaveState::Begun(_) => {}
@@ -338,10 +338,10 @@ impl WriterLoop {
             self.replan_in_place(batch, now);
         } else if has_met {
             self.waiting.for_next_wave.push(batch);
-            self.answer(Vec::new(), Vec::new(), snapshot);
+            self.answer(Vec::new(), Vec::new(), snapshot, Ahead::default());
         } else {
             let replies = self.state.replies(batch.done, Vec::new());
-            self.answer(replies, batch.askers, snapshot);
+            self.answer(replies, batch.askers, snapshot, Ahead::default());
         }
     }
 
@@ -354,14 +354,14 @@ impl WriterLoop {
             .replan(now, &mut || watch.tell(WriterStep::LookedAtPlan));
         let snapshot = self.publish(now);
         let replies = self.state.replies(batch.done, detours);
-        self.answer(replies, batch.askers, snapshot);
+        self.answer(replies, batch.askers, snapshot, Ahead::default());
         self.use_idle_cores();
         while self.state.has_waiting() {
             let watch = &self.watch;
             self.state
                 .replan(now, &mut || watch.tell(WriterStep::LookedAtPlan));
             let snapshot = self.publish(now);
-            self.answer(Vec::new(), Vec::new(), snapshot);
+            self.answer(Vec::new(), Vec::new(), snapshot, Ahead::default());
         }
     }
 
@@ -387,7 +387,7 @@ impl WriterLoop {
         let Some(workers) = &self.workers else {
             return;
         };
-        if self.states_ahead.are_many() {
+        if self.waves_ahead.are_many() {
             return;
         }
         let now = self.clock.reading().now;
@@ -439,7 +439,8 @@ impl WriterLoop {
             askers.extend(batch.askers);
         }
         let replies = self.state.replies(done, detours);
-        self.answer(replies, askers, snapshot);
+        let ahead = self.waves_ahead.one_more();
+        self.answer(replies, askers, snapshot, ahead);
     }
 
     /// Whether any plan waits for its answer or its contingencies.
@@ -458,7 +459,13 @@ impl WriterLoop {
 
     /// Answers those who have asked: for what is to survive a restart once it is stored, and those who wait for all
     /// plans once all are replanned.
-    fn answer(&mut self, replies: Vec<Reply>, askers: Vec<Waiter>, snapshot: Arc<Snapshot>) {
+    fn answer(
+        &mut self,
+        replies: Vec<Reply>,
+        askers: Vec<Waiter>,
+        snapshot: Arc<Snapshot>,
+        ahead: Ahead,
+    ) {
         let (mut answers, mut at_once) = (Vec::new(), Vec::new());
         for (reply, waiter) in replies.into_iter().zip(askers) {
             match waiter.asker {
@@ -471,7 +478,7 @@ impl WriterLoop {
             }
         }
         self.store.publish(Waiting {
-            ahead: self.states_ahead.one_more(),
+            ahead,
             answers,
             snapshot: snapshot.clone(),
         });

@@ -123,13 +123,9 @@ impl State {
     /// the checker would refuse: that is no fault of the search.
     fn not_overtaken(&self, found: Found, plan: &Arc<PlanEntry>) -> Option<Detour> {
         let detour = *found.detour?;
-        let (then, airspace) = (&found.airspace, &self.next.airspace);
-        let is_same_airspace = Arc::ptr_eq(then, airspace);
-        // Where no way was open, none is where more has closed.
-        let has_only_closed = then.opened_at() == airspace.opened_at()
-            && Arc::ptr_eq(then.topology(), airspace.topology());
-        let stands = has_only_closed || !detour.way().nodes.is_empty();
-        if !Arc::ptr_eq(&detour.plan, plan) || !stands {
+        let is_same_airspace = Arc::ptr_eq(&found.airspace, &self.next.airspace);
+        let has_way = !detour.way().nodes.is_empty();
+        if !Arc::ptr_eq(&detour.plan, plan) || !(is_same_airspace || has_way) {
             return None;
         }
         if is_same_airspace && self.occupied_since.is_empty() {

@@ -29,6 +29,7 @@ mod sync;
 mod topology;
 mod versions;
 
+use crate::background::give_way;
 use crate::commands::{Command, Done, Outcome, Reply};
 use crate::drones::Drones;
 use crate::events::Happening;
@@ -220,9 +221,10 @@ impl State {
         detours: Vec<Detour>,
     ) -> Vec<Reply> {
         let detours = Arc::new(detours);
+        let told = detours.iter().map(|detour| &*detour.plan.id).collect();
         let replies = done.into_iter().map(|done| {
             done.map(|done| Outcome {
-                pending: self.pending_of(&done),
+                pending: self.pending_of(&done, &told),
                 done: self.refreshed(done),
                 durable: false,
                 detours: detours.clone(),
@@ -416,17 +418,22 @@ impl State {
         }
     }
 
-    /// What was done as the end of the batch has it: plans may have been looked over since.
-    /// How many plans wait for their answer because of what was put.
-    fn pending_of(&self, done: &Done) -> usize {
+    /// How many plans wait for their answer because of what was put, apart from those that are told with it.
+    fn pending_of(&self, done: &Done, told: &BTreeSet<&str>) -> usize {
         let put = match done {
             Done::Zone { entry, .. } => entry.zone.id(),
             Done::Closure(entry) => &entry.closure.id,
             _ => return 0,
         };
-        self.tallies.get(put).map_or(0, |tally| tally.left)
+        let mut count = 0;
+        for (plan, causes) in &self.next.pending {
+            count += usize::from(causes.contains(put) && !told.contains(&**plan));
+            give_way();
+        }
+        count
     }
 
+    /// What was done as the end of the batch has it: plans may have been looked over since.
     fn refreshed(&self, done: Done) -> Done {
         match done {
             Done::Plan(plan) => {

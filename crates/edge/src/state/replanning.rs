@@ -351,6 +351,15 @@ impl State {
         let passed = not_met.iter().filter(|cause| !told_of.contains(&****cause));
         let passed: Vec<String> = passed.map(|cause| cause.to_string()).collect();
         self.tell_passed(&plan.id, &passed);
+        self.show_queued(&plan.id);
+    }
+
+    /// What has met a plan since its wave began is looked at in a later one.
+    fn show_queued(&mut self, plan: &Arc<str>) {
+        let causes = self.queue.causes(plan).filter(|it| !it.is_empty());
+        if let Some(causes) = causes.cloned() {
+            self.next.pending.insert(plan.clone(), causes);
+        }
     }
 
     /// Queues a plan again whose finding was overtaken; it stays shown as it was.
@@ -364,7 +373,7 @@ impl State {
         });
         // A cause for which the plan was queued meanwhile is answered once.
         let causes = task.causes.iter();
-        for cause in causes.filter(|cause| !new.contains(cause)) {
+        for cause in causes.filter(|cause| new.binary_search(cause).is_err()) {
             if let Some(tally) = self.tallies.get_mut(cause) {
                 tally.plan_count = tally.plan_count.saturating_sub(1);
                 tally.left = tally.left.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! How far what is in force is ahead of the store.
+//! How far waves are ahead of the store.
 //!
 //! A plan that is replanned is a row to be written, and its drone is told once it is stored. Waves that run ahead of the store
 //! tell no drone sooner: they make its next transaction longer, and whoever posts a zone waits for that.
@@ -6,12 +6,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// At most so many states may not be stored where a wave begins.
+/// A wave begins where fewer than so many are not stored.
 const MOST: usize = 8;
 
-/// Counts the states that are not stored.
+/// Counts the waves of which something is not stored. What is written on request does not count: however much that is, waves
+/// have their turn.
 #[derive(Clone, Default)]
-pub(crate) struct StatesAhead {
+pub(crate) struct WavesAhead {
     count: Arc<AtomicUsize>,
     /// Told when waves may begin again.
     wake: Option<Arc<dyn Fn() + Send + Sync>>,
@@ -19,9 +20,9 @@ pub(crate) struct StatesAhead {
 
 /// One of them, until this is dropped.
 #[derive(Debug, Default)]
-pub(crate) struct Ahead(Option<StatesAhead>);
+pub(crate) struct Ahead(Option<WavesAhead>);
 
-impl StatesAhead {
+impl WavesAhead {
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
             wake: Some(Arc::new(wake)),
@@ -40,17 +41,17 @@ impl StatesAhead {
     }
 }
 
-impl std::fmt::Debug for StatesAhead {
+impl std::fmt::Debug for WavesAhead {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(formatter, "StatesAhead({:?})", self.count)
+        write!(formatter, "WavesAhead({:?})", self.count)
     }
 }
 
 impl Drop for Ahead {
     fn drop(&mut self) {
-        let Some(states) = &self.0 else { return };
-        let is_first_few = states.count.fetch_sub(1, Ordering::AcqRel) == MOST;
-        if let Some(wake) = states.wake.as_ref().filter(|_| is_first_few) {
+        let Some(waves) = &self.0 else { return };
+        let is_first_few = waves.count.fetch_sub(1, Ordering::AcqRel) == MOST;
+        if let Some(wake) = waves.wake.as_ref().filter(|_| is_first_few) {
             wake();
         }
     }
@@ -64,17 +65,17 @@ mod tests {
     fn waves_wait_until_the_store_comes_near_and_are_told_once() {
         let woken = Arc::new(AtomicUsize::new(0));
         let count = woken.clone();
-        let states = StatesAhead::new(move || {
+        let waves = WavesAhead::new(move || {
             count.fetch_add(1, Ordering::Relaxed);
         });
-        let mut ahead: Vec<Ahead> = (1..MOST).map(|_| states.one_more()).collect();
-        assert!(!states.are_many());
-        ahead.extend([states.one_more(), states.one_more()]);
+        let mut ahead: Vec<Ahead> = (1..MOST).map(|_| waves.one_more()).collect();
+        assert!(!waves.are_many());
+        ahead.extend([waves.one_more(), waves.one_more()]);
         ahead.pop();
-        assert!(states.are_many());
+        assert!(waves.are_many());
         assert_eq!(woken.load(Ordering::Relaxed), 0);
         drop(ahead);
-        assert!(!states.are_many());
+        assert!(!waves.are_many());
         assert_eq!(woken.load(Ordering::Relaxed), 1);
     }
 }

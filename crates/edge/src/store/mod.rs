@@ -30,7 +30,7 @@ mod sqlite;
 mod stretch_rows;
 mod worlds;
 
-pub(super) use ahead::StatesAhead;
+pub(super) use ahead::{Ahead, WavesAhead};
 pub use decisions::{StoredDecision, read_decision, read_network};
 pub use file::{Pending, Row, StoreFault, StoreFile, Table, Transaction};
 pub(super) use health::Health;
