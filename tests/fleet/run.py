@@ -42,8 +42,8 @@ WORDS = {
 COVERED_PERCENT = 90.0
 # What is told and has no goal: there was no other way.
 TOLD = ("flagged",)
-# The traffic of drones that fly by distance is named and not avoided.
-TOLD_BY_DISTANCE = ("headway", "head_on", "pad", "node", "crossing")
+# Not judged of drones that fly by distance: they name their traffic and do not avoid it.
+OF_TRAFFIC = ("headway", "head_on", "pad", "node", "crossing", "flagged")
 
 
 def main() -> int:
@@ -69,7 +69,10 @@ def judge(record: Record, minutes: list[float] | None) -> int:
         first_s = min(move.enters_s for version in flown for move in version.flown())
         from_s, until_s = (first_s + 60 * minute for minute in minutes)
     faults: dict[str, list] = {rule: [] for rule in WORDS}
-    found = [*separation.judge(record, from_s, until_s), *zones.judge(record), *accounting.judge(record)]
+    found = [*zones.judge(record), *accounting.judge(record)]
+    keeps_apart = bool(record.run.get("airframe"))
+    if keeps_apart:
+        found += separation.judge(record, from_s, until_s)
     for fault in found:
         faults[fault.rule].append(fault)
     print(f"### {record.run.get('workload')}, judged from its record\n")
@@ -79,9 +82,10 @@ def judge(record: Record, minutes: list[float] | None) -> int:
     print("| | goal | found | |\n|---|---:|---:|---|")
     missed = 0
     for rule, words in WORDS.items():
+        if rule in OF_TRAFFIC and not keeps_apart:
+            continue
         count = len(faults[rule])
-        is_told_only = rule in TOLD or (not record.run.get("airframe") and rule in TOLD_BY_DISTANCE)
-        goal, verdict = ("", "") if is_told_only else ("0", "**missed**" if count else "met")
+        goal, verdict = ("", "") if rule in TOLD else ("0", "**missed**" if count else "met")
         missed |= verdict == "**missed**"
         print(f"| {words} | {goal} | {count} | {verdict} |")
     print()
