@@ -88,9 +88,9 @@ impl Queue {
         new
     }
 
-    /// The causes for which a plan waits.
-    pub(super) fn causes(&self, plan: &str) -> Option<&Causes> {
-        self.tasks.get(plan).map(|task| &task.causes)
+    /// What waits to be found out about a plan.
+    pub(super) fn task(&self, plan: &str) -> Option<&Task> {
+        self.tasks.get(plan)
     }
 
     /// Takes the first.

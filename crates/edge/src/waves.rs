@@ -77,6 +77,11 @@ impl Wave {
         &self.jobs
     }
 
+    /// Whether it is about what drones are to fly, and not about contingencies.
+    pub(super) fn replans(&self) -> bool {
+        matches!(self.jobs.first(), Some(Job::Replan(_)))
+    }
+
     /// What was found for a job, once; none where the look at its plan has failed.
     pub(super) fn take(&self, number: usize) -> Option<Finding> {
         let finding = self.findings.get(number)?;

@@ -428,8 +428,11 @@ impl WriterLoop {
             give_way();
             self.waiting.letters.extend(inbox.try_recv());
         }
+        let mut ahead = Ahead::default();
         if next < wave.jobs().len() {
             self.wave = WaveState::Committing(wave.clone(), next);
+        } else if wave.replans() {
+            ahead = self.waves_ahead.one_more();
         }
         let snapshot = self.publish(now);
         let batches = std::mem::take(&mut self.waiting.for_this_wave);
@@ -439,7 +442,6 @@ impl WriterLoop {
             askers.extend(batch.askers);
         }
         let replies = self.state.replies(done, detours);
-        let ahead = self.waves_ahead.one_more();
         self.answer(replies, askers, snapshot, ahead);
     }
 

@@ -29,7 +29,6 @@ mod sync;
 mod topology;
 mod versions;
 
-use crate::background::give_way;
 use crate::commands::{Command, Done, Outcome, Reply};
 use crate::drones::Drones;
 use crate::events::Happening;
@@ -106,6 +105,8 @@ pub(crate) struct State {
     pub(crate) queue: Queue,
     /// How the plans of each closure have been answered so far.
     pub(crate) tallies: BTreeMap<Arc<str>, Tally>,
+    /// How many of the pending plans each closure meets.
+    pub(crate) pending_counts: BTreeMap<Arc<str>, usize>,
     /// Plans whose contingencies are to be worked out.
     pub(crate) lacking_contingencies: BTreeSet<Arc<str>>,
     /// Plans that have taken something since the last wave began.
@@ -161,6 +162,7 @@ impl State {
             relaid: Vec::new(),
             queue: Queue::default(),
             tallies: BTreeMap::new(),
+            pending_counts: BTreeMap::new(),
             lacking_contingencies: BTreeSet::new(),
             occupied_since: BTreeSet::new(),
             has_opened: false,
@@ -425,12 +427,12 @@ impl State {
             Done::Closure(entry) => &entry.closure.id,
             _ => return 0,
         };
-        let mut count = 0;
-        for (plan, causes) in &self.next.pending {
-            count += usize::from(causes.contains(put) && !told.contains(&**plan));
-            give_way();
-        }
-        count
+        let waiting = self.pending_counts.get(put).copied().unwrap_or_default();
+        let waits = |plan: &&&str| {
+            let causes = self.next.pending.get(**plan);
+            causes.is_some_and(|causes| causes.contains(put))
+        };
+        waiting.saturating_sub(told.iter().filter(waits).count())
     }
 
     /// What was done as the end of the batch has it: plans may have been looked over since.

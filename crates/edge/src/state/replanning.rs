@@ -123,7 +123,7 @@ impl State {
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();
         if has_no_answer || self.is_cut(&plan, &progress, airspace, now) {
             self.queue_plan(&plan, progress.leg, Some(&progress), Causes::default(), now);
-            self.next.pending.entry(plan.id.clone()).or_default();
+            self.show_pending(&plan.id, &Causes::default());
         }
     }
 
@@ -166,8 +166,7 @@ impl State {
         if let Some(leg) = nearest {
             let causes = Arc::new(causes);
             self.queue_plan(&plan, leg, Some(&progress), causes.clone(), now);
-            let shown = self.next.pending.entry(plan.id.clone()).or_default();
-            Arc::make_mut(shown).extend(causes.iter().cloned());
+            self.show_pending(&plan.id, &causes);
         }
     }
 
@@ -302,7 +301,7 @@ impl State {
         detours: &mut Vec<Detour>,
     ) {
         let airspace = &self.next.airspace.clone();
-        let shown = self.next.pending.remove(&task.place.plan);
+        let shown = self.hide_pending(&task.place.plan);
         let plan = self.next.plans.get(&task.place.plan).cloned();
         let Some(plan) = plan.filter(|plan| plan.is_active()) else {
             self.settle(&*task.causes, "ended");
@@ -312,12 +311,13 @@ impl State {
             true => self.affect(&plan, airspace, (&task.causes, found), now),
             false => Affected::Not,
         };
+        let is_clear = task.may_be_cut() && matches!(affected, Affected::Not);
         let mut told_of = Vec::new();
         let outcome = match affected {
             Affected::Not => {
                 if plan.flags.affected && self.relieve(&plan, airspace, now) {
                     told_of.clone_from(&plan.affected_by);
-                } else if shown.is_some() && !plan.flags.affected {
+                } else if task.may_be_cut() && shown.is_some() && !plan.flags.affected {
                     told_of = task.causes.iter().map(|cause| cause.to_string()).collect();
                     self.tell_relieved(&plan, &told_of);
                 }
@@ -351,21 +351,50 @@ impl State {
         let passed = not_met.iter().filter(|cause| !told_of.contains(&****cause));
         let passed: Vec<String> = passed.map(|cause| cause.to_string()).collect();
         self.tell_passed(&plan.id, &passed);
-        self.show_queued(&plan.id);
+        if shown.is_some() && !is_clear {
+            self.show_queued(&plan.id);
+        }
     }
 
     /// What has met a plan since its wave began is looked at in a later one.
     fn show_queued(&mut self, plan: &Arc<str>) {
-        let causes = self.queue.causes(plan).filter(|it| !it.is_empty());
-        if let Some(causes) = causes.cloned() {
-            self.next.pending.insert(plan.clone(), causes);
+        let task = self.queue.task(plan).filter(|task| task.may_be_cut());
+        if let Some(causes) = task.map(|task| task.causes.clone()) {
+            self.show_pending(plan, &causes);
         }
+    }
+
+    /// Shows a plan as affected by closures before its drone is answered.
+    fn show_pending(&mut self, plan: &Arc<str>, causes: &Causes) {
+        let shown = self.next.pending.entry(plan.clone()).or_default();
+        let new: Vec<Arc<str>> = causes.difference(shown).cloned().collect();
+        for cause in &new {
+            *self.pending_counts.entry(cause.clone()).or_default() += 1;
+        }
+        if !new.is_empty() {
+            Arc::make_mut(shown).extend(new);
+        }
+    }
+
+    /// A plan's drone is answered, or queued again. Gives what was shown.
+    fn hide_pending(&mut self, plan: &Arc<str>) -> Option<Causes> {
+        let shown = self.next.pending.remove(plan)?;
+        for cause in &*shown {
+            let Some(count) = self.pending_counts.get_mut(cause) else {
+                continue;
+            };
+            *count -= 1;
+            if *count == 0 {
+                self.pending_counts.remove(cause);
+            }
+        }
+        Some(shown)
     }
 
     /// Queues a plan again whose finding was overtaken; it stays shown as it was.
     fn queue_again(&mut self, task: &Task, shown: Option<Causes>) {
         if let Some(shown) = shown {
-            self.next.pending.insert(task.place.plan.clone(), shown);
+            self.show_pending(&task.place.plan, &shown);
         }
         let new = self.queue.add(Task {
             lost: task.lost + 1,

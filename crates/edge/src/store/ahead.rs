@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// A wave begins where fewer than so many are not stored.
 const MOST: usize = 8;
 
-/// Counts the waves of which something is not stored. What is written on request does not count: however much that is, waves
-/// have their turn.
+/// Counts the waves that are not stored. What is written on request does not count: however much that is, waves have their
+/// turn. Nor do contingencies, which are few at a time: who is met never waits for them to be stored.
 #[derive(Clone, Default)]
 pub(crate) struct WavesAhead {
     count: Arc<AtomicUsize>,
