@@ -322,6 +322,7 @@ impl WriterLoop {
             false => Some(self.publish(now)),
         };
         self.watch.tell(WriterStep::Enforced);
+        let is_next = self.state.fits_next_wave();
         let has_met = self.state.look_up(&enforced.look, now);
         // The plans that something meets are shown as affected before any is recomposed.
         let snapshot = match published {
@@ -336,7 +337,8 @@ impl WriterLoop {
         };
         if self.workers.is_none() {
             self.replan_in_place(batch, now);
-        } else if has_met {
+        } else if has_met && is_next {
+            // The first are told with the answer. Where many wait before them, whoever put something is not kept waiting.
             self.waiting.for_next_wave.push(batch);
             self.answer(Vec::new(), Vec::new(), snapshot, Ahead::default());
         } else {

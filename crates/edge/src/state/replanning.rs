@@ -84,6 +84,11 @@ impl State {
         !self.queue.is_empty() || !self.lacking_contingencies.is_empty()
     }
 
+    /// Whether all plans that wait are in the next wave.
+    pub(crate) fn fits_next_wave(&self) -> bool {
+        self.queue.len() <= WAVE_SIZE
+    }
+
     /// Finds the plans that something new meets and those that may be free again, and queues them. Nothing is
     /// recomposed yet. Tells whether plans wait now that did not before.
     pub(crate) fn look_up(&mut self, look: &Look, now: Timestamp) -> bool {
