@@ -236,7 +236,7 @@ impl Opening {
         let (snapshot, told) = caught_up(&mut state, self.is_in_place, now);
         let world = Arc::new(ArcSwap::new(snapshot.clone()));
         events.add(told, now, &snapshot.revision);
-        store.publish(Waiting::nobody(snapshot));
+        store.publish(Waiting::without_answers(snapshot));
         if !self.is_in_place {
             let world = world.clone();
             maker.start(move || world.load().airspace().clone())?;

@@ -36,7 +36,7 @@ pub(super) enum Letter {
     Command(QueuedCommand),
     /// The wave that was begun has ended.
     WaveEnded,
-    /// The store has come near to what is in force.
+    /// Enough waves are stored that the next may begin.
     Stored,
 }
 
@@ -338,7 +338,7 @@ impl WriterLoop {
         if self.workers.is_none() {
             self.replan_in_place(batch, now);
         } else if has_met && is_next {
-            // The first are told with the answer. Where many wait before them, whoever put something is not kept waiting.
+            // The first are told with the answer. Where many wait before them, the client is answered at once.
             self.waiting.for_next_wave.push(batch);
             self.answer(Vec::new(), Vec::new(), snapshot, Ahead::default());
         } else {

@@ -1,12 +1,12 @@
 //! How far waves are ahead of the store.
 //!
 //! A plan that is replanned is a row to be written, and its drone is told once it is stored. Waves that run ahead of the store
-//! tell no drone sooner: they make its next transaction longer, and whoever posts a zone waits for that.
+//! tell no drone sooner: they make its next transaction longer, and the next write waits for that.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A wave begins where fewer than so many are not stored.
+/// A wave begins while fewer waves than this are not stored.
 const MOST: usize = 8;
 
 /// Counts the waves that are not stored. What is written on request does not count: however much that is, waves have their
@@ -22,6 +22,13 @@ pub(crate) struct WavesAhead {
 #[derive(Debug, Default)]
 pub(crate) struct Ahead(Option<WavesAhead>);
 
+impl Ahead {
+    /// Whether it is one, rather than none.
+    pub(super) fn is_counted(&self) -> bool {
+        self.0.is_some()
+    }
+}
+
 impl WavesAhead {
     pub(crate) fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
         Self {
@@ -30,6 +37,7 @@ impl WavesAhead {
         }
     }
 
+    /// One wave more.
     pub(crate) fn one_more(&self) -> Ahead {
         self.count.fetch_add(1, Ordering::AcqRel);
         Ahead(Some(self.clone()))

@@ -33,13 +33,13 @@ pub(crate) type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
 pub(crate) struct Waiting {
     pub(crate) answers: Vec<(Asker, Reply)>,
     pub(crate) snapshot: Arc<Snapshot>,
-    /// Given back once the snapshot is stored, or nobody waits for that any more.
+    /// Dropped once the snapshot is stored, or the store fails.
     pub(crate) ahead: Ahead,
 }
 
 impl Waiting {
-    /// A snapshot for which nobody waits.
-    pub(crate) fn nobody(snapshot: Arc<Snapshot>) -> Self {
+    /// A snapshot that answers no command.
+    pub(crate) fn without_answers(snapshot: Arc<Snapshot>) -> Self {
         Self {
             answers: Vec::new(),
             snapshot,
@@ -192,7 +192,7 @@ impl Store {
         inbox.newest = Some(waiting.snapshot.clone());
         if planted::is(Bug::AcknowledgeBeforeCommit) {
             waiting.release(true);
-        } else {
+        } else if !waiting.answers.is_empty() || waiting.ahead.is_counted() {
             inbox.waiting.push(waiting);
         }
         drop(inbox);
