@@ -1,10 +1,9 @@
 //! Alarms: what an operator has to look at, as it is kept, listed and acknowledged.
 
-use super::Edge;
-use super::commands::{Command, Done, unexpected};
-use super::entries::{AlarmDraft, AlarmEntry};
-use super::views;
-use super::views::{alarm_id, alarm_view};
+use crate::entries::{AlarmDraft, AlarmEntry};
+use crate::views::{alarm_id, alarm_view};
+use crate::writer::commands::{Command, Done, unexpected};
+use crate::{Edge, views};
 use skyway_contract::{self as wire, AlarmKind};
 use skyway_service::access::Caller;
 use skyway_service::intake::{PageRequest, token};

@@ -1,8 +1,7 @@
 //! The clock as clients read it, one that they move, and a wall clock that has stepped, as operators see and confirm it.
 
-use super::Edge;
-use super::commands::{Command, Done, unexpected};
-use super::words;
+use crate::writer::commands::{Command, Done, unexpected};
+use crate::{Edge, words};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{self as wire, ClockKind};
 use skyway_service::access::Caller;

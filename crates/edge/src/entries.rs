@@ -1,6 +1,6 @@
 //! What an edge keeps beside its airspace: zones and closures with their versions, and what waits for an operator.
 
-use super::upstream::Upstream;
+use crate::upstream::Upstream;
 use jiff::Timestamp;
 use skyway_contract::{self as wire, AlarmKind, Fault};
 use skyway_engine::airspace::{Closure, Window, Zone};

@@ -3,7 +3,7 @@
 //! Events are numbered without gaps within an epoch. A listener reads on from the last number it has seen;
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
 
-use super::background::give_way;
+use crate::background::give_way;
 use jiff::Timestamp;
 use serde_json::Value;
 use skyway_contract::{self as wire, ClockKind, EventKind};

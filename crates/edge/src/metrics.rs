@@ -1,8 +1,8 @@
 //! What an edge counts and measures of itself, read when it is asked for. No ids and no places.
 
-use super::Edge;
-use super::status::Status;
-use super::sync::{ClientError, SyncStatus};
+use crate::Edge;
+use crate::status::Status;
+use crate::sync::{ClientError, SyncStatus};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
 use prometheus_client::metrics::MetricType;

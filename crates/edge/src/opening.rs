@@ -1,29 +1,29 @@
 //! How an edge begins: with nothing, or with all that its file has.
 
-use super::Edge;
-use super::answered_lately::OffPlan;
-use super::background::SearchTurns;
-use super::claims::Claims;
-use super::drones::Drones;
-use super::events::{Events, Happening};
-use super::line::Lines;
-use super::network_documents::NetworkDocuments;
-use super::offers::Offers;
-use super::opened::{self, Listener, Opened};
-use super::planner::{Concern, Planner, planner_of};
-use super::positions::Positions;
-use super::records::Records;
-use super::replies::{Bounds, ReportReplies, WriteReplies};
-use super::settings::Settings;
-use super::snapshot::{FIRST_TOPOLOGY, Snapshot};
-use super::state::State;
-use super::store::{
+use crate::Edge;
+use crate::background::SearchTurns;
+use crate::drones::Drones;
+use crate::drones::answered_lately::OffPlan;
+use crate::drones::positions::Positions;
+use crate::events::{Events, Happening};
+use crate::failures::records::Records;
+use crate::line::Lines;
+use crate::line::claims::Claims;
+use crate::network::documents::NetworkDocuments;
+use crate::network::tables::{TableMaker, Tables};
+use crate::planner::{Concern, Planner, planner_of};
+use crate::replanning::offers::Offers;
+use crate::replanning::opened::{self, Listener, Opened};
+use crate::replies::{Bounds, ReportReplies, WriteReplies};
+use crate::settings::Settings;
+use crate::snapshot::{FIRST_TOPOLOGY, Snapshot};
+use crate::state::State;
+use crate::store::{
     Identity, Keeper, Reply, Row, Store, StoreFault, StoreFile, Table, Transaction, Waiting,
     WavesAhead, airframe_row, check_clock, open_identity, restore, stored_network,
 };
-use super::sync::Contact;
-use super::tables::{TableMaker, Tables};
-use super::writer::{Unanswered, Watch, WaveState, WhenIdle, Writer, WriterLoop, WriterStep};
+use crate::sync::Contact;
+use crate::writer::{Unanswered, Watch, WaveState, WhenIdle, Writer, WriterLoop, WriterStep};
 use arc_swap::{ArcSwap, ArcSwapOption};
 use bytes::Bytes;
 use jiff::Timestamp;
@@ -169,7 +169,7 @@ impl Opening {
         state.restore(restored, self.clock.now());
         let stored = Arc::new(state.next.clone());
         // Remembered before anything is told under the new epoch.
-        let network_row = super::store::network_row(&stored.network, &self.topology);
+        let network_row = crate::store::network_row(&stored.network, &self.topology);
         let rows: Vec<Row> = [identity_row, network_row]
             .into_iter()
             .chain(airframe_row)

@@ -4,10 +4,10 @@
 //! sending is still being answered joins it. An operator's write with an idempotency key is done once: the
 //! same body gets the same answer, another body is refused.
 
-use super::records::weight;
-use super::settings::Settings;
-use super::store::{Entry, Reply, ReportReply, Store, WriteReply};
-use super::stored_answer::{RestoredAnswer, StoredAnswer};
+use crate::failures::records::weight;
+use crate::failures::stored_answer::{RestoredAnswer, StoredAnswer};
+use crate::settings::Settings;
+use crate::store::{Entry, Reply, ReportReply, Store, WriteReply};
 use jiff::{SignedDuration, Timestamp};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

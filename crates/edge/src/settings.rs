@@ -1,6 +1,6 @@
 //! The bounds and lives that the edge works with, already checked.
 
-use super::plan_entry::PRIORITY;
+use crate::plans::entry::PRIORITY;
 use jiff::SignedDuration;
 use skyway_engine::airspace::DEFAULT_MARGIN_M;
 use skyway_engine::delivery::DEFAULT_REFUGE_STAY_S;

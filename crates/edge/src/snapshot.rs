@@ -3,16 +3,16 @@
 //! The airspace is rebuilt by [`Airspace::apply`]; everything else lies in maps that successive snapshots
 //! share, so that publishing one costs what changed.
 
-use super::entries::AlarmEntry;
-pub(super) use super::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
-use super::mailbox::{MailEntry, MailKey};
-use super::network_documents::NetworkDocuments;
-use super::news::News;
-use super::plan_entry::{LandedOn, PlanEntry};
-use super::planner::{Own, Scene, Traffic};
-use super::replanning::Causes;
-use super::settings::Settings;
-use super::upstream::{OutboxEntry, RegistryCursor};
+use crate::entries::AlarmEntry;
+pub(super) use crate::entries::{ClosureEntry, PendingReview, ProposalEntry, Reported, ZoneEntry};
+use crate::line::mailbox::{MailEntry, MailKey};
+use crate::network::documents::NetworkDocuments;
+use crate::planner::{Own, Scene, Traffic};
+use crate::plans::entry::{LandedOn, PlanEntry};
+use crate::replanning::Causes;
+use crate::settings::Settings;
+use crate::upstream::news::News;
+use crate::upstream::{OutboxEntry, RegistryCursor};
 use imbl::OrdMap;
 use jiff::Timestamp;
 use skyway_contract as wire;

@@ -1,10 +1,10 @@
 //! What the edge says of itself to its keepers.
 
-use super::Edge;
-use super::snapshot::Snapshot;
-use super::store::StoreStatus;
-use super::sync::SyncStatus;
-use super::words::NO_AIRFRAME;
+use crate::Edge;
+use crate::snapshot::Snapshot;
+use crate::store::StoreStatus;
+use crate::sync::SyncStatus;
+use crate::words::NO_AIRFRAME;
 use serde::Serialize;
 use skyway_contract as wire;
 

@@ -1,14 +1,14 @@
 //! The state of the edge in the words of the wire.
 
-use super::entries::{
+use crate::entries::{
     AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, ProposedBy, ZoneEntry,
 };
-use super::fleet::{self, Detour};
-use super::plan_entry::PlanEntry;
-use super::planner::{Assumed, DetourEnd, FlownVersion, Version, later};
-use super::settings::Settings;
-use super::snapshot::Snapshot;
-use super::words::{
+use crate::planner::{Assumed, DetourEnd, FlownVersion, Version, later};
+use crate::plans::entry::PlanEntry;
+use crate::plans::fleet::{self, Detour};
+use crate::settings::Settings;
+use crate::snapshot::Snapshot;
+use crate::words::{
     NO_AIRFRAME, instant, node_id, node_ids, outcome, outcome_name, path, reference_name,
     segment_ids, text, warning,
 };

@@ -1,9 +1,9 @@
 //! The weather: wind over the network, as one document.
 
-use super::Edge;
-use super::commands::{Command, Done, unexpected};
-use super::snapshot::Snapshot;
-use super::words::weather_etag;
+use crate::Edge;
+use crate::snapshot::Snapshot;
+use crate::words::weather_etag;
+use crate::writer::commands::{Command, Done, unexpected};
 use skyway_contract as wire;
 use skyway_service::access::Caller;
 use skyway_service::intake::{Expected, read_weather};

@@ -2,7 +2,7 @@
 
 use super::flown::{Flight, FlownVersion};
 use super::{Version, later};
-use crate::stretches::Stretch;
+use crate::plans::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::compose::{Composition, flight_time_s};

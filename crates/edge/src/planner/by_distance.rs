@@ -4,13 +4,13 @@ use super::{
     Answer, Asked, Course, Displaced, Occasion, Own, Planner, Scene, Stated, Terms, Version, Wanted,
 };
 use crate::drones::Sighting;
-use crate::plan_entry::PlanEntry;
-use crate::progress::{self, Ahead};
+use crate::drones::progress::{self, Ahead};
+use crate::network::tables::Tables;
+use crate::plans::entry::PlanEntry;
+use crate::plans::stops::{with_end, without_end};
+use crate::plans::stretches::Stretch;
 use crate::replanning::Causes;
 use crate::scratches::Scratches;
-use crate::stops::{with_end, without_end};
-use crate::stretches::Stretch;
-use crate::tables::Tables;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::airspace::{Airspace, Change, Closure};

@@ -17,12 +17,12 @@ pub(super) use scene::{Asked, Concern, Displaced, Occasion, Scene, Stated, Terms
 pub(super) use traffic::{Own, Traffic, legs, occupation, occupied, stays};
 pub(super) use version::{Version, later};
 
-use super::drones::Sighting;
-use super::plan_entry::PlanEntry;
-use super::progress::{Ahead, Progress};
-use super::replanning::Causes;
-use super::settings::Settings;
-use super::tables::Tables;
+use crate::drones::Sighting;
+use crate::drones::progress::{Ahead, Progress};
+use crate::network::tables::Tables;
+use crate::plans::entry::PlanEntry;
+use crate::replanning::Causes;
+use crate::settings::Settings;
 use by_distance::ByDistance;
 use flown::Flown;
 use jiff::Timestamp;

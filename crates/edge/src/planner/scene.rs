@@ -3,7 +3,7 @@
 use super::Traffic;
 use super::flown::FlightTerms;
 use crate::drones::{Drones, Sighting};
-use crate::plan_entry::PlanEntry;
+use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::airspace::Airspace;

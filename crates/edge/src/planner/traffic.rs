@@ -1,7 +1,7 @@
 //! What plans take of the air and of the pads, and whether one more would meet them.
 
 use super::Version;
-use crate::plan_entry::PlanEntry;
+use crate::plans::entry::PlanEntry;
 use imbl::OrdMap;
 use jiff::Timestamp;
 use skyway_engine::compose::{Occupation, conflicts};

@@ -1,7 +1,7 @@
 //! A version of a plan: the way that its drone flies, when, and with what.
 
 use super::FlownVersion;
-use crate::stretches::Stretch;
+use crate::plans::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::compose::{Change, Composition, Migrated, Occupation};

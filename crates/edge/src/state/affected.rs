@@ -2,12 +2,12 @@
 
 use super::State;
 use super::alarms::AFTER_RELIEF;
-use crate::fleet::{self, Detour, DetourMeans};
-use crate::plan_entry::{PlanEntry, PlanFlags};
+use super::timers::Due;
+use crate::drones::progress::{self, Progress};
 use crate::planner::{Concern, Occasion, Sent, Version};
-use crate::progress::{self, Progress};
+use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::plans::fleet::{self, Detour, DetourMeans};
 use crate::replanning::Causes;
-use crate::timers::Due;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{EventKind, PlanState};
 use skyway_engine::airspace::Airspace;

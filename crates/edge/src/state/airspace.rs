@@ -1,13 +1,13 @@
 //! Orders about zones, closures, proposals and holds.
 
+use super::timers::Due;
 use super::{State, check_expected};
-use crate::commands::{Decision, Done, Publication};
 use crate::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
 use crate::events::Happening;
 use crate::snapshot::Snapshot;
-use crate::timers::Due;
 use crate::views;
 use crate::words::weather_etag;
+use crate::writer::commands::{Decision, Done, Publication};
 use imbl::OrdMap;
 use jiff::Timestamp;
 use serde_json::{Value, json};

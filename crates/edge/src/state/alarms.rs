@@ -1,13 +1,13 @@
 //! Alarms in the state: raised, renewed, acknowledged, ended, and bounded in number.
 
 use super::State;
-use crate::commands::Done;
 use crate::entries::{AlarmDraft, AlarmEntry};
 use crate::events::Happening;
-use crate::mailbox::Content;
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::Content;
 use crate::planner::Version;
+use crate::plans::entry::PlanEntry;
 use crate::views::{alarm_id, alarm_view};
+use crate::writer::commands::Done;
 use jiff::Timestamp;
 use serde_json::json;
 use skyway_contract::{AlarmKind, EventKind, Flag};

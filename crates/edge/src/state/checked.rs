@@ -2,9 +2,9 @@
 
 use super::State;
 use crate::events::Happening;
-use crate::fleet::Detour;
-use crate::guard::{alarms_of, case_data};
-use crate::plan_ways::PlanWays;
+use crate::failures::guard::{alarms_of, case_data};
+use crate::plans::fleet::Detour;
+use crate::plans::ways::PlanWays;
 use jiff::Timestamp;
 use skyway_contract::EventKind;
 use skyway_engine::airspace::Airspace;

@@ -5,9 +5,9 @@
 //! by itself ends when both say so.
 
 use super::State;
-use crate::commands::Done;
+use super::timers::HeardClock;
 use crate::events::Happening;
-use crate::timers::HeardClock;
+use crate::writer::commands::Done;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
 use skyway_contract::EventKind;

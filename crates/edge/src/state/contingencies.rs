@@ -1,9 +1,9 @@
 //! What drones do on legs that close: which plans lack that, and what is taken of what was found.
 
 use super::State;
-use crate::mailbox::Content;
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::Content;
 use crate::planner::Version;
+use crate::plans::entry::PlanEntry;
 use skyway_engine::airspace::Airspace;
 use skyway_engine::network::NodeIx;
 use std::sync::Arc;

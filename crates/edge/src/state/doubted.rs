@@ -2,7 +2,7 @@
 
 use super::State;
 use super::sync::{Tally, namesake};
-use crate::published::Published;
+use crate::upstream::published::Published;
 use crate::upstream::{RegistryCursor, is_after};
 
 impl State {

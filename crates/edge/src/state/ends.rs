@@ -4,11 +4,11 @@
 use super::State;
 use super::airspace::just_after;
 use super::alarms::AT_THE_END;
-use crate::commands::{CancelledWhen, Done, Seen};
-use crate::mailbox::Content;
-use crate::plan_entry::{LandedOn, PlanEntry, PlanFlags};
+use super::timers::Due;
+use crate::line::mailbox::Content;
 use crate::planner::{Version, later};
-use crate::timers::Due;
+use crate::plans::entry::{LandedOn, PlanEntry, PlanFlags};
+use crate::writer::commands::{CancelledWhen, Done, Seen};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AlarmKind, EndedAs, EventKind, PlanState};
 use skyway_engine::geo::Point;

@@ -2,17 +2,16 @@
 
 use super::State;
 use super::alarms::WITHOUT_WAY;
-use crate::commands::Done;
+use super::timers::Due;
+use crate::drones::progress;
 use crate::events::Happening;
-use crate::fleet::Detour;
-use crate::mailbox::{Content, WITHOUT_WAY_TEXT};
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::{Content, WITHOUT_WAY_TEXT};
 use crate::planner::{Concern, Version, legs, stays};
 use crate::plans::already_exists;
-use crate::progress;
-use crate::timers::Due;
-use crate::views;
-use crate::words;
+use crate::plans::entry::PlanEntry;
+use crate::plans::fleet::Detour;
+use crate::writer::commands::Done;
+use crate::{views, words};
 use serde_json::{Value, json};
 use skyway_contract::{EndedAs, EventKind};
 use skyway_engine::recompose::Outcome;

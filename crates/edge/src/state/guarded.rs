@@ -3,9 +3,9 @@
 //! heard of both are taken.
 
 use super::State;
-use crate::plan_entry::PlanEntry;
+use crate::drones::progress;
 use crate::planner::{Version, occupied};
-use crate::progress;
+use crate::plans::entry::PlanEntry;
 use skyway_engine::compose::{Leg, Occupation};
 use skyway_engine::itinerary::OccupiedLeg;
 use skyway_engine::network::{NodeIx, Topology};

@@ -4,9 +4,9 @@
 //! that a registry tells do.
 
 use super::State;
-use crate::commands::Done;
 use crate::entries::{PendingReview, ProposalEntry, ProposedBy};
 use crate::snapshot::{Snapshot, ZoneEntry};
+use crate::writer::commands::Done;
 use skyway_contract::{ImportAction, ObjectKind};
 use skyway_engine::airspace::Closure;
 use skyway_service::refusal::{Code, Refusal};

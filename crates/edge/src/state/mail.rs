@@ -1,9 +1,9 @@
 //! The mailboxes in the state: what is put into them, what overtakes what, and what is taken out.
 
 use super::State;
-use crate::commands::Done;
-use crate::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
+use crate::plans::entry::PlanEntry;
+use crate::writer::commands::Done;
 use std::sync::Arc;
 
 impl State {

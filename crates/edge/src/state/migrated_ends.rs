@@ -3,7 +3,7 @@
 
 use super::State;
 use super::migrated_plans::{ends_over, sent_carried, version_carried};
-use crate::plan_entry::{LandedOn, PlanEntry};
+use crate::plans::entry::{LandedOn, PlanEntry};
 use skyway_engine::compose::Change;
 use std::sync::Arc;
 

@@ -3,18 +3,17 @@
 
 use super::State;
 use super::alarms::AT_THE_END;
-use crate::commands::Command;
+use crate::drones::progress;
 use crate::events::Happening;
-use crate::fleet::{self, Detour};
-use crate::mailbox::Content;
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::Content;
 use crate::planner::{Displaced, Version};
-use crate::progress;
-use crate::served::begins_m;
+use crate::plans::entry::PlanEntry;
+use crate::plans::fleet::{self, Detour};
+use crate::plans::served::begins_m;
+use crate::plans::stops;
 use crate::snapshot::Snapshot;
-use crate::stops;
-use crate::views;
-use crate::words;
+use crate::writer::commands::Command;
+use crate::{views, words};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway_contract::{self as wire, AlarmKind, EventKind, PlanState};

@@ -26,34 +26,32 @@ mod reviews;
 mod silence;
 mod store;
 mod sync;
+mod timers;
 mod topology;
 mod versions;
 
-use crate::commands::{Command, Done, Outcome, Reply};
 use crate::drones::Drones;
 use crate::events::Happening;
-use crate::fleet::Detour;
-use crate::guard::Guard;
-use crate::new_network::Succession;
-use crate::news::Flights;
+use crate::failures::guard::Guard;
+use crate::network::replacement::Succession;
 use crate::planner::{Concern, Planner};
-use crate::replanning::Look;
-use crate::replanning::{Queue, Tally};
+use crate::plans::fleet::Detour;
+use crate::replanning::{Look, Queue, Tally};
 use crate::settings::Settings;
 use crate::snapshot::{Snapshot, revision_text};
 use crate::store::Health;
-use crate::timers::HeardClock;
-use crate::timers::{Due, Timers};
+use crate::upstream::news::Flights;
 use crate::upstream::{Ended, Told};
+use crate::writer::commands::{Command, Done, Outcome, Reply};
 use jiff::Timestamp;
-use skyway_contract::AlarmKind;
-use skyway_contract::Author;
+use skyway_contract::{AlarmKind, Author};
 use skyway_engine::airspace::{Airspace, Change, Closure};
 use skyway_engine::network::SegmentIx;
 use skyway_service::intake::Expected;
 use skyway_service::refusal::Refusal;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
+use timers::{Due, HeardClock, Timers};
 
 /// What a batch of commands came to, before any plan was looked at.
 #[derive(Debug)]

@@ -4,12 +4,12 @@
 //! that differs from how it stood in the one before; so both are stored together, or neither is.
 
 use super::State;
-use crate::commands::{Done, NewsOrder};
-use crate::news::NEWS_MAX;
-use crate::plan_entry::{FlownFor, PlanEntry};
+use super::timers::Due;
 use crate::planner::Version;
-use crate::timers::Due;
+use crate::plans::entry::{FlownFor, PlanEntry};
+use crate::upstream::news::NEWS_MAX;
 use crate::words;
+use crate::writer::commands::{Done, NewsOrder};
 use jiff::Timestamp;
 use skyway_contract::{EndedAs, FailureNews, FlightNews, NewsEntry, PlanState};
 use skyway_engine::network::NodeIx;

@@ -7,7 +7,7 @@
 use super::State;
 use crate::entries::{ClosureEntry, ZoneEntry};
 use crate::events::Happening;
-use crate::published::{closure_body, zone_body};
+use crate::upstream::published::{closure_body, zone_body};
 use crate::upstream::{OutboxEntry, Upstream, is_after};
 use serde_json::json;
 use skyway_contract::{Author, ChangeOperation, EventKind, ObjectKind};

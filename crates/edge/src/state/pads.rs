@@ -6,8 +6,8 @@
 //! says so.
 
 use super::State;
-use crate::plan_entry::{LandedOn, PlanEntry};
 use crate::planner::{Concern, stays};
+use crate::plans::entry::{LandedOn, PlanEntry};
 use jiff::Timestamp;
 use skyway_contract::{AlarmKind, EndedAs};
 use skyway_engine::itinerary::OccupiedPad;

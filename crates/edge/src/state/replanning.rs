@@ -6,14 +6,14 @@
 use super::State;
 use super::affected::{Affected, Found};
 use crate::background::give_way;
+use crate::drones::progress::{self, Progress};
 use crate::events::Happening;
-use crate::fleet::Detour;
-use crate::plan_entry::PlanEntry;
 use crate::planner::Concern;
-use crate::progress::{self, Progress};
+use crate::plans::entry::PlanEntry;
+use crate::plans::fleet::Detour;
+use crate::replanning::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
 use crate::replanning::{Causes, Look, Place, Tally, Task, Turn};
 use crate::snapshot::Snapshot;
-use crate::waves::{CONTINGENCIES_AT_ONCE, Finding, Job, Means, WAVE_SIZE, Wave};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway_contract::{EventKind, PlanState};

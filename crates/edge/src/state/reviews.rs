@@ -8,12 +8,12 @@ use super::State;
 use super::import::feed_of;
 use super::outbox::Forward;
 use super::sync::namesake;
-use crate::commands::{Decision, Done};
 use crate::entries::{ClosureEntry, Contested, PendingReview};
 use crate::events::Happening;
-use crate::published::{Published, Restriction, read_thing, says_the_same};
 use crate::upstream::OutboxEntry;
+use crate::upstream::published::{Published, Restriction, read_thing, says_the_same};
 use crate::views;
+use crate::writer::commands::{Decision, Done};
 use serde_json::json;
 use skyway_contract::{ChangeOperation, EventKind, ObjectKind};
 use skyway_engine::airspace::{Cause, Closure};
@@ -167,12 +167,12 @@ impl State {
         match kind {
             ObjectKind::Zone => {
                 let entry = self.next.zones.get(id)?;
-                Some(crate::published::zone_body(&entry.zone))
+                Some(crate::upstream::published::zone_body(&entry.zone))
             }
             ObjectKind::Closure => {
                 let entry = self.next.closures.get(id)?;
                 let topology = self.next.topology();
-                Some(crate::published::closure_body(topology, entry))
+                Some(crate::upstream::published::closure_body(topology, entry))
             }
             ObjectKind::Network | ObjectKind::Weather => None,
         }

@@ -1,10 +1,10 @@
 //! Drones that fall silent in flight. One of which nothing was ever heard on a plan is not silent: it sends no telemetry.
 
 use super::State;
-use crate::commands::Done;
-use crate::mailbox::Content;
-use crate::plan_entry::{PlanEntry, PlanFlags};
-use crate::timers::Due;
+use super::timers::Due;
+use crate::line::mailbox::Content;
+use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::writer::commands::Done;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AlarmKind, EventKind, PlanState};
 use std::sync::Arc;

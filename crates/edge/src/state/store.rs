@@ -3,12 +3,12 @@
 
 use super::State;
 use super::airspace::just_after;
-use crate::commands::Command;
+use super::timers::Due;
 use crate::entries::{ClosureEntry, ProposalEntry};
-use crate::mailbox::Content;
-use crate::plan_entry::PlanEntry;
+use crate::line::mailbox::Content;
+use crate::plans::entry::PlanEntry;
 use crate::store::Restored;
-use crate::timers::Due;
+use crate::writer::commands::Command;
 use jiff::{SignedDuration, Timestamp};
 use skyway_engine::airspace::{Change, Closure};
 use skyway_planted::{self as planted, Bug};

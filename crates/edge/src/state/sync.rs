@@ -3,13 +3,13 @@
 
 use super::State;
 use crate::background::give_way;
-use crate::commands::Done;
 use crate::entries::{ClosureEntry, ZoneEntry};
 use crate::events::Happening;
-use crate::published::{Published, Restriction, says_the_same};
 use crate::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
+use crate::upstream::published::{Published, Restriction, says_the_same};
 use crate::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
 use crate::views;
+use crate::writer::commands::Done;
 use serde_json::json;
 use skyway_contract::{ChangeOperation, EventKind, ObjectKind};
 use skyway_engine::airspace::{Change, Closure};

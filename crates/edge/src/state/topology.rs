@@ -5,11 +5,11 @@
 //! snapshot that they began with; what they order afterwards is carried over as it comes in.
 
 use super::State;
-use crate::commands::{Command, Done, Publication};
 use crate::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
 use crate::events::Happening;
-use crate::new_network::{NewNetwork, Relay, Succession, not_laid};
+use crate::network::replacement::{NewNetwork, Relay, Succession, not_laid};
 use crate::snapshot::revision_text;
+use crate::writer::commands::{Command, Done, Publication};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway_contract::EventKind;

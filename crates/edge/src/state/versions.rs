@@ -6,11 +6,11 @@
 use super::State;
 use super::alarms::AFTER_RELIEF;
 use super::ends::only_quoted;
-use crate::commands::{DeclineReason, Done};
-use crate::fleet::{self, Detour};
-use crate::plan_entry::{PlanEntry, PlanFlags};
+use crate::drones::progress;
 use crate::planner::Version;
-use crate::progress;
+use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::plans::fleet::{self, Detour};
+use crate::writer::commands::{DeclineReason, Done};
 use jiff::Timestamp;
 use skyway_contract::{AlarmKind, EventKind, PlanState};
 use skyway_engine::airspace::{Airspace, Change, Closure};

@@ -12,7 +12,7 @@ use super::news_rows::write_news;
 use super::opening::network_row;
 use super::plan_rows::write_plan;
 use crate::background::give_way;
-use crate::mailbox::MailKey;
+use crate::line::mailbox::MailKey;
 use crate::snapshot::Snapshot;
 use imbl::OrdMap;
 use imbl::ordmap::DiffItem;

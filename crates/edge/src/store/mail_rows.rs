@@ -2,7 +2,7 @@
 
 use super::codec::{Instant, read, write};
 use super::file::StoreFault;
-use crate::mailbox::{Content, MailEntry};
+use crate::line::mailbox::{Content, MailEntry};
 use serde::{Deserialize, Serialize};
 use skyway_contract::{AlarmKind, EndedAs};
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! What an edge never forgets: its file, what is written to it, and when.
 //!
-//! Everything durable lies in the [`Snapshot`](super::snapshot::Snapshot). The storekeeper writes the
+//! Everything durable lies in the [`Snapshot`](crate::snapshot::Snapshot). The storekeeper writes the
 //! difference between the snapshot that the file has and the newest one, in one transaction; several batches
 //! may be in it, but never a part of one. Acknowledgements wait for it, enforcement never does: while a disk
 //! hangs or is full, the writer goes on, and what could not be stored goes with the next transaction that

@@ -3,7 +3,7 @@
 use super::codec::{read, write};
 use super::difference::REGISTRY;
 use super::file::{Row, StoreFault, Table};
-use crate::network_documents::NetworkDocuments;
+use crate::network::documents::NetworkDocuments;
 use crate::words::hex;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};

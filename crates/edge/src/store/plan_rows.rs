@@ -6,8 +6,8 @@ use super::flight_rows::{
     StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
 };
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
-use crate::plan_entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use crate::planner::Version;
+use crate::plans::entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags};
 use serde::{Deserialize, Serialize};
 use skyway_contract::{EndedAs, Flag, PlanState};
 use skyway_engine::compose::{Alternate, Composition, Contingency, Leg};

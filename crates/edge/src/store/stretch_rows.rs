@@ -2,7 +2,7 @@
 
 use super::codec::{Dictionary, Places};
 use super::file::StoreFault;
-use crate::stretches::Stretch;
+use crate::plans::stretches::Stretch;
 use serde::{Deserialize, Serialize};
 use skyway_engine::flight::{FirstStretch, Reentry, StretchKind, StretchLeg};
 use skyway_engine::network::Topology;

@@ -6,7 +6,7 @@
 
 use super::codec::{number_key, number_of, read, write};
 use super::file::{Row, StoreFault, StoreFile, Table};
-use crate::record_views::recorded_closure;
+use crate::failures::views::recorded_closure;
 use crate::words::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

@@ -1,8 +1,8 @@
 //! What came of reading the registry: what the writer is to take over, as one batch and one revision.
 
-use super::super::new_network::NewNetwork;
-use super::super::published::Published;
-use super::super::upstream::{RegistryCursor, Upstream};
+use crate::network::replacement::NewNetwork;
+use crate::upstream::published::Published;
+use crate::upstream::{RegistryCursor, Upstream};
 use skyway_contract::{ChangeOperation, Nack, ObjectKind};
 use skyway_engine::network::Topology;
 use std::sync::Arc;

@@ -4,13 +4,13 @@
 //! A page is good as a whole or not at all. Of a page that is not good, only what is stricter than before may be
 //! taken over, each change by its own digest; what is lifted or relaxed comes from good pages only.
 
-use super::super::published::{BodyFault, Published, check_weather, read_thing};
-use super::super::upstream::{RegistryCursor, Upstream};
 use super::followed::{
     BACKWARDS, CHECKSUM, Extent, FOREIGN_REGISTRY, OUT_OF_PLACE, REVISIONS, RegistryDelta,
     Rejected, Superseded, Tombstone, Verdict,
 };
 use super::ground::BaseNetwork;
+use crate::upstream::published::{BodyFault, Published, check_weather, read_thing};
+use crate::upstream::{RegistryCursor, Upstream};
 use skyway_contract::{ChangeOperation, ChangesPage, LoggedChange, Nack, ObjectKind};
 use skyway_planted::{self as planted, Bug};
 use std::collections::BTreeMap;

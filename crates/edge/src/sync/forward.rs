@@ -4,10 +4,10 @@
 //! becomes of both. A removal that finds nothing there, and the log read to its end, is done. What the registry will
 //! never take leaves the outbox, and an operator is told.
 
-use super::super::commands::Command;
-use super::super::upstream::{OutboxEntry, Upstream};
 use super::client::{ClientError, RegistryClient, RegistryWrite};
 use super::task::Sync;
+use crate::upstream::{OutboxEntry, Upstream};
+use crate::writer::commands::Command;
 use skyway_contract::{ChangeOperation, RegistryRevision, Written};
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! The network that a page is worked out on: the one in service, or the one that the page brings.
 
-use super::super::new_network::NewNetwork;
-use super::super::published::BodyFault;
+use crate::network::replacement::NewNetwork;
+use crate::upstream::published::BodyFault;
 
 use bytes::Bytes;
 use skyway_contract::{ChangeOperation, NetworkPatch, ObjectKind};

@@ -1,12 +1,12 @@
 //! What the registry says, judged where blocking is allowed: pages may be large, and requests are answered meanwhile.
 
-use super::super::background::begin_turn;
-use super::super::upstream::RegistryCursor;
 use super::client::RegistryClient;
 use super::followed::Verdict;
 use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::task::Sync;
+use crate::background::begin_turn;
+use crate::upstream::RegistryCursor;
 use skyway_contract::{ChangesPage, RegistrySnapshot};
 use skyway_service::refusal::Refusal;
 use std::sync::Arc;

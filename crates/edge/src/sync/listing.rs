@@ -1,12 +1,12 @@
 //! Everything that the registry has, put together beside what is in service out of pages at one revision.
 
-use super::super::published::{BodyFault, Published, check_weather, read_thing};
-use super::super::upstream::{RegistryCursor, Upstream};
 use super::followed::{
     BACKWARDS, CHECKSUM, Extent, NOT_AUTHORITATIVE, OUT_OF_PLACE, RegistryDelta, Rejected, Verdict,
 };
 use super::follower::{Fault, Follower, bounded, named};
 use super::ground::BaseNetwork;
+use crate::upstream::published::{BodyFault, Published, check_weather, read_thing};
+use crate::upstream::{RegistryCursor, Upstream};
 use skyway_contract::{ChangeOperation, Nack, ObjectKind, RegistrySnapshot, SnapshotObject};
 use skyway_planted::{self as planted, Bug};
 use std::collections::BTreeMap;

@@ -2,9 +2,9 @@
 //!
 //! This is a task of its own beside that of the outbox: no zone waits for news, and no news for a zone.
 
-use super::super::commands::{Command, NewsOrder};
 use super::client::{ClientError, RegistryClient};
 use super::task::Sync;
+use crate::writer::commands::{Command, NewsOrder};
 use skyway_contract::{EdgeNews, NewsTaken};
 use std::time::Duration;
 

@@ -1,9 +1,5 @@
 //! The task that follows a registry: it asks, hands what was judged to the writer, and begins anew after a defect.
 
-use super::super::Edge;
-use super::super::commands::Command;
-use super::super::events::Happening;
-use super::super::upstream::RegistryCursor;
 use super::client::{ClientError, RegistryClient};
 use super::contact::Contact;
 use super::followed::{
@@ -13,6 +9,10 @@ use super::follower::{Follower, bounded};
 use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::pace::Pace;
+use crate::Edge;
+use crate::events::Happening;
+use crate::upstream::RegistryCursor;
+use crate::writer::commands::Command;
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway_contract::{EventKind, Nack};

@@ -6,7 +6,7 @@ use super::known::SEEN_WITHIN;
 use super::terms::{DroneKind, FlightOrder, FlightTerms};
 use super::{Budget, Flights, FlownVersion};
 use crate::planner::{Course, Scene, Stated, Wanted};
-use crate::stops::{with_end, without_end};
+use crate::plans::stops::{with_end, without_end};
 use skyway_contract as wire;
 use skyway_engine::delivery::{DeliveryRequest, Lands, compose_with_stops};
 use skyway_engine::itinerary::Objective;

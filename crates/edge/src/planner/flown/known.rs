@@ -2,7 +2,7 @@
 
 use super::assumed::Assumed;
 use crate::drones::Sighting;
-use crate::plan_entry::PlanEntry;
+use crate::plans::entry::PlanEntry;
 use jiff::{SignedDuration, Timestamp};
 
 /// A battery that was told longer ago is not known any more.

@@ -3,16 +3,16 @@
 use super::answering::Stand;
 use super::{FlightTerms, Flights, LegEnds};
 use crate::drones::Sighting;
-use crate::plan_entry::PlanEntry;
+use crate::drones::progress::{self, Ahead, Progress};
 use crate::planner::by_distance::{ByDistance, as_asked, standing_at};
 use crate::planner::{
     Answer, Asked, Causes, Concern, Course, Displaced, FlownVersion, Occasion, Own, Planner, Scene,
     Stated, Terms, Version, Wanted, later,
 };
-use crate::progress::{self, Ahead, Progress};
+use crate::plans::entry::PlanEntry;
+use crate::plans::stops::without_end;
+use crate::plans::stretches::Stretch;
 use crate::settings::Settings;
-use crate::stops::without_end;
-use crate::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::airspace::Closure;

@@ -1,0 +1,33 @@
+//! When the drone of each plan was answered last for being off it.
+
+use jiff::{SignedDuration, Timestamp};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// So long one is remembered at most.
+const FORGOTTEN_AFTER: SignedDuration = SignedDuration::from_mins(1);
+/// Plans remembered before those answered long ago are forgotten.
+const REMEMBERED: usize = 1_000;
+
+/// When the drone of a plan was answered last for being off it.
+#[derive(Debug, Default)]
+pub(crate) struct OffPlan(Mutex<BTreeMap<Arc<str>, Timestamp>>);
+
+impl OffPlan {
+    /// Whether a plan may be answered now, so long after it was last; then it counts as answered.
+    pub(crate) fn begins(&self, plan: &Arc<str>, now: Timestamp, apart: SignedDuration) -> bool {
+        // The map is whole after every call, so a panic elsewhere cannot spoil it.
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // An instant far ahead is of a clock that has been set back since.
+        let is_within =
+            |span: SignedDuration| move |at: &Timestamp| now.duration_since(*at).abs() < span;
+        if last.get(plan).is_some_and(is_within(apart)) {
+            return false;
+        }
+        if last.len() >= REMEMBERED {
+            last.retain(|_, at| is_within(FORGOTTEN_AFTER)(at));
+        }
+        last.insert(plan.clone(), now);
+        true
+    }
+}

@@ -1,0 +1,61 @@
+//! The network as text, written once.
+
+use crate::words::{hex, node_id};
+use bytes::Bytes;
+use skyway_contract as wire;
+use skyway_engine::network::Topology;
+use std::borrow::Cow;
+
+/// The network as text, written once.
+#[derive(Debug)]
+pub(crate) struct NetworkDocuments {
+    /// The topology revision that the documents name.
+    pub(crate) topology_revision: u64,
+    /// The text that the network was read from; empty while there is no network.
+    pub(crate) geojson: Bytes,
+    pub(crate) compact: Bytes,
+    pub(crate) etag: String,
+}
+
+impl NetworkDocuments {
+    /// The network as GeoJSON.
+    pub(crate) fn geojson(&self) -> &Bytes {
+        &self.geojson
+    }
+
+    /// The documents of a network, of which `geojson` is the text it was read from.
+    pub(crate) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
+        // A map with text keys and finite numbers always has a JSON form.
+        let compact = serde_json::to_vec(&compact(topology, topology_revision)).unwrap_or_default();
+        let fingerprint = hex(&topology.fingerprint()[..8]);
+        Self {
+            topology_revision,
+            geojson,
+            compact: Bytes::from(compact),
+            etag: fingerprint,
+        }
+    }
+}
+
+fn compact(topology: &Topology, topology_revision: u64) -> wire::CompactNetwork<'_> {
+    let frame = topology.frame();
+    let nodes = topology.nodes();
+    let coordinates = nodes.flat_map(|node| frame.from_plane(topology.position(node)));
+    let segments = topology.segments().flat_map(|segment| {
+        let ends = topology.segment(segment);
+        [ends.from.0, ends.to.0]
+    });
+    wire::CompactNetwork {
+        name: Cow::Borrowed(topology.name()),
+        attribution: Cow::Borrowed(topology.attribution()),
+        geographic: frame.is_geographic(),
+        ids: topology
+            .nodes()
+            .map(|node| node_id(topology, node))
+            .collect(),
+        coordinates: coordinates.collect(),
+        pads: topology.nodes().map(|node| topology.pads(node)).collect(),
+        segments: segments.collect(),
+        topology_revision,
+    }
+}
