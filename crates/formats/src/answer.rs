@@ -1,15 +1,15 @@
 //! A recomposition in the words of the wire: the names every answer uses, on the command line and from the daemon.
 
-use super::area::area_geometry;
-use super::identifier::node_id;
-use super::report_problem::ReadWarning;
-use super::safety::{first_stretch, flags, if_airborne, near, unsafe_way};
-use super::wire_terms::IntoTerm;
 use crate::airspace::Airspace;
+use crate::area::area_geometry;
+use crate::identifier::node_id;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Recomposition, Repair, Severance, StageRecord, Warning};
+use crate::report::problem::ReadWarning;
 use crate::routing::Path;
+use crate::safety::{first_stretch, flags, if_airborne, near, unsafe_way};
 use crate::wire;
+use crate::wire_terms::IntoTerm;
 use std::borrow::Cow;
 
 /// An answer as it is written, borrowing its ids and texts.

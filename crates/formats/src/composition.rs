@@ -1,7 +1,7 @@
 //! A plan by distance as JSON.
 
-use super::identifier::{node_id_json, segment_id_json};
 use crate::compose::{Composition, Leg};
+use crate::identifier::{node_id_json, segment_id_json};
 use crate::network::{NodeIx, Topology};
 use serde_json::{Value, json};
 

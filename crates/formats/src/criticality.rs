@@ -1,7 +1,7 @@
 //! The cost of every failure on a network as GeoJSON, and the demand it is measured for from CSV.
 
-use super::identifier::{node_id_json, segment_id_json};
 use crate::geo::Point;
+use crate::identifier::{node_id_json, segment_id_json};
 use crate::network::Topology;
 use crate::routing::{Cost, Criticality, Demand};
 use csv::ReaderBuilder;

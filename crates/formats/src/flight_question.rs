@@ -1,20 +1,20 @@
 //! What an answer in flight was computed from beside its report and the closures in force, as a document: with it the answer can
 //! be computed again.
 
-use super::flight_document::{
-    FlightDocumentFault, Reader, Writer, WrittenClosure, WrittenReservation, WrittenRules,
-    WrittenTraffic, write_flight_document,
-};
-use super::weather::wind_field;
 use crate::airspace::{Airspace, Change};
 use crate::delivery::{
     BatteryNow, DeliveryScratch, DeliveryWorld, FlightEnvironment, FlightFailure,
     FlightRecomposition, FlightTables, Landing, Stand, answer_failure,
 };
 use crate::flight::{Airframe, ServiceStop, Situation, Tariff, Wind};
+use crate::flight_document::{
+    FlightDocumentFault, Reader, Writer, WrittenClosure, WrittenReservation, WrittenRules,
+    WrittenTraffic, write_flight_document,
+};
 use crate::itinerary::{FlightSetting, Limits, Objective};
 use crate::network::NodeIx;
 use crate::recompose::{Request, Severance};
+use crate::weather::wind_field;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -1,17 +1,17 @@
 //! Compositions and answers with times and battery, under the names of the wire.
 
-use super::answer::warning_text;
-use super::identifier::{node_id_json, segment_id_json};
-use super::safety::{first_stretch, near, unsafe_way, waypoint};
+use crate::answer::warning_text;
 use crate::delivery::{
     Alternate, DroneDeliveryService, FlightComposition, FlightEnvironment, FlightRecomposition,
     FlownDetour, LegContingency, NoDelivery, Proof, severance,
 };
 use crate::flight::{FlightPlan, FlownLeg, LegCourse, Stop, StopKind};
 use crate::geo::AltitudeReference;
+use crate::identifier::{node_id_json, segment_id_json};
 use crate::itinerary::{FlightCause, FlightOpening, FlightSetting, LegFigures, StopFigures};
 use crate::network::{NodeIx, Topology};
 use crate::recompose::Severance;
+use crate::safety::{first_stretch, near, unsafe_way, waypoint};
 use serde_json::{Map, Value, json};
 
 /// Writes answers of one state of the world for one drone.

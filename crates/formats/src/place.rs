@@ -2,7 +2,7 @@
 //!
 //! The path is a chain on the stack; its text (a JSON Pointer, RFC 6901) is only made for an error.
 
-use super::error::FormatError;
+use crate::error::FormatError;
 use serde_json::{Map, Value};
 
 /// A place in a JSON document: the root, a member of an object or an element of an array.

@@ -1,10 +1,10 @@
 //! The world of a recorded answer, put together again from what was written down of it.
 
-use super::report::{ReadReport, read_report};
-use super::zones::{ZoneId, zone_from_feature};
 use crate::airspace::{Airspace, Cause, Change, Closure, Hits};
 use crate::network::Topology;
+use crate::report::{ReadReport, read_report};
 use crate::wire::{Record, RecordedClosure, RecordedWorld};
+use crate::zones::{ZoneId, zone_from_feature};
 use jiff::{SignedDuration, Timestamp};
 use std::sync::Arc;
 use thiserror::Error;

@@ -1,12 +1,12 @@
 //! The first stretch, flags and the least bad way in the words of the wire.
 
-use super::identifier::node_id;
-use super::wire_terms::IntoTerm;
 use crate::flight::{FirstStretch, LegCourse, Reentry, StretchKind, crossing_height};
 use crate::geo::Point;
+use crate::identifier::node_id;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{Flag, Near, Recomposition, UnsafeWay};
 use crate::wire;
+use crate::wire_terms::IntoTerm;
 use std::borrow::Cow;
 
 /// Longitudes and latitudes are written in parts of a degree, a tenth of a millimetre each.
@@ -137,7 +137,7 @@ pub(super) fn if_airborne<'a>(
     let airborne = answer.if_airborne.as_deref()?;
     Some(Box::new(wire::IfAirborne {
         outcome: airborne.outcome.into_term(),
-        path: super::answer::path(topology, &airborne.path),
+        path: crate::answer::path(topology, &airborne.path),
         first_stretch: airborne
             .reentry
             .as_ref()

@@ -1,9 +1,9 @@
 //! The weather as it is stated, as the wind that drones fly in.
 
-use super::zones::{ZoneId, zone_from_feature};
 use crate::flight::{Wind, WindField, WindPatch};
 use crate::geo::{Frame, PreparedShape};
 use crate::wire;
+use crate::zones::{ZoneId, zone_from_feature};
 use jiff::Timestamp;
 use serde_json::{Value, json};
 use std::sync::Arc;

@@ -18,9 +18,9 @@ mod record;
 mod sheet;
 mod times;
 
-use crate::foreign::ForeignFormat;
 use crate::geo::Frame;
 use crate::mark::BYTE_ORDER_MARK;
+use crate::networks::foreign::ForeignFormat;
 use crate::zones::{ZoneCode, ZoneProblem};
 use collected::{Collected, Reader};
 pub use collected::{FeedNote, FeedTerms, FeedZone, MAX_FEED_ZONES};

@@ -16,7 +16,7 @@ use super::record::{Record, plain_identifier};
 use super::sheet::Sheet;
 use super::times::{Applicability, instant, window};
 use crate::airspace::{Window, ZoneKind};
-use crate::foreign::ForeignFormat;
+use crate::networks::foreign::ForeignFormat;
 use crate::place::Place;
 use crate::zones::{ZoneCode, ZoneProblem};
 use element::{elements, named, only, text_of, text_under};
