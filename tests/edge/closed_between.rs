@@ -1,4 +1,4 @@
-//! A closure that comes between the look at a plan and the commit of what was found.
+//! Closures that come while the writer looks at plans: between a look and the commit of what was found, and several at once.
 
 use crate::stage::{Stage, circle, names};
 use serde_json::json;
@@ -7,13 +7,17 @@ use skyway::edge::{Caller, Edge, Idempotency, Settings, WriterStep};
 use skyway::planted::{Bug, from_now_on};
 use std::pin::pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::task::{Context, Poll, Waker};
 
-/// Hands in a closure of `b4`, on the writer's thread: it is carried out before the writer looks at another plan.
-fn close_b4(edge: &Arc<Edge>) {
+fn id_of(node: &str) -> String {
+    format!("crane-over-{node}")
+}
+
+/// Hands in a closure of a node, on the writer's thread: it is carried out before the writer looks at another plan.
+fn close(edge: &Arc<Edge>, node: &str) {
     let caller = Caller::anyone();
-    let draft = json!({"id": "c", "nodes": ["b4"], "reason": "crane"});
+    let draft = json!({"id": id_of(node), "nodes": [node], "reason": "crane"});
     let draft = serde_json::from_value(draft).expect("a closure");
     let mut closing = pin!(edge.close(&caller, draft, Idempotency::default()));
     let polled = closing
@@ -33,7 +37,7 @@ async fn closed_between(on_writer: impl Fn() + Send + Sync + 'static) -> Stage {
     let stage = Stage::watched(settings, false, move |edge, step| {
         on_writer();
         if step == WriterStep::LookedAtPlan && seen.fetch_add(1, Ordering::Relaxed) == 0 {
-            close_b4(edge);
+            close(edge, "b4");
         }
     });
     // None of them needs contingencies before the zone comes.
@@ -68,4 +72,34 @@ async fn what_was_found_before_a_closure_is_looked_at_again() {
 #[should_panic(expected = "cases of the checker")]
 async fn an_edge_that_commits_it_all_the_same_is_found() {
     drop(closed_between(|| from_now_on(Bug::ClosedBetween)).await);
+}
+
+/// The writer carries out in one batch what came while it was busy: each closure of it is in force, in one revision.
+#[tokio::test]
+async fn each_closure_of_a_batch_is_in_force() {
+    const NODES: [&str; 3] = ["b2", "b4", "b6"];
+    let settings = Settings {
+        closed_fraction_max: 0.5,
+        ..Settings::default()
+    };
+    let is_busy = Arc::new(AtomicBool::new(false));
+    let begins = is_busy.clone();
+    let stage = Stage::watched(settings, false, move |edge, step| {
+        if step == WriterStep::LookedAtPlan && begins.swap(false, Ordering::Relaxed) {
+            NODES.iter().for_each(|node| close(edge, node));
+        }
+    });
+    stage.compose("p0", "d0", "a0", "a7").await;
+    stage.settle().await;
+    let before = stage.edge.snapshot().airspace().revision();
+    is_busy.store(true, Ordering::Relaxed);
+    stage.zone(circle("z", 400.0, 0.0, 10.0)).await;
+    stage.settle().await;
+    let snapshot = stage.edge.snapshot();
+    let airspace = snapshot.airspace();
+    assert_eq!(airspace.closed().closed_node_count(), 1 + NODES.len());
+    for node in NODES {
+        assert!(airspace.is_in_force(&id_of(node)), "{node}");
+    }
+    assert_eq!(airspace.revision(), before + 2, "the zone, then the batch");
 }

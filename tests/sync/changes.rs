@@ -63,6 +63,7 @@ async fn one_page_is_one_revision_however_much_it_brings() {
     outpost.line.lead_to(Some(&central.registry));
     outpost.settle(&central).await;
     assert_eq!(sequence(&outpost.edge.stamp().revision), before + 1);
+    assert_eq!(outpost.blocked(), 5, "six were put, one was lifted");
     outpost.end().await;
 }
 

@@ -67,7 +67,7 @@ use arc_swap::{ArcSwap, ArcSwapOption};
 use background::{SearchTurns, Turns, in_place};
 use bytes::Bytes;
 use drones::Drones;
-use drones::answered_lately::OffPlan;
+use drones::answered_lately::AnsweredLately;
 use drones::positions::Positions;
 use events::Events;
 use failures::guard::Guard;
@@ -119,7 +119,7 @@ pub struct Edge {
     /// What the checker has not let pass.
     guard: Arc<Guard>,
     records: Records,
-    off_plan: OffPlan,
+    off_plan: AnsweredLately,
     report_replies: ReportReplies,
     write_replies: WriteReplies,
     tables: Tables,

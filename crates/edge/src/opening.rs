@@ -3,7 +3,7 @@
 use crate::Edge;
 use crate::background::SearchTurns;
 use crate::drones::Drones;
-use crate::drones::answered_lately::OffPlan;
+use crate::drones::answered_lately::AnsweredLately;
 use crate::drones::positions::Positions;
 use crate::events::{Events, Happening};
 use crate::failures::records::Records;
@@ -242,7 +242,7 @@ impl Opening {
             maker.start(move || world.load().airspace().clone())?;
         }
         let (opened, mut listener) = word_of_openings(&*planner, &clock, self.is_in_place);
-        let desk = WriterLoop {
+        let writer_loop = WriterLoop {
             opened,
             state,
             store: store.clone(),
@@ -271,8 +271,8 @@ impl Opening {
             clock,
             epoch,
             world,
-            guard: desk.state.guard.clone(),
-            writer: writer_of(desk, self.is_in_place)?,
+            guard: writer_loop.state.guard.clone(),
+            writer: writer_of(writer_loop, self.is_in_place)?,
             store,
             events,
             lines,
@@ -282,7 +282,7 @@ impl Opening {
             planner,
             failure_rates: ArcSwapOption::empty(),
             pack_keys: ArcSwap::from_pointee(self.pack_keys.map_or_else(|| fresh_keys(now), Ok)?),
-            off_plan: OffPlan::default(),
+            off_plan: AnsweredLately::default(),
             offers: Mutex::new(Offers::new(listener.take_if(|_| self.is_in_place))),
             tables,
             turns: SearchTurns::default(),
@@ -299,10 +299,10 @@ fn fresh_keys(now: Timestamp) -> io::Result<PackKeys> {
     Ok(PackKeys::of_seed(seed, now))
 }
 
-fn writer_of(desk: WriterLoop, is_in_place: bool) -> io::Result<Writer> {
+fn writer_of(writer_loop: WriterLoop, is_in_place: bool) -> io::Result<Writer> {
     match is_in_place {
-        true => Ok(Writer::in_place(desk)),
-        false => Writer::start(desk),
+        true => Ok(Writer::in_place(writer_loop)),
+        false => Writer::start(writer_loop),
     }
 }
 

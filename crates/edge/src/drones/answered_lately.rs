@@ -11,9 +11,9 @@ const REMEMBERED: usize = 1_000;
 
 /// When the drone of a plan was answered last for being off it.
 #[derive(Debug, Default)]
-pub(crate) struct OffPlan(Mutex<BTreeMap<Arc<str>, Timestamp>>);
+pub(crate) struct AnsweredLately(Mutex<BTreeMap<Arc<str>, Timestamp>>);
 
-impl OffPlan {
+impl AnsweredLately {
     /// Whether a plan may be answered now, so long after it was last; then it counts as answered.
     pub(crate) fn begins(&self, plan: &Arc<str>, now: Timestamp, apart: SignedDuration) -> bool {
         // The map is whole after every call, so a panic elsewhere cannot spoil it.

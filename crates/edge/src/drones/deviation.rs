@@ -2,10 +2,9 @@
 
 use super::Sighting;
 use super::agreement::Deviation;
-use super::progress::{Known, ON_NODE_M, legs_at, spot_on};
+use super::progress::{FlownSoFar, ON_NODE_M, legs_at, spot_on};
 use crate::planner::{Planner, Version};
 use crate::plans::entry::PlanEntry;
-use crate::plans::stretches::fraction_of;
 use jiff::Timestamp;
 use skyway_engine::compose::Leg;
 use skyway_engine::flight::LegCourse;
@@ -46,7 +45,7 @@ enum Fit {
 }
 
 fn fit(topology: &Topology, version: &Version, place: Point, sighting: &Sighting) -> Fit {
-    let Some(spot) = spot_on(topology, version, place, Known::NOTHING) else {
+    let Some(spot) = spot_on(topology, version, place, FlownSoFar::UNKNOWN) else {
         return Fit::Unknown;
     };
     if spot.off_m > LATERAL_M {
@@ -125,7 +124,7 @@ fn heights_near(
     for corners in course.corners.windows(2) {
         let [from, to] = [&corners[0], &corners[1]];
         let (from_m, to_m) = (from.height_m?, to.height_m?);
-        let fraction = fraction_of(place, from.place, to.place);
+        let fraction = place.fraction_along(from.place, to.place);
         let off_m = place.distance_m(from.place.towards(to.place, fraction));
         let length_m = from.place.distance_m(to.place);
         if off_m > LATERAL_M {

@@ -1,4 +1,6 @@
-//! What is last known of each drone. Positions change all the time and close nothing, so they lie beside the snapshots.
+//! Drones: what is last known of each, and in this folder how telemetry is read, judged and held against plans.
+//!
+//! Positions change all the time and close nothing, so they lie beside the snapshots.
 
 mod agreement;
 pub(crate) mod answered_lately;

@@ -3,7 +3,7 @@
 use super::{Drones, Sighting};
 use crate::planner::Version;
 use crate::plans::entry::PlanEntry;
-use crate::plans::stretches::{Stretch, fraction_of};
+use crate::plans::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_engine::airspace::{Airspace, Closure};
 use skyway_engine::compose::{Composition, Leg};
@@ -13,7 +13,7 @@ use skyway_engine::network::{NodeIx, Topology};
 
 /// So far, in metres, telemetry may lie behind where a drone was: it does not fly back on its way.
 const BACK_M: f64 = 15.0;
-/// Places on a way that are equally near to a drone but for this, in metres, are as near: the same segment, flown twice.
+/// Distances that differ by less, in metres, are equal: a segment that a way leads over twice.
 const AS_NEAR_M: f64 = 1e-3;
 /// So far from its first stretch a drone may be, in metres, that has just begun a version: it takes as much to turn.
 const BEGINS_WITHIN_M: f64 = 50.0;
@@ -48,7 +48,7 @@ pub(crate) struct Spot {
 
 /// What is known of how far a drone has come on a version before it is seen, in metres from where that begins.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Known {
+pub(crate) struct FlownSoFar {
     /// So far it has come.
     pub(crate) flown_m: f64,
     /// So far it may have come since, at twice its airspeed.
@@ -57,9 +57,9 @@ pub(crate) struct Known {
     pub(crate) stops_before: Option<usize>,
 }
 
-impl Known {
+impl FlownSoFar {
     /// It may be anywhere.
-    pub(crate) const NOTHING: Self = Self {
+    pub(crate) const UNKNOWN: Self = Self {
         flown_m: 0.0,
         reach_m: f64::INFINITY,
         stops_before: None,
@@ -74,7 +74,7 @@ pub(crate) fn spot_on(
     topology: &Topology,
     version: &Version,
     place: Point,
-    known: Known,
+    known: FlownSoFar,
 ) -> Option<Spot> {
     let flown_m = known.flown_m;
     let stretch = version.stretch.as_ref().map(|stretch| {
@@ -101,7 +101,7 @@ pub(crate) fn spot_on(
             } else {
                 0.0
             };
-            let fraction = fraction_of(place, from, to).max(least);
+            let fraction = place.fraction_along(from, to).max(least);
             let spot = Spot {
                 leg,
                 at_m: begins_m + fraction * length_m,
@@ -132,12 +132,12 @@ pub(crate) fn legs_at(
     version: &Version,
     place: Point,
 ) -> impl Iterator<Item = usize> {
-    let nearest = spot_on(topology, version, place, Known::NOTHING);
+    let nearest = spot_on(topology, version, place, FlownSoFar::UNKNOWN);
     let nearest = nearest.filter(|nearest| nearest.leg.is_some());
     let legs = version.composition.legs.iter().enumerate();
     legs.filter_map(move |(number, leg)| {
         let [from, to] = [leg.from, leg.to].map(|node| topology.position(node));
-        let off_m = place.distance_m(from.towards(to, fraction_of(place, from, to)));
+        let off_m = place.distance_to_line_m(from, to);
         let is_at_end = place.distance_m(from).min(place.distance_m(to)) <= ON_NODE_M;
         (off_m <= nearest?.off_m + AS_NEAR_M || is_at_end).then_some(number)
     })

@@ -3,6 +3,7 @@
 use super::places::Untaken;
 use super::{BatterySeen, DRONE_ID_BYTES_MAX, Sighting};
 use crate::failures::records::AnswerRecord;
+use crate::plans::entry::PlanEntry;
 use crate::snapshot::Snapshot;
 use crate::{Edge, views, words};
 use jiff::{SignedDuration, Timestamp};
@@ -166,6 +167,7 @@ impl Edge {
         (position, off_plan)
     }
 
+    /// Takes in where a drone says it is, unless it cannot be there or a later place is known; whether it was.
     fn see(
         &self,
         entry: &wire::TelemetryEntry,
@@ -173,66 +175,41 @@ impl Edge {
         now: Timestamp,
         warnings: &mut Vec<wire::Warning<'static>>,
     ) -> bool {
-        let Some(coordinates) = place_of(&entry.location, snapshot) else {
-            let message = "'location' is not a place of this network; longitude comes first";
-            warnings.push(words::warning("location_ignored", message));
+        let Some(sighting) = read_sighting(entry, snapshot, now, warnings) else {
             return false;
-        };
-        let stated = entry.timestamp.as_deref();
-        let seen_at = stated.and_then(|text| text.parse::<Timestamp>().ok());
-        let seen_at = match (stated, seen_at) {
-            (Some(text), None) => {
-                let message = format!("'{text}' is not an instant in RFC 3339; now is taken");
-                warnings.push(words::warning("timestamp_ignored", &message));
-                now
-            }
-            (_, Some(seen_at)) if seen_at.duration_since(now) > AHEAD_MAX => {
-                let message = format!("{seen_at} is ahead of {now}; now is taken");
-                warnings.push(words::warning("timestamp_ahead", &message));
-                now
-            }
-            (_, seen_at) => seen_at.unwrap_or(now),
-        };
-        let sighting = Sighting {
-            coordinates,
-            seen_at,
-            altitude_m: entry.altitude_m.filter(|value| value.is_finite()),
-            battery: fraction(entry.battery_fraction, warnings).map(|fraction| BatterySeen {
-                fraction,
-                at: seen_at,
-            }),
-            ground_speed_mps: entry.ground_speed_mps.filter(|value| value.is_finite()),
-            heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
-            altitude_reference: reference(entry, warnings),
-            airborne: entry.airborne,
-            flown: None,
-            rests: None,
-            at_stop: None,
-            agreement: None,
         };
         let plan = snapshot.plan_of_drone(&entry.drone_id);
-        if let Err(why) = self.judge_place(snapshot, plan, &entry.drone_id, &sighting) {
+        let taken = self
+            .judge_place(snapshot, plan, &entry.drone_id, &sighting)
+            .and_then(|()| self.take_in(snapshot, plan, (&entry.drone_id, sighting), now));
+        if let Err(why) = &taken {
             warnings.push(words::warning(why.code(), &why.to_string()));
-            return false;
         }
-        let before = self.drones.last(&entry.drone_id);
+        taken.is_ok()
+    }
+
+    /// Keeps a sighting, and tells those whom it concerns.
+    fn take_in(
+        &self,
+        snapshot: &Snapshot,
+        plan: Option<&Arc<PlanEntry>>,
+        (drone, sighting): (&str, Sighting),
+        now: Timestamp,
+    ) -> Result<(), Untaken> {
+        let before = self.drones.last(drone);
         let sighting = match plan {
             Some(plan) => self.held_against(snapshot, plan, sighting, before.as_ref()),
             None => sighting,
         };
-        let taken = self.drones.see(&entry.drone_id, sighting.clone());
-        if taken {
-            self.note_position(snapshot, &entry.drone_id, &sighting);
-            self.tell_left(snapshot, &entry.drone_id, &sighting);
+        if !self.drones.see(drone, sighting.clone()) {
+            return Err(Untaken::Outdated);
         }
-        if let Some(plan) = plan.filter(|_| taken) {
+        self.note_position(snapshot, drone, &sighting);
+        self.tell_left(snapshot, drone, &sighting);
+        if let Some(plan) = plan {
             self.tell_seen(snapshot, plan, (&sighting, before.as_ref()), now);
         }
-        if !taken {
-            let why = Untaken::Outdated;
-            warnings.push(words::warning(why.code(), &why.to_string()));
-        }
-        taken
+        Ok(())
     }
 
     /// Keeps where a drone is for the registry, where one is followed and the network lies on earth.
@@ -253,6 +230,63 @@ impl Edge {
         };
         self.positions.add(entry);
     }
+}
+
+/// What an entry says of its drone; `None` where it names no place of this network. What cannot be used is left out with a
+/// warning.
+fn read_sighting(
+    entry: &wire::TelemetryEntry,
+    snapshot: &Snapshot,
+    now: Timestamp,
+    warnings: &mut Vec<wire::Warning<'static>>,
+) -> Option<Sighting> {
+    let Some(coordinates) = place_of(&entry.location, snapshot) else {
+        let message = "'location' is not a place of this network; longitude comes first";
+        warnings.push(words::warning("location_ignored", message));
+        return None;
+    };
+    let seen_at = read_instant(entry.timestamp.as_deref(), now, warnings);
+    let battery = fraction(entry.battery_fraction, warnings);
+    Some(Sighting {
+        coordinates,
+        seen_at,
+        altitude_m: entry.altitude_m.filter(|value| value.is_finite()),
+        battery: battery.map(|fraction| BatterySeen {
+            fraction,
+            at: seen_at,
+        }),
+        ground_speed_mps: entry.ground_speed_mps.filter(|value| value.is_finite()),
+        heading_deg: entry.heading_deg.filter(|value| value.is_finite()),
+        altitude_reference: reference(entry, warnings),
+        airborne: entry.airborne,
+        flown: None,
+        rests: None,
+        at_stop: None,
+        agreement: None,
+    })
+}
+
+/// When a drone was where it says; now, with a warning, where that cannot be read or is still to come.
+fn read_instant(
+    stated: Option<&str>,
+    now: Timestamp,
+    warnings: &mut Vec<wire::Warning<'static>>,
+) -> Timestamp {
+    let Some(text) = stated else {
+        return now;
+    };
+    match text.parse::<Timestamp>() {
+        Ok(seen_at) if seen_at.duration_since(now) <= AHEAD_MAX => return seen_at,
+        Ok(seen_at) => {
+            let message = format!("{seen_at} is ahead of {now}; now is taken");
+            warnings.push(words::warning("timestamp_ahead", &message));
+        }
+        Err(_) => {
+            let message = format!("'{text}' is not an instant in RFC 3339; now is taken");
+            warnings.push(words::warning("timestamp_ignored", &message));
+        }
+    }
+    now
 }
 
 /// Tells a drone that was off its plan what it was answered.

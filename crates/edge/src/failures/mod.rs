@@ -1,7 +1,7 @@
 //! Failure reports: read, answered on one snapshot, kept, and then published.
 //!
 //! An answer waits for nothing: the failed leg is closed for the request itself, and what is to be closed for
-//! everyone goes to the writer afterwards. A drone always gets an outcome; what it may change is decided in
+//! everyone goes to the writer afterwards. A drone gets an outcome unless nothing says where it is; what it may change is decided in
 //! `publication`.
 
 pub(crate) mod answered;
@@ -19,6 +19,7 @@ pub(crate) mod views;
 use crate::Edge;
 use crate::drones::progress;
 use crate::entries::AlarmDraft;
+use crate::events::Happening;
 use crate::plans::entry::PlanEntry;
 use crate::plans::stops;
 use crate::plans::stretches::Stretch;
@@ -186,14 +187,14 @@ impl Edge {
         self: &Arc<Self>,
         caller: &Caller,
         parsed: ParsedReport,
-        manner: ReplyMode,
+        mode: ReplyMode,
     ) -> Result<ReportResponse, Refusal> {
         if self.is_quick(&parsed.report) {
-            return self.answer_drone(caller, parsed, manner);
+            return self.answer_drone(caller, parsed, mode);
         }
         let (edge, caller) = (self.clone(), caller.clone());
         self.in_turn(&self.turns.reports, move || {
-            edge.answer_drone(&caller, parsed, manner)
+            edge.answer_drone(&caller, parsed, mode)
         })
         .await?
     }
@@ -203,10 +204,10 @@ impl Edge {
         &self,
         caller: &Caller,
         parsed: ParsedReport,
-        manner: ReplyMode,
+        mode: ReplyMode,
     ) -> Result<ReportResponse, Refusal> {
-        let answered = self.answer_in_place(caller, parsed, manner)?;
-        if let Some(record) = answered.record().filter(|_| manner != ReplyMode::Again) {
+        let answered = self.answer_in_place(caller, parsed, mode)?;
+        if let Some(record) = answered.record().filter(|_| mode != ReplyMode::Again) {
             self.note_failure(record, answered.compute_us());
         }
         Ok(answered)
@@ -216,7 +217,7 @@ impl Edge {
         &self,
         caller: &Caller,
         parsed: ParsedReport,
-        manner: ReplyMode,
+        mode: ReplyMode,
     ) -> Result<ReportResponse, Refusal> {
         let span = traces::of_answer().entered();
         let stopwatch = self.clock.stopwatch();
@@ -232,7 +233,7 @@ impl Edge {
         })?;
         let settled = self.by_stops(settled, &snapshot, plan.as_deref(), now);
         let dry_run = report.dry_run == Some(true);
-        let is_told_only = dry_run || manner == ReplyMode::Suppressed;
+        let is_told_only = dry_run || mode == ReplyMode::Suppressed;
         let case = Case {
             snapshot: &snapshot,
             report: &report,
@@ -272,7 +273,7 @@ impl Edge {
             let _span = traces::of_publication().entered();
             // First, so that the closure then finds the plan with a way that is open.
             self.propose_to_plan(&record);
-            record.published = self.publish(&snapshot, caller, &record, plan.as_ref(), manner);
+            record.published = self.publish(&snapshot, caller, &record, plan.as_ref(), mode);
             self.alarm_without_way(caller, &record, plan.as_deref());
         }
         let record = Arc::new(record);
@@ -475,7 +476,7 @@ impl Edge {
         let summary = views::summary(record);
         // A map with text keys and plain values always has a JSON form.
         let data = serde_json::to_value(&summary).unwrap_or_default();
-        let mut happening = crate::events::Happening::new(wire::EventKind::Recomposed, data);
+        let mut happening = Happening::new(wire::EventKind::Recomposed, data);
         happening.by = Some(author(caller));
         self.events
             .add(vec![happening], record.answered_at, &record.revision);

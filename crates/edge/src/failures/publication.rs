@@ -42,9 +42,9 @@ impl Edge {
         caller: &Caller,
         record: &AnswerRecord,
         plan: Option<&Arc<PlanEntry>>,
-        manner: ReplyMode,
+        mode: ReplyMode,
     ) -> Published {
-        match manner {
+        match mode {
             ReplyMode::First => {}
             ReplyMode::Again => return Published::nothing("sent_before"),
             ReplyMode::Suppressed => return Published::nothing("id_reused"),
@@ -96,7 +96,13 @@ impl Edge {
                 let are_all = failed.count.is_none_or(|count| count >= pads);
                 are_all.then_some(ReportClosure::Pads(failed.node))?
             }
-            _ => ReportClosure::Segment(snapshot.topology().segment_between(from, to)?),
+            FailureType::Environmental
+            | FailureType::Navigational
+            | FailureType::Regulatory
+            | FailureType::Operational
+            | FailureType::ServiceLevel => {
+                ReportClosure::Segment(snapshot.topology().segment_between(from, to)?)
+            }
         };
         Some((thing, life))
     }
@@ -157,11 +163,10 @@ impl Edge {
         let (from, to) = (topology.position(leg.0), topology.position(leg.1));
         let age = now.duration_since(sighting.seen_at);
         age <= PLACED_SINCE
-            && crate::plans::fleet::distance_to_line_m(
-                sighting.position(topology.frame()),
-                from,
-                to,
-            ) <= PLACED_WITHIN_M
+            && sighting
+                .position(topology.frame())
+                .distance_to_line_m(from, to)
+                <= PLACED_WITHIN_M
     }
 
     fn order_publication(

@@ -1,5 +1,6 @@
 //! Whose a report is: the drone or caller it counts for, and the plans its sender may speak for.
 
+use crate::drones::DRONE_ID_BYTES_MAX;
 use crate::plans::entry::PlanEntry;
 use skyway_contract as wire;
 use skyway_formats::ReadWarning;
@@ -40,7 +41,9 @@ pub(crate) fn drone_of(
 ) -> Option<Arc<str>> {
     let stated = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
     let drone = match stated {
-        Some(drone) if !drone.is_empty() && drone.len() <= 128 => Some(Arc::from(drone)),
+        Some(drone) if !drone.is_empty() && drone.len() <= DRONE_ID_BYTES_MAX => {
+            Some(Arc::from(drone))
+        }
         _ => plan.and_then(|plan| plan.drone_id.clone()),
     };
     let is_own = drone.as_deref().is_none_or(|id| caller.speaks_for(id));

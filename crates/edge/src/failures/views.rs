@@ -9,9 +9,9 @@ use crate::words::{self, hex};
 use serde_json::Value;
 use skyway_contract as wire;
 use skyway_engine::airspace::{Cause, Closure};
-use skyway_engine::flight::{FailureType, Location};
+use skyway_engine::flight::Location;
 use skyway_engine::network::Topology;
-use skyway_formats::{answer, settled_report, zone_to_feature};
+use skyway_formats::{IntoTerm, answer, settled_report, zone_to_feature};
 use std::borrow::Cow;
 
 /// An answer as it is sent, borrowing what it can.
@@ -95,7 +95,7 @@ pub(crate) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
     wire::RecordSummary {
         id: Cow::Owned(record.id()),
         answered_at: words::instant(record.answered_at),
-        failure: failure(report.failure),
+        failure: report.failure.into_term(),
         drone_id: record.drone_id.as_deref().map(words::text),
         plan_id: record.plan.as_ref().map(|plan| words::text(&plan.plan)),
         leg: Some([from, to].map(|node| words::node_id(topology, node))),
@@ -105,17 +105,6 @@ pub(crate) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
         remaining_length_m: record.answer.told().remaining_length_m,
         dry_run: record.dry_run,
         revision: words::text(&record.revision),
-    }
-}
-
-fn failure(failure: FailureType) -> wire::FailureType {
-    match failure {
-        FailureType::Environmental => wire::FailureType::Environmental,
-        FailureType::Navigational => wire::FailureType::Navigational,
-        FailureType::Regulatory => wire::FailureType::Regulatory,
-        FailureType::Infrastructure => wire::FailureType::Infrastructure,
-        FailureType::Operational => wire::FailureType::Operational,
-        FailureType::ServiceLevel => wire::FailureType::ServiceLevel,
     }
 }
 

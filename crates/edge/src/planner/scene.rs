@@ -12,6 +12,9 @@ use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::Request;
 use std::sync::Arc;
 
+/// A drone that is so near to a node, in metres, may stand on a pad there.
+pub(crate) const AT_NODE_M: f64 = 50.0;
+
 /// Where, when and among whom a drone flies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene<'a> {

@@ -10,7 +10,6 @@ use jiff::Timestamp;
 use serde_json::Value;
 use skyway_engine::compose::{Conflict, conflicts};
 use skyway_engine::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
-use skyway_engine::geo::Point;
 use skyway_engine::network::Topology;
 use skyway_engine::recompose::{Outcome, Request};
 use skyway_engine::routing::Path;
@@ -101,17 +100,6 @@ pub(crate) fn obstructed(
         by,
         wanted_by,
     }
-}
-
-/// How far a place is from the straight line between two others, ends included, in metres.
-pub(crate) fn distance_to_line_m(place: Point, from: Point, to: Point) -> f64 {
-    let along_m2 = from.distance_m(to).powi(2);
-    let dot = (place.x - from.x) * (to.x - from.x) + (place.y - from.y) * (to.y - from.y);
-    let fraction = match along_m2 > 0.0 {
-        true => (dot / along_m2).clamp(0.0, 1.0),
-        false => 0.0,
-    };
-    place.distance_m(from.towards(to, fraction))
 }
 
 /// What a plan's drone is told in a world where something ahead has closed.

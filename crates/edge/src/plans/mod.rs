@@ -1,4 +1,5 @@
-//! Composition plans: composed, listed, taken over, cancelled.
+//! Composition plans: composed, listed, taken over, cancelled; in this folder their stops, packs, first stretches, and what
+//! drones say of them.
 
 pub(crate) mod entry;
 pub(crate) mod fleet;

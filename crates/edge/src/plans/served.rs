@@ -6,7 +6,7 @@
 
 use super::entry::{FlownFor, PlanEntry};
 use super::stops::onward;
-use crate::drones::progress::{Known, Progress};
+use crate::drones::progress::{FlownSoFar, Progress};
 use crate::drones::{AtStop, Flown, Sighting};
 use crate::planner::{Version, later};
 use jiff::Timestamp;
@@ -166,11 +166,11 @@ impl PlanEntry {
         topology: &Topology,
         sighting: Option<&Sighting>,
         at: Timestamp,
-    ) -> Known {
+    ) -> FlownSoFar {
         let flown_m = self.come_m(topology, sighting);
         let last = self.come_by(topology, sighting);
         let since_s = at.duration_since(last.at).as_secs_f64().max(0.0);
-        Known {
+        FlownSoFar {
             flown_m,
             reach_m: flown_m.max(last.at_m) + FASTEST * self.airspeed_mps.max(0.1) * since_s,
             stops_before: self.stops_before(topology, flown_m),
@@ -193,7 +193,7 @@ impl PlanEntry {
         }
     }
 
-    /// The same with this number of stops served, if that is more.
+    /// This plan with this number of stops served; `None` if no more than are known.
     pub(crate) fn with_served(&self, served: u32) -> Option<Self> {
         let flown_for = self.flown_for.as_ref()?;
         let served = served.min(flown_for.stops);

@@ -2,15 +2,12 @@
 
 use super::entry::PlanEntry;
 use crate::drones::progress::Progress;
-use crate::planner::Version;
+use crate::planner::{AT_NODE_M, Version};
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::flight::{Location, ServiceStop, Stop};
 use skyway_engine::network::{NodeIx, Topology};
 use skyway_service::intake::Faults;
-
-/// So near to a node, in metres, a drone may stand on its pad.
-const AT_NODE_M: f64 = 50.0;
 
 /// A delivery has at most this many stops: each is a search of its own.
 const STOPS_MAX: usize = 16;

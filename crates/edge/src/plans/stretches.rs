@@ -74,7 +74,7 @@ impl Stretch {
             from,
             to,
             segment: topology.segment_between(from, to),
-            fraction: fraction_of(begin, behind, ahead),
+            fraction: begin.fraction_along(behind, ahead),
         });
         let reentry = Reentry {
             node: first,
@@ -180,16 +180,5 @@ impl Stretch {
             enters_s: leg.enters_s,
             leaves_s: leg.leaves_s,
         })
-    }
-}
-
-/// The fraction of a line at which a place is nearest to it.
-pub(crate) fn fraction_of(place: Point, from: Point, to: Point) -> f64 {
-    let along_m2 = from.distance_m(to).powi(2);
-    let dot = (place.x - from.x) * (to.x - from.x) + (place.y - from.y) * (to.y - from.y);
-    if along_m2 > 0.0 {
-        (dot / along_m2).clamp(0.0, 1.0)
-    } else {
-        0.0
     }
 }

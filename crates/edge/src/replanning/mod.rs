@@ -1,4 +1,5 @@
-//! The plans whose drones are to be answered, in the order in which that is done.
+//! The plans whose drones are to be answered, in the order in which that is done; in this folder the waves that answer
+//! them, and the look for better plans once something has opened.
 
 pub(crate) mod offers;
 pub(crate) mod opened;

@@ -93,7 +93,7 @@ impl State {
         if let Some(wanted) = plan.wanted.as_ref().filter(|_| !is_wanted) {
             return self.keep_wanted(plan, wanted, affected_by);
         }
-        let alone = found.is_none();
+        let is_of_wave = found.is_some();
         let is_clear = affected_by.is_empty();
         let detour = match found {
             Some(found) => self.not_overtaken(found, plan),
@@ -112,8 +112,8 @@ impl State {
             self.time_way(plan, now);
             return Affected::Not;
         }
-        let new = version.as_ref().filter(|_| !alone);
-        if new.is_some_and(|version| self.is_in_newcomers_way(plan, version)) {
+        let of_wave = version.as_ref().filter(|_| is_of_wave);
+        if of_wave.is_some_and(|version| self.meets_newcomers(plan, version)) {
             return Affected::Overtaken;
         }
         self.take_detour(plan, checked, version, affected_by, now)
@@ -143,7 +143,7 @@ impl State {
     }
 
     /// Whether a version would come too near to what others have taken since the wave began.
-    fn is_in_newcomers_way(&self, plan: &PlanEntry, version: &Version) -> bool {
+    fn meets_newcomers(&self, plan: &PlanEntry, version: &Version) -> bool {
         if !self.planner.minds(Concern::Traffic, Some(version)) {
             return false;
         }

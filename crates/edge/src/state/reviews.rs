@@ -11,7 +11,9 @@ use super::sync::namesake;
 use crate::entries::{ClosureEntry, Contested, PendingReview};
 use crate::events::Happening;
 use crate::upstream::OutboxEntry;
-use crate::upstream::published::{Published, Restriction, read_thing, says_the_same};
+use crate::upstream::published::{
+    Published, Restriction, closure_body, read_thing, says_the_same, zone_body,
+};
 use crate::views;
 use crate::writer::commands::{Decision, Done};
 use serde_json::json;
@@ -167,12 +169,12 @@ impl State {
         match kind {
             ObjectKind::Zone => {
                 let entry = self.next.zones.get(id)?;
-                Some(crate::upstream::published::zone_body(&entry.zone))
+                Some(zone_body(&entry.zone))
             }
             ObjectKind::Closure => {
                 let entry = self.next.closures.get(id)?;
                 let topology = self.next.topology();
-                Some(crate::upstream::published::closure_body(topology, entry))
+                Some(closure_body(topology, entry))
             }
             ObjectKind::Network | ObjectKind::Weather => None,
         }

@@ -1,5 +1,5 @@
 //! Commands that take over what the registry has: what is stricter is in force at once, many removals wait for
-//! an operator; where both sides changed one thing the stricter stays, see `state_reviews`.
+//! an operator; where both sides changed one thing the stricter stays, see `reviews`.
 
 use super::State;
 use crate::background::give_way;

@@ -92,7 +92,7 @@ impl std::fmt::Debug for Watch {
 /// Who waits for the answer to a command.
 type Asker = oneshot::Sender<(Reply, Arc<Snapshot>)>;
 
-/// What the writer publishes to.
+/// The writer: its state, what waits for it, and where it publishes.
 #[derive(Debug)]
 pub(crate) struct WriterLoop {
     pub(crate) state: State,
@@ -163,32 +163,32 @@ struct Waiter {
 
 impl Writer {
     /// Starts the thread. It ends when the last handle to it is dropped.
-    pub(crate) fn start(mut desk: WriterLoop) -> std::io::Result<Self> {
+    pub(crate) fn start(mut writer_loop: WriterLoop) -> std::io::Result<Self> {
         let (commands, inbox) = sync_channel(QUEUE);
         let commands = Arc::new(commands);
         // Weak, as the writer ends with the last who may hand in a command.
         let writer = Arc::downgrade(&commands);
-        let means = desk.state.means_of_waves();
-        desk.workers = Some(Workers::start(&means, move || {
+        let means = writer_loop.state.means_of_waves();
+        writer_loop.workers = Some(Workers::start(&means, move || {
             if let Some(writer) = writer.upgrade() {
                 let _ = writer.send(Letter::WaveEnded);
             }
         })?);
         let writer = Arc::downgrade(&commands);
-        desk.waves_ahead = WavesAhead::new(move || {
+        writer_loop.waves_ahead = WavesAhead::new(move || {
             // A writer that is behind with its letters looks by itself.
             if let Some(writer) = writer.upgrade() {
                 let _ = writer.try_send(Letter::Stored);
             }
         });
         let builder = std::thread::Builder::new().name("skyway-writer".to_owned());
-        builder.spawn(move || desk.work(&inbox))?;
+        builder.spawn(move || writer_loop.work(&inbox))?;
         Ok(Self::Thread(commands))
     }
 
     /// A writer without a thread: what is due happens with the next command.
-    pub(crate) fn in_place(desk: WriterLoop) -> Self {
-        Self::InPlace(Arc::new(Mutex::new(desk)))
+    pub(crate) fn in_place(writer_loop: WriterLoop) -> Self {
+        Self::InPlace(Arc::new(Mutex::new(writer_loop)))
     }
 
     /// Hands in a command and waits for what becomes of it.
@@ -209,21 +209,21 @@ impl Writer {
         })
     }
 
-    fn send(&self, letter: QueuedCommand) -> Result<(), Refusal> {
+    fn send(&self, queued: QueuedCommand) -> Result<(), Refusal> {
         let commands = match self {
             Self::Thread(commands) => commands,
-            Self::InPlace(desk) => {
+            Self::InPlace(writer_loop) => {
                 in_place(|| {
                     // Fair: those that wait for it have their turn in order.
-                    let free = desk.try_lock();
-                    let mut desk = free.unwrap_or_else(|_| desk.blocking_lock());
-                    desk.carry_out(vec![letter]);
+                    let free = writer_loop.try_lock();
+                    let mut writer_loop = free.unwrap_or_else(|_| writer_loop.blocking_lock());
+                    writer_loop.carry_out(vec![queued]);
                 });
                 return Ok(());
             }
         };
         commands
-            .try_send(Letter::Command(letter))
+            .try_send(Letter::Command(queued))
             .map_err(|error| match error {
                 TrySendError::Full(_) => {
                     let detail = format!("{QUEUE} changes are waiting already");

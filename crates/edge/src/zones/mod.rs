@@ -1,4 +1,5 @@
-//! No-fly zones: put, changed, deleted, listed, and previewed.
+//! No-fly zones: put, changed, deleted, listed, and previewed; in this folder also closures, feeds, and what waits for an
+//! operator.
 //!
 //! What a zone closes is worked out beside the writer; the writer checks versions, puts it into force and
 //! tells which plans it meets.

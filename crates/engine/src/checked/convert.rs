@@ -91,7 +91,11 @@ fn need_of(request: &Request, has_figure: bool) -> Need {
     match request.report.failure {
         FailureType::Operational if detail.is_some_and(|it| it.lands_anywhere()) => Need::Ground,
         FailureType::Operational => Need::Pad { shown: has_figure },
-        _ => Need::Nothing,
+        FailureType::Environmental
+        | FailureType::Navigational
+        | FailureType::Regulatory
+        | FailureType::Infrastructure
+        | FailureType::ServiceLevel => Need::Nothing,
     }
 }
 

@@ -85,7 +85,7 @@ pub fn check_place(
     };
     let off_m = match leg {
         Some((from, to)) => {
-            distance_to_line_m(place, topology.position(from), topology.position(to))
+            place.distance_to_line_m(topology.position(from), topology.position(to))
         }
         None => distance_to_box_m(bounds, place),
     };
@@ -93,16 +93,6 @@ pub fn check_place(
         true => Ok(()),
         false => Err(ImpossiblePlace::Elsewhere { off_m }),
     }
-}
-
-fn distance_to_line_m(place: Point, from: Point, to: Point) -> f64 {
-    let along = Point::new(to.x - from.x, to.y - from.y);
-    let squared = along.x * along.x + along.y * along.y;
-    if squared <= 0.0 {
-        return from.distance_m(place);
-    }
-    let share = ((place.x - from.x) * along.x + (place.y - from.y) * along.y) / squared;
-    from.towards(to, share.clamp(0.0, 1.0)).distance_m(place)
 }
 
 fn distance_to_box_m(bounds: Bounds, point: Point) -> f64 {

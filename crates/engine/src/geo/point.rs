@@ -35,6 +35,22 @@ impl Point {
         )
     }
 
+    /// The fraction of the way from one point to another, from 0 to 1, at which this one is nearest; 0 where they are the
+    /// same.
+    pub fn fraction_along(self, from: Self, to: Self) -> f64 {
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let length_m2 = dx * dx + dy * dy;
+        match length_m2 > 0.0 {
+            true => (((self.x - from.x) * dx + (self.y - from.y) * dy) / length_m2).clamp(0.0, 1.0),
+            false => 0.0,
+        }
+    }
+
+    /// How far this point is from the straight line between two others, ends included, in metres.
+    pub fn distance_to_line_m(self, from: Self, to: Self) -> f64 {
+        self.distance_m(from.towards(to, self.fraction_along(from, to)))
+    }
+
     /// True when both coordinates are finite.
     pub fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite()

@@ -19,7 +19,8 @@ pub(crate) fn nearest_segment(topology: &Topology, place: Point) -> Option<(Segm
             break;
         }
         let segment = candidate.segment;
-        let off_m = distance_to_line_m(topology.segment_ends(segment), place);
+        let (from, to) = topology.segment_ends(segment);
+        let off_m = place.distance_to_line_m(from, to);
         let is_better = best
             .is_none_or(|(holder, best_m)| off_m < best_m || (off_m == best_m && segment < holder));
         if is_better {
@@ -42,10 +43,9 @@ pub(crate) fn nearest_leg(
     path: &[NodeIx],
     place: Point,
 ) -> Option<(usize, f64)> {
-    let legs = path.windows(2).map(|leg| {
-        let ends = (topology.position(leg[0]), topology.position(leg[1]));
-        distance_to_line_m(ends, place)
-    });
+    let legs = path
+        .windows(2)
+        .map(|leg| place.distance_to_line_m(topology.position(leg[0]), topology.position(leg[1])));
     let nearer = |one: (usize, f64), other: (usize, f64)| match other.1 < one.1 {
         true => other,
         false => one,
@@ -80,15 +80,4 @@ pub(crate) fn leg_from(
         one_m.total_cmp(&other_m)
     });
     (node, nearest.unwrap_or(node))
-}
-
-fn distance_to_line_m(ends: (Point, Point), place: Point) -> f64 {
-    let (from, to) = ends;
-    let along = Point::new(to.x - from.x, to.y - from.y);
-    let squared = along.x * along.x + along.y * along.y;
-    let fraction = match squared > 0.0 {
-        true => ((place.x - from.x) * along.x + (place.y - from.y) * along.y) / squared,
-        false => 0.0,
-    };
-    from.towards(to, fraction.clamp(0.0, 1.0)).distance_m(place)
 }

@@ -1,7 +1,7 @@
 //! From the bytes of a failure report to its fields: at once where every field is as it should be, else field by field.
 //!
-//! A drone always gets an outcome: a field that cannot be read is left out with a warning, and never spoils
-//! the others. Nothing is looked up here; that is `report_resolve`.
+//! A field that cannot be read is left out with a warning, and never spoils the others: a drone gets an outcome
+//! unless nothing is left that says where it is. Nothing is looked up here; that is `resolve`.
 
 use super::problem::{ReadWarning, ReportProblem, cut, shown};
 use crate::mark::without_mark;

@@ -1,11 +1,9 @@
 //! Where a version has its drone when, and with how much battery: what telemetry is held against.
 
 use super::FlownVersion;
+use crate::planner::AT_NODE_M;
 use skyway_engine::geo::Point;
 use skyway_engine::network::Topology;
-
-/// So near to a node, in metres, a drone is at it.
-const AT_NODE_M: f64 = 50.0;
 
 /// What a plan has of a drone where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]

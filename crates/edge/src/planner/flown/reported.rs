@@ -1,7 +1,7 @@
 //! Answers to what drones report, by the flight model: in the air with the battery that is left, on a pad from where they stand.
 
 use super::answered::without_flight;
-use super::answering::{AT_NODE_M, Stand, stops_ahead};
+use super::answering::{Stand, stops_ahead};
 use super::assumed::Assumed;
 use super::kept::Told;
 use super::known::{assumed_of, seen_lately};
@@ -9,6 +9,7 @@ use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
 use crate::drones::Sighting;
 use crate::drones::progress::progress;
+use crate::planner::AT_NODE_M;
 use crate::planner::{Answer, Asked, Own, Scene};
 use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
