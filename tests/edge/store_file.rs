@@ -65,6 +65,11 @@ async fn what_is_committed_is_there_and_nothing_else() {
             Row::remove(Table::Zones, "b"),
             put("a", "4"),
             Row::remove(Table::Holds, "z"),
+            // Of rows with the same key the last one counts.
+            put("d", "5"),
+            Row::remove(Table::Zones, "d"),
+            Row::remove(Table::Zones, "e"),
+            put("e", "6"),
         ];
         file.commit(&Transaction {
             number: 2,
@@ -78,7 +83,7 @@ async fn what_is_committed_is_there_and_nothing_else() {
         let mut file = medium.open().await;
         assert_eq!(file.number().await, Ok(2));
         let zones = file.load(Table::Zones).await;
-        assert_eq!(zones, Ok(pairs(&[("a", "4"), ("c", "3")])));
+        assert_eq!(zones, Ok(pairs(&[("a", "4"), ("c", "3"), ("e", "6")])));
         assert_eq!(
             file.read(Table::Plans, "a").await,
             Ok(Some("ä\u{0}".to_owned()))

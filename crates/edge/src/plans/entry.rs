@@ -100,6 +100,10 @@ pub(crate) struct PlanEntry {
 // Two states of a plan are the same where all is that a restart needs.
 impl PartialEq for PlanEntry {
     fn eq(&self, other: &Self) -> bool {
+        // Maps of two snapshots share most plans, and are compared by each value of a leaf that has changed.
+        if std::ptr::eq(self, other) {
+            return true;
+        }
         let numbers = [self, other].map(|plan| plan.next_version.load(Ordering::Relaxed));
         (&self.id, &self.subject, &self.drone_id) == (&other.id, &other.subject, &other.drone_id)
             && self.flown_for == other.flown_for

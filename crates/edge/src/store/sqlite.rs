@@ -11,6 +11,7 @@ use skyway_planted::{self as planted, Bug};
 use skyway_service::intake::{StoreLook, look_at_store};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqliteSynchronous};
 use sqlx::{Connection, QueryBuilder, Row as _, Sqlite, SqliteConnection};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::time::Duration;
@@ -230,46 +231,57 @@ fn checked(table: Table, key: &str, row: &sqlx::sqlite::SqliteRow) -> Result<Str
     }
 }
 
-/// Writes rows in their order. Each statement is a way to the thread of the file and back, which costs more than the row
-/// that it brings: neighbours that are alike go together.
+/// Writes rows, in the order of the file. Each statement is a way to the thread of the file and back, which costs more than
+/// the row that it brings: so many go together.
 async fn write(connection: &mut SqliteConnection, rows: &[Row]) -> Result<(), StoreFault> {
-    let alike = |one: &Row, next: &Row| {
-        one.table == next.table && one.body.is_some() == next.body.is_some()
-    };
-    for run in rows.chunk_by(alike) {
-        for some in run.chunks(ROWS_IN_STATEMENT) {
-            let mut statement = statement_of(some);
-            let done = statement.build().execute(&mut *connection).await;
+    // Of rows with the same key the last one counts.
+    let rows = rows.iter().map(|row| {
+        let place = (row.table.number(), row.key.as_str());
+        (place, row.body.as_deref())
+    });
+    let rows: BTreeMap<Place<'_>, Option<&str>> = rows.collect();
+    let puts = rows
+        .iter()
+        .filter_map(|(&place, body)| Some((place, (*body)?)));
+    let puts: Vec<(Place<'_>, &str)> = puts.collect();
+    for some in puts.chunks(ROWS_IN_STATEMENT) {
+        let done = puts_of(some).build().execute(&mut *connection).await;
+        done.map_err(fault)?;
+    }
+    let removals = rows.iter().filter(|(_, body)| body.is_none());
+    let removals: Vec<Place<'_>> = removals.map(|(&place, _)| place).collect();
+    for of_table in removals.chunk_by(|one, next| one.0 == next.0) {
+        for some in of_table.chunks(ROWS_IN_STATEMENT) {
+            let done = removal_of(some).build().execute(&mut *connection).await;
             done.map_err(fault)?;
         }
     }
     Ok(())
 }
 
-/// The statement that puts or removes rows of one table. There are few different ones, so that they stay prepared.
-fn statement_of(rows: &[Row]) -> QueryBuilder<Sqlite> {
-    let puts = rows
-        .iter()
-        .filter_map(|row| Some((row, row.body.as_ref()?)));
-    let mut puts = puts.peekable();
-    if puts.peek().is_some() {
-        let mut statement = QueryBuilder::new("INSERT INTO entries (kind, key, body, sum) ");
-        statement.push_values(puts, |mut fields, (row, body)| {
-            let kind = row.table.number();
-            fields.push_bind(kind).push_bind(&row.key).push_bind(body);
-            fields.push_bind(sum(kind, &row.key, body));
-        });
-        statement.push(
-            " ON CONFLICT (kind, key) DO UPDATE SET body = excluded.body, sum = excluded.sum",
-        );
-        return statement;
-    }
+/// The number of a table, and a key in it.
+type Place<'a> = (i64, &'a str);
+
+/// The statement that puts rows. There is one for each number of rows, so that they stay prepared.
+fn puts_of(rows: &[(Place<'_>, &str)]) -> QueryBuilder<Sqlite> {
+    let mut statement = QueryBuilder::new("INSERT INTO entries (kind, key, body, sum) ");
+    statement.push_values(rows, |mut fields, &((kind, key), body)| {
+        fields.push_bind(kind).push_bind(key).push_bind(body);
+        fields.push_bind(sum(kind, key, body));
+    });
+    statement
+        .push(" ON CONFLICT (kind, key) DO UPDATE SET body = excluded.body, sum = excluded.sum");
+    statement
+}
+
+/// The statement that removes rows of one table.
+fn removal_of(rows: &[Place<'_>]) -> QueryBuilder<Sqlite> {
     let mut statement = QueryBuilder::new("DELETE FROM entries WHERE kind = ");
-    let kind = rows.first().map(|row| row.table.number());
+    let kind = rows.first().map(|&(kind, _)| kind);
     statement.push_bind(kind).push(" AND key IN (");
     let mut keys = statement.separated(", ");
-    for row in rows {
-        keys.push_bind(&row.key);
+    for &(_, key) in rows {
+        keys.push_bind(key);
     }
     statement.push(")");
     statement
@@ -284,16 +296,15 @@ async fn commit(
         .begin_with("BEGIN IMMEDIATE")
         .await
         .map_err(fault)?;
-    let statement = "UPDATE meta SET number = ? WHERE name = 'transaction' AND number = ?";
-    let moved = sqlx::query(statement).bind(number).bind(number - 1);
-    let moved = moved.execute(&mut *work).await.map_err(fault)?;
-    if moved.rows_affected() != 1 {
+    let writer = i64::try_from(transaction.writer).unwrap_or(i64::MAX);
+    let statement = "UPDATE meta SET number = CASE name WHEN 'transaction' THEN ? ELSE ? END \
+         WHERE name IN ('transaction', 'writer') \
+         AND (SELECT number FROM meta WHERE name = 'transaction') = ?";
+    let moved = sqlx::query(statement).bind(number).bind(writer);
+    let moved = moved.bind(number - 1).execute(&mut *work).await;
+    if moved.map_err(fault)?.rows_affected() == 0 {
         return Err(StoreFault::Taken);
     }
-    let writer = i64::try_from(transaction.writer).unwrap_or(i64::MAX);
-    let statement = "UPDATE meta SET number = ? WHERE name = 'writer'";
-    let written = sqlx::query(statement).bind(writer);
-    written.execute(&mut *work).await.map_err(fault)?;
     let mut rows = transaction.rows.as_slice();
     if planted::is(Bug::HalfBatch) {
         let (first, rest) = rows.split_at(rows.len() / 2);
