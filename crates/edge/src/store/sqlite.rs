@@ -22,6 +22,8 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 const CACHE: &str = "-32768";
 /// Rows in one statement.
 const ROWS_IN_STATEMENT: usize = 64;
+/// Statements that stay prepared: for each number of rows one that puts and one that removes, and those of a transaction.
+const STATEMENTS_KEPT: usize = 2 * ROWS_IN_STATEMENT + 16;
 /// The schema that this version knows.
 const SCHEMA: i64 = 1;
 /// The first version of SQLite whose write-ahead log never loses a commit.
@@ -59,6 +61,7 @@ impl SqliteFile {
             // A thousand plans in one transaction stay in memory, with what undoes a statement, until they are committed.
             .pragma("cache_size", CACHE)
             .pragma("temp_store", "MEMORY")
+            .statement_cache_capacity(STATEMENTS_KEPT)
             .busy_timeout(BUSY_TIMEOUT);
         let mut connection = connect(path, &options).await?;
         check_engine(path, &mut connection).await?;

@@ -64,7 +64,11 @@ pub(crate) fn settle_circumstances(
         detail: detail.filter(|_| is_operational),
         failed_pads: match failure {
             FailureType::Infrastructure => failed_pads(report, topology, leg, warnings),
-            _ => None,
+            FailureType::Environmental
+            | FailureType::Navigational
+            | FailureType::Regulatory
+            | FailureType::Operational
+            | FailureType::ServiceLevel => None,
         },
         ..Circumstances::default()
     }
