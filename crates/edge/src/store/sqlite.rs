@@ -21,7 +21,7 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 /// Pages that may be kept in memory: 32 MiB.
 const CACHE: &str = "-32768";
 /// Rows in one statement.
-const ROWS_IN_STATEMENT: usize = 64;
+const ROWS_IN_STATEMENT: usize = 24;
 /// Statements that stay prepared: for each number of rows one that puts and one that removes, and those of a transaction.
 const STATEMENTS_KEPT: usize = 2 * ROWS_IN_STATEMENT + 16;
 /// The schema that this version knows.
