@@ -235,7 +235,7 @@ fn checked(table: Table, key: &str, row: &sqlx::sqlite::SqliteRow) -> Result<Str
 }
 
 /// Writes rows, in the order of the file. Each statement is a way to the thread of the file and back, which costs more than
-/// the row that it brings: so many go together.
+/// the row that it brings, so that rows share statements.
 async fn write(connection: &mut SqliteConnection, rows: &[Row]) -> Result<(), StoreFault> {
     // Of rows with the same key the last one counts.
     let rows = rows.iter().map(|row| {
