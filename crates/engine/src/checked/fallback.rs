@@ -201,14 +201,9 @@ impl Ends {
     fn of(request: &Request, topology: &Topology) -> Self {
         let (from, to) = request.report.leg;
         let ends = (topology.position(from), topology.position(to));
-        let along = (ends.1.x - ends.0.x, ends.1.y - ends.0.y);
-        let squared = along.0 * along.0 + along.1 * along.1;
         let fraction = match request.report.location {
-            Location::At(place) if squared > 0.0 => {
-                let dot = (place.x - ends.0.x) * along.0 + (place.y - ends.0.y) * along.1;
-                (dot / squared).clamp(0.0, 1.0)
-            }
-            _ => 0.0,
+            Location::At(place) => place.fraction_along(ends.0, ends.1),
+            Location::LegStart | Location::Unknown => 0.0,
         };
         let segment = topology.segment_between(from, to);
         let straight_m = ends.0.distance_m(ends.1);

@@ -43,13 +43,7 @@ fn fraction_flown(topology: &Topology, failure: &FlightFailure<'_>) -> f64 {
         topology.position(report.leg.0),
         topology.position(report.leg.1),
     );
-    let (along_x, along_y) = (to.x - from.x, to.y - from.y);
-    let squared = along_x * along_x + along_y * along_y;
-    if squared <= 0.0 {
-        return 0.0;
-    }
-    let share = ((place.x - from.x) * along_x + (place.y - from.y) * along_y) / squared;
-    share.clamp(0.0, 1.0)
+    place.fraction_along(from, to)
 }
 
 /// The starts of a request, one for each way back that can be flown in this wind.

@@ -173,12 +173,6 @@ pub(super) fn way_out(parts: &Parts) -> Option<f64> {
 /// The fraction of the way from the first end to the second that is nearest to a point, and how far off it is in metres.
 pub(super) fn fraction_along(ends: (Point, Point), point: Point) -> (f64, f64) {
     let (from, to) = ends;
-    let along = Point::new(to.x - from.x, to.y - from.y);
-    let squared = along.x * along.x + along.y * along.y;
-    let fraction = match squared > 0.0 {
-        true => ((point.x - from.x) * along.x + (point.y - from.y) * along.y) / squared,
-        false => 0.0,
-    };
-    let fraction = fraction.clamp(0.0, 1.0);
+    let fraction = point.fraction_along(from, to);
     (fraction, from.towards(to, fraction).distance_m(point))
 }
