@@ -4,7 +4,7 @@ use crate::enforcing::{of_kind, told};
 use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::json;
-use skyway::edge::Idempotency;
+use skyway::edge::{AlarmFilter, Idempotency, PageRequest};
 use skyway::wire::EventKind;
 
 /// Closes all nodes; gives the etag of what does.
@@ -67,4 +67,36 @@ async fn a_plan_without_a_way_gets_one_as_soon_as_there_is_one() {
     stage.settle().await;
     let wanted = stage.plan("p").wanted.expect("a way around the zone");
     assert_eq!(wanted.outcome, "rerouted");
+}
+
+#[tokio::test]
+async fn alarms_of_invented_drones_do_not_drive_out_that_of_a_plan() {
+    let stage = Stage::set();
+    stage.compose("p", "d", "a0", "a7").await;
+    stage.pass(SignedDuration::from_secs(3)).await;
+    stage.see("d", 30.0, 0.0).await;
+    close_all(&stage).await;
+    stage.settle().await;
+    let is_there = || {
+        let (edge, page) = (
+            &stage.edge,
+            PageRequest {
+                size: Some(1_000),
+                ..PageRequest::default()
+            },
+        );
+        let alarms = edge.alarms(&stage.caller, &page, AlarmFilter::default());
+        let mut alarms = alarms.expect("alarms").alarms.into_iter();
+        alarms.any(|alarm| alarm.plan_id.as_deref() == Some("p") && alarm.ended_at.is_none())
+    };
+    assert!(is_there());
+    for number in 0..1_001 {
+        let answer = stage
+            .answer(json!({"type": "navigational", "service": {"from": "a1", "to": "a2"},
+                "location": {"x": 150.0, "y": 0.0}, "destination": "a7", "drone": {"id": format!("x{number}")}}))
+            .await;
+        assert_eq!(answer["outcome"], "no_route");
+    }
+    stage.settle().await;
+    assert!(is_there());
 }

@@ -47,6 +47,8 @@ struct Doing {
     news: Vec<NewsEntry>,
     refuses_news: Option<u64>,
     takes_no_positions: bool,
+    /// So many positions at once are too long a body.
+    too_many_positions: Option<usize>,
     positions: Vec<PositionBatch>,
 }
 
@@ -186,6 +188,11 @@ impl Line {
     /// Whether positions get nowhere, while all else goes on.
     pub(crate) fn take_no_positions(&self, takes_none: bool) {
         self.lock().takes_no_positions = takes_none;
+    }
+
+    /// A batch of so many positions is refused.
+    pub(crate) fn refuse_positions_from(&self, count: usize) {
+        self.lock().too_many_positions = Some(count);
     }
 
     pub(crate) fn positions_taken(&self) -> Vec<PositionBatch> {
@@ -376,6 +383,15 @@ impl RegistryClient for Line {
         let mut doing = self.lock();
         if doing.takes_no_positions {
             return Err(cut());
+        }
+        let too_many = doing.too_many_positions;
+        if too_many.is_some_and(|count| batch.positions.len() >= count) {
+            return Err(ClientError::Refused {
+                status: 413,
+                code: "body_too_large".to_owned(),
+                detail: String::new(),
+                retry_after_s: None,
+            });
         }
         doing.positions.push((**batch).clone());
         Ok(())

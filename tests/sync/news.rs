@@ -182,9 +182,8 @@ async fn see(outpost: &Outpost, drone: &str, second: i64) {
     assert!(told.expect("telemetry").positions[0].accepted);
 }
 
-#[tokio::test]
-async fn positions_are_told_within_a_second_and_again_until_they_are_taken() {
-    let central = Central::open().await;
+/// An edge over a network at the registry whose places are on earth.
+async fn on_earth_behind(central: &Central) -> Outpost {
     let text = write_network(&on_earth());
     let loaded = load_network(&text).expect("a network");
     let put = central
@@ -195,6 +194,32 @@ async fn positions_are_told_within_a_second_and_again_until_they_are_taken() {
     let north = Outpost::on(&central.registry, "earth", (loaded.topology, text));
     let is_read = async || north.edge.stamp().registry_revision.is_some();
     north.until("the registry is read", is_read).await;
+    north
+}
+
+#[tokio::test]
+async fn positions_that_are_too_many_at_once_are_told_in_parts() {
+    let central = Central::open().await;
+    let north = on_earth_behind(&central).await;
+    north.line.refuse_positions_from(4);
+    north.line.take_no_positions(true);
+    for number in 0..9 {
+        see(&north, "d", number).await;
+    }
+    north.line.take_no_positions(false);
+    let all = async || north.sync().positions == 0;
+    north.until("all are told", all).await;
+    let batches = north.line.positions_taken();
+    let taken: usize = batches.iter().map(|batch| batch.positions.len()).sum();
+    let left_out: u64 = batches.iter().map(|batch| batch.left_out).sum();
+    assert_eq!((taken, left_out), (9, 0));
+    north.end().await;
+}
+
+#[tokio::test]
+async fn positions_are_told_within_a_second_and_again_until_they_are_taken() {
+    let central = Central::open().await;
+    let north = on_earth_behind(&central).await;
     north.line.take_no_positions(true);
     for number in 0..3 {
         see(&north, "d", number).await;

@@ -29,7 +29,7 @@ pub(super) const IDS_MAX: usize = 1_000;
 /// At most this many plans are told in the answer to one write.
 pub(super) const PLANS_TOLD_MAX: usize = 100;
 /// At most this many causes of one alarm are told.
-pub(super) const CAUSES_MAX: usize = 100;
+pub(crate) const CAUSES_MAX: usize = 100;
 /// At most this many conflicts of one plan are told.
 const CONFLICTS_MAX: usize = 100;
 

@@ -19,9 +19,19 @@ pub(crate) struct PlanFlags {
     pub(crate) unacknowledged: bool,
     /// Nothing was heard of its drone in flight for long.
     pub(crate) silent: bool,
+    /// Its drone has told in flight where it is: from then on hearing nothing of it means something.
+    pub(crate) heard: bool,
 }
 
 impl PlanFlags {
+    /// What still holds once its drone has said what it flies.
+    pub(crate) fn of_taken_up(self) -> Self {
+        Self {
+            heard: self.heard,
+            ..Self::default()
+        }
+    }
+
     /// The same of a plan that is affected.
     pub(crate) fn and_affected(self) -> Self {
         Self {

@@ -302,7 +302,8 @@ impl State {
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
         self.keep_plan(PlanEntry {
             state: match plan.state {
-                PlanState::Contingent => PlanState::Activated,
+                // Of one that is silent nothing is heard all the same.
+                PlanState::Contingent if !plan.flags.silent => PlanState::Activated,
                 state => state,
             },
             flags: PlanFlags {

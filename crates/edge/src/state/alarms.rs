@@ -20,16 +20,17 @@ use std::sync::Arc;
 const ALARMS_MAX: usize = 1_000;
 /// Where there are more, so many go at once.
 const DROPPED_AT_ONCE: usize = 100;
+/// A message names no more causes than this.
+const CAUSES_NAMED: usize = 10;
 
 /// What a way that is open again ends.
 pub(super) const WITHOUT_WAY: [AlarmKind; 2] = [AlarmKind::NoRoute, AlarmKind::Grounded];
 /// What a drone that is known to fly an open version ends.
-pub(super) const AFTER_RELIEF: [AlarmKind; 5] = [
+pub(super) const AFTER_RELIEF: [AlarmKind; 4] = [
     AlarmKind::NoRoute,
     AlarmKind::Grounded,
     AlarmKind::Unacknowledged,
     AlarmKind::Declined,
-    AlarmKind::Contingent,
 ];
 /// What the end of a plan ends; that a drone is lost is not over with its plan.
 pub(super) const AT_THE_END: [AlarmKind; 7] = [
@@ -253,7 +254,8 @@ impl State {
         }
     }
 
-    /// Those go first that have ended, then those that were acknowledged, then the oldest.
+    /// Those go first that have ended, then those that were acknowledged, then those about no plan, of which reports of invented
+    /// drones make as many as they like, then the oldest.
     fn drop_alarms(&mut self) {
         let rank = |entry: &AlarmEntry| match (&entry.ended_at, &entry.acknowledged) {
             (Some(_), Some(_)) => 0,
@@ -262,9 +264,13 @@ impl State {
             (None, None) => 3,
         };
         let alarms = self.next.alarms.values();
-        let mut ranked: Vec<(i32, u64)> = alarms.map(|entry| (rank(entry), entry.number)).collect();
+        let place = |entry: &Arc<AlarmEntry>| {
+            let is_about_plan = entry.draft.plan.is_some();
+            (rank(entry), is_about_plan, entry.number)
+        };
+        let mut ranked: Vec<_> = alarms.map(place).collect();
         ranked.sort_unstable();
-        for (_, number) in ranked.into_iter().take(DROPPED_AT_ONCE) {
+        for (.., number) in ranked.into_iter().take(DROPPED_AT_ONCE) {
             if let Some(entry) = self.next.alarms.remove(&number) {
                 let key = (entry.draft.kind, entry.draft.subject());
                 if self.open_alarms.get(&key) == Some(&number) {
@@ -279,6 +285,30 @@ impl State {
 fn in_brackets(causes: &[String]) -> String {
     match causes {
         [] => String::new(),
-        causes => format!(" ({})", causes.join(", ")),
+        causes => match causes.split_at_checked(CAUSES_NAMED) {
+            Some((named, more @ [_, ..])) => {
+                format!(" ({} and {} more)", named.join(", "), more.len())
+            }
+            _ => format!(" ({})", causes.join(", ")),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_names_ten_causes_and_counts_the_others() {
+        let causes =
+            |count: usize| -> Vec<String> { (1..=count).map(|it| it.to_string()).collect() };
+        assert_eq!(in_brackets(&causes(0)), "");
+        assert_eq!(in_brackets(&causes(2)), " (1, 2)");
+        let ten = "1, 2, 3, 4, 5, 6, 7, 8, 9, 10";
+        assert_eq!(in_brackets(&causes(10)), format!(" ({ten})"));
+        assert_eq!(
+            in_brackets(&causes(5_000)),
+            format!(" ({ten} and 4990 more)")
+        );
     }
 }

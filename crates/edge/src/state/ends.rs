@@ -138,7 +138,9 @@ impl State {
                 return self.note_served(&plan, version, stops);
             }
             (Seen::Departed, PlanState::Accepted) => PlanState::Activated,
-            (Seen::Heard, _) => return self.hear_of_again(&plan),
+            (Seen::Heard, _) if plan.flags.silent => {
+                return Done::Plan(self.hear_of_again(&plan));
+            }
             (Seen::Deviates, PlanState::Activated) => PlanState::Nonconforming,
             (Seen::Conforms, PlanState::Nonconforming) => PlanState::Activated,
             _ => return Done::Nothing,

@@ -3,6 +3,7 @@
 use super::State;
 use crate::line::mailbox::{Content, FIRST_VERSION, KEPT_MAX, MailEntry};
 use crate::plans::entry::PlanEntry;
+use crate::views::CAUSES_MAX;
 use crate::writer::commands::Done;
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ impl State {
         let mut causes = causes.to_vec();
         causes.sort_unstable();
         causes.dedup();
+        causes.truncate(CAUSES_MAX);
         // An order that stands already is not given twice.
         let is_same = |entry: &&Arc<MailEntry>| {
             let is_order = entry.plan == plan.id && entry.content.is_order();

@@ -1,10 +1,9 @@
-//! Drones that fall silent in flight. One of which nothing was ever heard on a plan is not silent: it sends no telemetry.
+//! Drones that fall silent in flight. One that never told where it is on a plan is not silent: it sends no telemetry.
 
 use super::State;
 use super::timers::Due;
 use crate::line::mailbox::Content;
 use crate::plans::entry::{PlanEntry, PlanFlags};
-use crate::writer::commands::Done;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AlarmKind, EventKind, PlanState};
 use std::sync::Arc;
@@ -28,10 +27,13 @@ impl State {
         self.timers.set(at, Due::Sign(plan.id.clone()));
     }
 
-    /// When the drone of a plan was last heard of on it.
+    /// When the drone of a plan was last heard of on it, in flight.
     fn last_sign_of(&self, plan: &PlanEntry) -> Option<Timestamp> {
         let sighting = self.drones.last(plan.drone_id.as_deref()?)?;
-        sighting.is_on(&plan.id).then_some(sighting.seen_at)
+        // One that gives its place with an answer is not held against the plan, and keeps how far telemetry saw it come.
+        let flown = sighting.flown.as_ref().filter(|it| it.plan == plan.id);
+        let has_told = flown.is_some() && sighting.seen_at >= plan.reported.departs_at;
+        (sighting.is_on(&plan.id) || has_told).then_some(sighting.seen_at)
     }
 
     /// The drone of a plan should have been heard of by now.
@@ -43,9 +45,16 @@ impl State {
             return;
         };
         let heard_at = self.last_sign_of(&plan);
+        // What drones told is not stored: of one that was heard of before a restart nothing has come since.
+        let before = || now.checked_sub(self.settings.silent_after).ok();
         let is_silent =
             |heard_at: &Timestamp| now.duration_since(*heard_at) >= self.settings.silent_after;
-        let Some(heard_at) = heard_at.filter(is_silent) else {
+        let silent_since = heard_at.or_else(|| before().filter(|_| plan.flags.heard));
+        let Some(heard_at) = silent_since.filter(is_silent) else {
+            let plan = match heard_at.is_some() {
+                true => self.note_heard(plan),
+                false => plan,
+            };
             self.listen_for(&plan);
             return;
         };
@@ -53,6 +62,7 @@ impl State {
             state: PlanState::Contingent,
             flags: PlanFlags {
                 silent: true,
+                heard: true,
                 ..plan.flags
             },
             ..(*plan).clone()
@@ -66,10 +76,24 @@ impl State {
         self.raise_plan_alarm(AlarmKind::Contingent, &plan, message);
     }
 
+    /// Remembers over a restart that the drone of a plan tells where it is.
+    fn note_heard(&mut self, plan: Arc<PlanEntry>) -> Arc<PlanEntry> {
+        if plan.flags.heard {
+            return plan;
+        }
+        self.keep_plan(PlanEntry {
+            flags: PlanFlags {
+                heard: true,
+                ..plan.flags
+            },
+            ..(*plan).clone()
+        })
+    }
+
     /// A drone that was silent is heard of again.
-    pub(super) fn hear_of_again(&mut self, plan: &Arc<PlanEntry>) -> Done {
+    pub(super) fn hear_of_again(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
         if !plan.flags.silent {
-            return Done::Nothing;
+            return plan.clone();
         }
         let has_no_way = plan.flags.affected
             && plan.wanted.is_none()
@@ -85,11 +109,16 @@ impl State {
             },
             ..(**plan).clone()
         });
-        self.end_plan_alarms(&plan.id, &[AlarmKind::Contingent]);
-        self.drop_questions(&plan);
-        self.listen_for(&plan);
+        self.attend_again(&plan);
         self.tell(EventKind::PlanConforming, &plan);
-        Done::Plan(plan)
+        plan
+    }
+
+    /// The drone of a plan need not be called or asked any more; if nothing more comes of it, it is silent again.
+    pub(super) fn attend_again(&mut self, plan: &PlanEntry) {
+        self.end_plan_alarms(&plan.id, &[AlarmKind::Contingent]);
+        self.drop_questions(plan);
+        self.listen_from(plan, self.now);
     }
 }
 

@@ -85,6 +85,7 @@ impl State {
         self.time_arrival(&plan.id, &reported);
         let topology = self.next.topology();
         let progress = progress::progress(topology, plan, &self.drones, self.now);
+        let was_silent = plan.flags.silent;
         let flown_for = plan.taken_up(&reported, topology, progress.as_ref(), self.now);
         let plan = self.keep_plan(PlanEntry {
             flown_for,
@@ -92,7 +93,7 @@ impl State {
                 PlanState::Accepted => PlanState::Accepted,
                 _ => PlanState::Activated,
             },
-            flags: PlanFlags::default(),
+            flags: plan.flags.of_taken_up(),
             reported: Arc::new(reported),
             wanted: None,
             sent: later,
@@ -100,12 +101,16 @@ impl State {
             affected_by: Vec::new(),
             ..(**plan).clone()
         });
+        if was_silent {
+            self.attend_again(&plan);
+        }
         self.time_way_on(&plan);
         plan
     }
 
     /// A drone that has said again what it flies is heard of.
     fn heard_of(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
+        let plan = &self.hear_of_again(plan);
         if !plan.flags.unacknowledged || plan.wanted.is_some() {
             return plan.clone();
         }
@@ -157,6 +162,7 @@ impl State {
             // Said before, or overtaken: what it is asked now stands in the answer.
             return Ok(Done::Plan(plan));
         };
+        let plan = self.hear_of_again(&plan);
         let count = plan.declined + 1;
         let kept = PlanEntry {
             declined: count,

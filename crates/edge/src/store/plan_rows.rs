@@ -51,6 +51,8 @@ struct StoredPlan {
     #[serde(default, skip_serializing_if = "is_false")]
     silent: bool,
     #[serde(default, skip_serializing_if = "is_false")]
+    heard: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
     holds: bool,
     /// The node, the pad and since when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -242,6 +244,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         overdue: plan.flags.overdue,
         unacknowledged: plan.flags.unacknowledged,
         silent: plan.flags.silent,
+        heard: plan.flags.heard,
         holds: plan.holds,
         landed_on,
         expires_at: plan.expires_at.map(Into::into),
@@ -339,6 +342,7 @@ pub(super) fn read_plan(
             overdue: stored.overdue,
             unacknowledged: stored.unacknowledged,
             silent: stored.silent,
+            heard: stored.heard,
         },
         reported: read_one(&stored.reported)?,
         wanted: stored.wanted.as_ref().map(read_one).transpose()?,

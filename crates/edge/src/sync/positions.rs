@@ -1,6 +1,6 @@
 //! Telling the registry where drones are: batches that are at most a second old, one request at a time.
 
-use super::client::RegistryClient;
+use super::client::{ClientError, RegistryClient};
 use super::news::{is_refused, retry_after};
 use super::task::Sync;
 use std::sync::Arc;
@@ -15,17 +15,24 @@ impl<C: RegistryClient> Sync<C> {
     /// Sends what has been gathered, for ever.
     pub(super) async fn tell_positions(&self) {
         let mut pace = self.pace(4);
+        let mut most = BATCH_MAX;
         loop {
             self.pause(GATHERED_FOR).await;
             while self.contact().is_ours()
-                && let Some(batch) = self.edge.positions.take(BATCH_MAX)
+                && let Some(batch) = self.edge.positions.take(most)
             {
                 let batch = Arc::new(batch);
                 let told = self.client.positions(&batch).await;
                 let Err(error) = told else {
                     pace.succeeded();
+                    most = (2 * most).min(BATCH_MAX);
                     continue;
                 };
+                if is_too_large(&error) && batch.positions.len() > 1 {
+                    most = batch.positions.len() / 2;
+                    self.edge.positions.put_back(Arc::unwrap_or_clone(batch));
+                    continue;
+                }
                 self.contact().failed(error.reason());
                 if is_refused(&error) {
                     tracing::error!(%error, "the registry will not take positions of this edge");
@@ -38,4 +45,9 @@ impl<C: RegistryClient> Sync<C> {
             }
         }
     }
+}
+
+/// Whether the registry may well take less at once.
+fn is_too_large(error: &ClientError) -> bool {
+    matches!(error, ClientError::Refused { status: 413, .. })
 }
