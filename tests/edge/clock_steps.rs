@@ -1,8 +1,11 @@
 //! The wall clock steps against time that only goes forward: nothing opens by it until an operator confirms.
 
 use crate::stage::{Stage, circle};
-use jiff::SignedDuration;
+use crate::store_file::Medium;
+use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
+use skyway::clock::Clock;
+use skyway::edge::MemoryDisk;
 use skyway::wire::{EventKind, Freshness, PlanFlag};
 use std::time::Duration;
 use tokio_stream::StreamExt;
@@ -211,4 +214,41 @@ async fn positions_by_a_clock_that_was_ahead_are_forgotten_once_it_is_set_right(
         .expect("confirmed");
     let told = stage.see("d1", 110.0, 0.0).await;
     assert!(told.positions[0].accepted, "{told:?}");
+}
+
+#[tokio::test]
+async fn a_restart_by_a_clock_that_is_wrong_opens_nothing() {
+    // Without a clock of its own that runs on, the machine begins three hours before it ended.
+    let back = (SignedDuration::ZERO, -HOUR * 3);
+    // It had stepped ahead, behind the end of the zone, and no operator has confirmed that.
+    let ahead = (HOUR * 3, HOUR * 3);
+    for (before, after) in [back, ahead] {
+        let medium = Medium::Memory(MemoryDisk::default());
+        let start: Timestamp = "2026-11-21T06:00:00Z".parse().expect("an instant");
+        let (clock, hands) = Clock::by_two_hands(start);
+        let stage = Stage::by_clock(medium.open().await, clock).await;
+        let until = "2026-11-21T08:00:00Z";
+        stage
+            .zone(zone_until("now", "2026-11-21T05:00:00Z", until))
+            .await;
+        hands.step(before);
+        hands.advance(Duration::from_secs(60));
+        stage.settle().await;
+        assert!(in_force(&stage, "now"));
+        stage.edge.end().await;
+
+        let (clock, _hands) = Clock::by_two_hands(start + SignedDuration::from_mins(2) + after);
+        let stage = Stage::by_clock(medium.open().await, clock).await;
+        assert!(in_force(&stage, "now"), "{before} {after}");
+        stage.zone(circle("other", 350.0, 0.0, 10.0)).await;
+        stage.settle().await;
+        assert!(in_force(&stage, "now"), "{before} {after}");
+        assert_eq!(stage.edge.stamp().freshness, Freshness::Degraded);
+        stage
+            .edge
+            .confirm_clock(&stage.caller)
+            .await
+            .expect("confirmed");
+        assert!(!in_force(&stage, "now"), "{before} {after}");
+    }
 }

@@ -152,6 +152,22 @@ impl Stage {
         }
     }
 
+    /// Over a file, by a clock of one's own; the hand of the stage moves nothing.
+    pub(crate) async fn by_clock(file: Box<dyn StoreFile>, clock: Clock) -> Self {
+        let settings = Settings {
+            commit_within: WAIT_AT_MOST,
+            ..Settings::default()
+        };
+        let (topology, geojson) = network();
+        let opening = Opening::new(topology, geojson, EPOCH, settings.clone(), clock);
+        Self {
+            edge: Edge::open(opening, file).await.expect("an edge"),
+            hand: Arc::new(Clock::by_hand(DAWN.parse().expect("an instant")).1),
+            caller: Caller::anyone(),
+            settings,
+        }
+    }
+
     /// On a machine's clock, of which both the wall clock and the time that only goes forward are moved by hand; the
     /// hand of the stage moves nothing.
     pub(crate) fn on_machine_clock() -> (Self, ManualClocks) {

@@ -161,13 +161,15 @@ impl Opening {
         let clock_row = check_clock(&facts, self.clock.kind())?;
         let mut restored = restore(&mut *file, &facts, &self.topology).await?;
         if let Some(as_of) = restored.as_of {
-            self.clock.resume_at(as_of);
+            self.clock.resume(as_of, restored.clock_apart);
         }
         let replies = std::mem::take(&mut restored.replies);
         let (tables, maker) = Tables::new(self.settings.trees_bytes);
         let mut state = self.state(&identity, &tables);
         state.restore(restored, self.clock.now());
         let stored = Arc::new(state.next.clone());
+        // By a clock that has stepped nothing opens before the first batch either.
+        state.hear_clock(&self.clock.reading());
         // Remembered before anything is told under the new epoch.
         let network_row = crate::store::network_row(&stored.network, &self.topology);
         let rows: Vec<Row> = [identity_row, network_row]

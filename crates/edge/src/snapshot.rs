@@ -14,7 +14,7 @@ use crate::settings::Settings;
 use crate::upstream::news::News;
 use crate::upstream::{OutboxEntry, RegistryCursor};
 use imbl::OrdMap;
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use skyway_contract as wire;
 use skyway_engine::airspace::Airspace;
 use skyway_engine::itinerary::Occupancy;
@@ -71,6 +71,8 @@ pub struct Snapshot {
     pub(super) news: News,
     /// The weather as the registry has it, as text.
     pub(super) weather: Option<Arc<str>>,
+    /// How far the wall clock is ahead of the time, where it has stepped and no operator has confirmed that.
+    pub(super) clock_apart: Option<SignedDuration>,
 }
 
 impl Snapshot {
@@ -110,6 +112,7 @@ impl Snapshot {
             outbox: OrdMap::new(),
             news: News::default(),
             weather: None,
+            clock_apart: None,
         }
     }
 

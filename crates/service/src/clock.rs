@@ -213,10 +213,16 @@ impl Clock {
         }
     }
 
-    /// Sets a clock that clients move to where it was when its edge ended.
-    pub fn resume_at(&self, instant: Timestamp) {
-        if let Source::External(clock) = &self.0 {
-            clock.send_replace(instant);
+    /// Goes on from when its edge ended: a clock that clients move stands there, and a wall clock that is behind it, or that
+    /// was so far ahead and not confirmed, has stepped.
+    pub fn resume(&self, known: Timestamp, apart: Option<SignedDuration>) {
+        match &self.0 {
+            Source::External(clock) => {
+                clock.send_replace(known);
+            }
+            Source::Real(machine) => machine.lock().resume(known, apart),
+            Source::Manual(clocks) => clocks.lock().resume(known, apart),
+            Source::Simulated(_) | Source::Runtime(_) | Source::ByHand(_) => {}
         }
     }
 

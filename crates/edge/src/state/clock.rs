@@ -72,6 +72,7 @@ impl State {
             confirmations: reading.confirmations,
             has_turned: true,
         };
+        self.next.clock_apart = reading.apart;
         self.next.airspace = Arc::new(self.next.airspace.beside_clock(reading.apart));
     }
 }

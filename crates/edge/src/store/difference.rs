@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub(super) const REGISTRY: &str = "registry";
 /// The fact of the weather.
 pub(super) const WEATHER: &str = "weather";
+/// The fact of how far the wall clock is ahead of the time, in seconds, while no operator has confirmed that.
+pub(super) const CLOCK_APART: &str = "clock_apart_s";
 /// The fact of single numbers.
 pub(super) const COUNTS: &str = "counts";
 
@@ -72,18 +74,12 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
     if is_anew {
         rows.push(network_row(&after.network, topology));
     }
-    if before.registry != after.registry {
-        rows.push(match &after.registry {
-            Some(cursor) => Row::put(Table::Facts, REGISTRY, write_cursor(cursor)),
-            None => Row::remove(Table::Facts, REGISTRY),
-        });
-    }
-    if before.weather != after.weather {
-        rows.push(match &after.weather {
-            Some(weather) => Row::put(Table::Facts, WEATHER, weather.to_string()),
-            None => Row::remove(Table::Facts, WEATHER),
-        });
-    }
+    let registry = (&before.registry, &after.registry);
+    rows.extend(changed_fact(REGISTRY, registry, |it| write_cursor(it)));
+    let weather = (&before.weather, &after.weather);
+    rows.extend(changed_fact(WEATHER, weather, |it| it.to_string()));
+    let apart = (&before.clock_apart, &after.clock_apart);
+    rows.extend(changed_fact(CLOCK_APART, apart, |it| write(&it.as_secs())));
     if !rows.is_empty() || before.unacknowledged != after.unacknowledged {
         // For which time all this is: when the edge starts again, what was due since happens first.
         let as_of = Instant::from(after.airspace.as_of());
@@ -91,6 +87,19 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
         rows.push(Row::put(Table::Facts, COUNTS, write(&counts)));
     }
     rows
+}
+
+/// The row of a fact that has changed.
+fn changed_fact<T: PartialEq>(
+    name: &str,
+    (before, after): (&Option<T>, &Option<T>),
+    body: impl Fn(&T) -> String,
+) -> Option<Row> {
+    let row = || match after {
+        Some(fact) => Row::put(Table::Facts, name, body(fact)),
+        None => Row::remove(Table::Facts, name),
+    };
+    (before != after).then(row)
 }
 
 struct Changes {

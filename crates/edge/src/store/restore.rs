@@ -5,7 +5,7 @@ use super::closure_rows::{
     read_closure, read_cursor, read_hold, read_outbox, read_proposal, read_zone,
 };
 use super::codec::{Instant, number_of, read};
-use super::difference::{COUNTS, REGISTRY, WEATHER};
+use super::difference::{CLOCK_APART, COUNTS, REGISTRY, WEATHER};
 use super::file::{StoreFault, StoreFile, Table};
 use super::mail_rows::read_message;
 use super::news_rows::read_news;
@@ -16,7 +16,7 @@ use crate::entries::{AlarmEntry, ClosureEntry, PendingReview, ProposalEntry, Zon
 use crate::line::mailbox::MailEntry;
 use crate::plans::entry::PlanEntry;
 use crate::upstream::{OutboxEntry, RegistryCursor};
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use rayon::prelude::*;
 use skyway_contract::NewsEntry;
 use skyway_engine::airspace::Closure;
@@ -46,6 +46,8 @@ pub(crate) struct Restored {
     pub(crate) replies: Vec<(Timestamp, Reply)>,
     /// The time for which all this was; none in a new store.
     pub(crate) as_of: Option<Timestamp>,
+    /// How far the wall clock was ahead of it, where it had stepped and no operator had confirmed that.
+    pub(crate) clock_apart: Option<SignedDuration>,
 }
 
 /// Reads all that an edge knew. What zones close is worked out on all cores.
@@ -71,6 +73,9 @@ pub(crate) async fn restore(
         Some((unacknowledged, as_of)) => (unacknowledged, Some(as_of.read()?)),
         None => (0, None),
     };
+    let clock_apart: Option<i64> = fact(facts, CLOCK_APART)
+        .map(|body| read("fact", CLOCK_APART, body))
+        .transpose()?;
     Ok(Restored {
         zones: each(&zones, |key, body| read_zone(topology, key, body))?,
         closures: each(&closures, |key, body| read_closure(topology, key, body))?,
@@ -96,6 +101,7 @@ pub(crate) async fn restore(
         replies: each(&replies, read_reply)?,
         unacknowledged,
         as_of,
+        clock_apart: clock_apart.map(SignedDuration::from_secs),
     })
 }
 

@@ -62,6 +62,14 @@ impl SteppedClock {
         }
     }
 
+    /// Goes on after a restart from when the time was last known: it does not go back behind that, and a wall clock that was
+    /// so far ahead and not confirmed still is.
+    pub fn resume(&mut self, known: Timestamp, apart: Option<SignedDuration>) {
+        let apart = apart.unwrap_or(SignedDuration::ZERO);
+        let steady = self.steady.saturating_sub(apart).unwrap_or(self.steady);
+        self.steady = steady.max(known);
+    }
+
     /// Judges a reading of both clocks.
     pub fn read(&mut self, wall: Timestamp, monotonic: Duration) -> Reading {
         let elapsed = monotonic.saturating_sub(self.read_at);
@@ -140,6 +148,32 @@ mod tests {
             assert_eq!((read.steps, read.confirmations), (1, 1));
             assert_eq!(judge.confirm(read.now, at(160)), None);
         }
+    }
+
+    #[test]
+    fn the_time_does_not_go_back_over_a_restart() {
+        let mut judge = SteppedClock::new(start() - s(3_600), at(0));
+        judge.resume(start(), None);
+        let read = judge.read(start() - s(3_590), at(10));
+        assert_eq!(
+            (read.now, read.apart, read.steps),
+            (start() + s(10), Some(s(-3_600)), 1)
+        );
+    }
+
+    #[test]
+    fn a_step_that_was_not_confirmed_is_doubted_over_a_restart() {
+        for by in [7_200, -7_200] {
+            // Two minutes after the time was last known.
+            let mut judge = SteppedClock::new(start() + s(120 + by), at(0));
+            judge.resume(start(), Some(s(by)));
+            let read = judge.read(start() + s(121 + by), at(1));
+            assert_eq!((read.now, read.apart), (start() + s(121), Some(s(by))));
+        }
+        // Set right meanwhile.
+        let mut judge = SteppedClock::new(start() + s(2), at(0));
+        judge.resume(start(), Some(s(7_200)));
+        assert_eq!(judge.read(start() + s(2), at(0)).apart, None);
     }
 
     #[test]

@@ -56,7 +56,7 @@ fn a_clock_that_clients_move_goes_forward_only() {
     clock.move_to(noon);
     clock.move_to(start());
     assert_eq!(other.now(), noon);
-    other.resume_at(start());
+    other.resume(start(), None);
     assert_eq!(clock.now(), start());
 }
 
