@@ -19,6 +19,15 @@ async fn a_zone_is_changed_only_by_who_has_seen_its_version() {
     let wider = circle(50.0);
     let stale = [("if-match", "\"1-1\"")];
     story.ask("PUT /v1/zones/z1", &stale, &wider).await.is(412);
+    for unquoted in [first.trim_matches('"'), "\"1-1\", 1-2", "\""] {
+        let unquoted = [("if-match", unquoted)];
+        let told = api
+            .ask("PUT /v1/zones/z1", &unquoted, &wider.to_string())
+            .await;
+        let told = told.is(400).json();
+        assert_eq!(told["errors"][0]["pointer"], "if-match", "{told}");
+        assert!(told["errors"][0]["hint"].is_string(), "{told}");
+    }
     let seen = [("if-match", first.as_str())];
     let second = story.ask("PUT /v1/zones/z1", &seen, &wider).await.is(200);
     let second = second.header("etag").expect("an entity tag").to_owned();

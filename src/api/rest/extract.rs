@@ -134,6 +134,12 @@ pub(in crate::api) fn accepted(headers: &HeaderMap, offered: &[&str]) -> Option<
     })?
 }
 
+/// Whether `If-Match` may name it (RFC 9110, 8.8.3 and 13.1.1).
+fn is_tag(text: &str) -> bool {
+    let opaque = text.strip_prefix("W/").unwrap_or(text);
+    text == "*" || (opaque.len() > 1 && opaque.starts_with('"') && opaque.ends_with('"'))
+}
+
 /// `If-Match` as it is sent; several headers count as one list.
 pub(in crate::api) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Refusal> {
     let mut lines = Vec::new();
@@ -145,6 +151,15 @@ pub(in crate::api) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Re
                 "the header is not plain text".to_owned(),
             )
         })?;
+        if let Some(tag) = line
+            .split(',')
+            .map(str::trim)
+            .find(|tag| !tag.is_empty() && !is_tag(tag))
+        {
+            let message = format!("'{tag}' is no entity tag");
+            let hint = "write it as ETag has it, in quotes; * stands for any";
+            return Err(hinted("header_invalid", "if-match", message, hint));
+        }
         lines.push(line);
     }
     Ok((!lines.is_empty()).then(|| lines.join(", ")))
@@ -165,11 +180,19 @@ pub(in crate::api) fn idempotency(
 }
 
 pub(super) fn invalid(code: &str, place: &str, message: String) -> Refusal {
+    at(code, place, message, None)
+}
+
+fn hinted(code: &str, place: &str, message: String, hint: &str) -> Refusal {
+    at(code, place, message, Some(hint.to_owned()))
+}
+
+fn at(code: &str, place: &str, message: String, hint: Option<String>) -> Refusal {
     let fault = Fault {
         code: code.to_owned(),
         pointer: place.to_owned(),
         message,
-        hint: None,
+        hint,
     };
     Refusal::at(Code::ParameterInvalid, fault)
 }
