@@ -156,6 +156,7 @@ fn dispatch(
     let edge_token = deliveries.edge_token_file.as_deref().map(read_bearer);
     let settings = dispatch::Settings {
         edge_token: edge_token.transpose().map_err(io::Error::other)?,
+        edge_origins: deliveries.edge_origins.iter().map(str::to_owned).collect(),
         webhooks_anywhere: deliveries.webhooks_anywhere,
     };
     Ok(Dispatch::new(

@@ -20,9 +20,12 @@ const BEFORE_DEPARTURE: &str = "before_departure=true";
 const IDLE_MAX: usize = 16;
 
 /// A client of edges, which know it by a token where they want one.
+///
+/// Where an edge is, it tells itself. So the token goes to addresses that the operator has named, and nowhere else.
 #[derive(Debug)]
 pub(super) struct HttpEdges {
     token: Option<String>,
+    named: Vec<Url>,
     /// For edges without encryption: it reads nothing of the system, which may have no single authority.
     plain: Result<Client, String>,
     /// For edges with encryption, made at the first of them.
@@ -30,10 +33,11 @@ pub(super) struct HttpEdges {
 }
 
 impl HttpEdges {
-    /// A client that shows a token.
-    pub(super) fn new(token: Option<String>) -> Self {
+    /// A client that shows a token, to edges at these addresses.
+    pub(super) fn new(token: Option<String>, origins: &[String]) -> Self {
         Self {
             token,
+            named: origins.iter().flat_map(|it| it.parse()).collect(),
             plain: built(Client::builder().tls_certs_only([])),
             encrypted: OnceLock::new(),
         }
@@ -55,11 +59,18 @@ impl HttpEdges {
         let client = client.as_ref().map_err(|error| EdgeError::NotAnswered {
             detail: format!("cannot make a client of edges: {error}"),
         })?;
+        let is_named = self.named.iter().any(|it| it.origin() == url.origin());
         let request = client.request(method, url);
-        Ok(match &self.token {
-            Some(token) => request.bearer_auth(token),
-            None => request,
-        })
+        match &self.token {
+            Some(token) if is_named => Ok(request.bearer_auth(token)),
+            None => Ok(request),
+            Some(_) => Err(EdgeError::NotAnswered {
+                detail: format!(
+                    "the edge '{}' is reached at an address that deliveries.edge_origins does not name",
+                    edge.id
+                ),
+            }),
+        }
     }
 
     async fn composed(
@@ -204,5 +215,37 @@ fn refused(edge: &EdgeAddress, answer: &Response, body: &[u8]) -> EdgeError {
         None => EdgeError::NotAnswered {
             detail: format!("the edge '{}' answers with status {status}", edge.id),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_token_goes_to_addresses_that_are_named_and_nowhere_else() {
+        let origins = ["http://127.0.0.1:8080", "http://edge-1.example:8443"].map(str::to_owned);
+        let token = Some("sky_1".to_owned());
+        let edges = HttpEdges::new(token, &origins);
+        let open = HttpEdges::new(None, &[]);
+        let shows = |edges: &HttpEdges, url: &str| {
+            let (id, url) = ("edge-1".to_owned(), url.to_owned());
+            let asked = edges.request(&EdgeAddress { id, url }, Method::GET, &["plans"], None)?;
+            let asked = asked.build().expect("a request");
+            Ok::<bool, EdgeError>(asked.headers().contains_key("authorization"))
+        };
+        for named in ["http://127.0.0.1:8080", "http://edge-1.example:8443/below/"] {
+            assert_eq!(shows(&edges, named).ok(), Some(true), "{named}");
+            assert_eq!(shows(&open, named).ok(), Some(false), "{named}");
+        }
+        for other in [
+            "http://127.0.0.1:8081",
+            "http://localhost:8080",
+            "http://127.0.0.1:8080@elsewhere.example/",
+            "http://edge-1.example",
+        ] {
+            let refused = shows(&edges, other).expect_err(other);
+            assert!(matches!(refused, EdgeError::NotAnswered { .. }), "{other}");
+        }
     }
 }

@@ -55,6 +55,8 @@ use ways::KnownWays;
 pub struct Settings {
     /// The token that edges are asked with.
     pub edge_token: Option<String>,
+    /// Where edges are that it may be sent to.
+    pub edge_origins: Vec<String>,
     /// Whether webhooks may be called without encryption and at private addresses.
     pub webhooks_anywhere: bool,
 }
@@ -82,7 +84,7 @@ impl Dispatch {
         documents: Arc<dyn Documents>,
         settings: Settings,
     ) -> Arc<Self> {
-        let edges = HttpEdges::new(settings.edge_token.clone());
+        let edges = HttpEdges::new(settings.edge_token.clone(), &settings.edge_origins);
         Self::with_edges(registry, documents, settings, Arc::new(edges))
     }
 

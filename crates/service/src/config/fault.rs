@@ -296,6 +296,14 @@ pub enum ConfigFault {
         /// What is wrong with it.
         error: TokensError,
     },
+    /// The token for edges may be sent nowhere.
+    #[error(
+        "{origin}: no address is named that this token may be sent to; set deliveries.edge_origins, such as https://edge-1.example:8443"
+    )]
+    NoEdgeOrigins {
+        /// Who named the file.
+        origin: Origin,
+    },
     /// The file of tokens is of no use.
     #[error("{origin}: {error}")]
     Tokens {

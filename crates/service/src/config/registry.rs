@@ -6,7 +6,7 @@ use super::settings::{
     Configuration, DAY, Exposure, HOUR, MINUTE, SECOND, Setting, checked, loopback, settings,
 };
 use super::tokens::read_bearer;
-use super::value::{HttpUrl, LogFilter, LogFormat, Size, Value};
+use super::value::{HttpUrl, LogFilter, LogFormat, Names, Size, Value, is_origin};
 use jiff::Timestamp;
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -115,6 +115,9 @@ settings! {
         /// The file with the token that edges are asked with, which only its owner may read; its role there is
         /// operator. Empty for none, where edges ask for none.
         edge_token_file: Option<PathBuf> = None;
+        /// The addresses of edges that it may be sent to, such as https://edge-1.example:8443. Edges tell their own
+        /// address: one that is not named here is asked for no flight while there is a token.
+        edge_origins: Names = Names::default();
         /// Call webhooks without encryption and at private addresses, too: for a demo, or a network of one's own.
         webhooks_anywhere: bool = false;
     }
@@ -168,13 +171,28 @@ impl Configuration for RegistryConfig {
     }
 
     fn own_faults(effective: &EffectiveConfig<Self>) -> Vec<ConfigFault> {
-        let file = effective.config.deliveries.edge_token_file.as_deref();
-        match file.map(read_bearer) {
-            Some(Err(error)) => {
-                let origin = effective.origin("deliveries.edge_token_file");
-                vec![ConfigFault::EdgeToken { origin, error }]
+        let deliveries = &effective.config.deliveries;
+        let (token, origins) = ("deliveries.edge_token_file", "deliveries.edge_origins");
+        let wrong = deliveries.edge_origins.iter().filter(|it| !is_origin(it));
+        let mut faults: Vec<_> = wrong
+            .map(|text| ConfigFault::Unreadable {
+                origin: effective.origin(origins),
+                name: origins.to_owned(),
+                text: text.to_owned(),
+                expected: "the address of an edge, such as https://edge-1.example:8443",
+            })
+            .collect();
+        let Some(file) = deliveries.edge_token_file.as_deref() else {
+            return faults;
+        };
+        let origin = effective.origin(token);
+        match read_bearer(file) {
+            Err(error) => faults.push(ConfigFault::EdgeToken { origin, error }),
+            Ok(_) if deliveries.edge_origins.iter().next().is_none() => {
+                faults.push(ConfigFault::NoEdgeOrigins { origin });
             }
-            Some(Ok(_)) | None => Vec::new(),
+            Ok(_) => {}
         }
+        faults
     }
 }

@@ -186,6 +186,15 @@ impl Value for Option<PathBuf> {
     }
 }
 
+/// Whether a text is scheme, host and port of HTTP, and nothing more.
+pub(super) fn is_origin(text: &str) -> bool {
+    let Ok(uri) = text.parse::<http::Uri>() else {
+        return false;
+    };
+    let is_http = matches!(uri.scheme_str(), Some("http" | "https"));
+    is_http && uri.path() == "/" && uri.query().is_none()
+}
+
 /// Several names, in one text with commas.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Names(Vec<String>);
