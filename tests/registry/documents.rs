@@ -355,6 +355,10 @@ async fn news_are_taken_once(open: Open) {
     assert_eq!(most, Ok(vec![expected[0].clone()]));
     let elsewhere = store.count_failures("perth", 0, 99 * DAY_MS, 10).await;
     assert_eq!(elsewhere, Ok(Vec::new()));
+    store.drop_before(0, DAY_MS).await.expect("dropped");
+    let left = store.count_failures("sydney", 0, 99 * DAY_MS, 10).await;
+    let left: u64 = left.expect("answers").iter().map(|kind| kind.count).sum();
+    assert_eq!(left, 2);
     store.close().await;
 }
 
@@ -418,7 +422,7 @@ async fn what_is_old_is_dropped(open: Open) {
     done(&*store, &telling(&[settled, late, waits])).await;
     let flown = [position("acme:1", DAY_MS), position("acme:1", 3 * DAY_MS)];
     assert_eq!(store.keep_positions(&flown).await, Ok(2));
-    store.drop_before(2 * DAY_MS).await.expect("dropped");
+    store.drop_before(2 * DAY_MS, 0).await.expect("dropped");
     let found = store.positions("acme:1", 0, i64::MAX, 9).await;
     assert_eq!(found, Ok(flown[1..].to_vec()));
     let is_there = async |id| store.message(id).await.expect("answers").is_some();

@@ -202,9 +202,9 @@ pub(crate) async fn edges_are_kept(open: Open) {
     };
     let mut first = [heard("e2", 1, None), heard("e1", 2, Some(nack))];
     first[0].url = Some("https://e2.example".to_owned());
-    store.keep_edges(&first).await.expect("kept");
+    store.keep_edges(&first, 0).await.expect("kept");
     store
-        .keep_edges(&[heard("e2", 3, None)])
+        .keep_edges(&[heard("e2", 3, None)], 0)
         .await
         .expect("kept");
     let found = store.edges().await.expect("answers");
@@ -213,8 +213,12 @@ pub(crate) async fn edges_are_kept(open: Open) {
     second.url = first[0].url.clone();
     assert_eq!(found, [first[1].clone(), second.clone()]);
     second.url = Some(String::new());
-    store.keep_edges(&[second.clone()]).await.expect("kept");
+    store.keep_edges(&[second.clone()], 0).await.expect("kept");
     assert_eq!(store.edges().await.expect("answers")[1], second);
+    let mut third = heard("e3", 1, None);
+    third.heard_ms = 80;
+    store.keep_edges(&[third.clone()], 75).await.expect("kept");
+    assert_eq!(store.edges().await, Ok(vec![third]));
     store.close().await;
 }
 

@@ -29,6 +29,8 @@ const DECISIONS: u32 = 32;
 const FLIGHTS_MAX: u32 = 3;
 /// The most recompositions that are kept of a delivery.
 const RECOMPOSITIONS_MAX: usize = 100;
+/// The longest segment and outcome of a failure, in bytes.
+const FAILURE_WORD_BYTES_MAX: usize = 512;
 
 /// Whose news they are.
 #[derive(Clone, Copy)]
@@ -61,6 +63,7 @@ impl Dispatch {
         news: EdgeNews,
     ) -> Result<NewsTaken, Refusal> {
         check(&news)?;
+        self.registry.topology(network).await?;
         let teller = Teller {
             network,
             edge,
@@ -246,6 +249,13 @@ fn check(news: &EdgeNews) -> Result<(), Refusal> {
                 message,
                 None,
             );
+        }
+        if let Some(failure) = &entry.failure {
+            let below = |name: &str| format!("/news/{place}/failure/{name}");
+            let segment = failure.segment.as_deref();
+            faults.text(&below("segment"), segment, FAILURE_WORD_BYTES_MAX);
+            let outcome = Some(&*failure.outcome);
+            faults.text(&below("outcome"), outcome, FAILURE_WORD_BYTES_MAX);
         }
         if let Some(flight) = &entry.flight {
             let pointer = format!("/news/{place}/flight/expected_at");

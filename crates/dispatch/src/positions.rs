@@ -1,6 +1,7 @@
 //! Where drones were: taken from edges, read by those whose drones they are, and dropped after a month.
 
 use super::Dispatch;
+use super::statistics::SPAN_MAX;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{
     FleetPosition, PositionBatch, PositionEntry, PositionHistory, PositionsTaken,
@@ -149,9 +150,12 @@ impl Dispatch {
     pub(super) async fn drop_what_is_old(&self) {
         loop {
             tokio::time::sleep(DROP_EVERY).await;
-            let before = shifted(self.clock.now(), -KEPT_FOR);
-            if let Err(error) = self.documents.drop_before(before.as_millisecond()).await {
-                tracing::warn!(%error, "positions and messages of long ago are not dropped");
+            let now = self.clock.now();
+            let [before_ms, failures_before_ms] =
+                [KEPT_FOR, SPAN_MAX].map(|span| shifted(now, -span).as_millisecond());
+            let dropped = self.documents.drop_before(before_ms, failures_before_ms);
+            if let Err(error) = dropped.await {
+                tracing::warn!(%error, "positions, messages and failures of long ago are not dropped");
             }
         }
     }

@@ -20,7 +20,7 @@ const RATES_MAX: u64 = 10_000;
 /// What is looked at where nothing is said.
 const LOOKED_BACK: SignedDuration = SignedDuration::from_hours(30 * 24);
 /// The longest span that is looked at.
-const SPAN_MAX: SignedDuration = SignedDuration::from_hours(366 * 24);
+pub(super) const SPAN_MAX: SignedDuration = SignedDuration::from_hours(366 * 24);
 /// Deliveries ordered so long before the span may have arrived in it: 7 days until the pickup, 7 more until the latest arrival.
 const ORDERED_BEFORE: SignedDuration = SignedDuration::from_hours(15 * 24);
 /// The most deliveries that are looked at; of more the newest count.

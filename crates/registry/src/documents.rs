@@ -362,6 +362,6 @@ pub trait Documents: Debug + Send + Sync {
     ) -> Answer<'a, Vec<FailureCount>>;
 
     /// Drops positions, settled messages and expired quotes from before an instant. An engine that keeps positions by the day
-    /// drops whole days.
-    fn drop_before(&self, before_ms: i64) -> Answer<'_, ()>;
+    /// drops whole days. Failures are dropped from before an instant of their own.
+    fn drop_before(&self, before_ms: i64, failures_before_ms: i64) -> Answer<'_, ()>;
 }

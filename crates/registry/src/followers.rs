@@ -12,8 +12,12 @@ use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The most edges noted between two visits to the store; further ones wait for the next.
+/// The most edges noted at once; further ones wait until some of these are silent.
 const NOTED_MAX: usize = 10_000;
+/// An edge that has been silent for so long is known from the store alone, in milliseconds.
+const NOTED_MS: i64 = 3_600_000;
+/// One that has been silent for so long is forgotten, in milliseconds.
+const KNOWN_MS: i64 = 30 * 86_400_000;
 /// The longest code and object of a refusal, in bytes.
 const WORD_BYTES_MAX: usize = 256;
 /// The longest reason of a refusal, in bytes.
@@ -60,6 +64,15 @@ impl Followers {
         let fresh = std::mem::take(&mut noted.fresh);
         let heard = fresh.iter().filter_map(|key| noted.heard.get(key));
         heard.cloned().collect()
+    }
+
+    /// Leaves those that the store has, and that were not heard since, to it.
+    fn leave_silent(&self, since_ms: i64) {
+        let noted = &mut *self.lock();
+        let fresh = &noted.fresh;
+        noted
+            .heard
+            .retain(|key, edge| edge.heard_ms >= since_ms || fresh.contains(key));
     }
 
     fn put_back(&self, heard: &[EdgeHeard]) {
@@ -205,13 +218,15 @@ impl Registry {
     /// Gives the store what it has not got yet.
     pub(super) async fn keep_followers(&self) -> Result<(), StoreError> {
         let fresh = self.followers.take_fresh();
-        if fresh.is_empty() {
-            return Ok(());
+        let now_ms = self.clock.now().as_millisecond();
+        if !fresh.is_empty() {
+            let kept = self.store.keep_edges(&fresh, now_ms - KNOWN_MS).await;
+            if kept.is_err() {
+                self.followers.put_back(&fresh);
+                return kept;
+            }
         }
-        let kept = self.store.keep_edges(&fresh).await;
-        if kept.is_err() {
-            self.followers.put_back(&fresh);
-        }
-        kept
+        self.followers.leave_silent(now_ms - NOTED_MS);
+        Ok(())
     }
 }

@@ -375,8 +375,9 @@ pub trait Store: Documents + Debug + Send + Sync {
     /// Drops what is older than a revision and superseded by then.
     fn compact<'a>(&'a self, compaction: &'a Compaction) -> Answer<'a, ()>;
 
-    /// Keeps when edges were heard; where one is reached stays as it was where nothing was said of it.
-    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard]) -> Answer<'a, ()>;
+    /// Keeps when edges were heard; where one is reached stays as it was where nothing was said of it. Those that were heard
+    /// last before an instant are forgotten.
+    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard], before_ms: i64) -> Answer<'a, ()>;
 
     /// When edges were heard, by network and id.
     fn edges(&self) -> Answer<'_, Vec<EdgeHeard>>;

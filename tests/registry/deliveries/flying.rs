@@ -133,6 +133,9 @@ async fn an_edge_tells_of_its_own_flights_only() {
     let before = world.delivery(&id).await;
     let flight = world.whole_flight(&id, "depot").await;
     let news = world.numbered(1, &flight);
+    let nowhere = world.dispatch.take_news("nowhere", EDGE, news.clone());
+    let refused = nowhere.await.expect_err("no such network");
+    assert_eq!(refused.code, Code::NotFound);
     let taken = world.dispatch.take_news(NETWORK, "edge-2", news).await;
     assert_eq!(taken.expect("news").through, 5);
     let mut other = world.news(&id, PlanState::Activated, 1).await;

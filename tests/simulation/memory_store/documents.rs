@@ -84,7 +84,7 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
-    fn drop_before(&self, _: i64) -> Answer<'_, ()> {
+    fn drop_before(&self, _: i64, _: i64) -> Answer<'_, ()> {
         none_kept()
     }
 }

@@ -252,8 +252,9 @@ impl Store for MemoryStore {
         })
     }
 
-    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard]) -> Answer<'a, ()> {
+    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard], before_ms: i64) -> Answer<'a, ()> {
         self.change(move |it| {
+            it.edges.retain(|_, edge| edge.heard_ms >= before_ms);
             for edge in heard {
                 let key = (edge.network.clone(), edge.edge.clone());
                 let known = it.edges.get(&key).and_then(|known| known.url.clone());

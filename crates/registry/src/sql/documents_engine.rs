@@ -141,8 +141,12 @@ impl Documents for SqlStore {
         })
     }
 
-    fn drop_before(&self, before_ms: i64) -> Answer<'_, ()> {
+    fn drop_before(&self, before_ms: i64, failures_before_ms: i64) -> Answer<'_, ()> {
         Box::pin(async move {
+            writing!(self, |connection| history::drop_failures(
+                connection,
+                failures_before_ms
+            ))?;
             writing!(self, |connection| documents::drop_quotes(
                 connection, before_ms
             ))?;

@@ -331,8 +331,12 @@ impl Store for SqlStore {
         Box::pin(async move { writing!(self, |connection| compact(connection, compaction)) })
     }
 
-    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard]) -> Answer<'a, ()> {
-        Box::pin(async move { writing!(self, |connection| upkeep::keep_edges(connection, heard)) })
+    fn keep_edges<'a>(&'a self, heard: &'a [EdgeHeard], before_ms: i64) -> Answer<'a, ()> {
+        Box::pin(async move {
+            writing!(self, |connection| upkeep::keep_edges(
+                connection, heard, before_ms
+            ))
+        })
     }
 
     fn edges(&self) -> Answer<'_, Vec<EdgeHeard>> {

@@ -73,6 +73,16 @@ pub(super) async fn insert_failures(
     Ok(())
 }
 
+/// Drops failures from before an instant.
+pub(super) async fn drop_failures(
+    connection: &mut Connection,
+    before_ms: i64,
+) -> Result<(), Trouble> {
+    let statement = sqlx::query("DELETE FROM failures WHERE at_ms < $1").bind(before_ms);
+    statement.execute(connection).await.map_err(trouble)?;
+    Ok(())
+}
+
 /// Failures over a network in a span of time, counted; the most frequent first.
 pub(super) async fn count_failures(
     connection: &mut Connection,

@@ -123,7 +123,10 @@ pub(super) async fn compact(
 pub(super) async fn keep_edges(
     connection: &mut Connection,
     heard: &[EdgeHeard],
+    before_ms: i64,
 ) -> Result<(), Trouble> {
+    let silent = sqlx::query("DELETE FROM edges WHERE heard_ms < $1").bind(before_ms);
+    silent.execute(&mut *connection).await.map_err(trouble)?;
     let statement = "INSERT INTO edges (network, edge, epoch, revision, heard_ms, nack, url) \
                      VALUES ($1, $2, $3, $4, $5, $6, $7) \
                      ON CONFLICT (network, edge) DO UPDATE SET epoch = excluded.epoch, revision = excluded.revision, \

@@ -260,7 +260,7 @@ impl Documents for Memory {
         not_here()
     }
 
-    fn drop_before(&self, _: i64) -> Answer<'_, ()> {
+    fn drop_before(&self, _: i64, _: i64) -> Answer<'_, ()> {
         not_here()
     }
 }
