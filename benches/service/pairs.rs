@@ -157,12 +157,15 @@ fn print_table(dialect: Dialect, pairs: &[Pair]) {
     let ratios = sorted(pairs, ratio);
     println!(
         "\nThe edge answers {:.1} % of the requests that the echo answers (median of {} pairs, 95 % interval {:.1} to {:.1} %), \
-         with {:.2} times its processor time; {:.1} % of the answers that were read are `rerouted`.",
+         with {:.2} times its processor time; {:.1} % of the answers that were read are `rerouted`, and {} requests in {} of the \
+         pairs were refused.",
         100.0 * ratios[last / 2],
         pairs.len(),
         100.0 * ratios[low],
         100.0 * ratios[high],
         sorted(pairs, |(edge, echo)| edge.server_us / echo.server_us)[last / 2],
         100.0 * sorted(pairs, |(edge, _)| edge.rerouted_share)[last / 2],
+        pairs.iter().map(|(edge, _)| edge.refused).sum::<u64>(),
+        pairs.iter().filter(|(edge, _)| edge.refused > 0).count(),
     );
 }

@@ -52,7 +52,7 @@ pub(crate) fn start_edge(folder: &Path) -> Result<Server> {
         .arg(&ports_file)
         .stderr(File::create(folder.join("edge.log"))?);
     if cfg!(debug_assertions) {
-        // So slow a build lets the load's requests wait for longer than they may, and one that is refused ends the run.
+        // So slow a build lets the load's requests wait for longer than they may, and many would be refused.
         command.args(["--set", "limits.queue_wait=0s"]);
     }
     start(command, &ports_file)
