@@ -26,6 +26,9 @@ pub(super) struct Token {
     /// To which provider or customer it belongs, by its id; the others need none
     #[arg(long)]
     tenant: Option<String>,
+    /// The only network that an edge speaks of at the registry, by its id there
+    #[arg(long)]
+    network: Option<String>,
     /// Until when it counts: an instant in RFC 3339; without one until it is revoked
     #[arg(long, value_name = "INSTANT")]
     ends_at: Option<String>,
@@ -40,7 +43,8 @@ impl Token {
         getrandom::fill(&mut random)
             .map_err(|error| Stop::failed(format!("the system has no random bits: {error}")))?;
         let (tenant, ends_at) = (self.tenant.as_deref(), self.ends_at.as_deref());
-        let new = NewToken::of(&random, &self.role, &self.subject, tenant, ends_at);
+        let belongs = (tenant, self.network.as_deref());
+        let new = NewToken::of(&random, &self.role, &self.subject, belongs, ends_at);
         let new = new.map_err(Stop::Usage)?;
         if self.json {
             output.json(&json!({
@@ -49,6 +53,7 @@ impl Token {
                 "role": new.role.name(),
                 "subject": *new.subject,
                 "tenant": *new.tenant,
+                "network": new.network.as_deref(),
                 "ends_at": new.ends_at.map(|ends_at| ends_at.to_string()),
                 "stanza": new.stanza(),
             }))?;

@@ -46,11 +46,7 @@ async fn both(events: &mut EventStream, kinds: [EventKind; 2]) -> [Value; 2] {
 async fn an_event_says_who_made_it_happen() {
     let mut stage = Stage::set();
     stage.compose("p1", "d1", "a0", "a4").await;
-    stage.caller = Caller {
-        role: Role::Operator,
-        subject: Arc::from("mira"),
-        tenant: Arc::from("local"),
-    };
+    stage.caller = Caller::local(Role::Operator, "mira");
     let mut events = stage.edge.events(None).expect("a stream");
     let mira = json!({"tenant": "local", "subject": "mira", "role": "operator"});
     let edge = json!({"tenant": "local", "subject": "edge", "role": "edge"});
@@ -75,11 +71,7 @@ async fn an_event_says_who_made_it_happen() {
     let told = next(&mut events, EventKind::PlanRelieved).await;
     assert_eq!((&told["by"], told.get("reason")), (&edge, None));
     // A drone's report, and what it closes.
-    stage.caller = Caller {
-        role: Role::Drone,
-        subject: Arc::from("d1"),
-        tenant: Arc::from("local"),
-    };
+    stage.caller = Caller::local(Role::Drone, "d1");
     stage.see("d1", 50.0, 0.0).await;
     let report = json!({
         "type": "navigational", "drone": {"id": "d1"},

@@ -393,11 +393,7 @@ async fn failures_that_drones_report_are_news_and_what_ifs_are_not() {
 #[tokio::test]
 async fn a_drone_does_not_say_for_which_delivery_it_flies() {
     let mut stage = on_with(&town(), following());
-    stage.caller = Caller {
-        role: Role::Drone,
-        tenant: "local".into(),
-        subject: "d".into(),
-    };
+    stage.caller = Caller::local(Role::Drone, "d");
     let refusal = stage.deliver(order()).await.expect_err("refused");
     assert_eq!(refusal.code, Code::Forbidden);
     let mut own = order();

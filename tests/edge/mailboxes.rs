@@ -384,11 +384,7 @@ async fn a_session_that_ends_leaves_its_drones_and_their_mail() {
 #[tokio::test]
 async fn a_token_of_a_drone_sees_its_own_mailbox_alone() {
     let stage = Stage::set();
-    let drone = Caller {
-        role: Role::Drone,
-        subject: "acme".into(),
-        tenant: "local".into(),
-    };
+    let drone = Caller::local(Role::Drone, "acme");
     assert!(stage.edge.mail(&drone, "acme:1", None).is_ok());
     let refused = stage.edge.mail(&drone, "other:1", None);
     assert_eq!(refused.expect_err("another's").code, Code::Forbidden);

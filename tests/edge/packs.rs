@@ -236,11 +236,7 @@ async fn a_pack_is_of_a_version_that_may_be_flown() {
 async fn plans_of_others_have_no_pack() {
     let stage = Stage::set();
     stage.compose("p1", "d1", "a0", "a3").await;
-    let of = |subject: &str| Caller {
-        role: Role::Drone,
-        subject: Arc::from(subject),
-        tenant: Arc::from("local"),
-    };
+    let of = |subject: &str| Caller::local(Role::Drone, subject);
     assert!(stage.edge.pack(&of("d1"), "p1", None).is_ok());
     let refused = stage
         .edge

@@ -274,11 +274,7 @@ async fn a_drone_whose_position_is_refused_has_orders_all_the_same() {
 #[tokio::test]
 async fn a_fleet_names_its_drones_with_a_colon() {
     let stage = Stage::set();
-    let fleet = Caller {
-        role: Role::Drone,
-        subject: "acme".into(),
-        tenant: "local".into(),
-    };
+    let fleet = Caller::local(Role::Drone, "acme");
     assert!(fleet.speaks_for("acme:1") && fleet.speaks_for("acme/1"));
     assert!(!fleet.speaks_for("acme1") && !fleet.speaks_for("other:1"));
     let request = |drone: &str| {

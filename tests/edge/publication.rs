@@ -239,11 +239,7 @@ async fn a_drone_learns_nothing_of_where_another_one_is() {
     let body = json!({"type": "navigational", "drone": {"id": "d1"}, "destination": "a5"});
     let own = stage.report(body.clone()).await;
     assert!(own.is_ok(), "its telemetry locates it: {own:?}");
-    stage.caller = Caller {
-        role: Role::Drone,
-        subject: "d2".into(),
-        tenant: "local".into(),
-    };
+    stage.caller = Caller::local(Role::Drone, "d2");
     let others = stage.report(body).await;
     assert_eq!(
         others.expect_err("nothing locates it").code,
@@ -264,11 +260,7 @@ fn ragged(corners: usize) -> Value {
 #[tokio::test]
 async fn proposals_of_one_subject_crowd_out_no_others() {
     let mut stage = Stage::set();
-    let drone = |name: &str| Caller {
-        role: Role::Drone,
-        subject: name.into(),
-        tenant: "local".into(),
-    };
+    let drone = |name: &str| Caller::local(Role::Drone, name);
     let report = |drone: &str, number: usize, corners: usize| {
         json!({
             "id": format!("{drone}-{number}"), "type": "regulatory", "drone": {"id": drone},

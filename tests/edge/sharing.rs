@@ -16,11 +16,7 @@ fn fleet() -> Caller {
 }
 
 fn of_subject(subject: &str) -> Caller {
-    Caller {
-        role: Role::Drone,
-        subject: Arc::from(subject),
-        tenant: Arc::from("local"),
-    }
+    Caller::local(Role::Drone, subject)
 }
 
 /// A report that brings a zone which is no zone, and 100 KiB in it.
@@ -163,11 +159,7 @@ async fn a_report_in_anothers_name_is_answered_and_is_not_shown_as_that_drones()
     let mut stage = Stage::set();
     stage.see("d1", 150.0, 0.0).await;
     let mut events = stage.edge.events(None).expect("a stream");
-    stage.caller = Caller {
-        role: Role::Drone,
-        subject: Arc::from("d2"),
-        tenant: Arc::from("local"),
-    };
+    stage.caller = Caller::local(Role::Drone, "d2");
     let answer = stage.answer(leg("navigational", "d1", 1)).await;
     assert_eq!(answer["outcome"], "rerouted", "{answer}");
     let codes: Vec<&str> = answer["warnings"]

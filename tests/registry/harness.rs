@@ -259,12 +259,17 @@ impl Served {
 }
 
 fn caller_of(token: &str) -> Option<Caller> {
+    let (token, network) = match token.split_once('@') {
+        Some((token, network)) => (token, Some(Arc::from(network))),
+        None => (token, None),
+    };
     let (role, tenant) = token.split_once('/')?;
     let role = Role::OF_TOKENS.into_iter().find(|is| is.name() == role)?;
     Some(Caller {
         role,
         subject: Arc::from(format!("{tenant}/desk")),
         tenant: Arc::from(tenant),
+        network,
     })
 }
 

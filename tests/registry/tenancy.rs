@@ -26,6 +26,33 @@ const MARKET: [&str; 7] = [
 ];
 const NOW_MS: i64 = 1_795_802_400_000;
 
+#[tokio::test]
+async fn an_edge_that_is_kept_to_a_network_speaks_of_no_other() {
+    let place = Place::new();
+    let mut served = Served::with_network(&place, Settings::default()).await;
+    served.post_zone("z").await;
+    served.ask_only_with_tokens().await;
+    let bearer = |token: &str| format!("Bearer {token}");
+    let own = bearer(&format!("edge/local@{NETWORK}"));
+    let others = bearer("edge/local@elsewhere");
+    let zone = |network: &str| format!("/v1/networks/{network}/zones/z");
+    let report = format!("/v1/networks/{NETWORK}/edges/local%2Fdesk");
+    let told = json!({"epoch": 1, "revision": 1}).to_string();
+    for (line, body) in [
+        (format!("DELETE {}", zone(NETWORK)), ""),
+        (format!("GET /v1/networks/{NETWORK}/snapshot"), ""),
+        (format!("PUT {report}"), &*told),
+    ] {
+        let headers = [("authorization", &*others), ("if-match", "*")];
+        let refused = served.ask(&line, &headers, body).await;
+        refused.refuses(403, "forbidden");
+    }
+    let headers = [("authorization", &*own), ("if-match", "*")];
+    let lifted = format!("DELETE {}", zone(NETWORK));
+    served.ask(&lifted, &headers, "").await.is(200);
+    served.end().await;
+}
+
 fn tariff() -> Value {
     json!({"currency": "AUD", "base": "7771.77"})
 }

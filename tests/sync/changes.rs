@@ -5,7 +5,6 @@ use serde_json::json;
 use skyway::edge::{Caller, Decision, Role};
 use skyway::registry::Follow;
 use skyway::wire::{EventKind, Freshness, ObjectKind, PublishedClosure};
-use std::sync::Arc;
 
 #[tokio::test]
 async fn an_edge_reads_everything_and_then_follows() {
@@ -411,11 +410,7 @@ async fn the_log_says_who_made_a_change_at_an_edge() {
     let central = Central::open().await;
     let mut north = Outpost::set(&central, "north");
     north.settle(&central).await;
-    north.caller = Caller {
-        role: Role::Operator,
-        subject: Arc::from("mira"),
-        tenant: Arc::from("local"),
-    };
+    north.caller = Caller::local(Role::Operator, "mira");
     north.put_zone("fair", 150.0, 0.0, 20.0).await;
     north.settle(&central).await;
     north.lift_zone("fair").await;

@@ -195,11 +195,7 @@ pub(crate) fn role_of(token: &str) -> Option<Caller> {
     let role = Role::OF_TOKENS
         .into_iter()
         .find(|role| role.name() == token)?;
-    Some(Caller {
-        role,
-        subject: Arc::from("*"),
-        tenant: Arc::from("local"),
-    })
+    Some(Caller::local(role, "*"))
 }
 
 /// Counts a handler that is dropped before it is done.

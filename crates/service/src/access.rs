@@ -82,16 +82,29 @@ pub struct Caller {
     pub subject: Arc<str>,
     /// To which provider or customer it belongs.
     pub tenant: Arc<str>,
+    /// The only network that an edge may speak of; every one where none is named.
+    pub network: Option<Arc<str>>,
 }
 
 impl Caller {
     /// The caller on loopback where no tokens are configured.
     pub fn anyone() -> Self {
+        Self::local(Role::Anyone, "*")
+    }
+
+    /// A caller of no provider or customer.
+    pub fn local(role: Role, subject: &str) -> Self {
         Self {
-            role: Role::Anyone,
-            subject: Arc::from("*"),
+            role,
+            subject: Arc::from(subject),
             tenant: Arc::from(LOCAL_TENANT),
+            network: None,
         }
+    }
+
+    /// Whether this caller may speak of a network.
+    pub fn is_of_network(&self, network: &str) -> bool {
+        self.network.as_deref().is_none_or(|own| own == network)
     }
 
     /// Whether this caller may speak for a drone: operators for all, a drone for itself, a fleet `f` for `f:...`; also for
@@ -143,9 +156,8 @@ mod tests {
 
     fn of(role: Role, subject: &str, tenant: &str) -> Caller {
         Caller {
-            role,
-            subject: Arc::from(subject),
             tenant: Arc::from(tenant),
+            ..Caller::local(role, subject)
         }
     }
 

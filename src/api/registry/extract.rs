@@ -26,7 +26,7 @@ impl<S: Send + Sync> FromRequestParts<S> for OnNetwork {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
         match Path::<String>::from_request_parts(parts, state).await {
             Ok(Path(network)) => {
-                check("{network}", &network)?;
+                check_network(parts, state, &network).await?;
                 Ok(Self(network))
             }
             Err(rejection) => Err(invalid("{network}", rejection.body_text()).into()),
@@ -46,7 +46,7 @@ impl<S: Send + Sync> FromRequestParts<S> for PathId {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
         match Path::<(String, String)>::from_request_parts(parts, state).await {
             Ok(Path((network, id))) => {
-                check("{network}", &network)?;
+                check_network(parts, state, &network).await?;
                 check("{id}", &id)?;
                 Ok(Self { network, id })
             }
@@ -81,6 +81,21 @@ fn check(place: &str, id: &str) -> Result<(), Refusal> {
         )),
         false => Ok(()),
     }
+}
+
+/// Checks that it is the id of a network, and one that the caller may speak of.
+async fn check_network<S: Sync>(
+    parts: &mut Parts,
+    state: &S,
+    network: &str,
+) -> Result<(), Refused> {
+    check("{network}", network)?;
+    let rest::Authenticated(caller) = rest::Authenticated::from_request_parts(parts, state).await?;
+    if caller.is_of_network(network) {
+        return Ok(());
+    }
+    let detail = format!("this token is not of the network '{network}'");
+    Err(Refusal::new(Code::Forbidden, detail).into())
 }
 
 /// How something is written.

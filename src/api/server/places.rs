@@ -179,11 +179,7 @@ mod tests {
     }
 
     fn drone(subject: &str) -> Caller {
-        Caller {
-            role: Role::Drone,
-            subject: Arc::from(subject),
-            tenant: Arc::from("local"),
-        }
+        Caller::local(Role::Drone, subject)
     }
 
     #[test]

@@ -62,6 +62,7 @@ pub(crate) fn of(role: Role, tenant: &str) -> Caller {
         role,
         subject: Arc::from(format!("{tenant}/desk")),
         tenant: Arc::from(tenant),
+        network: None,
     }
 }
 

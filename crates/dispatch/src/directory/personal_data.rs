@@ -73,6 +73,7 @@ impl Dispatch {
             role: Role::Customer,
             subject: caller.subject.clone(),
             tenant: Arc::from(id),
+            network: None,
         };
         let all = PageRequest {
             size: Some(1_000),

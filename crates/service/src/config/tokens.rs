@@ -102,6 +102,7 @@ struct TokenEntry {
     role: String,
     subject: String,
     tenant: Option<String>,
+    network: Option<String>,
     ends_at: Option<String>,
 }
 
@@ -225,7 +226,10 @@ fn read_entry(entry: &TokenEntry) -> Result<(DigestBytes, KnownToken), String> {
     let digest = read_digest(&entry.sha256)?;
     let role = role_named(&entry.role)?;
     let known = KnownToken {
-        caller: caller(role, &entry.subject, entry.tenant.as_deref())?,
+        caller: Caller {
+            network: network_of(role, entry.network.as_deref())?,
+            ..caller(role, &entry.subject, entry.tenant.as_deref())?
+        },
         ends_at: entry.ends_at.as_deref().map(read_end).transpose()?,
     };
     Ok((digest, known))
@@ -285,7 +289,22 @@ pub(super) fn caller(role: Role, subject: &str, tenant: Option<&str>) -> Result<
         role,
         subject: Arc::from(subject),
         tenant: Arc::from(tenant),
+        network: None,
     })
+}
+
+/// The network that an edge is kept to, where one is named.
+pub(super) fn network_of(role: Role, network: Option<&str>) -> Result<Option<Arc<str>>, String> {
+    match network {
+        Some(_) if role != Role::Edge => Err(format!(
+            "a token of the role {} is kept to no network; leave network out",
+            role.name()
+        )),
+        Some(name) if name.is_empty() || name.chars().any(char::is_control) => {
+            Err("the network has no name; write its id at the registry".to_owned())
+        }
+        network => Ok(network.map(Arc::from)),
+    }
 }
 
 pub(super) fn digest_of(token: &str) -> DigestBytes {
@@ -344,14 +363,14 @@ mod tests {
     const NOW: Timestamp = Timestamp::UNIX_EPOCH;
 
     fn stanza(role: &str, subject: &str) -> String {
-        NewToken::of(&RANDOM, role, subject, None, None)
+        NewToken::of(&RANDOM, role, subject, (None, None), None)
             .expect("a token")
             .stanza()
     }
 
     #[test]
     fn a_new_token_is_found_by_its_bearer_and_no_other() {
-        let new = NewToken::of(&RANDOM, "drone", "acme", None, None).expect("a token");
+        let new = NewToken::of(&RANDOM, "drone", "acme", (None, None), None).expect("a token");
         assert_eq!(new.token, format!("sky_{}", "07".repeat(32)));
         let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
         let caller = tokens.find(&new.token, NOW).expect("a caller");
@@ -392,7 +411,7 @@ mod tests {
     tokens.toml:6: this token is in the file twice
     tokens.toml:1: 'anyone' is no role: write drone, operator, edge, metrics, provider or customer
     tokens.toml:1: the subject is not 1 to 128 characters without spaces; write a drone's id, a fleet, or *
-    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`, `tenant`, `ends_at`
+    tokens.toml:5: unknown field `scope`, expected one of `sha256`, `role`, `subject`, `tenant`, `network`, `ends_at`
     tokens.toml:1: ends_at 'tomorrow' is not an instant in RFC 3339, such as 2026-12-31T00:00:00Z
     tokens.toml:6: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:1: unclosed array table, expected `]]`
@@ -402,7 +421,7 @@ mod tests {
     #[test]
     fn a_token_counts_until_its_end_and_until_it_is_revoked() {
         let end = "1970-01-01T00:00:10Z";
-        let new = NewToken::of(&RANDOM, "drone", "acme", None, Some(end)).expect("a token");
+        let new = NewToken::of(&RANDOM, "drone", "acme", (None, None), Some(end)).expect("a token");
         let text = new.stanza();
         let tokens = Tokens::parse("tokens.toml", &text).expect("tokens");
         let at = |second| Timestamp::from_second(second).expect("an instant");
@@ -419,7 +438,7 @@ mod tests {
     #[test]
     fn a_provider_has_a_tenant_and_a_subject_of_its_own() {
         let too_long = "a".repeat(65);
-        let of = |role, tenant| NewToken::of(&RANDOM, role, "desk", tenant, None);
+        let of = |role, tenant| NewToken::of(&RANDOM, role, "desk", (tenant, None), None);
         let new = of("provider", Some("acme")).expect("a token");
         let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
         let caller = tokens.find(&new.token, NOW).expect("a caller");
@@ -435,6 +454,19 @@ mod tests {
         let tokens = Tokens::parse("tokens.toml", &drone.stanza()).expect("tokens");
         let caller = tokens.find(&drone.token, NOW).expect("a caller");
         assert_eq!((&*caller.tenant, &*caller.subject), ("local", "desk"));
+    }
+
+    #[test]
+    fn an_edge_alone_may_be_kept_to_a_network() {
+        let of = |role, network| NewToken::of(&RANDOM, role, "edge-1", (None, network), None);
+        let new = of("edge", Some("sydney")).expect("a token");
+        let tokens = Tokens::parse("tokens.toml", &new.stanza()).expect("tokens");
+        let caller = tokens.find(&new.token, NOW).expect("a caller");
+        assert!(caller.is_of_network("sydney") && !caller.is_of_network("melbourne"));
+        assert!(Caller::local(Role::Edge, "edge-1").is_of_network("melbourne"));
+        for (role, network) in [("drone", "sydney"), ("operator", "sydney"), ("edge", "")] {
+            assert!(of(role, Some(network)).is_err(), "{role} {network}");
+        }
     }
 
     #[test]

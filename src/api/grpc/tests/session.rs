@@ -278,11 +278,7 @@ async fn what_happens_until_an_instant_is_told_before_the_clock_is_there() {
 async fn a_drone_does_not_move_the_clock() {
     let start = "2026-11-27T18:00:00Z".parse().expect("an instant");
     let (_, routes, _) = begun(Clock::external(start)).await;
-    let caller = Caller {
-        role: Role::Drone,
-        subject: Arc::from("d"),
-        tenant: Arc::from("local"),
-    };
+    let caller = Caller::local(Role::Drone, "d");
     let mut line = Line::begin(&routes, caller).await;
     line.hello("d").await;
     let to = timestamp("2026-11-27T18:15:00Z");
