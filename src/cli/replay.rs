@@ -259,11 +259,7 @@ fn compute(record: &Record<'_>, topology: &Arc<Topology>) -> Result<Again, Stop>
 fn compare(record: &Record<'_>, again: &Again, topology: &Topology) -> Comparison {
     let recorded = &record.answer.answer;
     let nodes = again.nodes.iter().map(|&node| topology.node_id(node));
-    let fingerprint: String = topology
-        .fingerprint()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let fingerprint = topology.fingerprint_text();
     let recorded_outcome = serde_json::to_value(recorded.outcome).unwrap_or_default();
     Comparison {
         recorded_outcome: recorded_outcome.as_str().unwrap_or_default().to_owned(),

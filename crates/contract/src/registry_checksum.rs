@@ -5,7 +5,6 @@
 
 use super::registry::{ChangesPage, LoggedChange, RegistrySnapshot, SnapshotObject};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
 /// A digest under construction.
 struct Fields(Sha256);
@@ -29,12 +28,7 @@ impl Fields {
     }
 
     fn hexadecimal(self) -> String {
-        let digest = self.0.finalize();
-        digest.iter().fold(String::new(), |mut text, byte| {
-            // Writing to text cannot fail.
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
+        hex::encode(self.0.finalize())
     }
 }
 

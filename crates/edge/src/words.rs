@@ -76,18 +76,8 @@ pub(super) fn reference_name(reference: AltitudeReference) -> Cow<'static, str> 
     Cow::Borrowed(reference.name())
 }
 
-/// Bytes in hexadecimal.
-pub(super) fn hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to text cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
-}
-
 /// The version of a weather as an entity tag, quoted: the same weather has the same.
 pub(super) fn weather_etag(text: &str) -> String {
     let digest = Sha256::digest(text.as_bytes());
-    format!("\"{}\"", hex(&digest[..VERSION_BYTES]))
+    format!("\"{}\"", hex::encode(&digest[..VERSION_BYTES]))
 }

@@ -58,9 +58,7 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn fingerprint(&self, certificate: &Certificate) -> String {
-        let digits = certificate.network_sha256.iter();
-        let digits: String = digits.map(|byte| format!("{byte:02x}")).collect();
-        json!(digits).to_string()
+        json!(hex::encode(certificate.network_sha256)).to_string()
     }
 
     fn id(&self, node: NodeIx) -> String {

@@ -168,7 +168,7 @@ pub fn check_store_name(name: &str) -> Result<(), StoreError> {
 fn random_hex() -> Result<String, getrandom::Error> {
     let mut random = [0_u8; 16];
     getrandom::fill(&mut random)?;
-    Ok(random.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex::encode(random))
 }
 
 impl Registry {

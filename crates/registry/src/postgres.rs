@@ -4,48 +4,25 @@
 //! number of registry processes may share one database. A notification tells the others at once that there is
 //! something new; where the database knows no notifications they find out when they look.
 
-#[expect(
+#![expect(
     clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
+    reason = "each engine compiles the modules below sql for its own types"
 )]
+
 #[path = "sql/documents.rs"]
 mod documents;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/documents_engine.rs"]
 mod documents_engine;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/engine.rs"]
 mod engine;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/history.rs"]
 mod history;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/messages.rs"]
 mod messages;
 #[path = "sql/positions_postgres.rs"]
 mod positions;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/statements.rs"]
 mod statements;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/upkeep.rs"]
 mod upkeep;
 

@@ -5,48 +5,25 @@
 //! would fail at once where another writes, whatever patience is configured. After an error of the disk every
 //! connection is opened anew: what one of them remembers of the file may not be what is on the disk.
 
-#[expect(
+#![expect(
     clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
+    reason = "each engine compiles the modules below sql for its own types"
 )]
+
 #[path = "sql/documents.rs"]
 mod documents;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/documents_engine.rs"]
 mod documents_engine;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/engine.rs"]
 mod engine;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/history.rs"]
 mod history;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/messages.rs"]
 mod messages;
 #[path = "sql/positions_sqlite.rs"]
 mod positions;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/statements.rs"]
 mod statements;
-#[expect(
-    clippy::duplicate_mod,
-    reason = "each engine compiles it for its own types"
-)]
 #[path = "sql/upkeep.rs"]
 mod upkeep;
 
@@ -187,17 +164,6 @@ impl SqlStore {
         // What was read is known, however it is closed.
         let _ = connection.close().await;
         checked
-    }
-
-    /// The version of SQLite that is on board.
-    ///
-    /// # Errors
-    /// When the store does not answer.
-    pub async fn engine_version(&self) -> Result<String, StoreError> {
-        let version = sqlx::query_scalar("SELECT sqlite_version()").fetch_one(&self.readers);
-        version.await.map_err(|error| StoreError::Unavailable {
-            message: error.to_string(),
-        })
     }
 
     /// Whether it answers.

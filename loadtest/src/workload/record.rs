@@ -115,10 +115,8 @@ impl Record {
 
     /// The pack of a plan, in hexadecimal digits.
     pub(crate) fn pack(&mut self, plan: &str, bytes: &[u8]) -> Result<()> {
-        let digits = bytes.iter().map(|byte| format!("{byte:02x}"));
         let at = jiff::Timestamp::now().to_string();
-        let digits: String = digits.collect();
-        self.line(&json!({"kind": "pack", "plan_id": plan, "at": at, "bytes": digits}))
+        self.line(&json!({"kind": "pack", "plan_id": plan, "at": at, "bytes": hex::encode(bytes)}))
     }
 
     /// How a plan stands at the end, and the version that its drone flies where that is not the

@@ -8,7 +8,6 @@ use axum::response::Response;
 use axum::routing::get;
 use http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";
 pub(super) const CSS: &str = "text/css; charset=utf-8";
@@ -52,17 +51,11 @@ pub(super) struct Document {
 
 impl Document {
     fn new(name: &'static str, media_type: &'static str, text: &'static str) -> Self {
-        let mut etag = String::from("\"");
-        for byte in &Sha256::digest(text)[..8] {
-            // Writing to text cannot fail.
-            let _ = write!(etag, "{byte:02x}");
-        }
-        etag.push('"');
         Self {
             name,
             media_type,
             text,
-            etag,
+            etag: format!("\"{}\"", hex::encode(&Sha256::digest(text)[..8])),
         }
     }
 

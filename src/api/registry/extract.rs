@@ -11,7 +11,6 @@ use http::request::Parts;
 use http::{HeaderMap, Method, Uri};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 use utoipa::IntoParams;
 
 /// The longest name of who made a change at an edge, in bytes.
@@ -159,14 +158,7 @@ impl Writing {
             digest.update([0]);
         }
         digest.update(body);
-        let fingerprint = digest
-            .finalize()
-            .iter()
-            .fold(String::new(), |mut text, byte| {
-                // Writing to text cannot fail.
-                let _ = write!(text, "{byte:02x}");
-                text
-            });
+        let fingerprint = hex::encode(digest.finalize());
         Ok(WriteOptions {
             subject: self.caller.subject.to_string(),
             key: rest::header(&self.headers, rest::IDEMPOTENCY_KEY)?,

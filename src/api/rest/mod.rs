@@ -25,7 +25,6 @@ mod proposals;
 pub(in crate::api) mod reading;
 mod recompositions;
 pub(crate) mod refusals;
-mod unique;
 mod weather;
 pub(in crate::api) mod zone_schema;
 mod zones;

@@ -3,7 +3,6 @@
 //! Whether it is JSON and of the right shape is found here; what it means, the use cases find.
 
 use super::answer::Refused;
-use super::unique::Unique;
 use crate::edge::{Code, Refusal};
 use crate::formats::{
     ForeignFormat, KML_MEDIA_TYPE, ReportProblem, members_twice, nearest, without_mark,
@@ -13,7 +12,7 @@ use axum::body::{Body, to_bytes};
 use axum::extract::FromRequest;
 use bytes::Bytes;
 use http::{HeaderMap, Request, header};
-use serde::de::{DeserializeOwned, DeserializeSeed, IgnoredAny};
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde_json::Value;
 use serde_path_to_error::{Path, Segment, Track};
 
@@ -152,13 +151,9 @@ pub(in crate::api) fn body<T: DeserializeOwned>(bytes: &[u8], what: &str) -> Res
 
 /// Reads a body as it is; a member that is there twice is refused, as it is unclear which one was meant.
 pub(in crate::api) fn value(bytes: &[u8]) -> Result<Value, Refusal> {
-    let mut reader = serde_json::Deserializer::from_slice(without_mark(bytes));
-    let mut track = Track::new();
-    let tracked = serde_path_to_error::Deserializer::new(&mut reader, &mut track);
-    let read = Unique
-        .deserialize(tracked)
-        .map_err(|error| refused(&error, &track.path()))?;
-    reader.end().map_err(|error| not_json(&error))?;
+    let bytes = without_mark(bytes);
+    let read = serde_json::from_slice(bytes).map_err(|error| not_json(&error))?;
+    check_once(bytes)?;
     Ok(read)
 }
 

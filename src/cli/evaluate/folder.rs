@@ -157,7 +157,5 @@ pub(super) fn fingerprint(design: &Design) -> String {
             Network::Generated(_) => None,
         })
         .collect();
-    let bytes = formats::fingerprint(&texts);
-    let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-    format!("SHA-256 {hex}")
+    format!("SHA-256 {}", hex::encode(formats::fingerprint(&texts)))
 }

@@ -162,7 +162,7 @@ fn facts(network: &Loaded, figures: &Figures) -> Vec<(&'static str, String)> {
                 kibibytes(figures.table_bytes)
             ),
         ),
-        ("sha256", sha256(topology)),
+        ("sha256", topology.fingerprint_text().to_owned()),
     ];
     if !topology.attribution().is_empty() {
         facts.push(("attribution", topology.attribution().to_owned()));
@@ -209,18 +209,13 @@ fn extent_text(topology: &Topology, figures: &Figures) -> String {
     )
 }
 
-fn sha256(topology: &Topology) -> String {
-    let bytes = topology.fingerprint().iter();
-    bytes.map(|byte| format!("{byte:02x}")).collect()
-}
-
 fn json(network: &Loaded, figures: &Figures) -> Value {
     let topology = &network.topology;
     let [min, max] = figures.corners;
     json!({
         "name": topology.name(),
         "attribution": topology.attribution(),
-        "sha256": sha256(topology),
+        "sha256": topology.fingerprint_text(),
         "coordinates": if topology.frame().is_geographic() { "geographic" } else { "planar" },
         "bbox": [min[0], min[1], max[0], max[1]],
         "nodes": topology.node_count(),

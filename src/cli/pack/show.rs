@@ -126,7 +126,7 @@ fn facts(pack: &Pack<'_>, signed: &Signed) -> Vec<(&'static str, String)> {
             format!("{version} (epoch {epoch}, token {token})"),
         ),
         ("network", pack.network().to_owned()),
-        ("network sha256", hex(&pack.network_sha256())),
+        ("network sha256", hex::encode(pack.network_sha256())),
         ("departs at", instant(pack.departs_ms())),
         ("no departure after", instant(pack.not_after_ms())),
         ("clock", clock(pack).to_owned()),
@@ -215,7 +215,7 @@ fn as_json(pack: &Pack<'_>, signed: &Signed) -> Value {
         "token": token,
         "epoch": epoch,
         "version": version,
-        "network": {"name": pack.network(), "sha256": hex(&pack.network_sha256())},
+        "network": {"name": pack.network(), "sha256": hex::encode(pack.network_sha256())},
         "departs_at": instant(pack.departs_ms()),
         "not_after": instant(pack.not_after_ms()),
         "clock": clock(pack),
@@ -300,8 +300,4 @@ fn clock(pack: &Pack<'_>) -> &'static str {
 /// An instant that is none is beyond what calendars say.
 fn instant(milliseconds: i64) -> String {
     Timestamp::from_millisecond(milliseconds).map_or_else(|_| "-".to_owned(), |at| at.to_string())
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

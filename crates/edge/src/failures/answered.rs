@@ -5,7 +5,6 @@ use super::stored_answer::StoredAnswer;
 use super::views::{recorded_closure, summary, wire_record};
 use crate::Edge;
 use crate::standing::Staleness;
-use crate::words::hex;
 use serde_json::Value;
 use skyway_contract as wire;
 use skyway_engine::airspace::Airspace;
@@ -190,7 +189,7 @@ impl StoredRecord {
                 }
             }
             Self::Before(record) => {
-                if record.world.network_sha256 != hex(topology.fingerprint()) {
+                if record.world.network_sha256 != topology.fingerprint_text() {
                     return None;
                 }
                 let (airspace, read) = recorded_question(record, topology).ok()?;

@@ -8,7 +8,6 @@ use crate::snapshot::Snapshot;
 use crate::standing::Staleness;
 use crate::store::ReportReply;
 use crate::words;
-use crate::words::hex;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::flight::Location;
@@ -62,7 +61,7 @@ impl RestoredAnswer {
     fn still_holds(&self, deadline: Option<&str>, snapshot: &Snapshot, now: Timestamp) -> bool {
         let topology = snapshot.topology();
         let deadline = deadline.and_then(|text| text.parse::<Timestamp>().ok());
-        if self.network != hex(topology.fingerprint())
+        if self.network != topology.fingerprint_text()
             || deadline.is_some_and(|deadline| deadline < now)
         {
             return false;

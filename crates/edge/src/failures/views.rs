@@ -5,7 +5,7 @@ use super::records::AnswerRecord;
 use crate::standing::Staleness;
 use crate::store::ReportReply;
 use crate::views;
-use crate::words::{self, hex};
+use crate::words::{self};
 use serde_json::Value;
 use skyway_contract as wire;
 use skyway_engine::airspace::{Cause, Closure};
@@ -126,7 +126,7 @@ pub(crate) fn wire_record<'a>(
         world: wire::RecordedWorld {
             revision: Cow::Borrowed(&*record.revision),
             topology_revision: airspace.topology_revision(),
-            network_sha256: Cow::Owned(hex(topology.fingerprint())),
+            network_sha256: Cow::Owned(topology.fingerprint_text().to_owned()),
             as_of: words::instant(airspace.as_of()),
             horizon_s: airspace.horizon().as_secs_f64(),
             closures,
@@ -155,7 +155,7 @@ pub(crate) fn report_reply(
             Location::At(place) => Some([place.x, place.y]),
             Location::LegStart | Location::Unknown => None,
         },
-        network: hex(record.airspace.topology().fingerprint()),
+        network: record.airspace.topology().fingerprint_text().to_owned(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The network as text, written once.
 
-use crate::words::{hex, node_id};
+use crate::words::node_id;
 use bytes::Bytes;
 use skyway_contract as wire;
 use skyway_engine::network::Topology;
@@ -27,7 +27,7 @@ impl NetworkDocuments {
     pub(crate) fn of(topology: &Topology, geojson: Bytes, topology_revision: u64) -> Self {
         // A map with text keys and finite numbers always has a JSON form.
         let compact = serde_json::to_vec(&compact(topology, topology_revision)).unwrap_or_default();
-        let fingerprint = hex(&topology.fingerprint()[..8]);
+        let fingerprint = hex::encode(&topology.fingerprint()[..8]);
         Self {
             topology_revision,
             geojson,

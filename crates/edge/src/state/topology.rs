@@ -74,7 +74,7 @@ impl State {
             "name": topology.name(),
             "nodes": topology.node_count(),
             "segments": topology.segment_count(),
-            "sha256": crate::words::hex(topology.fingerprint()),
+            "sha256": topology.fingerprint_text(),
         });
         self.events
             .push(Happening::new(EventKind::NetworkChanged, data));

@@ -4,7 +4,6 @@ use super::codec::{read, write};
 use super::difference::REGISTRY;
 use super::file::{Row, StoreFault, Table};
 use crate::network::documents::NetworkDocuments;
-use crate::words::hex;
 use bytes::Bytes;
 use serde::{Deserialize, Serialize};
 use skyway_contract::ClockKind;
@@ -122,7 +121,7 @@ struct StoredNetwork {
 pub(crate) fn network_row(documents: &NetworkDocuments, topology: &Topology) -> Row {
     let stored = StoredNetwork {
         name: topology.name().to_owned(),
-        sha256: hex(topology.fingerprint()),
+        sha256: topology.fingerprint_text().to_owned(),
         geojson: String::from_utf8_lossy(documents.geojson()).into_owned(),
     };
     Row::put(Table::Facts, NETWORK, write(&stored))
@@ -152,7 +151,7 @@ pub(crate) fn stored_network(
         return Ok(None);
     };
     let stored: StoredNetwork = read("fact", NETWORK, body)?;
-    if stored.sha256 == hex(given.fingerprint()) {
+    if stored.sha256 == given.fingerprint_text() {
         return Ok(None);
     }
     // An edge that follows a registry has the network from there, whatever it was first started with.

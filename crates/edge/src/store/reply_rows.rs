@@ -2,7 +2,6 @@
 
 use super::codec::{Instant, number_key, read, write};
 use super::file::{Row, StoreFault, Table};
-use crate::words::hex;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -67,7 +66,11 @@ pub(super) fn reply_row(reply: &Reply, at: Timestamp) -> Row {
         reply: reply.clone(),
     };
     let at_ms = at.as_millisecond().max(0).unsigned_abs();
-    let key = format!("{}-{}", number_key(at_ms), hex(&digest.finalize()[..16]));
+    let key = format!(
+        "{}-{}",
+        number_key(at_ms),
+        hex::encode(&digest.finalize()[..16])
+    );
     Row::put(Table::Replies, key, write(&stored))
 }
 

@@ -7,7 +7,6 @@
 use super::codec::{number_key, number_of, read, write};
 use super::file::{Row, StoreFault, StoreFile, Table};
 use crate::failures::views::recorded_closure;
-use crate::words::hex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use skyway_contract::RecordedClosure;
@@ -137,7 +136,7 @@ impl Worlds {
         rows: &mut Vec<Row>,
     ) -> Part {
         let body = write(&recorded_closure(topology, closure));
-        let digest = hex(&Sha256::digest(&body)[..16]);
+        let digest = hex::encode(&Sha256::digest(&body)[..16]);
         if let Some(old) = old {
             if old.digest == digest {
                 return Part {

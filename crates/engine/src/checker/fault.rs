@@ -83,21 +83,6 @@ impl Rule {
             Self::FlagMissing(_) => "what holds is not flagged",
         }
     }
-
-    /// Whether what has closed since the answer was computed may be why: then it is computed once more.
-    pub fn may_be_newer(self) -> bool {
-        matches!(
-            self,
-            Self::PassesCause
-                | Self::EntersZone
-                | Self::ClosedSegment
-                | Self::ClosedNode
-                | Self::Pad
-                | Self::SentUp
-                | Self::FlagWithoutGround(_)
-                | Self::FlagMissing(_)
-        )
-    }
 }
 
 /// Where a rule is broken.

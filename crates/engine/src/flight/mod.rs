@@ -10,7 +10,6 @@ mod crossings;
 mod figure;
 mod first_stretch;
 mod legs;
-mod measured;
 mod place;
 mod plan;
 mod report;
@@ -27,9 +26,6 @@ pub use crossings::{Crossing, Crossings, SharedCrossings, Stretch, keeps_clear_o
 pub use figure::{Figure, FigureRange};
 pub use first_stretch::{FirstStretch, Reentry, StretchKind, StretchLeg};
 pub use legs::{FlightLeg, FlightLegs};
-pub use measured::{
-    M100_MEASURED_CSV, MeasuredFault, MeasuredPower, PowerComparison, compare, read_measured,
-};
 pub use place::{FASTEST_MPS, ImpossiblePlace, LastPlace, check_place};
 pub use plan::{FlightPlan, FlightStart, FlownLeg, ServiceStop, Stop, StopKind};
 pub use report::{

@@ -48,7 +48,7 @@ impl NetworkFacts {
             .zip(&segments)
             .map(|(segment, facts)| (facts.id.clone(), segment));
         Self {
-            sha256: hexadecimal(topology.fingerprint()),
+            sha256: topology.fingerprint_text().to_owned(),
             nodes_by_id: nodes_by_id.collect(),
             segments_by_id: segments_by_id.collect(),
             node_ids,
@@ -63,8 +63,4 @@ impl NetworkFacts {
     pub(super) fn segment(&self, id: &str) -> Option<usize> {
         self.segments_by_id.get(id).copied()
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -91,9 +91,7 @@ fn properties(zone: &Zone) -> Map<String, Value> {
         true => id.to_owned(),
         false => {
             extended.insert("identifier".to_owned(), json!(id));
-            let digest = Sha256::digest(id.as_bytes());
-            let digest = digest.iter().map(|byte| format!("{byte:02x}"));
-            digest.collect::<String>()[..IDENTIFIER_MAX].to_owned()
+            hex::encode(Sha256::digest(id.as_bytes()))[..IDENTIFIER_MAX].to_owned()
         }
     };
     extended.insert("margin_m".to_owned(), json!(zone.margin_m()));

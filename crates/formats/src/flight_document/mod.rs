@@ -13,10 +13,9 @@ pub use write::write_flight_document;
 pub(super) use written::{WrittenClosure, WrittenReservation, WrittenRules, WrittenTraffic};
 
 use crate::flight::{Airframe, FlightPlan, FlightRules, FlightStart, Situation, WindField};
-use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::network::{NodeIx, SegmentIx};
 use jiff::Timestamp;
 use serde_json::Value;
-use std::fmt::Write;
 use thiserror::Error;
 
 /// What the document says that it is.
@@ -108,14 +107,4 @@ pub struct FlightDocument {
 pub fn is_flight_document(text: &str) -> bool {
     let value: Option<Value> = serde_json::from_str(text).ok();
     value.is_some_and(|value| value.get("format").is_some_and(|format| format == FORMAT))
-}
-
-/// The SHA-256 of the network's text, in hexadecimal digits.
-fn sha256(topology: &Topology) -> String {
-    let mut digits = String::with_capacity(64);
-    for byte in topology.fingerprint() {
-        // Writing to a text cannot fail.
-        let _ = write!(digits, "{byte:02x}");
-    }
-    digits
 }

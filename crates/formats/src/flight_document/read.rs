@@ -4,7 +4,7 @@ use super::written::{
     Written, WrittenClosure, WrittenKind, WrittenLeg, WrittenPlan, WrittenReservation, WrittenStop,
     WrittenTraffic, WrittenWind,
 };
-use super::{FORMAT, FlightDocument, FlightDocumentFault, sha256};
+use super::{FORMAT, FlightDocument, FlightDocumentFault};
 use crate::flight::{
     Airframe, FlightPlan, FlightStart, FlownLeg, Reservation, Situation, Stop, StopKind,
     TimedClosure, TrafficLeg, Wind, WindField, WindPatch,
@@ -32,7 +32,7 @@ pub fn read_flight_document(
             reason: format!("its format is '{format}', and {FORMAT} is read"),
         });
     }
-    if written.network_sha256 != sha256(topology) {
+    if written.network_sha256 != topology.fingerprint_text() {
         return Err(FlightDocumentFault::OtherNetwork {
             stated: written.network_sha256,
         });

@@ -4,7 +4,7 @@ use super::written::{
     Written, WrittenClosure, WrittenKind, WrittenLeg, WrittenPlan, WrittenReservation,
     WrittenRules, WrittenStart, WrittenStop, WrittenTraffic, WrittenWind,
 };
-use super::{FORMAT, FlightDocumentFault, sha256};
+use super::{FORMAT, FlightDocumentFault};
 use crate::delivery::{FlightComposition, FlightEnvironment};
 use crate::flight::{FlightPlan, FlightStart, Situation, StopKind, WindField};
 use crate::identifier::node_id_json;
@@ -28,7 +28,7 @@ pub fn write_flight_document(
     let situation = skies.situation();
     let written = Written {
         format: FORMAT.to_owned(),
-        network_sha256: sha256(writer.topology),
+        network_sha256: writer.topology.fingerprint_text().to_owned(),
         zero: skies.zero().to_string(),
         airframe: serde_json::to_value(setting.airframe()).map_err(|error| unwritable(&error))?,
         payload_kg: setting.payload_kg(),

@@ -1,7 +1,7 @@
 //! A token just made, and the lines that a file of tokens has of it.
 
 use super::tokens::{
-    TOKEN_BYTES, TOKEN_PREFIX, caller, digest_of, hex, network_of, read_end, role_named,
+    TOKEN_BYTES, TOKEN_PREFIX, caller, digest_of, network_of, read_end, role_named,
 };
 use crate::access::{Caller, LOCAL_TENANT, Role};
 use jiff::Timestamp;
@@ -40,9 +40,9 @@ impl NewToken {
         ends_at: Option<&str>,
     ) -> Result<Self, String> {
         let Caller { role, tenant, .. } = caller(role_named(role)?, subject, tenant)?;
-        let token = format!("{TOKEN_PREFIX}{}", hex(random));
+        let token = format!("{TOKEN_PREFIX}{}", hex::encode(random));
         Ok(Self {
-            sha256: hex(&digest_of(&token)),
+            sha256: hex::encode(digest_of(&token)),
             token,
             role,
             subject: Arc::from(subject),

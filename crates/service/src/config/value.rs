@@ -60,43 +60,29 @@ impl Value for String {
     }
 }
 
-impl Value for bool {
-    const KIND: Kind = Kind::Boolean;
-    const EXPECTED: &'static str = "true or false";
+/// Types that are read and written as Rust does.
+macro_rules! as_in_rust {
+    ($($type:ty: $kind:ident, $expected:literal;)+) => {$(
+        impl Value for $type {
+            const KIND: Kind = Kind::$kind;
+            const EXPECTED: &'static str = $expected;
 
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
+            fn read(text: &str) -> Option<Self> {
+                text.parse().ok()
+            }
 
-    fn write(&self) -> String {
-        self.to_string()
-    }
+            fn write(&self) -> String {
+                self.to_string()
+            }
+        }
+    )+};
 }
 
-impl Value for u8 {
-    const KIND: Kind = Kind::Integer;
-    const EXPECTED: &'static str = "a whole number such as 50";
-
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
-
-    fn write(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Value for usize {
-    const KIND: Kind = Kind::Integer;
-    const EXPECTED: &'static str = "a whole number such as 1000";
-
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
-    }
-
-    fn write(&self) -> String {
-        self.to_string()
-    }
+as_in_rust! {
+    bool: Boolean, "true or false";
+    u8: Integer, "a whole number such as 50";
+    usize: Integer, "a whole number such as 1000";
+    SocketAddr: Text, "an address and port such as 127.0.0.1:8080 or [::1]:8080";
 }
 
 impl Value for f64 {
@@ -105,19 +91,6 @@ impl Value for f64 {
 
     fn read(text: &str) -> Option<Self> {
         text.parse().ok().filter(|number: &f64| number.is_finite())
-    }
-
-    fn write(&self) -> String {
-        self.to_string()
-    }
-}
-
-impl Value for SocketAddr {
-    const KIND: Kind = Kind::Text;
-    const EXPECTED: &'static str = "an address and port such as 127.0.0.1:8080 or [::1]:8080";
-
-    fn read(text: &str) -> Option<Self> {
-        text.parse().ok()
     }
 
     fn write(&self) -> String {

@@ -90,26 +90,18 @@ fn invalid(pointer: &str, message: String) -> Refusal {
     Refusal::at(Code::ParameterInvalid, fault)
 }
 
+/// No token of a page is longer.
+const TOKEN_BYTES_MAX: usize = 2_000;
+
 /// The token of the page after the entry of this key: opaque, so that no client builds on its form.
 pub fn token(key: &str) -> String {
-    use std::fmt::Write;
-    key.bytes().fold(String::new(), |mut text, byte| {
-        // Writing to text cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hex::encode(key)
 }
 
 /// The key of a token; none for what is no token.
 pub fn read_token(token: &str) -> Option<String> {
-    if !token.is_ascii() || !token.len().is_multiple_of(2) || token.len() > 2_000 {
-        return None;
-    }
-    let pairs = (0..token.len()).step_by(2).map(|at| &token[at..at + 2]);
-    let bytes: Option<Vec<u8>> = pairs
-        .map(|pair| u8::from_str_radix(pair, 16).ok())
-        .collect();
-    String::from_utf8(bytes?).ok()
+    let bytes = (token.len() <= TOKEN_BYTES_MAX).then(|| hex::decode(token));
+    String::from_utf8(bytes?.ok()?).ok()
 }
 
 #[cfg(test)]

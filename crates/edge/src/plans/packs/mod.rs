@@ -7,7 +7,7 @@ use super::own_plan;
 use crate::Edge;
 use crate::planner::Version;
 use crate::snapshot::Snapshot;
-use crate::words::{hex, instant};
+use crate::words::instant;
 use bytes::Bytes;
 use jiff::SignedDuration;
 use sha2::{Digest, Sha256};
@@ -56,7 +56,7 @@ impl Edge {
         let draft = self.draft(&snapshot, &plan, version);
         let written = draft.write(self.pack_keys.load().signing());
         let bytes = written.map_err(|why| Refusal::new(Code::PlanInvalid, why.to_string()))?;
-        let etag = format!("\"{}\"", hex(&Sha256::digest(&bytes)[..ETAG_BYTES]));
+        let etag = format!("\"{}\"", hex::encode(&Sha256::digest(&bytes)[..ETAG_BYTES]));
         Ok((Bytes::from(bytes), etag))
     }
 

@@ -181,16 +181,4 @@ impl Shape {
             }
         }
     }
-
-    /// How many vertices the shape has after repeated points were dropped; 0 for a circle.
-    pub fn vertex_count(&self) -> usize {
-        match &self.outline {
-            Outline::Circle { .. } => 0,
-            Outline::Polygons(polygons) => polygons
-                .iter()
-                .flat_map(Polygon::rings)
-                .map(|ring| ring.points.len())
-                .sum(),
-        }
-    }
 }
