@@ -12,7 +12,6 @@ use crate::api::server::{
 use crate::config::{Configuration, RegistryConfig, Tokens, read_bearer};
 use crate::dispatch::{self, Dispatch};
 use crate::registry::{HighWater, OpenError, Opening, Registry, Settings, is_database, open_store};
-use jiff::SignedDuration;
 use prometheus_client::registry::Registry as Metrics;
 use std::io;
 use std::path::PathBuf;
@@ -64,7 +63,7 @@ impl RegistryService {
         let store = open_store(&config.store).await.map_err(OpenError::from)?;
         let registry = Registry::open(Opening {
             store,
-            settings: settings(&config),
+            settings: Settings::of(&config),
             clock: config.exposure().start_clock(),
             high_water: high_water(&config),
             new_epoch,
@@ -215,26 +214,5 @@ fn server(config: &RegistryConfig) -> ServerConfig {
         drain_delay: config.drain.delay,
         drain_timeout: config.drain.timeout,
         ..ServerConfig::default()
-    }
-}
-
-/// What the registry works with, out of the configuration.
-fn settings(config: &RegistryConfig) -> Settings {
-    let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
-    let changes = &config.changes;
-    Settings {
-        networks_max: count(config.airspace.networks_max),
-        margin_m: config.airspace.margin_m,
-        zones_max: count(config.airspace.zones_max),
-        closures_max: count(config.airspace.closures_max),
-        page_changes: count(changes.page),
-        page_bytes: count(changes.page_bytes.bytes()),
-        wait_max: changes.wait_max,
-        revisions_kept: count(changes.keep),
-        compact_every: changes.compact_every,
-        replies_bytes_max: count(config.idempotency.bytes.bytes()),
-        // Bounds on durations are checked when the configuration is read.
-        replies_age: SignedDuration::try_from(config.idempotency.age)
-            .unwrap_or(SignedDuration::MAX),
     }
 }

@@ -23,14 +23,11 @@ use crate::config::{
     read_authorities, read_bearer,
 };
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
-use crate::edge::{
-    ClosureLives, Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile,
-};
+use crate::edge::{Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile};
 use crate::flight::{Airframe, FlightRules, Tariff, Wind, keeps_clear_of_crossings};
 use crate::itinerary::{Limits, Yardstick};
 use crate::network::Topology;
 use bytes::Bytes;
-use jiff::SignedDuration;
 use prometheus_client::registry::Registry;
 use std::io;
 use std::path::Path;
@@ -89,7 +86,9 @@ impl Service {
             admin: admin.local_addr()?,
         };
         let clock = config.exposure().start_clock();
-        let opening = Opening::new(topology, geojson, epoch(), settings(&config)?, clock);
+        let flight = flight(&config.flight, config.clock.kind, config.plans.crossing_m)?;
+        let settings = Settings::of(&config, flight);
+        let opening = Opening::new(topology, geojson, epoch(), settings, clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
         let keys = LiveKeys::open(&config)?;
@@ -250,7 +249,7 @@ async fn open(
 fn random_id() -> Result<String, ServiceError> {
     let mut random = [0_u8; 16];
     getrandom::fill(&mut random).map_err(io::Error::other)?;
-    Ok(random.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hex::encode(random))
 }
 
 fn gate(
@@ -299,57 +298,6 @@ fn server(config: &EdgeConfig) -> ServerConfig {
         drain_timeout: config.drain.timeout,
         ..ServerConfig::default()
     }
-}
-
-/// What the edge works with, out of the configuration.
-fn settings(config: &EdgeConfig) -> Result<Settings, AirframeError> {
-    // Bounds on durations are checked when the configuration is read.
-    let span =
-        |duration: Duration| SignedDuration::try_from(duration).unwrap_or(SignedDuration::MAX);
-    let reports = &config.reports;
-    Ok(Settings {
-        commit_within: config.limits.commit,
-        flight: flight(&config.flight, config.clock.kind, config.plans.crossing_m)?,
-        names_airframe: config.flight.airframe.is_some(),
-        decisions_bytes_max: config.decisions.bytes.bytes() as u64,
-        decisions_age: span(config.decisions.age),
-        horizon: span(config.airspace.horizon),
-        margin_m: config.airspace.margin_m,
-        lives: ClosureLives {
-            environmental: span(reports.life_environmental),
-            navigational: span(reports.life_navigational),
-            regulatory: span(reports.life_regulatory),
-            infrastructure: span(reports.life_infrastructure),
-        },
-        alive_per_drone: reports.alive_per_drone,
-        alive_per_subject: reports.alive_per_subject,
-        closed_fraction_max: reports.closed_fraction_max,
-        zones_max: config.airspace.zones_max,
-        closures_max: config.airspace.closures_max,
-        plans_max: config.plans.active_max,
-        priority_max: config.plans.priority_max,
-        urgent: config.plans.urgent.iter().map(str::to_owned).collect(),
-        headway_s: config.plans.headway.as_secs_f64(),
-        node_headway_s: config.plans.node_headway.as_secs_f64(),
-        crossing_m: config.plans.crossing_m,
-        acknowledge_within: span(config.plans.acknowledge_within),
-        lost_after: span(config.plans.lost_after),
-        records_max: config.records.count,
-        records_bytes_max: config.records.bytes.bytes(),
-        events_max: config.events.count,
-        events_bytes_max: config.events.bytes.bytes(),
-        event_streams_max: config.limits.event_streams,
-        silent_after: span(config.drones.silent_after),
-        drones_max: config.drones.count,
-        idempotency_max: config.idempotency.count,
-        idempotency_bytes_max: config.idempotency.bytes.bytes(),
-        idempotency_age: span(config.idempotency.age),
-        batch_max: config.limits.batch,
-        trees_bytes: config.trees.bytes.bytes(),
-        follows_registry: config.registry.url.is_some(),
-        stale_after: span(config.freshness.stale_after),
-        degraded_after: span(config.freshness.degraded_after),
-    })
 }
 
 /// What flies, out of the configuration; none where the flight model is off.

@@ -1,11 +1,10 @@
 //! The bounds and lives that the edge works with, already checked.
 
-use crate::plans::entry::PRIORITY;
 use jiff::SignedDuration;
-use skyway_engine::airspace::DEFAULT_MARGIN_M;
 use skyway_engine::delivery::DEFAULT_REFUGE_STAY_S;
 use skyway_engine::flight::{Airframe, FailureType, FlightRules, Tariff, Wind};
 use skyway_engine::itinerary::{Limits, Objective};
+use skyway_service::config::EdgeConfig;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -170,50 +169,65 @@ pub struct Settings {
     pub names_airframe: bool,
 }
 
+impl Settings {
+    /// Out of a configuration, with what flies.
+    pub fn of(config: &EdgeConfig, flight: Option<FlightSettings>) -> Self {
+        // Bounds on durations are checked when the configuration is read.
+        let span =
+            |duration: Duration| SignedDuration::try_from(duration).unwrap_or(SignedDuration::MAX);
+        let reports = &config.reports;
+        Self {
+            commit_within: config.limits.commit,
+            flight,
+            names_airframe: config.flight.airframe.is_some(),
+            decisions_bytes_max: config.decisions.bytes.bytes() as u64,
+            decisions_age: span(config.decisions.age),
+            horizon: span(config.airspace.horizon),
+            margin_m: config.airspace.margin_m,
+            lives: ClosureLives {
+                environmental: span(reports.life_environmental),
+                navigational: span(reports.life_navigational),
+                regulatory: span(reports.life_regulatory),
+                infrastructure: span(reports.life_infrastructure),
+            },
+            alive_per_drone: reports.alive_per_drone,
+            alive_per_subject: reports.alive_per_subject,
+            closed_fraction_max: reports.closed_fraction_max,
+            zones_max: config.airspace.zones_max,
+            closures_max: config.airspace.closures_max,
+            plans_max: config.plans.active_max,
+            priority_max: config.plans.priority_max,
+            urgent: config.plans.urgent.iter().map(str::to_owned).collect(),
+            headway_s: config.plans.headway.as_secs_f64(),
+            node_headway_s: config.plans.node_headway.as_secs_f64(),
+            crossing_m: config.plans.crossing_m,
+            acknowledge_within: span(config.plans.acknowledge_within),
+            lost_after: span(config.plans.lost_after),
+            records_max: config.records.count,
+            records_bytes_max: config.records.bytes.bytes(),
+            events_max: config.events.count,
+            events_bytes_max: config.events.bytes.bytes(),
+            event_streams_max: config.limits.event_streams,
+            silent_after: span(config.drones.silent_after),
+            drones_max: config.drones.count,
+            idempotency_max: config.idempotency.count,
+            idempotency_bytes_max: config.idempotency.bytes.bytes(),
+            idempotency_age: span(config.idempotency.age),
+            batch_max: config.limits.batch,
+            trees_bytes: config.trees.bytes.bytes(),
+            follows_registry: config.registry.url.is_some(),
+            stale_after: span(config.freshness.stale_after),
+            degraded_after: span(config.freshness.degraded_after),
+        }
+    }
+}
+
+/// Where nothing is configured and nothing is said of what flies.
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            horizon: SignedDuration::from_mins(10),
-            margin_m: DEFAULT_MARGIN_M,
-            lives: ClosureLives {
-                environmental: SignedDuration::from_mins(30),
-                navigational: SignedDuration::from_mins(15),
-                regulatory: SignedDuration::from_mins(60),
-                infrastructure: SignedDuration::from_mins(30),
-            },
-            alive_per_drone: 3,
-            alive_per_subject: 10,
-            closed_fraction_max: 0.01,
-            zones_max: 20_000,
-            closures_max: 20_000,
-            plans_max: 20_000,
-            priority_max: PRIORITY,
-            urgent: Vec::new(),
-            headway_s: 30.0,
-            node_headway_s: FlightRules::default().node_headway_s,
-            crossing_m: FlightRules::default().crossing_m,
-            acknowledge_within: SignedDuration::from_secs(60),
-            lost_after: SignedDuration::from_hours(1),
-            records_max: 10_000,
-            records_bytes_max: 64 << 20,
-            decisions_bytes_max: 256 << 20,
-            decisions_age: SignedDuration::from_hours(30 * 24),
-            events_max: 10_000,
-            events_bytes_max: 64 << 20,
-            event_streams_max: 256,
-            silent_after: SignedDuration::from_secs(15),
-            drones_max: 50_000,
-            idempotency_max: 20_000,
-            idempotency_bytes_max: 64 << 20,
-            idempotency_age: SignedDuration::from_hours(24),
-            batch_max: 1_000,
-            trees_bytes: 256 << 20,
-            follows_registry: false,
-            stale_after: SignedDuration::from_secs(30),
-            degraded_after: SignedDuration::from_mins(5),
-            commit_within: Duration::from_secs(2),
-            flight: None,
             names_airframe: true,
+            ..Self::of(&EdgeConfig::default(), None)
         }
     }
 }

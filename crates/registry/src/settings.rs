@@ -1,6 +1,7 @@
 //! The bounds that a registry works with, already checked.
 
 use jiff::SignedDuration;
+use skyway_service::config::RegistryConfig;
 use std::time::Duration;
 
 /// What a registry works with.
@@ -30,20 +31,31 @@ pub struct Settings {
     pub replies_age: SignedDuration,
 }
 
+impl Settings {
+    /// Out of a configuration.
+    pub fn of(config: &RegistryConfig) -> Self {
+        let count = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);
+        let changes = &config.changes;
+        Self {
+            networks_max: count(config.airspace.networks_max),
+            margin_m: config.airspace.margin_m,
+            zones_max: count(config.airspace.zones_max),
+            closures_max: count(config.airspace.closures_max),
+            page_changes: count(changes.page),
+            page_bytes: count(changes.page_bytes.bytes()),
+            wait_max: changes.wait_max,
+            revisions_kept: count(changes.keep),
+            compact_every: changes.compact_every,
+            replies_bytes_max: count(config.idempotency.bytes.bytes()),
+            // Bounds on durations are checked when the configuration is read.
+            replies_age: SignedDuration::try_from(config.idempotency.age)
+                .unwrap_or(SignedDuration::MAX),
+        }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
-        Self {
-            networks_max: 100,
-            margin_m: 10.0,
-            zones_max: 20_000,
-            closures_max: 20_000,
-            page_changes: 500,
-            page_bytes: 4 << 20,
-            wait_max: Duration::from_secs(60),
-            revisions_kept: 10_000,
-            compact_every: Duration::from_secs(60),
-            replies_bytes_max: 64 << 20,
-            replies_age: SignedDuration::from_hours(24),
-        }
+        Self::of(&RegistryConfig::default())
     }
 }
