@@ -127,3 +127,32 @@ async fn a_first_stretch_survives_a_restart() {
     stage.zone(circle("between", 320.0, 0.0, 5.0)).await;
     assert_eq!(stage.plan("p").flags, [PlanFlag::Affected]);
 }
+
+#[tokio::test]
+async fn a_zone_on_a_first_stretch_beside_the_network_affects_the_plan() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    let place = json!({"x": 350.0, "y": -160.0});
+    stage.see("d1", 350.0, -160.0).await;
+    let report = json!({"type": "navigational", "service": {"plan_id": "p", "leg": 3}, "location": place,
+        "drone": {"id": "d1"}});
+    stage.answer(report).await;
+    let ack = serde_json::from_value(json!({"version": 2, "location": place}));
+    let ack = ack.expect("an acknowledgement");
+    let taken = stage.edge.acknowledge_plan(&stage.caller, "p", ack).await;
+    let first = taken.expect("taken over").reported.first_stretch;
+    let first = first.expect("a first stretch");
+    assert_eq!(first.kind, StretchKind::Straight);
+    let enters = first.enters.text().to_owned();
+    let (row, number) = enters.split_at(1);
+    let x = 100.0 * number.parse::<f64>().expect("a number");
+    let y = if row == "a" { 0.0 } else { 100.0 };
+    let between = circle("gap", (350.0 + x) / 2.0, (y - 160.0) / 2.0, 5.0);
+    stage.zone(between).await;
+    stage.settle().await;
+    let plan = stage.plan("p");
+    assert_eq!(
+        (plan.flags, plan.affected_by),
+        (vec![PlanFlag::Affected], vec!["gap".into()])
+    );
+}

@@ -426,3 +426,39 @@ async fn contingencies_that_come_after_a_change_of_the_network_spoil_nothing() {
         assert_eq!(stage.plan("p0").affected_by, ["z"]);
     }
 }
+
+#[tokio::test]
+async fn pads_that_close_where_a_diversion_ends_affect_it() {
+    let stage = on(&street(&[1, 1, 1, 1]));
+    let asked = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s3", "battery_fraction": 0.9});
+    let plan = stage.deliver(asked).await.expect("a plan");
+    stage.pass(SignedDuration::from_secs(60)).await;
+    stage.see("d", 600.0, 0.0).await;
+    let report = json!({"type": "operational", "service": {"plan_id": "p", "leg": 0}, "location": {"x": 600.0, "y": 0.0},
+        "drone": {"id": "d", "battery_fraction": 0.15}});
+    let answer = stage.answer(report).await;
+    assert_eq!(answer["outcome"], "diverted", "{answer}");
+    let plan = acknowledge(&stage, &plan.id, 2).await;
+    assert!(plan.flags.is_empty());
+    let end = plan
+        .reported
+        .path
+        .nodes
+        .last()
+        .expect("a node")
+        .text()
+        .to_owned();
+    let draft = serde_json::from_value(json!({"id": "works", "pads": [end]}));
+    let closed = stage.edge.close(
+        &stage.caller,
+        draft.expect("a closure"),
+        Idempotency::default(),
+    );
+    closed.await.expect("closed");
+    stage.settle().await;
+    let plan = stage.plan("p");
+    assert_eq!(
+        (plan.flags, plan.affected_by),
+        (vec![PlanFlag::Affected], vec!["works".into()])
+    );
+}

@@ -33,15 +33,16 @@ async fn shut_in() -> Stage {
 async fn stands(stage: &Stage) {
     for _ in 0..8 {
         stage.pass(SignedDuration::from_secs(1)).await;
-        let position = json!({"drone_id": "d", "location": {"x": 0.0, "y": 0.0}, "airborne": false, "ground_speed_mps": 0.0});
-        let batch = serde_json::from_value(json!({"positions": [position]})).expect("telemetry");
-        stage
-            .edge
-            .telemetry(&stage.caller, batch)
-            .await
-            .expect("taken");
+        stands_at(stage, 0.0).await;
     }
     stage.settle().await;
+}
+
+async fn stands_at(stage: &Stage, x: f64) {
+    let position = json!({"drone_id": "d", "location": {"x": x, "y": 0.0}, "airborne": false, "ground_speed_mps": 0.0});
+    let batch = serde_json::from_value(json!({"positions": [position]})).expect("telemetry");
+    let told = stage.edge.telemetry(&stage.caller, batch).await;
+    told.expect("taken");
 }
 
 async fn takes_over(stage: &Stage) -> wire::Plan<'static> {
@@ -138,4 +139,27 @@ async fn what_a_waiting_drone_was_offered_closes_before_it_takes_it_over() {
     assert_eq!(plan.affected_by, ["later"]);
     let leads_on = |wanted: &wire::PlanVersion<'_>| wanted.path.nodes.len() > 1;
     assert!(!plan.wanted.as_ref().is_some_and(leads_on), "{plan:?}");
+}
+
+#[tokio::test]
+async fn who_holds_keeps_its_pad_for_as_long_as_it_holds() {
+    let stage = on(&street(&[1, 1, 1]));
+    let asked = json!({"id": "p", "drone_id": "d", "source": "s1", "destination": "s2"});
+    stage.deliver(asked).await.expect("a plan");
+    let draft = json!({"id": "works", "segments": ["s1-s2"], "reason": "works"});
+    let draft = serde_json::from_value(draft).expect("a draft");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("a closure");
+    stage.settle().await;
+    let held = takes_over(&stage).await;
+    assert_eq!(held.reported.outcome, "hold");
+    let probe = || json!({"drone_id": "probe", "source": "s0", "destination": "s0", "stops": [{"node": "s1", "service_s": 60.0}]});
+    stage.deliver(probe()).await.expect_err("its pad is taken");
+    for _ in 0..62 {
+        stands_at(&stage, 1_000.0).await;
+        stage.pass(SignedDuration::from_secs(30)).await;
+    }
+    stage.deliver(probe()).await.expect_err("it still is");
 }

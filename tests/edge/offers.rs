@@ -91,3 +91,21 @@ async fn an_offer_may_be_taken() {
     assert_eq!(names(&plan.reported.path.nodes), ["s0", "s1", "s2"]);
     assert!(plan.flags.is_empty());
 }
+
+#[tokio::test]
+async fn who_declines_an_offer_flies_on_as_before() {
+    let stage = on(&block());
+    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
+    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    stage.deliver(request).await.expect("a plan");
+    let mut events = stage.edge.events(None).expect("a stream");
+    lift(&stage, &ack, "fire").await;
+    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
+    let version = stage.plan("p").wanted.expect("an offer").version;
+    let decline = serde_json::from_value(json!({"version": version})).expect("a decline");
+    let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
+    declined.expect("declined");
+    stage.settle().await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.wanted, plan.flags), (None, Vec::new()));
+}

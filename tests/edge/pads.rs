@@ -243,3 +243,22 @@ async fn a_drone_that_is_overdue_keeps_its_pad_on_another_network() {
         .await;
     assert!(!is_free(&stage).await, "and is on none other than before");
 }
+
+#[tokio::test]
+async fn who_lands_after_its_plan_was_cancelled_in_flight_has_its_pad() {
+    let stage = on(&street(&PADS));
+    flown(&stage).await;
+    let cancelled = stage
+        .edge
+        .cancel_plan(&stage.caller, "first", Default::default());
+    cancelled.await.expect("cancelled");
+    let completion = serde_json::from_value(json!({"location": {"node": "s1"}}));
+    let completion = completion.expect("a completion");
+    let landed = stage
+        .edge
+        .complete_plan(&stage.caller, "first", completion)
+        .await;
+    assert_eq!(landed.expect("heard").ended_as, Some(EndedAs::Cancelled));
+    assert_eq!(standing(&stage), [pair("d1", "s1")]);
+    assert!(!is_free(&stage).await);
+}

@@ -359,3 +359,27 @@ async fn telemetry_ends_a_plan_of_which_only_a_first_stretch_is_left() {
     }
     assert_eq!(stage.plan("p").ended_as, Some(EndedAs::Delivered));
 }
+
+#[tokio::test]
+async fn one_that_was_heard_of_before_a_restart_is_not_lost_by_it() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over(disk.open()).await;
+    stage.compose("p", "d", "a0", "a3").await;
+    // Later than it was planned to arrive, it is still on its way.
+    for _ in 0..70 {
+        stage.pass(SignedDuration::from_mins(1)).await;
+        stage.tells("d", 150.0, json!({"airborne": true})).await;
+    }
+    assert_eq!(stage.plan("p").ended_as, None);
+    let stage = stage.again(disk.open()).await;
+    stage.settle().await;
+    assert_eq!(stage.plan("p").ended_as, None);
+    stage.pass(SignedDuration::from_mins(61)).await;
+    assert_eq!(stage.plan("p").ended_as, Some(EndedAs::Lost));
+    stage.complete("p", json!({})).await;
+    let page = PageRequest::default();
+    let alarms = stage.edge.alarms(&stage.caller, &page, Default::default());
+    let open = alarms.expect("alarms").alarms.into_iter();
+    let open: Vec<_> = open.filter(|alarm| alarm.ended_at.is_none()).collect();
+    assert!(open.is_empty(), "it is found: {open:?}");
+}

@@ -294,3 +294,31 @@ async fn a_fleet_names_its_drones_with_a_colon() {
     let refused = slashed.await.expect_err("a slash");
     assert!(format!("{refused:?}").contains("acme:2"), "{refused:?}");
 }
+
+#[tokio::test]
+async fn a_zone_on_what_was_withdrawn_is_told_the_drone_that_may_fly_it() {
+    let stage = Stage::set();
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 50.0, 0.0).await;
+    let ack = stage.zone(circle("fire", 350.0, 0.0, 10.0)).await;
+    let second = stage.plan("p").wanted.expect("a version");
+    let write = skyway::edge::ZoneWrite {
+        id: Some("fire".to_owned()),
+        if_match: ack.etag.map(String::from),
+        ..Default::default()
+    };
+    let lifted = stage.edge.delete_zone(&stage.caller, write, None).await;
+    lifted.expect("lifted");
+    assert_eq!(stage.plan("p").wanted, None);
+    overtake(&stage, &second).await;
+    let plan = stage.plan("p");
+    assert_eq!(plan.flags, [PlanFlag::Affected]);
+    let third = plan.wanted.expect("what it is to fly, in so many words");
+    // From where it is, the way that it has reported.
+    let on = &names(&plan.reported.path.nodes)[1..];
+    assert_eq!(names(&third.path.nodes), on);
+    let taken = stage
+        .acknowledges("p", json!({"version": third.version}))
+        .await;
+    assert!(taken.flags.is_empty());
+}

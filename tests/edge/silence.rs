@@ -9,6 +9,7 @@ use skyway::edge::{AlarmFilter, PageRequest, Settings, WriterStep, ZoneWrite};
 use skyway::wire::{Ack, AlarmKind, PlanFlag, PlanState};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
 
 async fn is_seen_in_flight(stage: &Stage) {
     let position = json!({"drone_id": "d", "location": {"x": 50.0, "y": 0.0}, "airborne": true});
@@ -169,4 +170,17 @@ async fn one_that_falls_silent_over_a_restart_is_silent() {
         assert_eq!(stage.plan("p").state, PlanState::Activated);
         falls_silent(&stage).await;
     }
+}
+
+#[tokio::test]
+async fn one_that_falls_silent_while_the_wall_clock_is_behind_is_silent() {
+    let (stage, hands) = Stage::on_machine_clock();
+    stage.compose("p", "d", "a0", "a7").await;
+    hands.advance(Duration::from_secs(1));
+    is_seen_in_flight(&stage).await;
+    hands.step(-SignedDuration::from_hours(1));
+    hands.advance(Duration::from_secs(17));
+    stage.settle().await;
+    assert_eq!(stage.plan("p").state, PlanState::Contingent);
+    assert!(is_alarmed(&stage));
 }

@@ -339,6 +339,17 @@ pub(crate) fn closures_on(stretch: Option<(&Stretch, Point)>, airspace: &Airspac
     })
 }
 
+/// The same, and those that close the pads on which it lands where it diverts.
+pub(crate) fn closures_at_ends(
+    version: &Version,
+    stretch: Option<(&Stretch, Point)>,
+    airspace: &Airspace,
+) -> Vec<String> {
+    let mut ids = closures_on(stretch, airspace);
+    ids.extend(version.ends_on_closed_pads(airspace));
+    ids
+}
+
 /// The first leg of a version from a place on that a closure closes anything of.
 pub(crate) fn first_hit(
     version: &Version,

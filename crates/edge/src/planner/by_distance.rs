@@ -288,9 +288,9 @@ impl Planner for ByDistance {
         version: &Version,
         (from_leg, stretch): Ahead<'_>,
     ) -> Option<Vec<String>> {
-        let on_stretch = progress::closures_on(stretch, scene.airspace);
+        let ids = progress::closures_at_ends(version, stretch, scene.airspace);
         let is_blocked = progress::is_blocked(scene.airspace, &version.composition, from_leg);
-        (is_blocked || !on_stretch.is_empty()).then_some(on_stretch)
+        (is_blocked || !ids.is_empty()).then_some(ids)
     }
 
     fn affected_by(
@@ -353,7 +353,10 @@ impl Planner for ByDistance {
         closure: &Closure,
     ) -> Option<usize> {
         let is_in_force = scene.airspace.is_in_force(&closure.id);
-        let first = || progress::first_hit(version, ahead, closure, scene.topology());
+        let first = || match version.lands_on_pads_of(closure) {
+            true => Some(ahead.0),
+            false => progress::first_hit(version, ahead, closure, scene.topology()),
+        };
         is_in_force.then(first).flatten()
     }
 }

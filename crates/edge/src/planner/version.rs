@@ -4,6 +4,7 @@ use super::FlownVersion;
 use crate::plans::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_contract as wire;
+use skyway_engine::airspace::{Airspace, Closure};
 use skyway_engine::compose::{Change, Composition, Migrated, Occupation};
 use skyway_engine::flight::{Reservation, ServiceStop};
 use skyway_engine::network::NodeIx;
@@ -149,6 +150,24 @@ impl Version {
     /// Whether its drone was told to land where it was not to go.
     pub(crate) fn is_diversion(&self) -> bool {
         self.outcome == Some(skyway_engine::recompose::Outcome::Diverted)
+    }
+
+    /// The closures in force that close the pads on which a diversion ends.
+    pub(crate) fn ends_on_closed_pads(&self, airspace: &Airspace) -> Vec<String> {
+        let end = self.last_node().filter(|_| self.is_diversion());
+        let Some(end) = end.filter(|&end| airspace.closes_pads(end)) else {
+            return Vec::new();
+        };
+        let closing = airspace.in_force().filter(|it| it.pads.contains(&end));
+        closing.map(|closure| closure.id.clone()).collect()
+    }
+
+    /// Whether a closure closes pads on which it stops, or on which a diversion ends.
+    pub(crate) fn lands_on_pads_of(&self, closure: &Closure) -> bool {
+        let stops = self.flight.iter().flat_map(|flight| flight.stop_nodes());
+        let end = self.last_node().filter(|_| self.is_diversion());
+        let mut lands_on = stops.chain(end);
+        lands_on.any(|node| closure.pads.contains(&node))
     }
 
     /// The node at which its drone holds on the ground until there is a way.

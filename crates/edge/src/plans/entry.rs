@@ -155,6 +155,16 @@ impl PlanEntry {
             .chain(&self.wanted)
     }
 
+    /// What its drone is to fly instead of the reported version; where that is nothing, what it may have taken over before it
+    /// was withdrawn.
+    pub(crate) fn to_fly(&self) -> impl Iterator<Item = &Version> {
+        let withdrawn = self.sent.iter().filter(|_| self.wanted.is_none());
+        self.wanted
+            .iter()
+            .chain(withdrawn)
+            .map(|version| &**version)
+    }
+
     /// Whether its drone may be flying a version, or take it over yet.
     pub(crate) fn has_version(&self, number: u32) -> bool {
         self.versions().any(|version| version.number == number)

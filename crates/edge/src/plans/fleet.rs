@@ -80,7 +80,8 @@ pub(crate) struct Obstructed {
     pub(crate) by: Option<Vec<String>>,
     /// Whether it cannot go on flying that.
     pub(crate) is_reported: bool,
-    /// On the version that it is to fly, likewise.
+    /// On the version that it is to fly, likewise; where there is none, on those that it may have taken over before they were
+    /// withdrawn.
     pub(crate) wanted_by: Option<Vec<String>>,
 }
 
@@ -91,8 +92,8 @@ pub(crate) fn obstructed(
     means: &DetourMeans<'_>,
 ) -> Obstructed {
     let by = |version, ahead| means.planner.obstruction(means.scene, plan, version, ahead);
-    let wanted = plan.wanted.as_deref();
-    let wanted_by = wanted.and_then(|wanted| by(wanted, whole(wanted)));
+    let mut to_fly = plan.to_fly();
+    let wanted_by = to_fly.find_map(|version| by(version, whole(version)));
     let by = by(&plan.reported, ahead(plan, progress));
     Obstructed {
         // A way on from the stop where it ends is looked for once its drone is there.

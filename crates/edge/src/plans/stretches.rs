@@ -170,6 +170,11 @@ impl Stretch {
         closes_leg || closure.hits.nodes.binary_search(&node).is_ok()
     }
 
+    /// Whether it runs beside the network, so that no segment tells of it.
+    pub(crate) fn is_off_network(&self) -> bool {
+        self.occupation(0.0, 1.0).is_none()
+    }
+
     /// When its segment is flown, in seconds of Unix time, as [`Reentry::leg`] tells it.
     pub(crate) fn occupation(&self, departs_s: f64, leaves_s: f64) -> Option<Occupation> {
         let leg = self.reentry.leg(departs_s, leaves_s)?;

@@ -72,7 +72,7 @@ impl State {
         if !obstructed.is_reported && obstructed.wanted_by.is_none() {
             return Affected::Not;
         }
-        if !obstructed.is_reported && plan.is_as_planned() {
+        if !obstructed.is_reported && plan.is_as_planned() && plan.wanted.is_some() {
             self.withdraw_wanted(plan);
             return Affected::Not;
         }
@@ -116,7 +116,9 @@ impl State {
         if of_wave.is_some_and(|version| self.meets_newcomers(plan, version)) {
             return Affected::Overtaken;
         }
-        self.take_detour(plan, checked, version, affected_by, now)
+        // One that may be flying what was withdrawn is told in so many words.
+        let may_stay = plan.wanted.is_some() || !is_wanted;
+        self.take_detour(plan, (checked, may_stay), version, affected_by, now)
     }
 
     /// What a wave has found for a plan, unless that is another one now, or what has closed or was taken since makes it one that
@@ -176,7 +178,7 @@ impl State {
     fn take_detour(
         &mut self,
         plan: &Arc<PlanEntry>,
-        mut detour: Detour,
+        (mut detour, may_stay): (Detour, bool),
         version: Option<Version>,
         affected_by: Vec<String>,
         now: Timestamp,
@@ -185,7 +187,7 @@ impl State {
             affected_by,
             ..(**plan).clone()
         });
-        let may_go_on = plan.may_go_on() && !has_reported(plan);
+        let may_go_on = may_stay && plan.may_go_on() && !has_reported(plan);
         if detour.outcome() == Outcome::Unaffected && may_go_on {
             // What has closed on its leg lies behind its drone: there is nothing to take over.
             self.stay_on_way(plan);
@@ -220,11 +222,25 @@ impl State {
         }
     }
 
-    /// Looks at a plan at an instant, unless that is to happen already.
+    /// Looks at a plan at an instant, unless that is to happen before.
     pub(super) fn time_look(&mut self, plan: &Arc<str>, at: Timestamp) {
-        if self.timed_looks.insert(plan.clone()) {
+        let known = self.timed_looks.get(plan);
+        if known.is_none_or(|known| at < *known) {
+            self.timed_looks.insert(plan.clone(), at);
             self.timers.set(at, Due::Way(plan.clone()));
         }
+    }
+
+    /// The time has come to look at a plan again; at its arrival, where that is yet to come, once more.
+    pub(super) fn look_for_way(&mut self, plan: Arc<str>, now: Timestamp) {
+        if self.timed_looks.get(&plan).is_some_and(|at| *at <= now) {
+            self.timed_looks.remove(&plan);
+        }
+        let entry = self.next.plans.get(&plan).cloned();
+        if let Some(entry) = entry.filter(|it| it.is_active() && now < it.reported.arrives_at()) {
+            self.time_way_on(&entry);
+        }
+        self.touched_plans.insert(plan);
     }
 
     /// What detours are worked out with.
@@ -312,6 +328,7 @@ impl State {
                 ..plan.flags
             },
             affected_by: Vec::new(),
+            declined: 0,
             ..(*withdrawn).clone()
         })
     }

@@ -183,8 +183,11 @@ impl State {
             return;
         };
         // Who holds without a way on is not to arrive; whether it is silent is looked at all the same.
-        let holds = plan.waits_at().is_some();
-        if holds || plan.reported.number != version || overdue_at(&plan.reported) > now {
+        let is_of_now = plan.reported.number == version && overdue_at(&plan.reported) <= now;
+        if is_of_now && plan.reported.holds_at().is_some() {
+            self.hold_pads(&plan);
+        }
+        if plan.waits_at().is_some() || !is_of_now {
             return;
         }
         let id = plan.id.clone();
@@ -210,7 +213,10 @@ impl State {
         let seen = plan.drone_id.as_deref();
         let seen = seen.and_then(|drone| Some(self.drones.last(drone)?.seen_at));
         let arrives_at = plan.reported.arrives_at();
-        let heard_at = seen.map_or(arrives_at, |seen_at| seen_at.max(arrives_at));
+        // What one that is heard of told before a restart is forgotten.
+        let restored_at = self.restored_at.filter(|_| plan.flags.heard);
+        let signs = [seen, restored_at].into_iter().flatten();
+        let heard_at = signs.fold(arrives_at, Timestamp::max);
         let lost_at = heard_at.checked_add(self.settings.lost_after);
         lost_at.unwrap_or(Timestamp::MAX)
     }
@@ -320,6 +326,10 @@ impl State {
             // It is found.
             return Ok(Done::Plan(self.amend_end(&plan, landed, node)));
         }
+        if plan.holds && plan.landed_on.is_none() {
+            // It was cancelled in flight, and now it is known where its drone is.
+            return Ok(Done::Plan(self.amend_end(&plan, EndedAs::Cancelled, node)));
+        }
         Ok(Done::Plan(plan))
     }
 
@@ -380,6 +390,7 @@ impl State {
             self.vacate(&plan.id, version);
         }
         self.leave_landed(plan);
+        self.end_plan_alarms(&plan.id, &[AlarmKind::Lost]);
         let landed_on = landed_at.and_then(|node| self.pad_landed_on(plan, node));
         let plan = self.with_end_of_delivery(plan, ended_as, landed_at);
         let plan = self.keep_plan(PlanEntry {

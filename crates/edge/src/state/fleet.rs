@@ -249,9 +249,22 @@ impl State {
         plan.ok_or_else(|| Refusal::not_found("plan", id))
     }
 
+    /// Whether a first stretch of a plan is in no index of the air.
+    pub(super) fn note_off_network(&mut self, plan: &PlanEntry) {
+        let is_off = |version: &Arc<Version>| {
+            let stretch = version.stretch.as_ref();
+            stretch.is_some_and(|stretch| stretch.is_off_network())
+        };
+        match plan.is_active() && plan.versions().any(is_off) {
+            true => self.off_network.insert(plan.id.clone()),
+            false => self.off_network.remove(&plan.id),
+        };
+    }
+
     pub(super) fn keep_plan(&mut self, plan: PlanEntry) -> Arc<PlanEntry> {
         let plan = Arc::new(plan);
         self.next.plans.insert(plan.id.clone(), plan.clone());
+        self.note_off_network(&plan);
         self.guard(&plan);
         self.note_contingencies(&plan);
         self.end_unseparated(&plan);
@@ -265,7 +278,7 @@ impl State {
         for version in plan.versions() {
             self.occupy(&plan.id, version);
         }
-        if plan.flags.overdue {
+        if plan.flags.overdue || plan.reported.holds_at().is_some() {
             self.hold_pads(plan);
         }
     }

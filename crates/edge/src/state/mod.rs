@@ -91,7 +91,11 @@ pub(crate) struct State {
     /// Plans that have to be looked over though no closure has changed.
     pub(crate) touched_plans: BTreeSet<Arc<str>>,
     /// Plans that are looked at again at an instant that is set.
-    pub(crate) timed_looks: BTreeSet<Arc<str>>,
+    pub(crate) timed_looks: BTreeMap<Arc<str>, Timestamp>,
+    /// Active plans with a first stretch beside the network, which no index of the air has.
+    pub(crate) off_network: BTreeSet<Arc<str>>,
+    /// When what an edge knew before was taken up; what drones had told was not.
+    pub(crate) restored_at: Option<Timestamp>,
     /// Ids of plans that were cancelled and not known, the latest last.
     pub(crate) cancelled_before: VecDeque<Arc<str>>,
     /// What is taken of the air beside the versions of plans whose drones have not acknowledged, by
@@ -154,7 +158,9 @@ impl State {
             events: Vec::new(),
             over: VecDeque::new(),
             touched_plans: BTreeSet::new(),
-            timed_looks: BTreeSet::new(),
+            timed_looks: BTreeMap::new(),
+            off_network: BTreeSet::new(),
+            restored_at: None,
             cancelled_before: VecDeque::new(),
             guarded: BTreeMap::new(),
             relaid: Vec::new(),
@@ -178,10 +184,7 @@ impl State {
 
     /// The next instant at which something happens by itself.
     pub(crate) fn next_due(&self) -> Option<Timestamp> {
-        // Until both clocks have come to it.
-        let behind = -self.clock.behind();
-        let own = self.timers.next();
-        let own = own.and_then(|due| due.saturating_add(behind).ok());
+        let own = self.timers.next(self.clock.behind());
         let windows = self.next.airspace.next_change();
         own.into_iter().chain(windows).min()
     }
@@ -394,9 +397,7 @@ impl State {
     }
 
     fn follow_timers(&mut self, now: Timestamp) {
-        // All that is due here opens something, or lets it go: not before both clocks say so.
-        let now = now.saturating_add(self.clock.behind()).unwrap_or(now);
-        while let Some(due) = self.timers.pop(now) {
+        while let Some((due, now)) = self.timers.pop(now, self.clock.behind()) {
             self.fired += 1;
             match due {
                 Due::Closure(id) => self.end_closure(&id, now),
@@ -410,10 +411,7 @@ impl State {
                 Due::Arrival { plan, version } => self.pass_arrival(&plan, version, now),
                 Due::Sign(plan) => self.miss_sign(&plan, now),
                 Due::Silence(plan) => self.miss_plan(&plan, now),
-                Due::Way(plan) => {
-                    self.timed_looks.remove(&plan);
-                    self.touched_plans.insert(plan);
-                }
+                Due::Way(plan) => self.look_for_way(plan, now),
             }
         }
     }

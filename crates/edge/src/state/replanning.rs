@@ -100,7 +100,9 @@ impl State {
         let mut met: BTreeMap<Arc<str>, Vec<(Arc<str>, &Closure)>> = BTreeMap::new();
         for closure in look.in_force.iter().chain(&look.announced) {
             let id: Arc<str> = Arc::from(&*closure.id);
-            for plan in self.next.plans_on(closure) {
+            let off_network = self.off_network.iter().cloned();
+            let plans = self.next.plans_on(closure).into_iter().chain(off_network);
+            for plan in plans.collect::<BTreeSet<_>>() {
                 met.entry(plan).or_default().push((id.clone(), closure));
             }
         }
@@ -157,10 +159,10 @@ impl State {
             let ahead = progress::ahead(&plan, &progress);
             let planner = &self.planner;
             let reported = planner.first_met(scene, &plan.reported, ahead, closure);
-            let wanted = plan.wanted.as_ref();
-            let wanted = wanted.and_then(|wanted| {
-                planner.first_met(scene, wanted, progress::whole(wanted), closure)
+            let to_fly = plan.to_fly().filter_map(|version| {
+                planner.first_met(scene, version, progress::whole(version), closure)
             });
+            let wanted = to_fly.min();
             // What is only to be flown begins where its drone is.
             let wanted = wanted.map(|leg| progress.leg + leg);
             if let Some(leg) = [reported, wanted].into_iter().flatten().min() {

@@ -33,6 +33,7 @@ impl State {
             self.restore_closure(entry);
         }
         let as_of = restored.as_of.unwrap_or(now);
+        self.restored_at = Some(now);
         let airspace = self.next.airspace.apply(&changes, as_of);
         self.next.revision = crate::snapshot::revision_text(self.next.epoch, airspace.revision());
         self.next.airspace = Arc::new(airspace);
@@ -118,6 +119,7 @@ impl State {
             self.over.push_back(id.clone());
         }
         self.note_contingencies(&plan);
+        self.note_off_network(&plan);
         self.next.plans.insert(id, Arc::new(plan));
     }
 

@@ -29,30 +29,74 @@ pub(crate) enum Due {
     Way(Arc<str>),
 }
 
+impl Due {
+    /// Whether it opens something, or lets it go: not before both clocks say so, where one has stepped.
+    fn frees(&self) -> bool {
+        match self {
+            Self::Closure(_)
+            | Self::Proposal(_)
+            | Self::Quote(_)
+            | Self::Arrival { .. }
+            | Self::Silence(_) => true,
+            Self::Acknowledgement { .. }
+            | Self::Departure(_)
+            | Self::TakeOff(_)
+            | Self::Sign(_)
+            | Self::Way(_) => false,
+        }
+    }
+}
+
+type ByInstant = BTreeMap<(Timestamp, u64), Due>;
+
 /// Timers by their instant; of the same instant in the order they were set.
 #[derive(Debug, Default)]
 pub(crate) struct Timers {
-    by_instant: BTreeMap<(Timestamp, u64), Due>,
+    /// What frees nothing.
+    prompt: ByInstant,
+    /// What frees something.
+    freeing: ByInstant,
     set: u64,
 }
 
 impl Timers {
     pub(crate) fn set(&mut self, at: Timestamp, due: Due) {
         self.set += 1;
-        self.by_instant.insert((at, self.set), due);
+        let timers = match due.frees() {
+            true => &mut self.freeing,
+            false => &mut self.prompt,
+        };
+        timers.insert((at, self.set), due);
     }
 
-    /// The first instant at which anything is due.
-    pub(crate) fn next(&self) -> Option<Timestamp> {
-        self.by_instant.keys().next().map(|&(instant, _)| instant)
+    /// The first instant at which anything is due, beside a clock that is so far behind, as a negative span.
+    pub(crate) fn next(&self, behind: SignedDuration) -> Option<Timestamp> {
+        let first = |timers: &ByInstant| timers.keys().next().map(|&(instant, _)| instant);
+        let freeing = first(&self.freeing);
+        let freeing = freeing.and_then(|due| due.saturating_sub(behind).ok());
+        first(&self.prompt).into_iter().chain(freeing).min()
     }
 
-    /// Takes the first timer that is due by now.
-    pub(crate) fn pop(&mut self, now: Timestamp) -> Option<Due> {
-        let (&key, _) = self.by_instant.first_key_value()?;
-        (key.0 <= now)
-            .then(|| self.by_instant.remove(&key))
-            .flatten()
+    /// Takes the first timer that is due by now, with the instant that counts for it.
+    pub(crate) fn pop(
+        &mut self,
+        now: Timestamp,
+        behind: SignedDuration,
+    ) -> Option<(Due, Timestamp)> {
+        let both_now = now.saturating_add(behind).unwrap_or(now);
+        let first = |timers: &ByInstant, now: Timestamp| {
+            let key = timers.keys().next().copied();
+            key.filter(|&(instant, _)| instant <= now)
+        };
+        let prompt = first(&self.prompt, now);
+        let freeing = first(&self.freeing, both_now);
+        match (prompt, freeing) {
+            (Some(key), other) if other.is_none_or(|other| key < other) => {
+                Some((self.prompt.remove(&key)?, now))
+            }
+            (_, Some(key)) => Some((self.freeing.remove(&key)?, both_now)),
+            _ => None,
+        }
     }
 }
 

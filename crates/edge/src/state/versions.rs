@@ -81,6 +81,7 @@ impl State {
             ..self.with_contest(&plan.id, (**taken).clone())
         };
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
+        self.end_plan_alarms(&plan.id, &[AlarmKind::Overdue]);
         self.occupy(&plan.id, &reported);
         self.time_arrival(&plan.id, &reported);
         let topology = self.next.topology();
@@ -163,9 +164,20 @@ impl State {
             return Ok(Done::Plan(plan));
         };
         let plan = self.hear_of_again(&plan);
+        self.end_plan_alarms(&plan.id, &[AlarmKind::Unacknowledged]);
+        if plan.is_as_planned() && plan.may_go_on() {
+            // It was offered, and need not be taken.
+            let plan = self.withdraw_wanted(&plan);
+            self.tell(EventKind::PlanDeclined, &plan);
+            return Ok(Done::Plan(plan));
+        }
         let count = plan.declined + 1;
         let kept = PlanEntry {
             declined: count,
+            flags: PlanFlags {
+                unacknowledged: false,
+                ..plan.flags
+            },
             ..(*plan).clone()
         };
         let answer = match count <= DECLINES_ANSWERED {

@@ -347,7 +347,7 @@ impl Planner for Flown {
         let mut ids = self
             .flights
             .closures_met(scene, plan, (version, flown), from_leg);
-        ids.extend(progress::closures_on(stretch, scene.airspace));
+        ids.extend(progress::closures_at_ends(version, stretch, scene.airspace));
         let exceeds_battery = || {
             self.flights
                 .exceeds_battery(scene, plan, (version, flown), from_leg)
@@ -396,7 +396,7 @@ impl Planner for Flown {
         ahead: Ahead<'_>,
         closure: &Closure,
     ) -> Option<usize> {
-        let Some(flown) = version.flight.as_deref() else {
+        let Some(_) = version.flight else {
             return self.by_distance.first_met(scene, version, ahead, closure);
         };
         let flight_s = version.composition.flight_time_s;
@@ -407,7 +407,7 @@ impl Planner for Flown {
         if !closure.windows.is_empty() && !counts {
             return None;
         }
-        if flown.stop_nodes().any(|node| closure.pads.contains(&node)) {
+        if version.lands_on_pads_of(closure) {
             return Some(ahead.0);
         }
         progress::first_hit(version, ahead, closure, scene.topology())
