@@ -41,6 +41,22 @@ async fn a_version_tells_the_leg_that_it_begins_on() {
     );
 }
 
+/// However its place is written, a drone that was there three seconds ago has flown on since.
+#[tokio::test]
+async fn an_old_place_ages_whether_it_is_a_node_or_coordinates() {
+    let stage = Stage::set();
+    let asked = |location: Value| {
+        stage.answer(json!({"type": "navigational", "service": {"from": "a3", "to": "a4"}, "destination": "a7",
+            "location": location, "location_age_s": 3.0, "airborne": true, "drone": {"airspeed_mps": 10.0}, "dry_run": true}))
+    };
+    let by_node = asked(json!({"node": "a3"})).await;
+    let by_coordinates = asked(json!({"x": 300.0, "y": 0.0})).await;
+    for field in ["outcome", "path", "first_stretch_m", "remaining_length_m"] {
+        assert_eq!(by_node[field], by_coordinates[field], "{field}");
+    }
+    assert_eq!(by_node["first_stretch_m"], 30.0);
+}
+
 #[tokio::test]
 async fn a_zone_on_the_first_stretch_alone_affects_the_plan() {
     let stage = Stage::set();

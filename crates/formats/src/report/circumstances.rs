@@ -74,6 +74,17 @@ pub(crate) fn settle_circumstances(
     }
 }
 
+/// Whether a drone that states a node was there some time ago, in the air.
+pub(crate) fn has_flown_on(
+    report: &wire::FailureReport,
+    known: &Known<'_>,
+    topology: &Topology,
+    leg: (NodeIx, NodeIx),
+) -> bool {
+    stated_age_s(report, known.now) > 0.0
+        && aloft(report, known, topology, leg, Location::LegStart) == Aloft::Airborne
+}
+
 fn aloft(
     report: &wire::FailureReport,
     known: &Known<'_>,

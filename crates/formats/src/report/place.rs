@@ -54,9 +54,9 @@ impl Spot {
         }
     }
 
-    /// Where a drone at this place is on a leg.
-    pub(crate) fn on_leg_from(&self, start: NodeIx) -> Location {
-        match self.node() == Some(start) {
+    /// Where a drone at this place is on a leg. One that has flown on since is not at its start any more.
+    pub(crate) fn on_leg_from(&self, start: NodeIx, has_flown_on: bool) -> Location {
+        match self.node() == Some(start) && !has_flown_on {
             true => Location::LegStart,
             false => Location::At(self.point),
         }

@@ -6,7 +6,7 @@
 //! doubtful: it is answered like any other, but nothing should be published on its word.
 
 use super::circumstances::{
-    MAX_AGE, MAX_AHEAD, MAX_AIRSPEED_MPS, PlaceSource, settle_circumstances,
+    MAX_AGE, MAX_AHEAD, MAX_AIRSPEED_MPS, PlaceSource, has_flown_on, settle_circumstances,
 };
 use super::close::find_close_targets;
 use super::known::{CloseTarget, Known, Unplaced};
@@ -210,15 +210,16 @@ fn locate(
     let can_be = |spot: &Spot| check_place(topology, spot.point, None, Some(leg.nodes)).is_ok();
     let seen = seen.filter(can_be);
     if let Some(spot) = placed {
+        let has_flown_on = has_flown_on(report, known, topology, leg.nodes);
         return (
-            spot.on_leg_from(start),
+            spot.on_leg_from(start, has_flown_on),
             Some(spot.written),
             PlaceSource::Stated,
         );
     }
     if let Some(spot) = seen {
         return (
-            spot.on_leg_from(start),
+            Location::At(spot.point),
             Some(spot.written),
             PlaceSource::Seen,
         );
