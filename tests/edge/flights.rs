@@ -110,6 +110,8 @@ async fn energy_is_checked_only_for_what_was_said() {
     assert_eq!(told(4, both).await, words("checked", "", 0.7));
     see(5).await;
     see(6).await;
+    // A position without a battery takes nothing back of what was said of it.
+    stage.see("p5", 10_000.0, 0.0).await;
     stage.pass(SignedDuration::from_mins(5)).await;
     assert_eq!(told(5, named.clone()).await, words("checked", "", 0.8));
     stage.pass(SignedDuration::from_secs(1)).await;

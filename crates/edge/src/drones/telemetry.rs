@@ -197,6 +197,12 @@ impl Edge {
         now: Timestamp,
     ) -> Result<(), Untaken> {
         let before = self.drones.last(drone);
+        // Who says where it is and no more has not taken back what it said of its battery.
+        let said = before.as_ref().and_then(|before| before.battery);
+        let sighting = Sighting {
+            battery: sighting.battery.or(said),
+            ..sighting
+        };
         let sighting = match plan {
             Some(plan) => self.held_against(snapshot, plan, sighting, before.as_ref()),
             None => sighting,
