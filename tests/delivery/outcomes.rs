@@ -3,7 +3,7 @@
 use crate::town::{Failure, Town};
 use skyway::delivery::{FlightRecomposition, severance};
 use skyway::flight::{FailureType, StopKind, Wind};
-use skyway::itinerary::FlightCause;
+use skyway::itinerary::{FlightCause, Objective};
 use skyway::recompose::{Outcome, Severance};
 
 /// `a - b - c` along a line, 2 km each, and a way around by `d`; with pads where they are named.
@@ -138,6 +138,9 @@ fn a_drone_is_diverted_to_the_pad_that_it_reaches_with_most_battery() {
         assert_eq!(answer.outcome, Outcome::Diverted);
         assert_eq!(nodes(&town, &answer).last().expect("an end"), end);
         assert!(!answer.reserve_used);
+        // The value is what it draws, which is no distance.
+        let composition = answer.composition.as_ref().expect("a plan");
+        assert_eq!(composition.objective, Objective::Energy);
         let fire = Severance::Closure("fire".to_owned());
         assert_eq!(severances(&town, &answer), [fire]);
     }

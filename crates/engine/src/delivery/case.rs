@@ -4,7 +4,8 @@ use super::composition::{Proof, with_contingencies};
 use super::flight_failure::{FlightFailure, FlightRecomposition, Hold};
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FlightPlan, StretchKind};
-use crate::itinerary::{FlightDecision, FlightOutcome, FlightSetting};
+use crate::itinerary::{FlightDecision, FlightOutcome, FlightSetting, Objective};
+use crate::network::NodeIx;
 use crate::recompose::{Flag, Outcome, ReentryPoints, Stage, Strategy, Warning};
 
 /// A failure with all that is worked out of it before anything is searched.
@@ -82,6 +83,16 @@ pub(super) fn conclude(
     answer
 }
 
+/// What the plan of a diversion answers: an alternate is the one that takes least of the battery, whatever was asked.
+fn diverted<'a>(asked: &Question<'a>, node: NodeIx) -> Question<'a> {
+    Question {
+        destination: node,
+        objective: Objective::Energy,
+        deadline_s: f64::INFINITY,
+        ..*asked
+    }
+}
+
 /// Puts an outcome into an answer, its plan with all that follows from it.
 pub(super) fn put_into_words(
     world: &DeliveryWorld<'_>,
@@ -95,13 +106,8 @@ pub(super) fn put_into_words(
         _ => (None, false),
     };
     let question = Question {
-        destination: diverted_to.unwrap_or(asked.destination),
-        deadline_s: match diverted_to {
-            Some(_) => f64::INFINITY,
-            None => asked.deadline_s,
-        },
         reserve: found.reserve,
-        ..*asked
+        ..diverted_to.map_or(*asked, |node| diverted(asked, node))
     };
     let proof = found.proof;
     let composition = found
