@@ -5,24 +5,24 @@ use skyway::flight::FailureType;
 use skyway::recompose::{Fallback, Outcome, Stage, Strategy};
 
 /// A leg of 4 km whose short way around, by `t`, has no pad, and whose long one, by `p`, has one.
+const TWO_WAYS_AROUND: [(&str, f64, f64, u16); 5] = [
+    ("a", 0.0, 0.0, 0),
+    ("b", 4_000.0, 0.0, 0),
+    ("c", 5_000.0, 0.0, 0),
+    ("t", 2_000.0, 1_500.0, 0),
+    ("p", 2_000.0, -3_500.0, 1),
+];
+const SEGMENTS: [(&str, &str); 6] = [
+    ("a", "b"),
+    ("b", "c"),
+    ("a", "t"),
+    ("t", "b"),
+    ("a", "p"),
+    ("p", "b"),
+];
+
 fn two_ways_around() -> Town {
-    Town::new(
-        &[
-            ("a", 0.0, 0.0, 0),
-            ("b", 4_000.0, 0.0, 0),
-            ("c", 5_000.0, 0.0, 0),
-            ("t", 2_000.0, 1_500.0, 0),
-            ("p", 2_000.0, -3_500.0, 1),
-        ],
-        &[
-            ("a", "b"),
-            ("b", "c"),
-            ("a", "t"),
-            ("t", "b"),
-            ("a", "p"),
-            ("p", "b"),
-        ],
-    )
+    Town::new(&TWO_WAYS_AROUND, &SEGMENTS)
 }
 
 fn failure(battery: f64, strategy: Strategy) -> Failure<'static> {
@@ -77,5 +77,25 @@ fn a_local_answer_that_cannot_be_flown_falls_back_stage_by_stage() {
         assert_eq!(town.ids(&composition.nodes()), ["a", "p", "b", "c"]);
         assert_eq!(composition.plan.stops[0].node, town.node("p"));
         assert!(answer.proof.proved);
+    }
+}
+
+/// Nobody lands before what `lower_bound` says, whichever way is flown.
+#[test]
+fn the_bound_of_a_local_answer_is_that_of_every_way() {
+    let mut nodes = TWO_WAYS_AROUND.to_vec();
+    // Past `b` it is shorter, which a strategy that comes back to its leg does not see.
+    nodes.push(("x", 2_500.0, -800.0, 0));
+    let mut segments = SEGMENTS.to_vec();
+    segments.extend([("a", "x"), ("x", "c")]);
+    let town = Town::new(&nodes, &segments);
+    let best = town.answer(&failure(0.9, Strategy::Exact)).proof.value;
+    let local = town.answer(&failure(0.9, Strategy::TwoPhased));
+    assert_eq!(local.strategy_used, Strategy::TwoPhased);
+    assert!(best.weight < local.proof.value.weight, "{local:#?}");
+    for strategy in Strategy::ALL {
+        let bound = town.answer(&failure(0.9, strategy)).proof.lower_bound;
+        assert!(bound.weight <= best.weight, "{strategy:?}: {bound:?}");
+        assert!(bound.arrives_s <= best.arrives_s, "{strategy:?}: {bound:?}");
     }
 }

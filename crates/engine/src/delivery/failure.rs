@@ -248,8 +248,10 @@ fn by_strategy(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecompos
                 outcome,
                 ..Found::of(case.world.setting, decision)
             };
-            // What is best on this way need not be best of all.
+            // What is best on this way need not be best of all: the bound is that of every way.
+            let table = case.world.table(&case.question);
             found.proof.proved = false;
+            found.proof.lower_bound = table.least_from(case.question.starts);
             let mut answer = conclude(case, &case.question, found, scratch);
             answer.stage = stage;
             answer.unflyable_stages = unflyable_stages;

@@ -68,9 +68,48 @@ pub(super) fn prefer_old_plan(case: &Case<'_>, found: &mut Found, scratch: &mut 
         return;
     }
     found.outcome = Outcome::Unaffected;
-    found.proof = Proof {
-        lower_bound: found.proof.lower_bound,
-        ..Proof::of(&old.answer)
-    };
+    found.proof = among_all(found.proof, Proof::of(&old.answer));
     found.plan = old.answer.plan;
+}
+
+/// How certain it is that the best plan of one way is the best of all, by a search for those that found no better one.
+fn among_all(all: Proof, alone: Proof) -> Proof {
+    Proof {
+        // That nothing on this way is better says nothing of the others, where the search for them reached a bound.
+        proved: all.proved && alone.proved,
+        reason: all.reason.or(alone.reason),
+        lower_bound: all.lower_bound,
+        ..alone
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::itinerary::{Effort, Step, Unproved, Value};
+
+    #[test]
+    fn what_is_proved_of_one_way_is_not_proved_of_all() {
+        let value = |weight: f64| Value {
+            weight,
+            arrives_s: weight,
+        };
+        let alone = Proof {
+            proved: true,
+            value: value(2.0),
+            lower_bound: value(2.0),
+            reason: None,
+            step: Step::Exact,
+            effort: Effort::default(),
+        };
+        let cut_short = Proof {
+            proved: false,
+            lower_bound: value(1.0),
+            reason: Some(Unproved::Labels),
+            ..alone
+        };
+        assert_eq!(among_all(cut_short, alone), cut_short);
+        assert_eq!(among_all(alone, cut_short).reason, Some(Unproved::Labels));
+        assert_eq!(among_all(alone, alone), alone);
+    }
 }

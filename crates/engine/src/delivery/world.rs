@@ -4,10 +4,12 @@ use super::skies::FlightEnvironment;
 use super::tables::FlightTables;
 use crate::flight::{FlightStart, Tariff};
 use crate::itinerary::{
-    FlightDecision, FlightOrder, FlightSetting, ItineraryScratch, Limits, Objective, decide,
+    FlightDecision, FlightOrder, FlightSetting, ItineraryScratch, Limits, Objective, Potentials,
+    decide,
 };
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::recompose::Scratch;
+use std::sync::Arc;
 
 /// A plan without a deadline of its own has to land within this many seconds of its start.
 pub const DEFAULT_DEADLINE_S: f64 = 9_000.0;
@@ -85,9 +87,13 @@ impl DeliveryWorld<'_> {
             refuge_stay_s: self.refuge_stay_s,
             limits: self.limits,
         };
-        let table = self
-            .tables
-            .get(self.setting, question.destination, question.objective);
+        let table = self.table(question);
         decide(self.setting, &order, &table, &mut scratch.itinerary)
+    }
+
+    /// What is left at least of any way to the destination of a question.
+    pub(super) fn table(&self, question: &Question<'_>) -> Arc<Potentials> {
+        self.tables
+            .get(self.setting, question.destination, question.objective)
     }
 }

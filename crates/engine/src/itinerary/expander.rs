@@ -9,10 +9,10 @@ use super::charging_label::ChargingLabel;
 use super::entry::{Entry, Leaving};
 use super::forbidden_times::ForbiddenTimes;
 use super::label::How;
-use super::potentials::{Potentials, energy_weight};
+use super::potentials::{Potentials, energy_weight, start_weight};
 use super::request::{FlightRequest, FlightWorld, Objective, Value};
 use crate::airspace::Bits;
-use crate::flight::{FlightLegs, FlightStart};
+use crate::flight::FlightStart;
 use crate::network::NodeIx;
 
 /// Steps of Newton's method towards the best charge, enough for all digits.
@@ -155,12 +155,7 @@ impl<'a> Expander<'a> {
 
     /// What a start weighs by itself.
     pub(super) fn start_weight(&self, start: &FlightStart) -> f64 {
-        match self.request.objective {
-            // As the legs are, so that ways through either end of a leg are equally long where they are one.
-            Objective::Distance => FlightLegs::rounded_m(start.flown_m),
-            Objective::Energy => energy_weight(start.drawn),
-            Objective::Time => 0.0,
-        }
+        start_weight(self.request.objective, start)
     }
 
     /// Seconds on a pad of a node before a battery charges, or until it is swapped.

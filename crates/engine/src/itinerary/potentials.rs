@@ -3,9 +3,9 @@
 //!
 //! On the intact network they depend on airframe, payload and wind, not on closures or pads, which only make plans worse.
 
-use super::request::Objective;
+use super::request::{Objective, Value};
 use crate::airspace::Bits;
-use crate::flight::{FlightLeg, FlightLegs, LegCost};
+use crate::flight::{FlightLeg, FlightLegs, FlightStart, LegCost};
 use crate::network::{Heap, NodeIx};
 use std::mem;
 
@@ -20,6 +20,16 @@ pub(super) fn energy_weight(energy: f64) -> f64 {
     // Beside it a double has no digits after the point: without SSE 4.1 `round` is a call.
     const WHOLE: f64 = (1_u64 << f64::MANTISSA_DIGITS) as f64 / 2.0;
     (energy * ENERGY_STEPS + WHOLE - WHOLE) / ENERGY_STEPS
+}
+
+/// What a start weighs by itself under an objective.
+pub(super) fn start_weight(objective: Objective, start: &FlightStart) -> f64 {
+    match objective {
+        // As the legs are, so that ways through either end of a leg are equally long where they are one.
+        Objective::Distance => FlightLegs::rounded_m(start.flown_m),
+        Objective::Energy => energy_weight(start.drawn),
+        Objective::Time => 0.0,
+    }
 }
 
 /// What is left from a node.
@@ -119,6 +129,21 @@ impl Potentials {
     /// The least flying time from a node on, in seconds.
     pub fn least_time_s(&self, node: NodeIx) -> f64 {
         self.remaining[node.at()].time_s
+    }
+
+    /// What no plan from any of these starts beats, whatever is in the way.
+    pub fn least_from(&self, starts: &[FlightStart]) -> Value {
+        let weights = starts.iter().map(|start| {
+            let flown = start_weight(self.objective, start);
+            flown + self.least_weight(start.node)
+        });
+        let arrivals = starts
+            .iter()
+            .map(|start| start.at_s + self.least_time_s(start.node));
+        Value {
+            weight: weights.fold(f64::INFINITY, f64::min),
+            arrives_s: arrivals.fold(f64::INFINITY, f64::min),
+        }
     }
 
     /// No destination, and nothing known of what is left: for searches that end elsewhere.
