@@ -232,6 +232,31 @@ async fn pads_that_fail_can_be_flown_over() {
     );
 }
 
+/// What its drone has not come to it cannot have seen: an operator decides.
+#[tokio::test]
+async fn pads_that_a_drone_does_not_come_to_are_only_proposed() {
+    let stage = Stage::set();
+    let report = |leg: [&str; 2], node: &str, more: Value| {
+        let mut body = json!({"type": "infrastructure", "drone": {"id": "d1"}, "node": node,
+            "service": {"from": leg[0], "to": leg[1]}, "destination": "a7"});
+        let fields = body.as_object_mut().expect("an object");
+        fields.extend(more.as_object().expect("an object").clone());
+        body
+    };
+    stage.see("d1", 650.0, 0.0).await;
+    let elsewhere = report(["a6", "a7"], "b0", json!({}));
+    let answer = stage.answer(elsewhere).await;
+    assert_eq!(answer["publication"]["state"], "proposed", "{answer}");
+    assert_eq!(answer["publication"]["reason"], "not_placed_there");
+    assert!(!stage.edge.node("b0").expect("a node").pads_closed);
+
+    // What is ahead on its plan it may be told of otherwise.
+    stage.compose("p2", "d2", "a0", "a7").await;
+    let planned = json!({"drone": {"id": "d2"}, "service": {"plan_id": "p2", "leg": 2}});
+    let answer = stage.answer(report(["a2", "a3"], "a7", planned)).await;
+    assert_eq!(answer["publication"]["closure_id"], "pads:a7", "{answer}");
+}
+
 #[tokio::test]
 async fn a_drone_learns_nothing_of_where_another_one_is() {
     let mut stage = Stage::set();

@@ -1,6 +1,6 @@
 //! What a drone's report closes for everyone: little, a few at a time, and each ending by itself.
 //!
-//! A drone is not an operator. It publishes its own leg, or the pads ahead, when the edge can tell that it is
+//! A drone is not an operator. It publishes its own leg, or the pads that it comes to, when the edge can tell that it is
 //! there; everything else it brings is answered, binds its own request, and is proposed to operators.
 
 use super::ReplyMode;
@@ -127,11 +127,16 @@ impl Edge {
             return Some("anonymous");
         };
         let report = &record.settled.request.report;
-        let on_plan = plan.is_some_and(|plan| {
-            let is_own = plan.drone_id.as_deref() == Some(drone);
-            is_own && flies(plan, report.leg)
-        });
+        let own = plan.filter(|plan| plan.drone_id.as_deref() == Some(drone));
+        let on_plan = own.is_some_and(|plan| flies(plan, report.leg));
         if !on_plan && !self.is_placed_on(snapshot, drone, report.leg, record.answered_at) {
+            return Some("not_placed_there");
+        }
+        if let ReportClosure::Pads(node) = thing
+            && node != report.leg.1
+            && !own.is_some_and(|plan| comes_to(plan, report.leg, node))
+        {
+            // Of pads elsewhere it can have seen nothing.
             return Some("not_placed_there");
         }
         let (id, segments, pads) = match thing {
@@ -274,6 +279,17 @@ fn flies(plan: &PlanEntry, (from, to): (NodeIx, NodeIx)) -> bool {
         .versions()
         .flat_map(|version| &version.composition.legs);
     legs.any(|leg| (leg.from, leg.to) == (from, to))
+}
+
+/// Whether a version of a plan leads from a leg on to a node, or stops there.
+fn comes_to(plan: &PlanEntry, (from, to): (NodeIx, NodeIx), node: NodeIx) -> bool {
+    plan.versions().any(|version| {
+        let legs = &version.composition.legs;
+        let on = legs.iter().position(|leg| (leg.from, leg.to) == (from, to));
+        let ahead = on.map_or(&legs[..0], |on| &legs[on..]);
+        let mut stops = version.flight.iter().flat_map(|flight| flight.stop_nodes());
+        ahead.iter().any(|leg| leg.to == node) || stops.any(|stop| stop == node)
+    })
 }
 
 fn segment_closure_id(snapshot: &Snapshot, segment: SegmentIx) -> String {
