@@ -91,6 +91,21 @@ async fn a_drone_that_has_landed_keeps_its_pad_until_telemetry_says_that_it_has_
     }
 }
 
+/// It has taken off from its pad, and has to land again: nobody else has that pad.
+#[tokio::test]
+async fn a_drone_without_a_plan_may_land_on_the_pad_that_is_its_own() {
+    let stage = on(&street(&PADS));
+    landed(&stage).await;
+    let report = |drone: &str| {
+        json!({"type": "operational", "detail": "battery", "drone": {"id": drone}, "dry_run": true,
+            "service": {"from": "s1", "to": "s2"}, "location": {"node": "s1"}, "airborne": true})
+    };
+    let own = stage.answer(report("d1")).await;
+    assert_eq!(own["path"]["nodes"], json!(["s1"]), "{own}");
+    let other = stage.answer(report("d2")).await;
+    assert_ne!(other["path"]["nodes"], json!(["s1"]), "{other}");
+}
+
 #[tokio::test]
 async fn the_departure_of_its_next_plan_frees_the_pad_of_a_drone() {
     let stage = on(&street(&PADS));

@@ -160,3 +160,27 @@ async fn a_drone_flies_one_plan_at_a_time() {
         Code::PlanStateConflict
     );
 }
+
+/// It reports about the plan that it flies, though it still names the one before.
+#[tokio::test]
+async fn a_report_that_names_a_plan_of_before_is_about_the_one_that_its_drone_flies() {
+    let stage = Stage::set();
+    stage.compose("old", "d1", "a0", "a7").await;
+    let cancelled = stage
+        .edge
+        .cancel_plan(&stage.caller, "old", Default::default());
+    cancelled.await.expect("cancelled");
+    stage.compose("new", "d1", "a0", "b7").await;
+    let report = json!({"type": "navigational", "drone": {"id": "d1"}, "service": {"plan_id": "old", "leg": 5}});
+    let answer = stage.answer(report).await;
+    let warnings = answer["warnings"].to_string();
+    assert!(warnings.contains("unknown_plan"), "{answer}");
+    assert_eq!(answer["plan"]["id"], "new", "{answer}");
+    // The sixth leg is one of the old plan.
+    let stretch = &answer["first_stretch"];
+    assert_eq!(
+        (&stretch["from"], &stretch["to"]),
+        (&json!("a0"), &json!("a1")),
+        "{answer}"
+    );
+}

@@ -244,6 +244,7 @@ fn a_settled_report_by_itself_settles_to_the_same_request_and_is_answered() {
                 nodes: &path,
                 leg: own.maybe(0.5, |own| own.draw.below(9)),
                 before: None,
+                is_meant: true,
             }),
             position: reporter.maybe(0.3, Reporter::point),
             position_age_s: 7.5,

@@ -61,6 +61,7 @@ fn settle(
             nodes,
             leg: *leg,
             before: None,
+            is_meant: true,
         }),
         position: told.position.map(|(x, y)| Point::new(x, y)),
         now: told.now.map(|now| now.parse().expect("a time")),

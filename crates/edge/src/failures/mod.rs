@@ -31,7 +31,7 @@ use answered::ReportResponse;
 use jiff::Timestamp;
 use recomposing::Case;
 use records::{AnswerRecord, Published, record_id};
-use reporter::{author, drone_of, may_speak_for, reporter};
+use reporter::{author, drone_of, named_plan, plan_of, reporter};
 use skyway_contract::{self as wire, AlarmKind};
 use skyway_engine::recompose::Outcome;
 use skyway_formats::{
@@ -224,7 +224,7 @@ impl Edge {
         let now = self.clock.now();
         let snapshot = self.on_network()?;
         let (report, mut read) = (parsed.report, parsed.warnings);
-        let plan = self.plan_of(&snapshot, caller, &report, &mut read);
+        let plan = plan_of(&snapshot, caller, &report, &mut read);
         let own = drone_of(caller, &report, plan.as_deref(), &mut read);
         let settled = traces::of_settling().in_scope(|| {
             // Where a drone is, only a caller learns that may speak for it.
@@ -359,6 +359,7 @@ impl Edge {
                 nodes: &plan.reported.composition.way.nodes,
                 leg: progress.map(|progress| progress.leg),
                 before: stretch.filter(|_| on_stretch).and_then(Stretch::leg),
+                is_meant: named_plan(report).is_none_or(|named| *named == *plan.id),
             }),
             position: sighting
                 .as_ref()
@@ -374,35 +375,6 @@ impl Edge {
             unplaced: Unplaced::Anywhere,
             now: Some(now),
         }
-    }
-
-    /// The plan a report is about: the one it names, or that its drone flies, if the caller may speak for it.
-    fn plan_of(
-        &self,
-        snapshot: &Snapshot,
-        caller: &Caller,
-        report: &wire::FailureReport,
-        read: &mut Vec<ReadWarning>,
-    ) -> Option<Arc<PlanEntry>> {
-        let named = report
-            .service
-            .as_ref()
-            .and_then(|service| service.plan_id.as_deref());
-        let drone = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
-        let found = match named {
-            Some(id) => snapshot.plans.get(id),
-            None => drone.and_then(|drone| snapshot.plan_of_drone(drone)),
-        };
-        let own = found.filter(|plan| plan.is_active() && may_speak_for(caller, plan));
-        if own.is_none()
-            && let Some(id) = named
-        {
-            read.push(ReadWarning {
-                code: "unknown_plan",
-                message: format!("the edge knows no active plan '{id}' of yours; it is answered from what else the report says"),
-            });
-        }
-        own.cloned()
     }
 
     /// What the drone of a plan flies after this answer, once it acknowledges it.

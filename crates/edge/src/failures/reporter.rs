@@ -2,6 +2,7 @@
 
 use crate::drones::DRONE_ID_BYTES_MAX;
 use crate::plans::entry::PlanEntry;
+use crate::snapshot::Snapshot;
 use skyway_contract as wire;
 use skyway_formats::ReadWarning;
 use skyway_service::access::{Caller, Role};
@@ -57,4 +58,32 @@ pub(crate) fn drone_of(
     );
     read.push(ReadWarning::new("drone_not_yours", message));
     None
+}
+
+/// The id of the plan that a report names.
+pub(crate) fn named_plan(report: &wire::FailureReport) -> Option<&str> {
+    let service = report.service.as_ref();
+    service.and_then(|service| service.plan_id.as_deref())
+}
+
+/// The plan a report is about: the one it names, or that its drone flies, if the caller may speak for it. A drone that
+/// names a plan that is over flies another one all the same.
+pub(crate) fn plan_of(
+    snapshot: &Snapshot,
+    caller: &Caller,
+    report: &wire::FailureReport,
+    read: &mut Vec<ReadWarning>,
+) -> Option<Arc<PlanEntry>> {
+    let is_own = |plan: &&Arc<PlanEntry>| plan.is_active() && may_speak_for(caller, plan);
+    let named = named_plan(report);
+    let found = named.and_then(|id| snapshot.plans.get(id)).filter(is_own);
+    if let Some(id) = named.filter(|_| found.is_none()) {
+        read.push(ReadWarning {
+            code: "unknown_plan",
+            message: format!("the edge knows no active plan '{id}' of yours; it is answered from what else the report says"),
+        });
+    }
+    let drone = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
+    let flown = drone.and_then(|drone| snapshot.plan_of_drone(drone));
+    found.or_else(|| flown.filter(is_own)).cloned()
 }

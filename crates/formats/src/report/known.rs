@@ -51,6 +51,8 @@ pub struct KnownPlan<'a> {
     pub leg: Option<usize>,
     /// The leg that it is on before all of these, as it flew that before: its first stretch runs there.
     pub before: Option<(NodeIx, NodeIx)>,
+    /// False where the report names another one: the number of a leg that it states is then none of these legs.
+    pub is_meant: bool,
 }
 
 impl KnownPlan<'_> {

@@ -72,10 +72,11 @@ pub fn resolve_report(
         .position
         .and_then(|position| Spot::known(topology, position));
     let service_leg = report.service.as_ref().and_then(|service| service.leg);
+    let stated_leg = service_leg.or(report.leg);
     let clues = Clues {
         topology,
         names: Names::find(topology, report, warnings),
-        stated_leg: service_leg.or(report.leg),
+        stated_leg: stated_leg.filter(|_| known.plan.is_none_or(|plan| plan.is_meant)),
         plan: known.plan.filter(|plan| plan.nodes.len() >= 2),
         spot: stated.or(seen),
     };

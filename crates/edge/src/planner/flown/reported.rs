@@ -58,7 +58,7 @@ pub(super) struct ReportingDrone {
     pub(super) budget: Budget,
     /// Its plan, whose legs and pads are in no way but its own.
     pub(super) plan: Option<Arc<str>>,
-    /// The drone of that plan.
+    /// The drone itself, else that of its plan: the pad that it stands on is in no way but its own.
     pub(super) drone_id: Option<Arc<str>>,
 }
 
@@ -187,7 +187,7 @@ impl Flights {
             stand,
             landing,
             plan: plan.map(|plan| plan.id.clone()),
-            drone_id: plan.and_then(|plan| plan.drone_id.clone()),
+            drone_id: drone_of(asked),
         })
     }
 
@@ -414,6 +414,12 @@ impl Flights {
             landing: drone.landing,
         }
     }
+}
+
+/// The drone that reports, else that of its plan.
+fn drone_of(asked: &Asked<'_>) -> Option<Arc<str>> {
+    let planned = asked.plan.and_then(|plan| plan.drone_id.clone());
+    asked.drone_id.map(Arc::from).or(planned)
 }
 
 /// Whether what a drone reports fits one that stands: it does not fly, and nothing of its leg has failed.
