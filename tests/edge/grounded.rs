@@ -162,4 +162,27 @@ async fn who_holds_keeps_its_pad_for_as_long_as_it_holds() {
         stage.pass(SignedDuration::from_secs(30)).await;
     }
     stage.deliver(probe()).await.expect_err("it still is");
+/// By its plan it has left, by what it says it stands on its pad yet: it is not sent up into a zone.
+#[tokio::test]
+async fn a_late_drone_that_stands_on_its_pad_is_told_to_hold_there() {
+    let stage = waiting().await;
+    stage.pass(SignedDuration::from_secs(20)).await;
+    let stands = json!({"drone_id": "d", "location": {"x": 0.0, "y": 0.0}, "airborne": false});
+    let batch = wire::Telemetry {
+        positions: vec![stands],
+    };
+    let taken = stage.edge.telemetry(&stage.caller, batch).await;
+    taken.expect("telemetry");
+    stage.zone(circle("over", 0.0, 0.0, 50.0)).await;
+    stage.settle().await;
+    let hold = ("hold".to_owned(), names_of(&["s0"]));
+    assert_eq!(told(stage.plan("p").wanted.as_ref()), hold);
+    let report = json!({"type": "service_level", "service": {"plan_id": "p", "leg": 0}, "drone": {"id": "d"}, "dry_run": true});
+    let answer = stage.answer(report).await;
+    assert_eq!(answer["outcome"], "hold", "{answer}");
+    assert_eq!(
+        answer["flags"].as_array().map_or(0, Vec::len),
+        0,
+        "{answer}"
+    );
 }

@@ -28,6 +28,9 @@ const RESTS_BELOW_MPS: f64 = 1.0;
 /// For so long a battery is about what was said of it: a flight draws a part in a thousand in a second.
 const BATTERY_HOLDS_FOR: SignedDuration = SignedDuration::from_secs(10);
 
+/// For so long a drone is in the air, or on the ground, as it said last.
+const AIRBORNE_HOLDS_FOR: SignedDuration = SignedDuration::from_secs(15);
+
 /// What is last known of a drone.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sighting {
@@ -114,6 +117,12 @@ impl Sighting {
             |battery: &BatterySeen| self.seen_at.duration_since(battery.at) <= BATTERY_HOLDS_FOR;
         let here = self.battery.filter(is_here);
         here.map(|battery| battery.fraction)
+    }
+
+    /// Whether it is in the air, as it said just now.
+    pub(crate) fn airborne_now(&self, now: Timestamp) -> Option<bool> {
+        let age = now.duration_since(self.seen_at);
+        self.airborne.filter(|_| age <= AIRBORNE_HOLDS_FOR)
     }
 
     /// How far it has come on a version of a plan, in metres from where that begins, as far as its places have shown.

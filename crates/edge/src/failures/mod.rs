@@ -365,6 +365,9 @@ impl Edge {
                 .as_ref()
                 .map(|sighting| sighting.position(snapshot.topology().frame())),
             position_age_s: age_s.unwrap_or_default().max(0.0),
+            airborne: sighting
+                .as_ref()
+                .and_then(|sighting| sighting.airborne_now(now)),
             ground_speed_mps: sighting
                 .filter(|_| is_fresh)
                 .and_then(|sighting| sighting.ground_speed_mps),

@@ -14,7 +14,7 @@ pub(super) use answer::{Answer, Course, Sent};
 pub(super) use by_distance::{DEFAULT_AIRSPEED_MPS, way_is_open};
 pub(super) use flown::{Assumed, DetourEnd, DetourStop, FlightOrder, FlownVersion, LegEnds};
 pub(super) use scene::{
-    AT_NODE_M, Asked, Concern, Displaced, Occasion, Scene, Stated, Terms, Wanted,
+    AT_NODE_M, Asked, Concern, Displaced, ON_PAD_M, Occasion, Scene, Stated, Terms, Wanted,
 };
 pub(super) use traffic::{Own, Traffic, legs, occupation, occupied, stays};
 pub(super) use version::{Version, later};

@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 /// A drone that is so near to a node, in metres, may stand on a pad there.
 pub(crate) const AT_NODE_M: f64 = 50.0;
+/// One that says whether it is in the air stands, or lands, only so near to it.
+pub(crate) const ON_PAD_M: f64 = 15.0;
 
 /// Where, when and among whom a drone flies.
 #[derive(Clone, Copy, Debug)]

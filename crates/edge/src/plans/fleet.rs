@@ -2,15 +2,16 @@
 
 use super::entry::PlanEntry;
 use super::stops::onward;
-use crate::drones::Drones;
 use crate::drones::progress::{Progress, ahead, leg_ahead, whole};
-use crate::planner::{Answer, Planner, Scene, occupation};
+use crate::drones::{Drones, Sighting};
+use crate::planner::{Answer, ON_PAD_M, Planner, Scene, occupation};
 use crate::snapshot::Snapshot;
 use jiff::Timestamp;
 use serde_json::Value;
 use skyway_engine::compose::{Conflict, conflicts};
 use skyway_engine::flight::{Aloft, Circumstances, FailureReport, FailureType, Location};
-use skyway_engine::network::Topology;
+use skyway_engine::geo::Point;
+use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::{Outcome, Request};
 use skyway_engine::routing::Path;
 use std::sync::Arc;
@@ -131,18 +132,7 @@ pub(crate) fn detour_for(
     };
     let drone = plan.drone_id.as_deref();
     let sighting = drone.and_then(|id| means.drones.last(id));
-    let circumstances = Circumstances {
-        aloft: match progress.location {
-            Location::LegStart => Aloft::Grounded,
-            Location::At(_) | Location::Unknown => Aloft::Airborne,
-        },
-        speed_mps: plan.airspeed_mps,
-        place_age_s: sighting.as_ref().map_or(0.0, |sighting| {
-            let age = means.scene.now.duration_since(sighting.seen_at);
-            age.as_secs_f64().max(0.0)
-        }),
-        ..Circumstances::default()
-    };
+    let circumstances = circumstances(plan, progress, leg, (sighting.as_ref(), means.scene));
     let report = FailureReport {
         failure: failure.unwrap_or(otherwise),
         leg,
@@ -174,6 +164,39 @@ pub(crate) fn detour_for(
         _ => None,
     };
     detour
+}
+
+/// Whether the drone of a plan is in the air, and how far it may have come since it was seen.
+fn circumstances(
+    plan: &PlanEntry,
+    progress: &Progress,
+    leg: (NodeIx, NodeIx),
+    (sighting, scene): (Option<&Sighting>, Scene<'_>),
+) -> Circumstances {
+    let topology = scene.topology();
+    let airborne = sighting.and_then(|sighting| sighting.airborne_now(scene.now));
+    let is_on_pad = |place: Point| {
+        let mut ends = [leg.0, leg.1].into_iter();
+        ends.any(|node| topology.position(node).distance_m(place) <= ON_PAD_M)
+    };
+    let aloft = match progress.location {
+        Location::LegStart => Aloft::Grounded,
+        // By its plan it has left, but it is late.
+        Location::At(place) if airborne == Some(false) && is_on_pad(place) => Aloft::Grounded,
+        Location::At(_) | Location::Unknown => Aloft::Airborne,
+    };
+    let age_s = sighting.map_or(0.0, |sighting| {
+        scene.now.duration_since(sighting.seen_at).as_secs_f64()
+    });
+    Circumstances {
+        aloft,
+        speed_mps: plan.airspeed_mps,
+        place_age_s: match aloft {
+            Aloft::Grounded => 0.0,
+            Aloft::Airborne | Aloft::Unknown => age_s.max(0.0),
+        },
+        ..Circumstances::default()
+    }
 }
 
 /// Another active plan that comes too near, and where.

@@ -6,6 +6,7 @@ use super::problem::{ReadWarning, cut};
 use crate::flight::{
     Aloft, Circumstances, DEFAULT_AIRSPEED_MPS, FailedPads, FailureType, Location,
 };
+use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 use crate::wire;
 use crate::wire_terms::IntoTerm;
@@ -97,14 +98,30 @@ fn aloft(
         Some(false) => return Aloft::Grounded,
         None => {}
     }
-    if known.is_grounded {
+    let is_at = |place, node| topology.position(node).distance_m(place) <= AT_NODE_WITHIN_M;
+    let place = match location {
+        Location::LegStart => Some(topology.position(leg.0)),
+        Location::At(place) => Some(place),
+        Location::Unknown => None,
+    };
+    let is_seen_there = |place: &Point| {
+        let seen = known.position;
+        seen.is_some_and(|seen| seen.distance_m(*place) <= AT_NODE_WITHIN_M)
+    };
+    let seen_at = place.filter(is_seen_there);
+    // What it says itself goes before its plan, which it may be late on.
+    if known.airborne == Some(true) && seen_at.is_some() {
+        return Aloft::Airborne;
+    }
+    let is_at_end = |place: Point| is_at(place, leg.0) || is_at(place, leg.1);
+    let says_it_stands = known.airborne == Some(false) && seen_at.is_some_and(is_at_end);
+    if says_it_stands || known.is_grounded {
         return Aloft::Grounded;
     }
     let moves = known
         .ground_speed_mps
         .is_some_and(|speed_mps| speed_mps >= STANDS_BELOW_MPS);
     let is_slow = known.ground_speed_mps.is_some() && !moves;
-    let is_at = |place, node| topology.position(node).distance_m(place) <= AT_NODE_WITHIN_M;
     let may_stand = match location {
         Location::LegStart => !moves,
         // Only a place that is stated as a node says by itself that the drone is not just passing.
@@ -114,7 +131,7 @@ fn aloft(
                 _ => None,
             };
             let names_node = named.is_some_and(|node| topology.position(node) == place);
-            (is_slow || (names_node && !moves)) && (is_at(place, leg.0) || is_at(place, leg.1))
+            (is_slow || (names_node && !moves)) && is_at_end(place)
         }
         Location::Unknown => false,
     };

@@ -17,7 +17,9 @@ pub struct Known<'a> {
     pub ground_speed_mps: Option<f64>,
     /// The airspeed of its airframe or its plan, in metres per second.
     pub airspeed_mps: Option<f64>,
-    /// True where it stands: its plan has not departed, or a stay on a pad covers now.
+    /// Whether it was in the air at that position just now, as its telemetry says.
+    pub airborne: Option<bool>,
+    /// True where it stands by its plan: that has not departed, or a stay on a pad covers now.
     pub is_grounded: bool,
     /// What a report means that says nothing of the place of its drone.
     pub unplaced: Unplaced,

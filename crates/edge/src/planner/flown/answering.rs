@@ -5,7 +5,7 @@ use super::reported::ReportingDrone;
 use super::terms::DroneKind;
 use super::{Budget, Flights, FlownVersion, Ground};
 use crate::drones::Sighting;
-use crate::planner::AT_NODE_M;
+use crate::planner::{AT_NODE_M, ON_PAD_M};
 use crate::planner::{Answer, Scene, Version, later};
 use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
@@ -15,9 +15,6 @@ use skyway_engine::itinerary::{FlightCause, Objective};
 use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::{Request, Severance};
 use std::sync::Arc;
-
-/// One that says that it is in the air only lands so near to it.
-const ON_PAD_M: f64 = 15.0;
 
 /// A drone that stands on a pad, or has not left yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
