@@ -4,7 +4,7 @@ use crate::town::{Failure, Town};
 use skyway::delivery::{FlightRecomposition, severance};
 use skyway::flight::{FailureType, StopKind, Wind};
 use skyway::itinerary::{FlightCause, Objective};
-use skyway::recompose::{Outcome, Severance};
+use skyway::recompose::{Outcome, Severance, UnsafeCode};
 
 /// `a - b - c` along a line, 2 km each, and a way around by `d`; with pads where they are named.
 fn ring(pads: &[&str]) -> Town {
@@ -113,6 +113,9 @@ fn a_drone_waits_where_the_way_opens_at_a_known_time() {
     let answer = no_pad.answer(&half_way);
     assert_eq!(answer.outcome, Outcome::NoRoute, "{answer:#?}");
     assert!(answer.hold.is_none());
+    // What it lacks is the pad, not the battery.
+    let least_bad = answer.unsafe_way.expect("the least bad way");
+    assert_eq!(least_bad.code, UnsafeCode::NoAlternate);
     // Not beyond the deadline.
     let mut hurried = line(&["b"]).zone("parade", &[("b", "c")], (0, 20));
     hurried.deadline_s = Some(900.0);
@@ -159,6 +162,8 @@ fn a_drone_is_diverted_to_the_pad_that_it_reaches_with_most_battery() {
     let below_the_floor = town.answer(&flown(0.5, 0.1));
     assert_eq!(below_the_floor.outcome, Outcome::NoRoute);
     assert!(below_the_floor.causes.contains(&FlightCause::BelowReserve));
+    let least_bad = below_the_floor.unsafe_way.expect("the least bad way");
+    assert_eq!(least_bad.code, UnsafeCode::BelowReserve);
 }
 
 #[test]

@@ -44,7 +44,10 @@ pub(super) fn tell_what_is_near(
     answer.near = near.iter().map(|one| told(topology, rules, one)).collect();
     // A free pad with most battery left, else whatever takes least.
     let least_bad = near.iter().find(|one| one.has_free_pad).or(near.first());
-    answer.unsafe_way = least_bad.map(|one| unsafe_way(topology, one));
+    answer.unsafe_way = least_bad.map(|one| {
+        let why_not = told(topology, rules, one).why_not;
+        unsafe_way(topology, one, why_not)
+    });
 }
 
 fn told(topology: &Topology, rules: &FlightRules, nearby: &Nearby) -> Near {
@@ -68,7 +71,7 @@ fn told(topology: &Topology, rules: &FlightRules, nearby: &Nearby) -> Near {
     }
 }
 
-fn unsafe_way(topology: &Topology, nearby: &Nearby) -> UnsafeWay {
+fn unsafe_way(topology: &Topology, nearby: &Nearby, why_not: WhyNot) -> UnsafeWay {
     let flight = &nearby.flight;
     let nodes = nodes_of(flight);
     let begin = flight.start.stretch.map(|stretch| stretch.begin);
@@ -76,7 +79,15 @@ fn unsafe_way(topology: &Topology, nearby: &Nearby) -> UnsafeWay {
     let mut line: Vec<_> = begin.into_iter().chain(places).collect();
     line.dedup();
     UnsafeWay {
-        code: UnsafeCode::BelowReserve,
+        code: match why_not {
+            WhyNot::BelowFloor | WhyNot::BelowReserve => UnsafeCode::BelowReserve,
+            // The battery would do.
+            WhyNot::NoPads
+            | WhyNot::PadsTaken
+            | WhyNot::Closed
+            | WhyNot::CutOff
+            | WhyNot::Unflyable => UnsafeCode::NoAlternate,
+        },
         line,
         nodes,
         length_m: flight.distance_m,

@@ -56,7 +56,7 @@ pub enum UnsafeCode {
     Unverified,
     /// The drone's place is unknown, and something lies on its leg.
     PlaceUnknown,
-    /// No open node with a pad can be reached from there.
+    /// No open node with a free pad can be reached from there.
     NoAlternate,
     /// The battery would fall below the reserve or the floor.
     BelowReserve,
@@ -93,7 +93,7 @@ impl UnsafeCode {
             Self::PlaceUnknown => {
                 "the drone's place on its leg is unknown, and something lies on it: the way back may lead through that"
             }
-            Self::NoAlternate => "from there no open node with a pad can be reached",
+            Self::NoAlternate => "from there no open node with a free pad can be reached",
             Self::BelowReserve => "the battery does not last for it",
             Self::Checker => "no answer passed the checker; this is the nearer end of the leg",
         }
