@@ -29,6 +29,20 @@ async fn a_repeated_report_gets_the_same_answer_while_its_path_is_open() {
 }
 
 #[tokio::test]
+async fn an_answer_is_repeated_no_longer_than_it_is_valid() {
+    let stage = Stage::set();
+    let first = stage.answer(report()).await;
+    stage.pass(SignedDuration::from_mins(1)).await;
+    let second = stage.answer(report()).await;
+    assert_eq!(second["replayed"], true, "{second}");
+    stage.pass(SignedDuration::from_secs(1)).await;
+    let third = stage.answer(report()).await;
+    assert_eq!(third["replayed"], false, "{third}");
+    assert_ne!(third["valid_until"], first["valid_until"]);
+    assert_eq!(third["publication"]["reason"], "sent_before");
+}
+
+#[tokio::test]
 async fn an_answer_without_a_path_is_repeated_at_the_same_revision_only() {
     let stage = Stage::set();
     let body = json!({"id": "r1", "service": {"from": "a1", "to": "a2"}, "destination": "a4", "dry_run": true});

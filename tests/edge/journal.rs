@@ -226,6 +226,9 @@ async fn a_repeated_report_gets_the_same_answer_after_a_restart_while_its_path_i
         let mut fourth = stage.answer(report("r1", "a1", "a2")).await;
         fourth["replayed"] = json!(false);
         assert_eq!(third.to_string(), fourth.to_string(), "the latest one");
+        stage.pass(SignedDuration::from_secs(61)).await;
+        let late = stage.answer(report("r1", "a1", "a2")).await;
+        assert_eq!(late["replayed"], false, "it is not valid any more: {late}");
         stage.hand.advance(SignedDuration::from_hours(25));
         stage.edge.end().await;
         let stage = stage.again(medium.open().await).await;

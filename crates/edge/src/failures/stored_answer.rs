@@ -57,12 +57,15 @@ impl RestoredAnswer {
         })
     }
 
-    /// Whether it may be given again: its path is open. One without a path was given for a revision of that start.
+    /// Whether it may be given again: it is still valid and its path is open. One without a path was given for a revision of that start.
     fn still_holds(&self, deadline: Option<&str>, snapshot: &Snapshot, now: Timestamp) -> bool {
         let topology = snapshot.topology();
-        let deadline = deadline.and_then(|text| text.parse::<Timestamp>().ok());
-        if self.network != topology.fingerprint_text()
-            || deadline.is_some_and(|deadline| deadline < now)
+        let is_over = |text: Option<&str>| {
+            let until = text.and_then(|text| text.parse::<Timestamp>().ok());
+            until.is_some_and(|until| until < now)
+        };
+        let valid_until = self.answer.valid_until.as_deref();
+        if self.network != topology.fingerprint_text() || is_over(deadline) || is_over(valid_until)
         {
             return false;
         }

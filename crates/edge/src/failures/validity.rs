@@ -10,7 +10,7 @@ use skyway_engine::airspace::Airspace;
 use skyway_engine::flight::Location;
 use skyway_engine::routing::Path;
 
-/// Whether a stored answer may be given again: its path is open, or without a path nothing has changed.
+/// Whether a stored answer may be given again: it is still valid and its path is open, or without a path nothing has changed.
 pub(crate) fn still_holds(
     record: &AnswerRecord,
     planner: &dyn Planner,
@@ -18,6 +18,9 @@ pub(crate) fn still_holds(
     now: Timestamp,
 ) -> bool {
     let airspace = &snapshot.airspace;
+    if now > record.valid_until {
+        return false;
+    }
     if record.airspace.topology_revision() != airspace.topology_revision() {
         return false;
     }
